@@ -7,11 +7,11 @@ import numpy as np
 from protocol import serve
 
 from robocal.cables.boundary import statics_along
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
 from robocal.cables.geometry import cable_robot
 from robocal.cables.interference import box
-from robocal.cables.inverse import inverse
-from robocal.cables.poses import PoseBox, reachable_poses
+from robocal.cables.pose_list import PoseBox, reachable_poses
 from robocal.cables.prepared import Prepared
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute

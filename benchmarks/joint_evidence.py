@@ -18,7 +18,7 @@ from joint_worker import problem_of
 from protocol import load
 
 from robocal.cables.geometry import cable_robot
-from robocal.estimate.generalised.solver import generalised, generalised_least_squares
+from robocal.estimate.generalised.solver import correlate_rows, generalised_least_squares
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import uncertainty
@@ -56,7 +56,7 @@ def likelihood(job, what):
     readings = np.reshape(job.length, (1, -1, 8)) + rng.normal(scale=job.sigma, size=(BATCH, len(job.views), 8))
     made = draws(job, readings)
     start = np.repeat(made.start, BATCH, axis=0)
-    common = generalised(made)
+    common = correlate_rows(made)
     work = {
         "likelihood": lambda: least_squares(made, start),
         "generalised": lambda: generalised_least_squares(made, start),

@@ -115,7 +115,7 @@ def leave_one_out():
     where = Configurations(tuple(map(str, range(m))), rng.uniform(-2, 2, (m, 11)))
     data = synthesise(true, DataSet(where, (seen,)), rng)
     made = problem(arm, data)
-    made = made.with_free(analyse(made, made.start).kept)
+    made = made.with_free(analyse(made, made.start).basis)
     x = least_squares(made).x
     split = leave_one_out_rounds(data)
     wall, cpu = _times(lambda: unseen(made, x, split, ("m", "rad")))

@@ -63,7 +63,7 @@ def folds_of(m):
 
 def rms(errors, split):
     """Mean over folds of the rms of all coordinates, in mm; errors (m,) are lengths in m."""
-    return 1e3 * float(np.mean([np.sqrt(np.mean(errors[held] ** 2) / 3) for held in split.held]))
+    return 1e3 * float(np.mean([np.sqrt(np.mean(errors[held] ** 2) / 3) for held in split.held_out]))
 
 
 def prepare_folds(job):

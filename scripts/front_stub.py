@@ -14,8 +14,8 @@ from importlib import import_module
 from pathlib import Path
 
 import robocal
-from robocal.front.calls import described
-from robocal.verbs.option import Arg, Entry, entries
+from robocal.front.calls import docstring_of
+from robocal.verbs.option import Arg, OptionField, entries
 from robocal.verbs.registry import CABLE
 
 ROOT = Path(__file__).parent.parent / "src" / "robocal"
@@ -37,10 +37,10 @@ EXPLICIT = "from {module} import {name} as {name}"
 def stub(path: str) -> str:
     """One verb as a typed function."""
     told = entries(import_module(f"robocal.verbs.{path}").Options)
-    first = [_parameter(e) for e in told if isinstance(e.told, Arg)]
-    named = [_parameter(e) for e in told if not isinstance(e.told, Arg)]
+    first = [_parameter(e) for e in told if isinstance(e.facts, Arg)]
+    named = [_parameter(e) for e in told if not isinstance(e.facts, Arg)]
     words = ",\n    ".join([*first, "*", *named, "watch: _Watch | None = None"])
-    doc = "\n    ".join(line.strip() for line in described(path).replace('"', "'").splitlines())
+    doc = "\n    ".join(line.strip() for line in docstring_of(path).replace('"', "'").splitlines())
     doc = "\n".join(line.rstrip() for line in doc.split("\n"))
     name = path.rpartition(".")[2]
     kind = "Identified" if path == "identify" else f"Found[{_result(path)[0]}]"
@@ -67,8 +67,8 @@ def _result(path: str) -> tuple[str, list[str]]:
     return result, list(imports.values())
 
 
-def _parameter(entry: Entry) -> str:
-    plain = "_Given" if isinstance(entry.told, Arg) else "_Path" if entry.kind is Path else entry.kind.__name__
+def _parameter(entry: OptionField) -> str:
+    plain = "_Given" if isinstance(entry.facts, Arg) else "_Path" if entry.kind is Path else entry.kind.__name__
     if entry.numeric:
         plain = "str | float"
     if entry.several:
@@ -91,7 +91,7 @@ def _order(line: str) -> str:
 def texts() -> dict[Path, str]:
     """Both stubs, by file."""
     arrays = [EXPLICIT.format(module="robocal.front.arrays", name=n) for n in robocal.ARRAYS]
-    found = [EXPLICIT.format(module="robocal.front.found", name=n) for n in robocal.FOUND]
+    found = [EXPLICIT.format(module="robocal.front.verb_result", name=n) for n in robocal.FOUND]
     errors = [EXPLICIT.format(module="robocal.errors", name=n) for n in robocal.ERRORS]
     version = EXPLICIT.format(module="robocal._version", name="__version__")
     results = [line for name in robocal.CALLS if name != "identify" for line in _result(name)[1]]
@@ -102,8 +102,8 @@ def texts() -> dict[Path, str]:
     ours += "".join(f"{n}: tuple[str, ...]\n" for n in ("ARRAYS", "FOUND", "ERRORS", "CALLS"))
     ours += f"__all__ = [\n    {names},\n]\n\n"
     ours += "\n".join(stub(name) for name in robocal.CALLS)
-    own = [EXPLICIT.format(module="robocal.front.cables", name=n) for n in ("CableArm", "robot")]
-    own += ["from robocal.front.arrays import Measurements", "from robocal.front.found import Found"]
+    own = [EXPLICIT.format(module="robocal.front.cable_arrays", name=n) for n in ("CableArm", "robot")]
+    own += ["from robocal.front.arrays import Measurements", "from robocal.front.verb_result import Found"]
     own += [line for name in CABLE for line in _result(f"cable.{name}")[1]]
     imports = "\n".join(sorted(own, key=_order))
     cables = HEAD.format(imports=imports, given="Measurements | Found[Any]") + "\n".join(

@@ -5,18 +5,26 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from robocal.diagnose.registry import ALL, checks
-from robocal.remarks.english import DECLARED, cable, drift, files, identify, parameters, verbs
+from robocal.diagnose.check_registry import ALL, checks
+from robocal.remarks.english import (
+    DECLARED,
+    cable_remarks,
+    drift_remarks,
+    files,
+    identify_remarks,
+    parameter_remarks,
+    verbs,
+)
 
 PAGE = Path(__file__).parents[1] / "docs" / "verdicts.md"
 BEGIN, END = "<!-- every remark: made by scripts/remarks_table.py -->", "<!-- end of every remark -->"
 TOPICS = (
-    ("An identification", identify.TABLE),
-    ("Single parameters, and non-geometric effects", parameters.TABLE),
+    ("An identification", identify_remarks.TABLE),
+    ("Single parameters, and non-geometric effects", parameter_remarks.TABLE),
     ("Files of arms and their data", files.TABLE),
     ("A model that is validated, used and exported", verbs.TABLE),
-    ("Two runs of one robot", drift.TABLE),
-    ("Cable robots", cable.TABLE),
+    ("Two runs of one robot", drift_remarks.TABLE),
+    ("Cable robots", cable_remarks.TABLE),
     ("Declared beside their checks", DECLARED),
 )
 

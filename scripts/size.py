@@ -163,7 +163,7 @@ def image_names(trees: Mapping[str, ast.Module]) -> list[str]:
 
 def image_helps() -> list[str]:
     """Options whose help has an image, and verbs whose own help has one; a word between quotes is what the option takes."""
-    from robocal.verbs.option import Opt, entries
+    from robocal.verbs.option import Option, entries
     from robocal.verbs.registry import CABLE, VERBS
 
     out = []
@@ -171,7 +171,7 @@ def image_helps() -> list[str]:
         options = import_module(f"robocal.verbs.{verb}").Options
         helps = {"": options.__doc__ or ""}
         for entry in entries(options):
-            helps[entry.word] = entry.told.text if isinstance(entry.told, Opt) else entry.told.help
+            helps[entry.word] = entry.facts.text if isinstance(entry.facts, Option) else entry.facts.help
         own = images_in(" ".join(e.name for e in entries(options)))
         for word, text in helps.items():
             if more := images_in(text) - own:

@@ -47,7 +47,7 @@ class Experiment:
         self.robot, self.kind, self.m = open_robot(name).chain, kind, m
         self.data = synthesise(self.robot, DataSet(joints(self.robot, self.rng, m), (observations(kind, m),)))
         made = problem(self.robot, self.data)
-        self.kept = analyse(made, made.start).kept
+        self.kept = analyse(made, made.start).basis
         self.clean = made.with_free(self.kept)
 
     def batch(self, count):

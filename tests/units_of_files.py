@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from robocal.diagnose.check_registry import HYPOTHESES, ROWS, When, run
 from robocal.diagnose.hypotheses.reading import ReadContext
-from robocal.diagnose.registry import HYPOTHESES, ROWS, When, run
 from robocal.files.causes.refusals import refuse_input
 
 

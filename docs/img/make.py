@@ -15,7 +15,7 @@ from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.cables.workspace import Demand
 from robocal.cli.main import main
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.report.cable.scene import scene
 from robocal.report.pictures import before_after
 

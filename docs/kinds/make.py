@@ -22,7 +22,7 @@ from robocal.files.kinds.registry import READERS
 from robocal.geometry import fits
 from robocal.prove.identification import Options
 from robocal.prove.identify import identify
-from robocal.session.simulate import Errors, sample_joints, true_chain
+from robocal.session.simulated_robot import Errors, sample_joints, true_chain
 from robocal.simulation.hiding import hidden
 from robocal.simulation.rigs import FINE, Instrument, measure
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import CableRobot, cable_robot
-from robocal.cables.inverse import inverse
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.show import describe_cable
 from robocal.geometry import se3, so3
 from robocal.measure.swivel import across, swivels

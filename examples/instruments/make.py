@@ -19,7 +19,7 @@ from robocal.files.datawrite import data_text, table_text
 from robocal.files.kinds.registry import READERS
 from robocal.files.robot import describe
 from robocal.files.units import Units
-from robocal.session.simulate import Errors, sample_joints, true_chain
+from robocal.session.simulated_robot import Errors, sample_joints, true_chain
 from robocal.simulation.hiding import hidden
 from robocal.simulation.rigs import FINE, Instrument, measure
 

@@ -33,7 +33,7 @@ def __getattr__(name: str) -> object:
     elif name == "cable":
         found = import_module("robocal.front.cable")
     elif name in (*ARRAYS, *FOUND, *ERRORS):
-        room = "front.arrays" if name in ARRAYS else "front.found" if name in FOUND else "errors"
+        room = "front.arrays" if name in ARRAYS else "front.verb_result" if name in FOUND else "errors"
         found = getattr(import_module(f"robocal.{room}"), name)
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -13,10 +13,10 @@ from robocal.front.arrays import Measurements as Measurements
 from robocal.front.arrays import measurements as measurements
 from robocal.front.arrays import robot as robot
 from robocal.front.arrays import table as table
-from robocal.front.found import Found as Found
-from robocal.front.found import Identified as Identified
+from robocal.front.verb_result import Found as Found
+from robocal.front.verb_result import Identified as Identified
 from robocal.session.prediction import Prediction as _predict_Prediction
-from robocal.studies.run import Found as _study_Found
+from robocal.studies.run import StudyOutputs as _study_StudyOutputs
 from robocal.verbs.check.result import Checked as _check_Checked
 from robocal.verbs.compensate.result import Compensated as _compensate_Compensated
 from robocal.verbs.export.result import Exported as _export_Exported
@@ -25,7 +25,7 @@ from robocal.verbs.new.result import New as _new_New
 from robocal.verbs.plan.result import Planned as _plan_Planned
 from robocal.verbs.simulate import Simulated as _simulate_Simulated
 from robocal.verbs.validate.result import Validation as _validate_Validation
-from robocal.verbs.verify.result import Summary as _verify_Summary
+from robocal.verbs.verify.result import AnovaResult as _verify_AnovaResult
 from robocal.verbs.verify.result import Verified as _verify_Verified
 
 _Path = str | os.PathLike[str]
@@ -432,7 +432,7 @@ def study(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found[_study_Found]:
+) -> Found[_study_StudyOutputs]:
     """Simulate a study: many trials of a calibration at every point of a sweep, on all cores.
 
     The same seed gives the same numbers with any number of workers. A page with pictures of the sweep is written beside
@@ -497,7 +497,7 @@ def verify(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found[_verify_Verified | _verify_Summary]:
+) -> Found[_verify_Verified | _verify_AnovaResult]:
     """Compare poses with those of an external instrument: as measured, relative to the first one, and
     after the best alignment.
 

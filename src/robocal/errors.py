@@ -30,7 +30,7 @@ __all__ = [
     "one_of",
     "printable",
     "reason_of",
-    "shortened",
+    "shorten",
 ]
 
 
@@ -94,7 +94,7 @@ def reason_of(error: Exception) -> str:
     return (getattr(error, "strerror", None) or str(error)).lower()
 
 
-def shortened(text: str, most: int) -> str:
+def shorten(text: str, most: int) -> str:
     """A text of at most `most` characters; what is too much goes from its middle."""
     if len(text) <= most:
         return text
@@ -112,14 +112,14 @@ def _fitting(parts: list[str], most: int) -> list[str]:
         if size > share:
             break
         left -= size
-    return [shortened(part, share) for part in parts]
+    return [shorten(part, share) for part in parts]
 
 
 class ToWrite(str):
     """What a person is to copy into a file, as it stands: it is never shortened."""
 
 
-def _said(value: object) -> str:
+def _as_text(value: object) -> str:
     return value if isinstance(value, ToWrite) else str(value)
 
 
@@ -169,7 +169,7 @@ class InputError(RobocalError):
         marks = [*([", "] * (len(place) - 1)), *([": "] if place else []), ""]
         for mark, said in (
             ("; found ", None if self.found is None else _short(self.found)),
-            ("; expected ", None if self.expected is None else _said(self.expected)),
+            ("; expected ", None if self.expected is None else _as_text(self.expected)),
             ("; did you mean ", f"{self.suggestion!r}?" if self.suggestion else None),
         ):
             if said is not None:
@@ -210,7 +210,7 @@ class Cancelled(RobocalError):
 
 
 def _short(value: object) -> str:
-    text = shortened(value if isinstance(value, str) else _spelt(value), FOUND_LIMIT)
+    text = shorten(value if isinstance(value, str) else _spelt(value), FOUND_LIMIT)
     return repr(text) if isinstance(value, str) else text
 
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.errors import ModelError, nearest
 
-__all__ = ["FRAME_SYMBOLS", "Parameter", "Table", "Together", "check_covariance", "frame_parameters"]
+__all__ = ["FRAME_SYMBOLS", "Parameter", "ParameterTable", "Together", "check_covariance", "frame_parameters"]
 
 FRAME_SYMBOLS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -51,10 +51,10 @@ class Parameter:
     @property
     def scale(self) -> float:
         """The error expected without data, in the parameter's unit: what a prior says, unless it says nothing."""
-        return self.prior if self.prior is not None and self.believed else self.usual
+        return self.prior if self.prior is not None and self.prior_informs else self.usual
 
     @property
-    def believed(self) -> bool:
+    def prior_informs(self) -> bool:
         """Whether a stated prior says how far off the parameter is: one beyond WIDE times what is typical, and wider than what
         is expected without it, says nothing. It still pulls, as little as it does."""
         return self.prior is not None and self.prior <= max(self.usual, WIDE * TYPICAL.get(self.unit, 1.0))
@@ -65,7 +65,7 @@ class Parameter:
         return self.expected if self.expected is not None else TYPICAL.get(self.unit, 1.0)
 
 
-def _changed(p: Parameter, **changes: object) -> Parameter:
+def _replace(p: Parameter, **changes: object) -> Parameter:
     """As `dataclasses.replace`, which costs ten times as much: tables are made anew at every step of an identification."""
     made = object.__new__(type(p))
     made.__dict__.update(p.__dict__, **changes)
@@ -159,7 +159,7 @@ _VALUELESS = (*_NAMED, "scales", "usual", "bounds", "priors", "believed", "prefe
 
 
 @dataclass(frozen=True)
-class Table:
+class ParameterTable:
     """An ordered, immutable set of parameters with unique names; `together` are the priors that several of them share."""
 
     rows: tuple[Parameter, ...] = ()
@@ -214,7 +214,7 @@ class Table:
     @cached_property
     def scales(self) -> NDArray[np.float64]:
         """`Parameter.scale` of every row, (P,)."""
-        return np.where(self.believed, self.priors, self.usual)
+        return np.where(self.prior_informs, self.priors, self.usual)
 
     @cached_property
     def usual(self) -> NDArray[np.float64]:
@@ -232,7 +232,7 @@ class Table:
         return np.array([p.prior or 0.0 for p in self.rows])
 
     @cached_property
-    def believed(self) -> NDArray[np.bool_]:
+    def prior_informs(self) -> NDArray[np.bool_]:
         """`Parameter.believed` of every row, (P,)."""
         stated = np.array([p.prior is not None for p in self.rows], dtype=bool)
         return np.asarray(stated & (self.priors <= self._most))
@@ -258,38 +258,38 @@ class Table:
     def __contains__(self, name: object) -> bool:
         return name in self.index
 
-    def __add__(self, other: Table | Iterable[Parameter]) -> Table:
-        if isinstance(other, Table):
-            return Table(self.rows + other.rows, self.together + other.together)
-        return Table(self.rows + tuple(other), self.together)
+    def __add__(self, other: ParameterTable | Iterable[Parameter]) -> ParameterTable:
+        if isinstance(other, ParameterTable):
+            return ParameterTable(self.rows + other.rows, self.together + other.together)
+        return ParameterTable(self.rows + tuple(other), self.together)
 
-    def with_values(self, values: Mapping[str, float] | NDArray[np.float64]) -> Table:
+    def with_values(self, values: Mapping[str, float] | NDArray[np.float64]) -> ParameterTable:
         """The same table with other values: by name, or an array of shape (P,)."""
         if isinstance(values, Mapping):
             for name in values:
                 _ = self[name]
-            rows = [_changed(p, value=float(values[p.name])) if p.name in values else p for p in self.rows]
+            rows = [_replace(p, value=float(values[p.name])) if p.name in values else p for p in self.rows]
             return self._of(rows, same=_VALUELESS)
         each = np.asarray(values, float).tolist()
-        return self._of([_changed(p, value=v) for p, v in zip(self.rows, each, strict=True)], same=_VALUELESS)
+        return self._of([_replace(p, value=v) for p, v in zip(self.rows, each, strict=True)], same=_VALUELESS)
 
-    def with_free(self, names: Iterable[str]) -> Table:
+    def with_free(self, names: Iterable[str]) -> ParameterTable:
         """The same table with exactly these names free."""
         wanted = set(names)
         for name in wanted:
             _ = self[name]
-        return self._of([p if p.free == (p.name in wanted) else _changed(p, free=not p.free) for p in self.rows])
+        return self._of([p if p.free == (p.name in wanted) else _replace(p, free=not p.free) for p in self.rows])
 
-    def with_priors(self, priors: Mapping[str, float | None]) -> Table:
+    def with_priors(self, priors: Mapping[str, float | None]) -> ParameterTable:
         """The same table with these prior standard deviations; what was said of these names before is gone, together with
         others or alone."""
         for name in priors:
             _ = self[name]
-        rows = [_changed(p, prior=priors[p.name]) if p.name in priors else p for p in self.rows]
+        rows = [_replace(p, prior=priors[p.name]) if p.name in priors else p for p in self.rows]
         left = (t.without(priors) for t in self.together)
         return self._of(rows, tuple(t for t in left if len(t.names) > 1), same=_PRIORLESS)
 
-    def with_covariance(self, names: Sequence[str], covariance: ArrayLike) -> Table:
+    def with_covariance(self, names: Sequence[str], covariance: ArrayLike) -> ParameterTable:
         """The same table with a prior of several parameters together, covariance (k, k) in SI.
 
         Raises ModelError for an unknown name or one given twice, and for a matrix that is no covariance of so many: not
@@ -301,26 +301,28 @@ class Table:
             raise ModelError("a prior names a parameter twice", key=double)
         check_covariance(c, len(names), ", ".join(names[:3]) + (" ..." if len(names) > 3 else ""))
         made = self.with_priors({n: float(s) for n, s in zip(names, np.sqrt(np.diag(c)), strict=True)})
-        return Table(made.rows, (*made.together, _together(names, (c + c.T) / 2)) if len(names) > 1 else made.together)
+        return ParameterTable(
+            made.rows, (*made.together, _together(names, (c + c.T) / 2)) if len(names) > 1 else made.together
+        )
 
-    def with_preferences(self, preferences: Mapping[str, int]) -> Table:
+    def with_preferences(self, preferences: Mapping[str, int]) -> ParameterTable:
         """The same table with these preferences."""
         for name in preferences:
             _ = self[name]
-        return self._of([_changed(p, preference=preferences.get(p.name, p.preference)) for p in self.rows])
+        return self._of([_replace(p, preference=preferences.get(p.name, p.preference)) for p in self.rows])
 
-    def with_expected(self, expected: Mapping[str, float]) -> Table:
+    def with_expected(self, expected: Mapping[str, float]) -> ParameterTable:
         """The same table with these errors expected where nobody states a prior, in the parameters' units."""
         for name in expected:
             _ = self[name]
-        return self._of([_changed(p, expected=expected.get(p.name, p.expected)) for p in self.rows])
+        return self._of([_replace(p, expected=expected.get(p.name, p.expected)) for p in self.rows])
 
     def _of(
         self, rows: Sequence[Parameter], together: tuple[Together, ...] | None = None, same: tuple[str, ...] = _NAMED
-    ) -> Table:
+    ) -> ParameterTable:
         """A table of rows with the same names and turns: what is known of these, `same`, need not be found again."""
         _ = self.layouts
-        made, known = object.__new__(Table), self.__dict__
+        made, known = object.__new__(ParameterTable), self.__dict__
         made.__dict__.update({k: known[k] for k in same if k in known})
         made.__dict__.update(rows=tuple(rows), together=self.together if together is None else together)
         return made

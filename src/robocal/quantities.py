@@ -20,18 +20,18 @@ from typing import Annotated, Any, Protocol, TypeAlias
 
 __all__ = [
     "AMOUNT",
+    "DISPLAY",
     "MEAN",
     "OWN",
-    "SHOWN",
     "VALUE",
     "Amount",
     "Column",
+    "DisplayUnit",
     "Listing",
-    "Mark",
     "Mean",
     "OwnUnit",
+    "QuantityKind",
     "Share",
-    "ShownUnit",
     "UnitValue",
     "Value",
     "unit_value",
@@ -39,7 +39,7 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class Mark:
+class QuantityKind:
     """What the field of a dataclass is."""
 
     what: str
@@ -49,23 +49,26 @@ class Mark:
         if source is not float:
             return handler(source)
         number = {"type": "nullable", "schema": handler(source)}
-        return {"type": "function-after", "function": {"type": "no-info", "function": _known}, "schema": number}
+        return {"type": "function-after", "function": {"type": "no-info", "function": _or_nan}, "schema": number}
 
 
-def _known(value: float | None) -> float:
+def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
 AMOUNT, VALUE, MEAN, SHARE = (
-    Mark(w) for w in ("a size or a difference", "a value", "the mean of a statistic", "a ratio")
+    QuantityKind(w) for w in ("a size or a difference", "a value", "the mean of a statistic", "a ratio")
 )
-SHOWN, OWN = Mark("the unit in which errors are shown: mm, deg, px"), Mark("the unit in which the robot's file speaks")
+DISPLAY, OWN = (
+    QuantityKind("the unit in which errors are shown: mm, deg, px"),
+    QuantityKind("the unit in which the robot's file speaks"),
+)
 
 Amount: TypeAlias = Annotated[float, AMOUNT]  # of the unit in force, without its offset (a difference of temperatures)
 Value: TypeAlias = Annotated[float, VALUE]  # of the unit in force, with its offset (a temperature)
 Mean: TypeAlias = Annotated[float, MEAN]  # an amount, of which SI holds the whole statistic
 Share: TypeAlias = Annotated[float, SHARE]  # without a unit
-ShownUnit: TypeAlias = Annotated[str, SHOWN]
+DisplayUnit: TypeAlias = Annotated[str, DISPLAY]
 OwnUnit: TypeAlias = Annotated[str, OWN]
 
 LAYOUT: Mapping[str, Any] = {"document": False}  # of a field that says how a number is laid out, and is in no document
@@ -84,7 +87,7 @@ def unit_value(value: Any, unit: str) -> UnitValue | None:
     return None if value is None else UnitValue(value, unit)
 
 
-class Values(Protocol):
+class ColumnValues(Protocol):
     """One value per row: a list, a tuple or an array."""
 
     def __len__(self) -> int: ...
@@ -103,7 +106,7 @@ class Column:
 
     name: str
     unit: str
-    values: Values
+    values: ColumnValues
     digits: int = field(default=15, metadata=LAYOUT)
     decimals: int | None = field(default=None, metadata=LAYOUT)
     si_decimals: int | None = field(default=None, metadata=LAYOUT)

@@ -10,11 +10,11 @@ from string import Formatter
 
 import pytest
 
-from robocal.diagnose.registry import ALL, checks
+from robocal.diagnose.check_registry import ALL, checks
 from robocal.remarks import english
 from robocal.remarks.code import Code
 from robocal.remarks.english import DECLARED, TABLE, declare
-from robocal.remarks.remark import Quantity, Remark, documents, sentences, told
+from robocal.remarks.remark import Quantity, Remark, documents, remark_fields, sentences
 
 SOURCE = Path(__file__).parents[2] / "src" / "robocal"
 # Names that hold sentences for people, as variables, fields or keys of documents. A combination's `text` is one too.
@@ -231,7 +231,7 @@ def fields(template: str) -> tuple[set[str], set[str]]:
 def test_every_code_is_spoken_once():
     assert set(TABLE) == set(Code)
     topics = [path.read_text(encoding="utf-8") for path in Path(english.__file__).parent.glob("*.py")]
-    keys = re.findall(r"^    Code\.(\w+): Words\(", "\n".join(topics), re.MULTILINE)
+    keys = re.findall(r"^    Code\.(\w+): Phrase\(", "\n".join(topics), re.MULTILINE)
     assert sorted(keys) == sorted(c.name for c in Code)
 
 
@@ -313,7 +313,7 @@ def test_remarks_are_told_once():
     one, other = Remark.of(Code.NO_DIAMETER), Remark.of(Code.TENSIONS_ASIDE, robot="r")
     assert sentences([one, other, one]) == [one.sentence, other.sentence]
     assert [d["code"] for d in documents([other, one, other])] == ["tensions-aside", "no-diameter"]
-    assert told([one], "reasons") == {"reasons": [one.sentence], "remarks": [one.document]}
+    assert remark_fields([one], "reasons") == {"reasons": [one.sentence], "remarks": [one.document]}
 
 
 def test_what_is_said_of_a_file_begins_with_it():

@@ -16,7 +16,7 @@ from robocal.geometry import se3
 from robocal.geometry.path.program import Element, Term
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
-from robocal.parameters import Parameter, Table
+from robocal.parameters import Parameter, ParameterTable
 
 FRAME = ("x", "y", "z", "rx", "ry", "rz")
 DEG = np.pi / 180
@@ -282,7 +282,7 @@ def test_one_joint_compliance(rng):
     soft = replace(
         robot,
         elements=elements,
-        table=robot.table + Table((Parameter("j2.compliance", 0.0, "rad/Nm", True, expected=1e-4),)),
+        table=robot.table + ParameterTable((Parameter("j2.compliance", 0.0, "rad/Nm", True, expected=1e-4),)),
     )
     truth = soft.with_values({"j2.compliance": 2e-4})
     torque = rng.uniform(-10, 10, 60)
@@ -380,7 +380,7 @@ def test_element_list_is_open(rng):
     wobbly = replace(
         robot,
         elements=(*robot.elements[:12], extra, *robot.elements[12:]),
-        table=robot.table + Table((Parameter("j3.wobble", 1e-3, "rad"),)),
+        table=robot.table + ParameterTable((Parameter("j3.wobble", 1e-3, "rad"),)),
     )
     q = joints(rng, 5)
     t = wobbly.pose(q, {"sin(j3)": np.sin(q[:, 2])})

@@ -12,8 +12,8 @@ from laws import check_jacobian
 
 from robocal.arms import catalog
 from robocal.arms.conventions import chain
-from robocal.arms.gravity import Gravity, Load
-from robocal.arms.groups import GROUPS, add, held, released
+from robocal.arms.gravity_load import Gravity, Load
+from robocal.arms.groups import GROUPS, add, fix_groups, free_groups
 from robocal.arms.joints import with_compliance, with_eccentricity
 from robocal.errors import ModelError
 
@@ -146,9 +146,9 @@ def test_ripple_fades_where_nothing_was_measured():
 
 
 def test_held_and_released():
-    model = held(add(add(catalog.get("ur10"), "gain"), "eccentricity"))
+    model = fix_groups(add(add(catalog.get("ur10"), "gain"), "eccentricity"))
     assert not model.table.free
-    assert set(released(model, ["gain"]).table.free) == {f"j{i}.gain" for i in range(1, 7)}
+    assert set(free_groups(model, ["gain"]).table.free) == {f"j{i}.gain" for i in range(1, 7)}
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 
 from robocal.arms import catalog
 from robocal.arms.conventions import chain
-from robocal.arms.inverse import inverse_point, inverse_pose
+from robocal.arms.inverse_kinematics import inverse_point, inverse_pose
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 
@@ -136,13 +136,13 @@ def test_columns_of_a_configuration_count(rng):
     from dataclasses import replace
 
     from robocal.geometry.path.program import Element, Term
-    from robocal.parameters import Parameter, Table
+    from robocal.parameters import Parameter, ParameterTable
 
     robot = catalog.get("irb-120")
     warm = replace(
         robot,
         elements=(*robot.elements[:1], Element("tz", (Term("growth", "temperature"),)), *robot.elements[1:]),
-        table=robot.table + Table((Parameter("growth", 1e-3, "m"),)),
+        table=robot.table + ParameterTable((Parameter("growth", 1e-3, "m"),)),
     )
     q, kelvin = random_joints(robot, rng, 20), rng.uniform(0, 30, 20)
     found = inverse_pose(warm, warm.pose(q, {"temperature": kelvin}), extra={"temperature": kelvin})

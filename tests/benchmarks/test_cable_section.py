@@ -90,7 +90,7 @@ def test_cells_and_margins_are_those_of_linear_programs_and_hulls(bench, as_read
 def test_motions_are_drawn_as_a_list_of_poses_draws_them(bench):
     """Else the contestants would search along other rays than robocal."""
     from robocal.cables.geometry import home
-    from robocal.cables.poses import default_box, reachable_poses
+    from robocal.cables.pose_list import default_box, reachable_poses
 
     cables = bench("cable_job")
     job = cables.pose_job(5)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from cables.cable_robots import PUBLISHED, directions, poses, published
 
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.calibration.exact import exact, flat
 from robocal.cables.calibration.per_cable import per_cable
 from robocal.cables.geometry import CableRobot, cable_robot
-from robocal.cables.inverse import inverse
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3

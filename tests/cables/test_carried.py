@@ -8,10 +8,10 @@ from cables.cable_robots import poses, published
 from cables.test_calibration import listed, made
 from laws import check_jacobian
 
-from robocal.cables.calibration.carried import carried
+from robocal.cables.cable_lengths import inverse
+from robocal.cables.calibration.carried import pose_covariance
 from robocal.cables.forward import forward
 from robocal.cables.gradient import by_parameters
-from robocal.cables.inverse import inverse
 from robocal.cables.pulley import Pulleys
 from robocal.geometry import so3
 
@@ -29,7 +29,7 @@ def test_poses_err_as_foretold(name):
     t = (listed if name == "1R2T" else poses)(robot, rng, 4)
     names = [n for n in robot.table.names if n.split(".")[1] in ("ax", "az", "l0", "bz", "radius", "nx")]
     root = 1e-4 * rng.normal(size=(len(names), len(names))) / np.sqrt(len(names))
-    foretold = carried(robot, t, names, root @ root.T)
+    foretold = pose_covariance(robot, t, names, root @ root.T)
     y, _ = inverse(robot, t)
     found = []
     for _ in range(300):
@@ -63,5 +63,5 @@ def test_a_pose_that_is_none_has_none(rng):
     robot = published("laval")
     t = poses(robot, rng, 3)
     t[1] = np.nan
-    out = carried(robot, t, ["c1.ax"], np.eye(1))
+    out = pose_covariance(robot, t, ["c1.ax"], np.eye(1))
     assert np.isnan(out[1]).all() and np.isfinite(out[[0, 2]]).all()

@@ -59,7 +59,7 @@ def test_of_published_robots(rng):
         np.testing.assert_allclose(found.tension_factor, [by_linear_program(one) for one in w], atol=1e-9)
         scaled = w / np.array([1, 1, 1, 0.4, 0.4, 0.4])[:, None]
         np.testing.assert_allclose(found.condition, np.linalg.cond(scaled), rtol=1e-9)
-        assert found.closed.any()
+        assert found.in_closure.any()
 
 
 def test_by_hand():
@@ -79,7 +79,7 @@ def test_what_is_not_closed():
     line = np.array([[[1.0, -1, 1], [0, 0, 0]]])
     for w in (fan, pair, line):
         found = dexterity(w)
-        assert found.tension_factor[0] == 0 and not found.closed[0]
+        assert found.tension_factor[0] == 0 and not found.in_closure[0]
     assert condition_number(line)[0] == np.inf and condition_number(np.ones((1, 3, 2)))[0] == np.inf
 
 

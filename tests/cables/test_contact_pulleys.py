@@ -1,4 +1,5 @@
-"""First contacts of cables that run over pulleys: by hand, in the limit of no wheel, and against a dense sampling with tangents of its own."""
+"""First contacts of cables that run over pulleys: by hand, in the limit of no wheel, and against a dense sampling with tangents of its
+own."""
 
 from __future__ import annotations
 
@@ -88,7 +89,7 @@ def test_no_contact_is_missed_and_none_is_early(name, rng):
     start, v, w = random_motions(a, rng, count)
     start = np.array(start)
     found = first_contact(a, b, start, v, w, diameter=thick, pulleys=pulleys, tolerance=1e-7)
-    assert found.resolved.all()
+    assert found.complete.all()
     straight = first_contact(a, b, start, v, w, diameter=thick, tolerance=1e-7)
     assert (np.abs(found.fraction - straight.fraction) > 1e-3).any()  # the wheels matter
     pairs = [
@@ -183,5 +184,5 @@ def test_where_a_pulley_turns_over_at_once_nothing_is_said_to_meet():
     b = np.array([[0.0, 0, 0], [0.1, 0.1, 0]])
     over = Pulleys(np.full(2, 0.05), np.tile(UP, (2, 1)))
     found = first_contact(a, b, pose([-1.0, 0, 1]), [[2.0, 0, 0]], diameter=0.005, pulleys=over)
-    assert not found.resolved[0] and found.fraction[0] == pytest.approx(0.5, abs=1e-6)
+    assert not found.complete[0] and found.fraction[0] == pytest.approx(0.5, abs=1e-6)
     assert found.names(["c1", "c2"]) == ["c1 may meet c2"]

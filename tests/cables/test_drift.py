@@ -10,7 +10,7 @@ from cables.cable_robots import published
 
 from robocal.apply.anchors import compare_anchors as compared
 from robocal.apply.difference import POWER, SURE, Known
-from robocal.cables.calibration.drift import scattered
+from robocal.cables.calibration.comparison import calibration_scatter
 from robocal.cables.geometry import cable_robot
 from robocal.errors import ModelError
 from robocal.geometry import se3
@@ -43,7 +43,7 @@ def test_an_anchor_that_moved_is_named():
     moved = truth().reshape(8, 4).copy()
     moved[5, :3] += [0.003, -0.002, 0.003]
     found = compared(ROBOT, known(rng, truth(), c), known(rng, moved.ravel(), c), zeros_unchanged=True)
-    assert found.moved == ("c6",) and found.chance < 1e-6
+    assert found.cables_moved == ("c6",) and found.chance < 1e-6
     np.testing.assert_allclose(found.cables[5].shift, [0.003, -0.002, 0.003], atol=2e-3)
     assert not any(x.doubtful for x in found.cables)
 
@@ -55,13 +55,13 @@ def test_the_chance_is_what_it_says():
     wrong = seen = 0
     for _ in range(1000):
         a = known(rng, truth(), c)
-        wrong += bool(compared(ROBOT, a, known(rng, truth(), c)).moved)
+        wrong += bool(compared(ROBOT, a, known(rng, truth(), c)).cables_moved)
         sight = ROBOT.home[:3, 3] + ROBOT.b[2] - ROBOT.a[2]
         sight /= np.linalg.norm(sight)
         least = compared(ROBOT, a, a).cables[2].smallest[0]
         moved = truth().reshape(8, 4).copy()
         moved[2, :3] += least * sight
-        seen += "c3" in compared(ROBOT, a, known(rng, moved.ravel(), c)).moved
+        seen += "c3" in compared(ROBOT, a, known(rng, moved.ravel(), c)).cables_moved
     assert wrong < 3 * 1000 * SURE and abs(seen / 1000 - POWER) < 0.03
 
 
@@ -72,12 +72,12 @@ def test_along_the_line_of_sight_anchor_and_zero_look_alike():
     moved[3, 3] += 0.01
     one, two = known(rng, truth(), c), known(rng, moved.ravel(), c)
     found = compared(ROBOT, one, two)
-    assert not found.moved and [x.cable for x in found.cables if x.doubtful] == ["c4"]
+    assert not found.cables_moved and [x.cable for x in found.cables if x.doubtful] == ["c4"]
     along, across = found.cables[3].smallest
     assert along > 20 * across
     sharp = compared(ROBOT, one, two, zeros_unchanged=True)
     # Whoever says that zeros are the same hears of the anchor.
-    assert sharp.moved == ("c4",) and sharp.cables[3].smallest[0] < 0.02 * along
+    assert sharp.cables_moved == ("c4",) and sharp.cables[3].smallest[0] < 0.02 * along
 
 
 def test_a_base_elsewhere_is_no_drift():
@@ -86,12 +86,12 @@ def test_a_base_elsewhere_is_no_drift():
     a = ROBOT.a @ t[:3, :3].T + t[:3, 3]
     elsewhere = np.hstack([a, ROBOT.zeros[:, None]])
     one = known(rng, truth(), c)
-    assert compared(ROBOT, one, known(rng, elsewhere.ravel(), c)).moved
+    assert compared(ROBOT, one, known(rng, elsewhere.ravel(), c)).cables_moved
     found = compared(ROBOT, one, known(rng, elsewhere.ravel(), c), base_moves=True)
-    assert not found.moved and found.base is not None
+    assert not found.cables_moved and found.base is not None
     np.testing.assert_allclose(found.base[3:], [0.001, -0.002, 0.003], atol=5e-4)
     elsewhere[6, 1] += 0.01
-    assert compared(ROBOT, one, known(rng, elsewhere.ravel(), c), base_moves=True).moved == ("c7",)
+    assert compared(ROBOT, one, known(rng, elsewhere.ravel(), c), base_moves=True).cables_moved == ("c7",)
 
 
 def test_a_frame_that_grew():
@@ -109,9 +109,9 @@ def test_what_both_hide_alike_cancels():
     one, two = (Known(NAMES, truth() + 0.03, c, hidden) for _ in range(2))
     moved = truth().reshape(8, 4).copy() + 0.03
     moved[0, 0] += 0.005
-    assert not compared(ROBOT, one, two).moved
-    assert compared(ROBOT, one, Known(NAMES, moved.ravel(), c, hidden)).moved == ("c1",)
-    assert not compared(ROBOT, one, Known(NAMES, moved.ravel(), c, -hidden)).moved
+    assert not compared(ROBOT, one, two).cables_moved
+    assert compared(ROBOT, one, Known(NAMES, moved.ravel(), c, hidden)).cables_moved == ("c1",)
+    assert not compared(ROBOT, one, Known(NAMES, moved.ravel(), c, -hidden)).cables_moved
 
 
 def test_nothing_in_common_is_an_error():
@@ -136,7 +136,7 @@ def test_tables_of_annex_d(tables):
     """Section 3.9 prints 316 mm and "24 times"; by (3.39a) it is 88.2 mm of a component, 152.7 mm of a point. A third of the squares is
     another place of the base, another third another size of the frame: a scale that a camera's map leaves, and no robot."""
     robot = cable_robot("laval", tables[0, :, :3], ROBOT.b, tables[0, :, 3])
-    found = scattered(robot, tables[..., :3], tables[..., 3])
+    found = calibration_scatter(robot, tables[..., :3], tables[..., 3])
     assert 1e3 * found.component == pytest.approx(88.2, abs=0.05) and 1e3 * found.point == pytest.approx(
         152.7, abs=0.05
     )

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
 from robocal.cables.geometry import straight
 from robocal.cables.hanging import hang
-from robocal.cables.inverse import inverse
-from robocal.cables.poses import default_box
+from robocal.cables.pose_list import default_box
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.geometry import se3, so3
 
 

@@ -10,9 +10,9 @@ from cables.cable_robots import PUBLISHED, box, directions, poses, published
 from cables.test_lengths import MODELS
 from scipy.stats import chi2
 
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
 from robocal.cables.geometry import cable_robot
-from robocal.cables.inverse import inverse
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3

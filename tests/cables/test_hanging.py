@@ -9,9 +9,9 @@ from cables.test_lengths import heavy, wheels
 from laws import check_jacobian
 from scipy.optimize import fsolve
 
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.elastic import hang_by_tension, stretch
 from robocal.cables.hanging import hang
-from robocal.cables.inverse import inverse
 from robocal.cables.pulley import Pulleys, run
 from robocal.errors import ModelError
 

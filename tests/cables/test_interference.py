@@ -78,7 +78,7 @@ def test_cables_with_a_common_end_are_told_by_their_angle(at_platform):
 def test_a_start_in_contact_is_told_as_such():
     a, b = np.array([[0.0, -1, 0], [-1, 0, 0.004]]), np.array([[0.0, 1, 0], [1, 0, 0.004]])
     found = first_contact(a, b, STILL, [[0, 0, 1.0]], diameter=0.01)
-    assert found.fraction[0] == 0 and found.kind[0] == 1 and found.resolved[0]
+    assert found.fraction[0] == 0 and found.kind[0] == 1 and found.complete[0]
     np.testing.assert_allclose(found.gap, -0.006, atol=1e-12)
 
 
@@ -174,7 +174,7 @@ def held_to_dense_sampling(name, motions, seed, steps=5000, diameter=0.0048, tur
     relief = 10 * diameter
     thick = first_contact(a, b, start, v, w, diameter=diameter, body=body)
     thin = first_contact(a, b, start, v, w)
-    assert thick.resolved.all() and thin.resolved.all()
+    assert thick.complete.all() and thin.complete.all()
     pairs = np.stack(np.triu_indices(len(a), 1), axis=1)
     k, l = pairs.T
     apart = (np.linalg.norm(a[k] - a[l], axis=1) > 1e-9) & (np.linalg.norm(b[k] - b[l], axis=1) > 1e-9)
@@ -240,7 +240,7 @@ def test_no_contact_of_wild_motions_is_missed():
         start, v, w = random_motions(a, rng, 5, turn=4.0)
         thin = first_contact(a, b, start, v, w)
         thick = first_contact(a, b, start, v, w, diameter=0.02, body=body, relief=0.1)
-        assert thin.resolved.all() and thick.resolved.all()
+        assert thin.complete.all() and thick.complete.all()
         for g in range(5):
             lam, r, p, ends = sampled(a, b, start[g], v[g], w[g], 2000)
             distance, inside, side = pair_distances(a, ends, pairs)
@@ -277,7 +277,7 @@ def test_no_contact_of_cables_with_a_common_end_is_missed(at_platform):
             v[0] = 2 * (a[0] + line - r @ b[0] - start[0, :3, 3])
         v += rng.normal(0, 0.05, 3)
         found = first_contact(a, b, start, v, w, diameter=diameter, relief=relief)
-        assert found.resolved.all()
+        assert found.complete.all()
         lam, _, _, ends = sampled(a, b, start[0], v[0], w[0], 2000)
         near, far = (ends, np.broadcast_to(a, ends.shape)) if at_platform else (np.broadcast_to(a, ends.shape), ends)
         way = far - near

@@ -11,9 +11,9 @@ from cables.cable_robots import PUBLISHED, box, moved, poses, published
 from laws import check_jacobian
 from scipy.optimize import fsolve, minimize_scalar
 
+from robocal.cables.cable_lengths import inverse, rates
 from robocal.cables.elastic import catenary, hang_by_length, hang_by_tension, sag, shape, stretch
 from robocal.cables.geometry import lengths, straight
-from robocal.cables.inverse import inverse, rates
 from robocal.cables.pulley import Pulleys, run
 from robocal.errors import ModelError
 from robocal.geometry import se3

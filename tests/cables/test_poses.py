@@ -8,7 +8,7 @@ from cables.motions import anchors, body_overlap, pair_distances, pose, sampled
 
 from robocal.cables.geometry import cable_robot, home
 from robocal.cables.interference import box, first_contact, hull
-from robocal.cables.poses import LIMITS, PoseBox, default_box, reachable_poses
+from robocal.cables.pose_list import LIMITS, PoseBox, default_box, reachable_poses
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 
@@ -69,7 +69,7 @@ def test_the_share_of_the_box_that_is_reached():
     a, b = anchors("ipanema_1")
     z = PoseBox(np.full(3, 0.5), np.zeros(3))
     made = reachable_poses(a, b, 20_000, np.random.default_rng(1), feasible=ball(0.4), box=z)
-    assert made.reached == pytest.approx(4 / 3 * np.pi * 0.4**3, abs=4 * 0.5 / np.sqrt(20_000))
+    assert made.reach_share == pytest.approx(4 / 3 * np.pi * 0.4**3, abs=4 * 0.5 / np.sqrt(20_000))
     assert (made.limit[made.furthest == 1] == 0).all()
 
 
@@ -144,7 +144,7 @@ def test_cables_that_end_in_one_point_meet_only_where_one_lies_along_another():
         UPRIGHT, b, 300, np.random.default_rng(5), diameter=D, body=hull(b), axes=(0, 2),
         box=PoseBox(np.array([0.5, 0, 0.5]), np.zeros(3)),
     )  # fmt: skip
-    assert inside.reached == 1.0
+    assert inside.reach_share == 1.0
     # Straight up through the line of the two upper anchors: there they point at each other, and do not touch.
     up = first_contact(UPRIGHT, b, pose([0, 0, 2.0]), [[0, 0, 2.0]], diameter=D, body=hull(b))
     assert up.free[0]

@@ -7,9 +7,9 @@ import pytest
 from cables.cable_robots import box, poses, published
 from cables.test_calibration import listed, made
 
+from robocal.cables.cable_lengths import inverse, rates
 from robocal.cables.forward import forward
 from robocal.cables.geometry import cable_robot
-from robocal.cables.inverse import inverse, rates
 from robocal.cables.prepared import Drums, Prepared
 from robocal.cables.pulley import Pulleys
 from robocal.cables.statics import gravity_wrench, structure_of
@@ -39,10 +39,10 @@ def test_tensions_are_those_of_the_batch(name, method, rng):
     wrench = np.array([3.0, -2.0, 5.0, 0.2, 0.1, -0.3])
     load = (gravity_wrench(t, 5.0, [0.01, 0.0, -0.02]) + wrench)[:, list(robot.axes)]
     every = distribute(structure_of(robot, t), load, limits, method)
-    assert every.found.any()
-    for pose, tension, found in zip(t, every.tension, every.found, strict=True):
+    assert every.has_solution.any()
+    for pose, tension, found in zip(t, every.tension, every.has_solution, strict=True):
         held = one.tension(pose, wrench)
-        assert held.found == found
+        assert held.feasible == found
         np.testing.assert_allclose(held.tension, tension, rtol=SAME, atol=SAME * limits.max())
 
 
@@ -85,17 +85,17 @@ def test_nothing_that_is_asked_raises(rng):
     far[:3, 3] += 50.0
     heavy = one.tension(t[0], np.array([0, 0, -1e5, 0, 0, 0.0]))
     for held in (one.tension(far), one.tension(np.full((4, 4), np.nan)), heavy):
-        assert not held.found and np.isnan(held.tension).all()
+        assert not held.feasible and np.isnan(held.tension).all()
     on_anchor = t[0].copy()
     on_anchor[:3, 3] = robot.a[0] - t[0, :3, :3] @ robot.b[0]
-    assert not one.tension(on_anchor).found
+    assert not one.tension(on_anchor).feasible
     lost = one.forward(np.full(8, np.nan), t[0])
     assert not lost.converged and np.isnan(lost.pose).all()
     assert np.isfinite(one.forward(np.full(8, 1e3), t[0]).residual).all()
     wheels = robot.having(pulleys=Pulleys(np.full(8, 0.5), np.tile([0.0, 0.0, 1.0], (8, 1))))
     inside = t[0].copy()
     inside[:3, 3] = robot.a[0] + [0.4, 0.0, 0.0] - t[0, :3, :3] @ robot.b[0]
-    assert not Prepared(wheels, limits=limits).tension(inside).found
+    assert not Prepared(wheels, limits=limits).tension(inside).feasible
 
 
 def test_a_singular_pose_has_no_twist_and_no_covariance():
@@ -162,9 +162,9 @@ def test_a_pose_that_is_no_rigid_motion_is_not_answered(name, rng):
     bad = BAD_POSES[name](t[0])
     found = one.forward(y[0], bad)
     assert not found.converged and np.isnan(found.pose).all() and np.isnan(found.covariance).all()
-    assert not one.tension(bad).found and np.isnan(one.twist(bad, np.ones(8))).all()
+    assert not one.tension(bad).feasible and np.isnan(one.twist(bad, np.ones(8))).all()
     printed = np.array([[float(f"{v:.7g}") for v in row] for row in t[0]])
-    assert one.forward(y[0], printed).converged and one.tension(printed).found == one.tension(t[0]).found
+    assert one.forward(y[0], printed).converged and one.tension(printed).feasible == one.tension(t[0]).feasible
 
 
 def test_what_may_be_entered_in_any_way(rng):

@@ -11,12 +11,12 @@ from cables.motions import pose
 from scipy.optimize import linprog
 
 from robocal.cables.boundary import statics_along
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import cable_robot
 from robocal.cables.interference import first_contact, hull
-from robocal.cables.inverse import inverse
-from robocal.cables.poses import LIMITS, PoseBox, reachable_poses
-from robocal.cables.program import kept_to_what_is_held, program
-from robocal.cables.start import Clearance, examine, propose
+from robocal.cables.list_start import Clearance, examine, propose
+from robocal.cables.motion_program import program, restrict_to_feasible
+from robocal.cables.pose_list import LIMITS, PoseBox, reachable_poses
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.workspace import Demand, holds, margins
 from robocal.errors import ModelError
@@ -59,7 +59,7 @@ def planar(**more):
 def test_a_start_that_is_held_has_a_margin_and_the_nearest_pair():
     machine = robot()
     found = examine(machine, machine.home, Clearance(machine.diameter, hull(machine.b)))
-    assert found.held and found.margin > 0 and not found.touching and not found.missing.any()
+    assert found.feasible and found.margin > 0 and not found.touching and not found.missing.any()
     k, l = found.nearest
     s = np.linspace(0, 1, 801)[:, None]
     ends = machine.home[:3, 3] + machine.b
@@ -77,7 +77,7 @@ def test_a_start_that_is_not_held_says_what_is_missing_and_another_is_proposed()
     machine = replace(machine, mass=60.0, limits=np.tile([10.0, 300.0], (8, 1)))
     clear = Clearance(machine.diameter, hull(machine.b))
     found = examine(machine, pose([0, 0, 2.95]), clear)
-    assert not found.held
+    assert not found.feasible
     w, limits = structure_of(machine, found.pose[None])[0], machine.limits
     missing = -gravity_wrench(found.pose[None], 60.0, machine.com)[0] - found.missing
     answer = linprog(np.zeros(8), A_eq=w, b_eq=missing, bounds=limits, method="highs")
@@ -85,14 +85,14 @@ def test_a_start_that_is_not_held_says_what_is_missing_and_another_is_proposed()
     assert found.missing[2] > 0  # pulled up
     other = propose(machine, clear)
     again = examine(machine, other, clear)
-    assert again.held and again.margin > 0 and not again.touching
+    assert again.feasible and again.margin > 0 and not again.touching
 
 
 def test_the_proposal_is_the_best_of_its_cells_and_below_a_flat_frame():
     machine = published("cogiro")
     machine = replace(machine, mass=91.058, limits=np.tile([100.0, 5000.0], (8, 1)))
     clear = Clearance(np.zeros(8), hull(machine.b))
-    assert not examine(machine, machine.home, clear).held
+    assert not examine(machine, machine.home, clear).feasible
     other = propose(machine, clear)
     assert 0 < other[2, 3] < machine.a[:, 2].min() - 0.5
     rng = np.random.default_rng(1)
@@ -112,7 +112,7 @@ def test_a_planar_start_keeps_its_plane():
     machine = planar()
     other = propose(machine, Clearance(machine.diameter, hull(machine.b)))
     found = examine(machine, other, Clearance(machine.diameter))
-    assert other[1, 3] == 0 and found.held and found.nearest == (-1, -1) and found.missing.shape == (2,)
+    assert other[1, 3] == 0 and found.feasible and found.nearest == (-1, -1) and found.missing.shape == (2,)
 
 
 # Programs.
@@ -160,14 +160,14 @@ def test_a_way_through_a_hole_in_the_workspace_is_cut():
     blind = reachable_poses(machine.a, machine.b, 200, np.random.default_rng(7), box=wide, margin=0.9, **ask)
     demand = Demand(np.array([machine.mass]))
     assert not holds(machine, demand, blind.poses).all()
-    cut = kept_to_what_is_held(machine, demand, blind, 40)
+    cut = restrict_to_feasible(machine, demand, blind, 40)
     assert holds(machine, demand, cut.along(np.linspace(0, 1, 41)).reshape(-1, 4, 4)).all()
     changed = cut.fraction != blind.fraction
     np.testing.assert_allclose(cut.fraction, 0.9 * cut.furthest)
     assert (cut.fraction[changed] < blind.fraction[changed]).all()
     assert (cut.limit[changed] == LIMITS.index("statics")).all()
     seeing = listed(machine, box=wide, n=200, seed=7, margin=0.9)
-    assert kept_to_what_is_held(machine, demand, seeing, 40) is seeing
+    assert restrict_to_feasible(machine, demand, seeing, 40) is seeing
     # What was cut lies where the search along rays ends, to within a waypoint.
     assert changed.sum() > 50 and np.abs(cut.furthest - seeing.furthest)[changed].max() < 1 / 40
 

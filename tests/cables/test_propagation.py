@@ -8,7 +8,7 @@ from cables.cable_robots import poses, published
 from cables.test_calibration import attached, listed, made, read
 
 from robocal.cables.calibration.per_cable import per_cable
-from robocal.cables.calibration.propagation import Design, Noise, rms
+from robocal.cables.calibration.propagation import ErrorPropagation, Noise, rms
 from robocal.cables.calibration.requirement import Requirement
 from robocal.errors import ModelError
 from robocal.geometry import so3
@@ -45,7 +45,7 @@ def test_the_form_by_cable_is_the_dense_one():
         robot = made(seed, 8)
         t = poses(robot, rng, 30)
         e = 1e-3 * rng.normal(size=(30, 8)), 1e-3 * rng.normal(size=(30, 3)), 1e-2 * rng.normal(size=(30, 3))
-        anchors, zeros = Design(robot, t).moved(lengths=e[0], places=e[1], turns=e[2], squared=True)
+        anchors, zeros = ErrorPropagation(robot, t).propagate(lengths=e[0], places=e[1], turns=e[2], squared=True)
         x = dense(robot, t, *e)
         assert np.abs(anchors - x[:, 1:]).max() < 1e-9 and np.abs(zeros - x[:, 0]).max() < 1e-9
 
@@ -54,11 +54,11 @@ def test_the_form_by_cable_is_the_dense_one():
 def test_a_constant_bias_moves_one_thing_only(squared):
     robot = made(1, 8)
     t = poses(robot, np.random.default_rng(1), 40)
-    design = Design(robot, t)
-    anchors, zeros = design.moved(lengths=2e-3, squared=squared)
+    design = ErrorPropagation(robot, t)
+    anchors, zeros = design.propagate(lengths=2e-3, squared=squared)
     assert np.abs(anchors).max() < 1e-9 and np.abs(zeros + 2e-3).max() < 1e-9
     shift = np.array([1e-3, -2e-3, 3e-3])
-    anchors, zeros = design.moved(places=np.broadcast_to(shift, (40, 3)), squared=squared)
+    anchors, zeros = design.propagate(places=np.broadcast_to(shift, (40, 3)), squared=squared)
     assert np.abs(anchors - shift).max() < 1e-9 and np.abs(zeros).max() < 1e-9
     # And so do the fits themselves.
     residual = "squared" if squared else "length"
@@ -85,7 +85,7 @@ def test_small_errors_move_a_fit_as_foretold(degrees, squared):
     noisy[:, :3, 3] += v
     noisy[:, :3, :3] = so3.exp(w) @ t[:, :3, :3]
     found = per_cable(robot, noisy, read(robot, t) + e, residual="squared" if squared else "length")
-    anchors, zeros = Design(robot, t).moved(lengths=e, places=v, turns=w, squared=squared)
+    anchors, zeros = ErrorPropagation(robot, t).propagate(lengths=e, places=v, turns=w, squared=squared)
     assert np.abs(found.anchors[0] - robot.a - anchors).max() < 1e-9 and np.abs(anchors).max() > 1e-7
     assert np.abs(found.zeros[0] - robot.zeros - zeros).max() < 1e-9
 
@@ -109,13 +109,13 @@ def test_the_covariance_is_that_of_draws(noise):
     seen, y = drawn(robot, t, noise, 2000, rng)
     found = per_cable(robot, seen, y)
     e = np.concatenate([found.anchors - robot.a, (found.zeros - robot.zeros)[..., None]], axis=-1).reshape(2000, -1)
-    cov = Design(robot, t).covariance(noise)
+    cov = ErrorPropagation(robot, t).covariance(noise)
     sigma = np.sqrt(np.diag(cov))
     assert np.abs(e.std(axis=0) / sigma - 1).max() < 0.08
     drawn_correlation = np.corrcoef(e.T)
     assert np.abs(drawn_correlation - cov / np.outer(sigma, sigma)).max() < 0.12
     assert np.abs(e.mean(axis=0) / sigma).max() < 0.12
-    expected = Design(robot, t).expected(cov)
+    expected = ErrorPropagation(robot, t).rms_errors(cov)
     assert rms(e.reshape(-1, 8, 4)[..., :3], e.reshape(-1, 8, 4)[..., 3]) == pytest.approx(expected, rel=0.03)
 
 
@@ -127,7 +127,7 @@ def test_squares_err_as_foretold(noise):
     seen, y = drawn(robot, t, noise, 400, rng)
     found = per_cable(robot, seen, y, residual="squared")
     bias = np.column_stack([found.anchors.mean(axis=0) - robot.a, found.zeros.mean(axis=0) - robot.zeros])
-    anchors, zeros = Design(robot, t).bias_of_squares(noise)
+    anchors, zeros = ErrorPropagation(robot, t).bias_of_squares(noise)
     law = np.column_stack([anchors, zeros])
     scatter = np.concatenate([found.anchors, found.zeros[..., None]], axis=-1).std(axis=0) / 20
     # What the law leaves is smaller by the noise once more, and by the scatter of the mean.
@@ -141,12 +141,12 @@ def test_squares_err_as_foretold(noise):
 def test_joint_weights_never_lose_and_gain_where_poses_err():
     robot = published("laval")
     t = poses(robot, np.random.default_rng(5), 100)
-    design = Design(robot, t)
+    design = ErrorPropagation(robot, t)
     alone, joint = design.covariance(FIGURE_3_8), design.bound(FIGURE_3_8)
     assert np.linalg.eigvalsh(alone - joint).min() > -1e-12
-    assert design.expected(joint)[0] < 0.85 * design.expected(alone)[0]
+    assert design.rms_errors(joint)[0] < 0.85 * design.rms_errors(alone)[0]
     only = Noise(3e-3)
-    assert design.expected(design.bound(only)) == pytest.approx(design.expected(design.covariance(only)), rel=1e-9)
+    assert design.rms_errors(design.bound(only)) == pytest.approx(design.rms_errors(design.covariance(only)), rel=1e-9)
     with pytest.raises(ModelError, match="without noise"):
         design.bound(Noise(0.0, 1e-3))
 
@@ -156,20 +156,22 @@ def test_joint_weights_never_lose_and_gain_where_poses_err():
 def test_what_is_required_gives_what_was_asked(estimator, what):
     robot = published("laval")
     t = poses(robot, np.random.default_rng(6), 60)
-    needed = Requirement(Design(robot, t), FIGURE_3_8, estimator)
-    asked = 0.8 * getattr(needed.expected, what)
+    needed = Requirement(ErrorPropagation(robot, t), FIGURE_3_8, estimator)
+    asked = 0.8 * getattr(needed.rms_errors, what)
     f = needed.scale(what, asked)
     scaled = Noise(f * 3e-3, f * 2e-3, f * np.deg2rad(1.0))
-    assert getattr(Requirement(Design(robot, t), scaled, estimator).expected, what) == pytest.approx(asked, rel=1e-9)
+    assert getattr(Requirement(ErrorPropagation(robot, t), scaled, estimator).rms_errors, what) == pytest.approx(
+        asked, rel=1e-9
+    )
     for name, value in needed.alone(what, asked).items():
         if value is not None and np.isfinite(value):
             one = Noise(**{**FIGURE_3_8.__dict__, name: value})
-            got = getattr(Requirement(Design(robot, t), one, estimator).expected, what)
+            got = getattr(Requirement(ErrorPropagation(robot, t), one, estimator).rms_errors, what)
             assert got == pytest.approx(asked, rel=1e-6)
     n = needed.poses(what, asked)
     assert n == int(np.ceil(60 / 0.64 - 1e-9))
-    twice = Requirement(Design(robot, np.concatenate([t, t])), FIGURE_3_8, estimator)
-    assert getattr(twice.expected, what) * np.sqrt(2) == pytest.approx(getattr(needed.expected, what), rel=1e-6)
+    twice = Requirement(ErrorPropagation(robot, np.concatenate([t, t])), FIGURE_3_8, estimator)
+    assert getattr(twice.rms_errors, what) * np.sqrt(2) == pytest.approx(getattr(needed.rms_errors, what), rel=1e-6)
 
 
 def test_poses_after_a_calibration_err_as_foretold():
@@ -190,25 +192,27 @@ def test_poses_after_a_calibration_err_as_foretold():
         turn = so3.log(there[:, :3, :3] @ np.swapaxes(t[:20, :3, :3], 1, 2))
         square.append([((there[:, :3, 3] - t[:20, :3, 3]) ** 2).sum(axis=1).mean(), (turn**2).sum(axis=1).mean()])
     got = np.sqrt(np.mean(square, axis=0))
-    expected = Requirement(Design(robot, t), noise, "per-cable").expected
+    expected = Requirement(ErrorPropagation(robot, t), noise, "per-cable").rms_errors
     assert got == pytest.approx([expected.position, expected.orientation], rel=0.12)
 
 
 def test_contours_are_lines_of_equal_error():
     robot = published("laval")
     t = poses(robot, np.random.default_rng(8), 60)
-    needed = Requirement(Design(robot, t), FIGURE_3_8, "per-cable")
+    needed = Requirement(ErrorPropagation(robot, t), FIGURE_3_8, "per-cable")
     curve = needed.contour("anchors", 5e-3, ("length", "orientation"))
     for a, b in curve[::9]:
         noise = Noise(length=float(a), orientation=float(b))
-        assert Requirement(Design(robot, t), noise, "per-cable").expected.anchors == pytest.approx(5e-3, rel=1e-6)
+        assert Requirement(ErrorPropagation(robot, t), noise, "per-cable").rms_errors.anchors == pytest.approx(
+            5e-3, rel=1e-6
+        )
 
 
 def test_nothing_is_required_of_nothing():
     robot = published("laval")
-    design = Design(robot, poses(robot, np.random.default_rng(9), 20))
+    design = ErrorPropagation(robot, poses(robot, np.random.default_rng(9), 20))
     with pytest.raises(ModelError, match="no noise"):
-        _ = Requirement(design, Noise()).expected
+        _ = Requirement(design, Noise()).rms_errors
     with pytest.raises(ModelError, match="unknown estimator"):
         Requirement(design, FIGURE_3_8, "kalman")
     with pytest.raises(ModelError, match="no such error"):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from robocal.cables.geometry import cable_robot
+from robocal.cables.grid_regions import cut_off, frame_box, regions, visible_share
 from robocal.cables.pulley import Pulleys
-from robocal.cables.room import cut_off, frame_box, regions, seen_from
 from robocal.cables.workspace import Demand, Grid, grid, holds
 from robocal.errors import ModelError
 from robocal.geometry import so3
@@ -96,9 +96,9 @@ def test_parts_holes_and_what_is_cut_off():
 
 def test_what_is_seen_from_a_point():
     bend = cells("########## |#......... |#......... |#......... |#......... |#.........", (1.0, 1.0, 1.0))
-    assert seen_from(bend, [0.5, 0.5, 0.5]) == 1.0
-    assert seen_from(bend, [0.5, 0.5, 9.5]) == pytest.approx(10 / 15)
+    assert visible_share(bend, [0.5, 0.5, 0.5]) == 1.0
+    assert visible_share(bend, [0.5, 0.5, 9.5]) == pytest.approx(10 / 15)
     able = robot()
     made = grid(able, Demand(np.array([30.0])), frame_box(able)[0], (15, 15, 15))
     middle = np.array([made.axes[i][k] for i, k in enumerate(regions(made).heart)])
-    assert seen_from(made, middle) > 0.99
+    assert visible_share(made, middle) > 0.99

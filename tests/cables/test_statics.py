@@ -9,8 +9,8 @@ import pytest
 from cables.cable_robots import box
 from laws import check_jacobian
 
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import cable_robot, lengths, straight
-from robocal.cables.inverse import inverse
 from robocal.cables.pulley import Pulleys, curvature, run
 from robocal.cables.statics import gravity_wrench, null_vector, stiffness, structure, structure_of
 from robocal.cables.tension import distribute

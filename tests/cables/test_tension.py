@@ -71,18 +71,18 @@ def test_every_method_balances_within_limits_and_agrees_on_feasibility(d, m, rng
         out = distribute(w, load, limits, method)
         assert (out.feasible == (truth < 0))[sure].all()
         if method != "closed":
-            assert (out.found == out.feasible).all()
-        t = out.tension[out.found]
-        assert np.isnan(out.tension[~out.found]).all()
-        assert np.abs(np.einsum("kdm,km->kd", w[out.found], t) + load[out.found]).max() < 1e-9
+            assert (out.has_solution == out.feasible).all()
+        t = out.tension[out.has_solution]
+        assert np.isnan(out.tension[~out.has_solution]).all()
+        assert np.abs(np.einsum("kdm,km->kd", w[out.has_solution], t) + load[out.has_solution]).max() < 1e-9
         assert (t >= limits[:, 0] - 1e-9).all() and (t <= limits[:, 1] + 1e-9).all()
 
 
 def test_closed_form_is_the_one_nearest_to_the_middle_wherever_it_holds(rng):
     w, load, limits = random_rig(6, 8, 400, rng)
     closed, middle = distribute(w, load, limits, "closed"), distribute(w, load, limits, "mid")
-    assert 20 < closed.found.sum() < middle.found.sum()
-    np.testing.assert_allclose(closed.tension[closed.found], middle.tension[closed.found], atol=1e-9)
+    assert 20 < closed.has_solution.sum() < middle.has_solution.sum()
+    np.testing.assert_allclose(closed.tension[closed.has_solution], middle.tension[closed.has_solution], atol=1e-9)
 
 
 @pytest.mark.parametrize(("d", "m"), [(2, 4), (6, 8), (6, 10)])
@@ -90,12 +90,12 @@ def test_power_two_is_the_norm_and_higher_powers_cannot_be_bettered(d, m, rng):
     w, load, limits = random_rig(d, m, 100, rng)
     norm = distribute(w, load, limits)
     two = distribute(w, load, limits, "p-norm", 2.0)
-    np.testing.assert_allclose(two.tension[norm.found], norm.tension[norm.found], atol=1e-7)
+    np.testing.assert_allclose(two.tension[norm.has_solution], norm.tension[norm.has_solution], atol=1e-7)
     eight = distribute(w, load, limits, "p-norm", 8.0)
     # No feasible way lowers the sum: towards the other methods' tensions it rises.
     for other in ("norm", "mid"):
-        to = distribute(w, load, limits, other).tension[norm.found]
-        at = eight.tension[norm.found]
+        to = distribute(w, load, limits, other).tension[norm.has_solution]
+        at = eight.tension[norm.has_solution]
         assert ((at**8).sum(axis=1) <= (to**8).sum(axis=1) * (1 + 1e-12)).all()
         slope = (8 * (at / 20) ** 7 * (to - at)).sum(axis=1)
         assert (slope > -1e-6 * (at / 20).max(axis=1) ** 7).all()
@@ -121,7 +121,7 @@ def test_high_powers_come_to_the_least_greatest_tension(d, m, above, rng):
     ]
     for power in (30.0, 100.0, 1000.0):
         out = distribute(w, load, limits * [1.0, above], "p-norm", power)
-        assert out.found.all()
+        assert out.has_solution.all()
         assert (out.tension.max(axis=1) <= m ** (1 / power) * np.array(least) * (1 + 1e-9)).all()
 
 
@@ -135,7 +135,7 @@ def test_high_powers_leave_the_wrench_balanced_where_newton_loses_its_digits(see
     w, limits = structure(pose, a, b), np.tile([1.0, 6000.0], (9, 1))
     load = -np.einsum("kdm,km->kd", w, rng.uniform(1, 6000, (1000, 9)))
     out = distribute(w, load, limits, "p-norm", 40.0)
-    assert out.found.all()
+    assert out.has_solution.all()
     assert np.abs(np.einsum("kdm,km->kd", w, out.tension) + load).max() < 1e-6
 
 
@@ -157,7 +157,7 @@ def test_centre_is_that_of_the_polygon(rng):
     """Against the mean of points drawn evenly from the polygon, and the middle of the interval."""
     w, load, limits = random_rig(6, 8, 60, rng)
     out = distribute(w, load, limits, "barycentre")
-    k = int(np.argmax(out.found))
+    k = int(np.argmax(out.has_solution))
     basis = np.linalg.svd(w[k])[2][6:]
     spread = rng.uniform(-80, 80, (400_000, 2)) @ basis + out.tension[k]
     inside = spread[((spread >= limits[:, 0]) & (spread <= limits[:, 1])).all(axis=1)]
@@ -170,7 +170,7 @@ def test_centre_is_that_of_the_polygon(rng):
     with np.errstate(invalid="ignore"):
         room = np.stack([(limits[:, 0] - out.tension) / u, (limits[:, 1] - out.tension) / u])
     up, down = room.max(axis=0).min(axis=1), room.min(axis=0).max(axis=1)
-    np.testing.assert_allclose((up + down)[out.found], 0, atol=1e-8)
+    np.testing.assert_allclose((up + down)[out.has_solution], 0, atol=1e-8)
 
 
 def test_centre_is_continuous_along_a_path():
@@ -185,7 +185,7 @@ def test_centre_is_continuous_along_a_path():
     )
     step = np.abs(np.diff(out.tension, axis=0)).max()
     coarse = np.abs(np.diff(out.tension[::4], axis=0)).max()
-    assert out.found.all() and step < 0.3 * coarse  # steps shrink with the path's: no jump
+    assert out.has_solution.all() and step < 0.3 * coarse  # steps shrink with the path's: no jump
 
 
 @pytest.mark.parametrize(("d", "m"), [(2, 3), (3, 4), (6, 8), (6, 10)])
@@ -264,7 +264,7 @@ def test_a_point_held_by_cables_is_singular_and_still_right(rng):
     w, load, limits = structure(pose, a, np.zeros((6, 3))), np.r_[0, 0, -50.0, 0, 0, 0], np.tile([2.0, 90.0], (6, 1))
     six, three = distribute(w, load, limits), distribute(w[:, :3], load[:3], limits)
     assert (six.feasible == three.feasible).all() and 5 < six.feasible.sum() < 50
-    np.testing.assert_allclose(six.tension[six.found], three.tension[six.found], atol=1e-9)
+    np.testing.assert_allclose(six.tension[six.has_solution], three.tension[six.has_solution], atol=1e-9)
     assert not is_feasible(w, load + [0, 0, 0, 1e-3, 0, 0], limits).any()
     margin = capacity_margin(w, load, limits)
     assert (margin[six.feasible] == 0).all() and (margin[~six.feasible] < 0).all()
@@ -287,8 +287,10 @@ def test_parallel_cables_and_rows_that_nearly_depend_lose_nothing(d, m, size, rn
         if method != "barycentre" or m - d <= 2:
             out = distribute(w, load, limits, method)
             assert out.feasible.all()
-            x = out.tension[out.found]
-            assert np.abs(np.einsum("kdm,km->kd", w[out.found], x) + load[out.found]).max(initial=0) < 1e-7
+            x = out.tension[out.has_solution]
+            assert (
+                np.abs(np.einsum("kdm,km->kd", w[out.has_solution], x) + load[out.has_solution]).max(initial=0) < 1e-7
+            )
     assert (capacity_margin(w, load, limits) > -1e-6).all()
 
 
@@ -302,7 +304,7 @@ def test_limits_that_touch_leave_one_answer(rng):
         limits[list(held)] = t[list(held), None]
         for method in ("norm", "mid", "barycentre", "p-norm"):
             out = distribute(w, load, limits, method)
-            assert out.feasible.all() and out.found.all()
+            assert out.feasible.all() and out.has_solution.all()
             if len(held) > 1:
                 np.testing.assert_allclose(out.tension, np.broadcast_to(t, (100, 8)), atol=1e-7)
 
@@ -357,7 +359,7 @@ def test_published_robots_at_ten_thousand_poses(name, rng):
     assert len(some) == many
     assert agrees_with_quadprog(w[some], load[some], machine.limits, 1e-8).all()
     for power in (4.0, 16.0, 100.0):  # one in thousands only crawls at the bottom, by rounding
-        assert distribute(w[some], load[some], machine.limits, "p-norm", power).found.all()
+        assert distribute(w[some], load[some], machine.limits, "p-norm", power).has_solution.all()
 
 
 RIG = (np.tile(np.eye(2, 3), (4, 1, 1)), np.zeros((4, 2)), np.tile([1.0, 9.0], (3, 1)))

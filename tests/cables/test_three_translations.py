@@ -9,10 +9,10 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
 from robocal.cables.boundary import surface
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
 from robocal.cables.geometry import cable_robot
 from robocal.cables.interference import first_contact
-from robocal.cables.inverse import inverse
 from robocal.cables.statics import gravity_wrench, stiffness, structure_of
 from robocal.cables.tension import capacity_margin, distribute
 from robocal.cables.workspace import Demand, grid, margins

@@ -18,7 +18,7 @@ import numpy as np
 from robocal.cli.main import main
 from robocal.files.robot import parse_robot
 from robocal.files.text import Source
-from robocal.session.simulate import Errors, Instrument, measure, simulated_files, true_chain
+from robocal.session.simulated_robot import Errors, Instrument, measure, simulation_files, true_chain
 
 ROBOT = """robocal: 1
 name: three axes
@@ -105,7 +105,7 @@ def small(
     # Degrees with few digits, so that files stay short.
     q = np.radians(np.round(np.degrees(rng.uniform(0.6 * low, 0.6 * high, (poses, 3))), 3))
     instrument = Instrument(noise=noise, frame=(0.9, -0.6, 0.4, 0.02, -0.03, 2.1) if frame else None)
-    texts = simulated_files(robot, truth, measure(truth, q, instrument, rng), "for tests")
+    texts = simulation_files(robot, truth, measure(truth, q, instrument, rng), "for tests")
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

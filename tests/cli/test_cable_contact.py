@@ -18,7 +18,7 @@ from listings import rows_of
 from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import cable_robot
 from robocal.cables.pulley import Pulleys
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.show import describe_cable
 from robocal.geometry import so3
 

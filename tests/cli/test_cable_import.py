@@ -14,9 +14,9 @@ import pytest
 from cli.runs import files, robocal
 
 import robocal as rc
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import DEGREES
-from robocal.cables.inverse import inverse
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.remarks.code import Code
 
 Vector = tuple[float, float, float]

@@ -10,8 +10,8 @@ import pytest
 from cables.cable_robots import box
 from cli.runs import robocal
 
-from robocal.files.cable.lists import read_platform_poses
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
+from robocal.files.cable.pose_lists import read_platform_poses
 from robocal.files.cable.show import describe_cable
 
 

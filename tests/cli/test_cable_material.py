@@ -11,11 +11,11 @@ from cables.cable_robots import published
 from cli.runs import robocal
 from cli.test_cable_identify import LENGTHS, POSES, table
 
-from robocal.cables.inverse import inverse
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.pulley import Pulleys
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.show import describe_cable
 from robocal.geometry import se3
 
@@ -46,7 +46,7 @@ def made(folder, seed=1, free="ax, ay, az, l0, radius, nx, ny, elasticity", ever
         held = distribute(
             structure_of(truth, some), load, np.stack([low, low + rng.uniform(60, 300, 8)], axis=1), "mid"
         )
-        parts.append((some[held.found], held.tension[held.found]))
+        parts.append((some[held.has_solution], held.tension[held.has_solution]))
     pose, pull = (np.concatenate(p) for p in zip(*parts, strict=True))
     chosen = rng.permutation(len(pose))[:n]
     pose, pull = pose[chosen], pull[chosen]

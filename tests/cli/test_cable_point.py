@@ -9,8 +9,8 @@ import pytest
 from cli.runs import robocal
 from listings import rows_of
 
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import cable_robot
-from robocal.cables.inverse import inverse
 from robocal.geometry import se3
 
 ANCHORS = np.array([(2.0, 2, 3), (-2, 2, 3), (-2, -2, 3), (2, -2, 3), (0, 0, 0)])

@@ -13,7 +13,7 @@ from cables.cable_robots import poses, published
 from cli.runs import files, robocal
 from listings import rows_of
 
-from robocal.cables.calibration.propagation import Design, Noise
+from robocal.cables.calibration.propagation import ErrorPropagation, Noise
 from robocal.cables.calibration.requirement import Requirement
 from robocal.geometry import se3
 
@@ -41,19 +41,19 @@ def test_the_document_is_the_error_model(tmp_path):
         k: v for k, v in found.items() if k != "provenance"
     }
     robot = published("laval")
-    known = Requirement(Design(robot, t), Noise(3e-3, 2e-3, np.deg2rad(1.0)))
+    known = Requirement(ErrorPropagation(robot, t), Noise(3e-3, 2e-3, np.deg2rad(1.0)))
     assert found["poses"] == 60 and found["estimator"] == "maximum-likelihood"
     said = found["expected"]["maximum-likelihood"]
     assert [said["anchors"]["value"], said["position"]["value"]] == pytest.approx(
-        [known.expected.anchors, known.expected.position], rel=1e-6
+        [known.rms_errors.anchors, known.rms_errors.position], rel=1e-6
     )
     sigma = np.array([[c[k] for k in ("ax", "ay", "az", "l0")] for c in rows_of(found["sigma"])])
     assert np.sqrt((sigma[:, :3] ** 2).mean()) == pytest.approx(said["anchors"]["value"], rel=1e-9)
     needed = found["accuracy"]
-    assert needed["reached"] and needed["scale"] == pytest.approx(0.02 / known.expected.anchors, rel=1e-6)
+    assert needed["reached"] and needed["scale"] == pytest.approx(0.02 / known.rms_errors.anchors, rel=1e-6)
     for level, one, a, two, b in list(csv.reader(io.StringIO((out / "contours.csv").read_text())))[1::40]:
         noise = Noise(**{one: float(a), two: float(b)})
-        got = Requirement(Design(robot, t), noise, "per-cable").expected.anchors
+        got = Requirement(ErrorPropagation(robot, t), noise, "per-cable").rms_errors.anchors
         assert got == pytest.approx(float(level), rel=1e-6)
 
 

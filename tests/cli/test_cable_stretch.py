@@ -30,7 +30,9 @@ def cell(tmp_path_factory):
     turn = np.concatenate([rng.uniform(-0.7, 0.7, (600, 3)), rng.uniform(-0.2, 0.2, (600, 3))], axis=1)
     drawn = se3.from_vector(turn + np.r_[robot.a.mean(axis=0), 0, 0, 0])
     narrow = robot.limits + [[10.0, -10.0]]  # N within the limits, so that nominal anchors hold the platform too
-    held = distribute(structure_of(truth, drawn), gravity_wrench(drawn, robot.mass, robot.com), narrow, "mid").found
+    held = distribute(
+        structure_of(truth, drawn), gravity_wrench(drawn, robot.mass, robot.com), narrow, "mid"
+    ).has_solution
     pose = drawn[held][:m]
     assert len(pose) == m
     found = distribute(structure_of(truth, pose), gravity_wrench(pose, robot.mass, robot.com), robot.limits, "mid")

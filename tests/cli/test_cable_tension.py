@@ -15,8 +15,8 @@ from robocal.cables.geometry import cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import capacity_margin, distribute, missing_wrench
-from robocal.files.cable.lists import WRENCH, read_platform_poses
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
+from robocal.files.cable.pose_lists import WRENCH, read_platform_poses
 from robocal.files.cable.show import describe_cable
 
 POSES = """id,x [mm],y [mm],z [mm],rx [deg],ry [deg],rz [deg]
@@ -92,11 +92,11 @@ def test_methods_and_payload(folder, method):
     power = ("--power", 6) if method == "p-norm" else ()
     ran = run(folder, "--json", "--method", method, "--payload", payload, *power, poses="held.csv")
     spread = distribute(w, load, robot.limits, method, 6.0)
-    assert spread.found.sum() == (2 if method == "closed" else 3) and spread.feasible.all()
+    assert spread.has_solution.sum() == (2 if method == "closed" else 3) and spread.feasible.all()
     assert ran.status == (3 if method == "closed" else 0) and ("warning" in ran.err) == (method == "closed")
     t = np.array([p["tension"] or np.full(8, np.nan) for p in rows_of(ran.document["poses"])], float)
     np.testing.assert_allclose(t, spread.tension, rtol=1e-9)
-    np.testing.assert_allclose((w @ t[..., None])[spread.found, :, 0], -load[spread.found], atol=1e-8)
+    np.testing.assert_allclose((w @ t[..., None])[spread.has_solution, :, 0], -load[spread.has_solution], atol=1e-8)
     assert ran.document["mass"]["value"] == 15 and ran.document["power"] == (6 if method == "p-norm" else None)
 
 

@@ -14,7 +14,7 @@ from cli.runs import files, robocal
 from listings import lengths_of, rows_of
 
 from robocal.cables.geometry import cable_robot
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.show import describe_cable
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

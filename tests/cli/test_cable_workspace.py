@@ -12,7 +12,7 @@ import pytest
 from cli.runs import files, robocal
 
 from robocal.cables.workspace import Demand, holds
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.report.sections import figure
 
 PUBLISHED = Path(__file__).parents[2] / "examples" / "cable-published"

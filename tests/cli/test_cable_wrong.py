@@ -15,7 +15,7 @@ from listings import rows_of
 
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.show import describe_cable
 from robocal.geometry import se3
 
@@ -41,7 +41,7 @@ def right(tmp_path_factory):
     t = se3.from_vector(drawn + np.r_[robot.a.mean(axis=0), 0, 0, 0])
     mass = 1.04 * robot.mass
     found = distribute(structure_of(truth, t), gravity_wrench(t, mass, robot.com), robot.limits, "mid")
-    t, pull = t[found.found][:n], found.tension[found.found][:n]
+    t, pull = t[found.has_solution][:n], found.tension[found.has_solution][:n]
     y = np.linalg.norm(t[:, None, :3, 3] + truth.b @ t[:, :3, :3].swapaxes(1, 2) - truth.a, axis=2) - truth.zeros
     ids = [f"p{i}" for i in range(n)]
     (folder / "robot.yaml").write_text(

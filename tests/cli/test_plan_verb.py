@@ -12,7 +12,7 @@ import pytest
 from cli.runs import files, robocal
 from listings import rows_of
 
-from robocal.files.poses import read_poses
+from robocal.files.pose_table import read_poses
 from robocal.files.robot import read_robot
 
 QUICK = ("--draw", 300)

@@ -7,9 +7,9 @@ import copy
 from report.samples import improved, result
 
 from robocal.cli.terminal import Terminal
-from robocal.files.parts import Remark as Kept
+from robocal.files.parts import RemarkPart as Kept
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark, told
+from robocal.remarks.remark import Remark, remark_fields
 from robocal.report.identified import report
 from robocal.report.sections import Remarks, Section
 
@@ -43,7 +43,7 @@ def test_a_warning_beside_a_document_says_what_to_do(capsys):
 
 def test_the_report_has_advice_beside_the_warning():
     document, rows = copy.deepcopy(improved())
-    page = report(result(document | told((SAID, FACT))), rows, None)
+    page = report(result(document | remark_fields((SAID, FACT))), rows, None)
     assert (
         f'<li>{SAID.sentence} <span class="soft">{SAID.advice}</span></li>' in page
         and f"<li>{FACT.sentence}</li>" in page

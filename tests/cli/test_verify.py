@@ -158,7 +158,7 @@ def test_the_best_alignment_is_found_from_anywhere():
     """Against a general solver from many starts, of orientations that have nothing to do with each other."""
     from scipy.optimize import least_squares
 
-    from robocal.apply.verification import aligned
+    from robocal.apply.verification import align_poses
 
     rng = np.random.default_rng(1)
     for _ in range(5):
@@ -172,7 +172,7 @@ def test_the_best_alignment_is_found_from_anywhere():
         best = min(
             2 * least_squares(lambda x, left=left: left(se3.from_vector(x)), rng.normal(size=6)).cost for _ in range(12)
         )
-        assert np.sum(left(aligned(p, q)[1]) ** 2) <= best * 1.02
+        assert np.sum(left(align_poses(p, q)[1]) ** 2) <= best * 1.02
 
 
 @pytest.mark.parametrize(

@@ -23,8 +23,8 @@ from listings import rows_of
 
 from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import InputError
-from robocal.files.cable.lists import read_platform_poses
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
+from robocal.files.cable.pose_lists import read_platform_poses
 from robocal.files.cable.show import describe_cable
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot

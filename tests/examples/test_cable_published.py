@@ -14,7 +14,7 @@ from cli.runs import robocal
 from examples.test_cable_examples import EXAMPLES, commands, readme
 
 from robocal.cables.statics import gravity_wrench, structure
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 
 FOLDER = EXAMPLES / "cable-published"
 NAMES = ("ipanema-1", "ipanema-2", "ipanema-3", "cogiro")

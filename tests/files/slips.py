@@ -14,7 +14,7 @@ import numpy as np
 
 from robocal.errors import InputError
 from robocal.files.text import Source, read_text
-from robocal.files.yamlio import Document, parse
+from robocal.files.yamlio import YamlDocument, parse
 
 Path_ = tuple[str | int, ...]
 TWICE = "\x00again"
@@ -63,7 +63,7 @@ def yaml_text(data: Any) -> str:
     return text.replace("-Infinity", "-.inf").replace("Infinity", ".inf")
 
 
-def quick(given: Source) -> Document:
+def quick(given: Source) -> YamlDocument:
     """A document in braces without the whole of YAML, which takes its time; a key that is given twice is left to it."""
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -75,7 +75,7 @@ def quick(given: Source) -> Document:
         data = json.loads(given.text, object_pairs_hook=once)
     except ValueError:
         return parse(given)
-    return Document(given.path, given.text, given.sha256, data)
+    return YamlDocument(given.path, given.text, given.sha256, data)
 
 
 def header_slips(table: str) -> Iterator[tuple[str, Path_, str]]:

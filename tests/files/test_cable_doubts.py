@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from robocal.errors import FormatError
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.remarks.code import Code
 
 ANCHORS = "[[-2, 0, 3], [2, 0, 3], [0, 2, 3], [0, -2, 3]]"

@@ -10,7 +10,7 @@ import pytest
 
 from robocal.arms.groups import GROUPS, add
 from robocal.errors import FormatError
-from robocal.files.groups import added, plain_options
+from robocal.files.group_block import add_groups, plain_options
 from robocal.files.robot import describe, open_robot, parse_robot, read_robot, render_robot
 from robocal.files.text import Source
 
@@ -106,7 +106,7 @@ def test_a_result_can_make_the_groups_again():
         (g.name, plain_options(g.options))
         for g in add(add(bare, "compliance"), "ripple", {"harmonics": {"j1": (3.0,)}}).groups
     ]
-    assert [g.name for g in added(bare, stated).groups] == ["compliance", "ripple"]
+    assert [g.name for g in add_groups(bare, stated).groups] == ["compliance", "ripple"]
     assert isinstance(plain_options(chain.groups[2].options)["links"][0], dict)
 
 

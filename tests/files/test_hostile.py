@@ -18,7 +18,7 @@ from files.test_urdf import read as read_urdf_text
 from robocal import errors
 from robocal.errors import MESSAGE_LIMIT, FileError, FormatError, InputError, ModelError, ToWrite, nearest
 from robocal.files import csvtable, yamlio
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.csvtable import csv_text, read_csv
 from robocal.files.dataset import read_dataset
 from robocal.files.names import harmless, meant

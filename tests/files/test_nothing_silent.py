@@ -17,13 +17,13 @@ from files.kind_samples import ARM, KINDS, texts
 from files.slips import Path_, Read, header_slips, quicker, silent, source, yaml_slips, yaml_text
 from files.test_cable import ROBOT as CABLES
 
-from robocal.files.cable.lists import read_cable_lengths, read_platform_poses
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
+from robocal.files.cable.pose_lists import read_cable_lengths, read_platform_poses
 from robocal.files.dataset import Reading, read_datasets
-from robocal.files.offsets import read_offsets
-from robocal.files.poses import read_poses
-from robocal.files.region import read_region
+from robocal.files.offset_file import read_offsets
+from robocal.files.pose_table import read_poses
 from robocal.files.targets import read_targets
+from robocal.files.working_region import read_region
 from robocal.files.yamlio import parse
 
 

@@ -18,7 +18,7 @@ from files.test_cable import BODIES, CABLE
 from files.test_cable import ROBOT as CABLES
 
 from robocal.arms.conventions import CONVENTIONS, chain
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.robot import describe, parse_robot, read_robot
 from robocal.files.yamlio import parse
 

@@ -9,7 +9,7 @@ import pytest
 from cli.runs import ROBOT, robocal, small
 
 from robocal.errors import FormatError, InputError
-from robocal.files.offsets import OFFSETS, Offset, read_offsets
+from robocal.files.offset_file import OFFSETS, Offset, read_offsets
 from robocal.files.robot import open_robot
 from robocal.files.units import UNITS
 

@@ -14,11 +14,11 @@ import pytest
 from robocal.errors import FileError, FormatError
 from robocal.files import text
 from robocal.files.result import (
-    Fit,
-    Identifiability,
+    FitReport,
+    IdentifiabilitySummary,
     ParameterResult,
     Provenance,
-    Residuals,
+    ResidualSummary,
     Result,
     RobotSummary,
     Statistic,
@@ -26,7 +26,7 @@ from robocal.files.result import (
     read_result,
     schema,
 )
-from robocal.files.run import RESIDUAL_COLUMNS, write_run
+from robocal.files.run_documents import RESIDUAL_COLUMNS, write_run
 
 SCHEMA = Path(__file__).parents[2] / "docs" / "result.schema.json"
 RESIDUALS = {
@@ -54,9 +54,11 @@ def result(**changes):
                 status="identified",
             )
         ],
-        "identifiability": Identifiability(rank=np.int64(20), n_free=24, condition=float("inf"), dropped=("base.z",)),
-        "residuals": Residuals(unit="mm", before=statistic, after=statistic),
-        "fit": Fit(iterations=4, reason="converged", history=np.array([2.0, 1.0, np.nan])),
+        "identifiability": IdentifiabilitySummary(
+            rank=np.int64(20), n_free=24, condition=float("inf"), dropped=("base.z",)
+        ),
+        "residuals": ResidualSummary(unit="mm", before=statistic, after=statistic),
+        "fit": FitReport(iterations=4, reason="converged", history=np.array([2.0, 1.0, np.nan])),
         "provenance": Provenance(version="0.1.0", options={"x": float("nan"), "y": (1, 2), "z": np.arange(2)}),
     }
     return Result(**(parts | changes))

@@ -18,8 +18,8 @@ from units_of_files import doubt_units
 from robocal.arms import catalog
 from robocal.arms.conventions import chain
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable.lists import read_platform_poses
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
+from robocal.files.cable.pose_lists import read_platform_poses
 from robocal.files.dataset import read_datasets
 from robocal.files.robot import describe, open_robot, parse_robot, render_robot
 from robocal.files.text import Source

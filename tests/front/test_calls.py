@@ -23,7 +23,7 @@ import robocal as rc
 from robocal.cli.draw import drawn
 from robocal.errors import Cancelled, InputError, ModelError
 from robocal.files.cable.show import describe_cable
-from robocal.front.found import Found
+from robocal.front.verb_result import Found
 from robocal.report.page import page
 from robocal.verbs.option import entries
 from robocal.verbs.registry import CABLE, VERBS
@@ -216,7 +216,7 @@ def test_tables_and_runs_are_given_as_they_are(place: Path, monkeypatch: pytest.
         kept.pose(np.radians([[10.0, 0.0, 3.0]]))[0, :3, 3] * 1e3,
         atol=1e-9,
     )
-    assert rc.compensate(kept, q).result.made.reached.any()
+    assert rc.compensate(kept, q).result.compensation.reachable.any()
     page = kept.report("page.html").read_text()
     assert page == Path("kept/report.html").read_text()
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robocal.arms.inverse import inverse_point
+from robocal.arms.inverse_kinematics import inverse_point
 from robocal.geometry import se3, so3
 from robocal.measure.base import kind_of, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations

@@ -10,7 +10,7 @@ from cables.thesis_rig import specification, thesis_rig
 
 from robocal.cables.geometry import cable_robot
 from robocal.errors import ModelError
-from robocal.estimate.generalised.solver import ENOUGH, follow, generalised, generalised_least_squares
+from robocal.estimate.generalised.solver import ENOUGH, correlate_rows, follow, generalised_least_squares
 from robocal.estimate.least_squares import least_squares
 from robocal.geometry import so3
 from robocal.measure.base import problem
@@ -82,7 +82,7 @@ def explicit(p, x, b):
 
 def test_the_normal_equations_are_those_of_the_explicit_covariance(draws):
     p, x = draws.problem, draws.start
-    got = generalised(p, x).normal(x)
+    got = correlate_rows(p, x).normal(x)
     for b in range(2):
         w, r, j = explicit(p, x, b)
         np.testing.assert_allclose(got.cost[b], 0.5 * np.einsum("ui,uij,uj", r, w, r), rtol=1e-10)
@@ -96,7 +96,7 @@ def test_the_normal_equations_are_those_of_the_whitened_rows(shared_data):
     """The law of every term, with lengths that are missing and a configuration held out."""
     one = Draws(shared_data, poses=12, batch=1, missing=(3, 9, 17, 18))
     p = one.problem.with_weights(np.where(np.arange(12) == 5, 0.0, 1.0)[None])
-    made = generalised(p, one.start)
+    made = correlate_rows(p, one.start)
     normal, lin = made.normal(one.start), made.linearize(one.start)
     np.testing.assert_allclose(normal.cost[0], 0.5 * lin.r @ lin.r, rtol=1e-10)
     np.testing.assert_allclose(normal.g[0], lin.j.T @ lin.r, rtol=1e-7, atol=1e-7 * np.abs(normal.g).max())
@@ -110,7 +110,7 @@ def test_what_stays_of_the_free_poses_when_they_are_eliminated(draws):
     """Linearised where the free poses ended, generalised least squares has its minimum there, and the same bars."""
     p = draws.problem
     free = least_squares(p, draws.start)
-    made = generalised(p, free.x)
+    made = correlate_rows(p, free.x)
     again = least_squares(made, free.x)
     np.testing.assert_allclose(again.cost, free.cost, rtol=1e-9)
     found = generalised_least_squares(p, free.x)
@@ -142,7 +142,7 @@ def test_one_pass_is_right_to_first_order(shared_data):
         some = Draws(shared_data, noise=noise)
         p = some.problem
         free = least_squares(p, some.start)
-        one = least_squares(generalised(p, some.start), some.start)
+        one = least_squares(correlate_rows(p, some.start), some.start)
         bars = generalised_least_squares(p, some.start)
         off.append(np.sqrt(np.mean(in_sigma(p, replace(bars, x=one.x), free.x) ** 2)))
     assert 0.005 < off[0] < 0.1
@@ -152,11 +152,11 @@ def test_one_pass_is_right_to_first_order(shared_data):
 def test_one_linearisation_serves_a_batch(draws):
     """The information of one list of poses weighs the lists of all: right to first order, and each as if it were alone."""
     p = draws.problem
-    made = generalised(p)
+    made = correlate_rows(p)
     together = least_squares(made, draws.start)
     for b in (0, 5):
         alone = replace(p, terms=tuple(_of(t, b) for t in p.terms))
-        single = least_squares(generalised(alone), draws.start[b : b + 1])
+        single = least_squares(correlate_rows(alone), draws.start[b : b + 1])
         np.testing.assert_allclose(together.x[b], single.x[0], rtol=1e-9, atol=1e-10)
 
 
@@ -211,11 +211,11 @@ def test_what_it_cannot_do_is_refused(shared_data, draws):
     for wrong, match in (
         (p.with_loss("huber"), "robust loss"),
         (p.with_local_prior(), "needs a prior"),
-        (p.with_held(0), "one family"),
+        (p.with_fixed_blocks(0), "one family"),
         (thesis_rig(specification(shared_data), 0, poses=4, grid=(2, 2)).problem, "touched by one sensor"),
     ):
         with pytest.raises(ModelError, match=match):
-            generalised(wrong)
+            correlate_rows(wrong)
     few = Draws(shared_data, poses=12, batch=1, missing=tuple(range(40, 45)))
     with pytest.raises(ModelError, match="neither by its prior nor by its rows"):
-        generalised(few.problem.with_local_prior(sigma=[np.inf] * 6))
+        correlate_rows(few.problem.with_local_prior(sigma=[np.inf] * 6))

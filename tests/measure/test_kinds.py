@@ -11,7 +11,7 @@ from measure.scenarios import arm, observations, platform
 from unit.arm_data import arm as five
 from unit.arm_data import true_arm
 
-from robocal.estimate.rows import Residuals
+from robocal.estimate.terms import Residuals
 from robocal.fit.misfit import errors
 from robocal.fit.options import Options
 from robocal.geometry import se3, so3

@@ -154,8 +154,8 @@ def compare(p, x, tolerance=1e-12):
     for i, f in enumerate(p.families):
         places.append([slice(first + f.size * b, first + f.size * (b + 1)) for b in range(f.count)])
         for b, at in enumerate(places[-1]):
-            np.testing.assert_allclose(got.family(i)[1][0, b], a[at, at], atol=tolerance * size)
-            np.testing.assert_allclose(got.family(i)[2][0, b], a[:n, at], atol=tolerance * size)
+            np.testing.assert_allclose(got.of_family(i)[1][0, b], a[at, at], atol=tolerance * size)
+            np.testing.assert_allclose(got.of_family(i)[2][0, b], a[:n, at], atol=tolerance * size)
         first += f.size * f.count
     if len(p.families) > 1:
         between = np.zeros((columns(p), columns(p)))
@@ -223,7 +223,7 @@ def dense_matrix(p, normal):
     for i, f in enumerate(p.families):
         places.append([slice(first + f.size * b, first + f.size * (b + 1)) for b in range(f.count)])
         for b, at in enumerate(places[-1]):
-            out[at, at], out[at, : p.n] = normal.family(i)[1][0, b], normal.family(i)[2][0, b].T
+            out[at, at], out[at, : p.n] = normal.of_family(i)[1][0, b], normal.of_family(i)[2][0, b].T
         first += f.size * f.count
     for (one, two), cross in zip(p.pairs, normal.cross[0], strict=True):
         out[places[1][two], places[0][one]] += cross.T

@@ -116,7 +116,7 @@ def test_what_is_not_formed_says_the_same(rig, monkeypatch):
     assert reduced.square == pytest.approx(dense.square, rel=1e-10)
     one = analyse(p, x)
     two = analyse(p, x, lin=p.linearize(x))
-    assert one.kept == two.kept and one.rank == two.rank
+    assert one.basis == two.basis and one.rank == two.rank
     np.testing.assert_allclose(one.share, two.share, atol=1e-6)
     # One family and many free columns: the same two ways.
     alone, at = rig.problem, least_squares(rig.problem).x
@@ -163,7 +163,7 @@ def matrix(p, normal):
     for i, (count, size) in enumerate(p.sizes):
         for b in range(count):
             at = slice(ends[i + 1] + b * size, ends[i + 1] + (b + 1) * size)
-            out[at, at], out[at, : p.n] = normal.family(i)[1][0, b], normal.family(i)[2][0, b].T
+            out[at, at], out[at, : p.n] = normal.of_family(i)[1][0, b], normal.of_family(i)[2][0, b].T
     for (one, two), cross in zip(p.pairs, normal.cross[0], strict=True):
         (_, l), (_, q) = p.sizes
         out[ends[2] + two * q : ends[2] + two * q + q, ends[1] + one * l : ends[1] + one * l + l] += cross.T
@@ -224,7 +224,7 @@ def test_held_out_poses_are_found_without_moving_the_markers(rig):
         weights = np.ones(p.configurations)
         weights[k] = 0
         alone = least_squares(p.with_weights(weights), x, cost_tolerance=1e-14).x
-        held = p.with_held(1).with_free(()).with_weights(1 - weights)
+        held = p.with_fixed_blocks(1).with_free(()).with_weights(1 - weights)
         placed = least_squares(held, alone, cost_tolerance=1e-14).x
         np.testing.assert_array_equal(placed[0, : p.places[0].start], alone[0, : p.places[0].start])
         np.testing.assert_array_equal(placed[0, p.places[1]], alone[0, p.places[1]])

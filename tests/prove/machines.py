@@ -10,11 +10,11 @@ import numpy as np
 from robocal.arms.conventions import chain
 from robocal.cables.geometry import cable_robot
 from robocal.geometry import se3
-from robocal.geometry.path.joints import Joint
+from robocal.geometry.path.path_joints import Joint
 from robocal.geometry.path.program import Element, Term, compile_path, frame_element
 from robocal.measure.base import Rig, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
-from robocal.parameters import FRAME_SYMBOLS, Parameter, Table, frame_parameters
+from robocal.parameters import FRAME_SYMBOLS, Parameter, ParameterTable, frame_parameters
 from robocal.vision.camera import SYMBOLS
 
 DEG = np.pi / 180
@@ -110,14 +110,14 @@ def lens(values):
         Parameter(f"lens.{s}", v, "px" if i < 4 else "1", s in LENS, expected=sizes[i] if i < 6 else 0.01)
         for i, (s, v) in enumerate(zip(SYMBOLS, values, strict=True))
     ]
-    return Rig("camera", Table(tuple(rows)))
+    return Rig("camera", ParameterTable(tuple(rows)))
 
 
 @dataclass(frozen=True)
 class Turntable:
     """A machine that robocal has never heard of: one axis with a gain, a plate that sits off it."""
 
-    table: Table
+    table: ParameterTable
     name: str = "turntable"
     elements: tuple[Element, ...] = (Element("rz", (Term("axis.gain", "turn"),)), frame_element("plate"))
     joints: tuple[Joint, ...] = (Joint("turn"),)
@@ -143,7 +143,7 @@ class Turntable:
     def with_values(self, values: Mapping[str, float]):
         return self.with_table(self.table.with_values(values))
 
-    def with_table(self, table: Table):
+    def with_table(self, table: ParameterTable):
         return replace(self, table=table)
 
     def phi(self, joints, extra=None, program=None):
@@ -158,7 +158,7 @@ def turntable(rng, m):
     """The turntable under a camera that stands still; its gain, and where the plate sits across the axis, are to be found."""
     rows = (Parameter("axis.gain", 1.0, "1", True, expected=0.01), *frame_parameters("plate", expected=(0.01, 0.05)))
     free = ("axis.gain", "plate.x", "plate.y")
-    robot = Turntable(Table(rows).with_free(free))
+    robot = Turntable(ParameterTable(rows).with_free(free))
     truth = robot.with_values({"axis.gain": 1.004, "plate.x": 3e-3, "plate.y": -2e-3})
     looks = se3.inverse(se3.from_vector([0.1, -0.05, 0.9, np.pi - 0.2, 0.1, 0.0]))
     eye = Frame("eye", tuple(se3.to_vector(looks)), (True,) * 6, expected=(10.0, 3.0))

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from prove import machines as made
 
-from robocal.files.opened import Bare
+from robocal.files.opened_file import Bare
 from robocal.files.result import Provenance
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.prove.identify import identify
+from robocal.session.identify_outcome import IdentifyOutcome, residual_columns, save, to_result
 from robocal.session.opened import Opened
-from robocal.session.outcome import Outcome, residual_columns, save, to_result
 
 MACHINES = {
     "arm": lambda rng: made.arm(rng, 60),
@@ -110,7 +110,7 @@ def test_a_machine_of_somebody_elses_has_a_run_folder(tmp_path):
     found = identify(robot, made.recorded(truth, data, rng, forget=False))
     opened = Opened(Bare(robot, convention="turntable"))
     result = to_result(found, opened, Provenance(version=""))
-    kept = save(Outcome(result, residual_columns(found), found, opened), tmp_path / "run")
+    kept = save(IdentifyOutcome(result, residual_columns(found), found, opened), tmp_path / "run")
     assert {p.name for p in kept.written} >= {"result.json", "residuals.csv", "report.html", "calibrated.yaml"}
     assert result.verdict.status == "improved" and result.robot.convention == "turntable"
     page = (tmp_path / "run" / "report.html").read_text()

@@ -8,13 +8,13 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import EXPECTED, cable_robot
 from robocal.cables.gradient import by_parameters
-from robocal.cables.inverse import inverse
 from robocal.errors import ModelError
 from robocal.estimate.criteria import CRITERIA
 from robocal.geometry import se3, so3
-from robocal.planning.cable import Noise, cable_blocks, choose
+from robocal.planning.cable_poses import MeasurementNoise, cable_blocks, choose
 
 
 def robot(**more):
@@ -43,7 +43,9 @@ def moved(machine, name, step):
     return replace(machine, table=machine.table.with_values({name: machine.table[name].value + step}))
 
 
-@pytest.mark.parametrize("noise", [Noise(2e-3), Noise(1e-3, 2e-3, 0.01)], ids=["lengths", "poses too"])
+@pytest.mark.parametrize(
+    "noise", [MeasurementNoise(2e-3), MeasurementNoise(1e-3, 2e-3, 0.01)], ids=["lengths", "poses too"]
+)
 @pytest.mark.parametrize("free", [(), ("ax", "ay", "az", "bx", "by", "bz", "l0")], ids=["a l0", "a b l0"])
 def test_information_is_that_of_the_whole_problem(rng, noise, free):
     """The pose's own errors as unknowns beside the parameters, all derivatives by differences: the same information."""
@@ -75,7 +77,7 @@ def test_information_is_that_of_the_whole_problem(rng, noise, free):
 
 def test_the_cables_do_not_hear_of_each_other(rng):
     """Four unknowns per cable, and with known poses a problem of its own for each (3.25)."""
-    b = cable_blocks(robot(), spread(6, rng), Noise(1e-3))
+    b = cable_blocks(robot(), spread(6, rng), MeasurementNoise(1e-3))
     assert b.names[:5] == ("c1.ax", "c1.ay", "c1.az", "c1.l0", "c2.ax") and len(b.names) == 32
     for i in range(8):
         assert not np.delete(b.candidates[:, i], np.arange(4 * i, 4 * i + 4), axis=1).any()
@@ -83,7 +85,7 @@ def test_the_cables_do_not_hear_of_each_other(rng):
 
 def test_what_is_promised_is_what_is_left(rng):
     """2000 simulated calibrations at the chosen poses: rms (3.39) as expected, and the platform's position too."""
-    machine, noise = robot(), Noise(1e-3)
+    machine, noise = robot(), MeasurementNoise(1e-3)
     poses = spread(150, rng)
     made = choose(machine, poses, 12, noise=noise, rng=np.random.default_rng(1))
     there, every = poses[made.chosen], poses
@@ -127,7 +129,7 @@ def test_a_choice_is_better_than_chance_and_all_are_better_still(rng, criterion)
 def test_nearly_the_best_of_all_sets(rng):
     """Every set of five out of twelve poses of a planar robot, looked at one by one."""
     poses = flat(12, rng)
-    b = cable_blocks(planar(), poses, Noise(1e-3))
+    b = cable_blocks(planar(), poses, MeasurementNoise(1e-3))
     assert b.names == ("c1.ax", "c1.az", "c1.l0", "c2.ax", "c2.az", "c2.l0", "c3.ax", "c3.az", "c3.l0")
     each = b.candidates.swapaxes(1, 2) @ b.candidates
     value = [-np.trace(np.linalg.inv(b.known + each[list(s)].sum(axis=0))) for s in combinations(range(12), 5)]
@@ -142,8 +144,8 @@ def test_nearly_the_best_of_all_sets(rng):
         (0, {}, "cannot be chosen"),
         (11, {}, "cannot be chosen"),
         (3, {"criterion": "Q"}, "unknown criterion"),
-        (3, {"noise": Noise(0.0)}, "noise of a length"),
-        (3, {"noise": Noise(1e-3, -1.0)}, "noise of a position"),
+        (3, {"noise": MeasurementNoise(0.0)}, "noise of a length"),
+        (3, {"noise": MeasurementNoise(1e-3, -1.0)}, "noise of a position"),
     ],
 )
 def test_bad_wishes(rng, count, more, message):
@@ -155,7 +157,7 @@ def test_encoders_alone_as_dense_least_squares(rng):
     """Every pose free beside the parameters, the six that stay open held: the same errors, and a choice beats chance."""
     machine = robot()
     t = spread(40, rng)
-    noise = Noise(length=2e-3, measured=False)
+    noise = MeasurementNoise(length=2e-3, measured=False)
     best = choose(machine, t, 15, noise=noise, rng=rng)
     assert len(best.parameters) == 26 and best.expected["chosen"]["a"] < best.expected["random"]["a"]
     by_pose, by_number = by_parameters(machine, t, best.parameters)
@@ -175,4 +177,4 @@ def test_encoders_alone_need_more_cables_than_freedoms(rng):
     machine = robot()
     six = cable_robot("six", machine.a[:6], machine.b[:6])
     with pytest.raises(ModelError, match="no more cables than freedoms"):
-        choose(six, spread(20, rng), 5, noise=Noise(measured=False))
+        choose(six, spread(20, rng), 5, noise=MeasurementNoise(measured=False))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from measure.rigs import recorded
 
-from robocal.diagnose.paths import pace
+from robocal.diagnose.paths import joint_rates
 from robocal.files.robot import open_robot
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise
@@ -70,6 +70,6 @@ def test_a_path_that_was_read_in_time_is_not_spoken_of(kind):
 
 def test_poses_that_were_taken_one_by_one_have_no_pace():
     rng = np.random.default_rng(0)
-    assert pace(Configurations(tuple(map(str, range(60))), rng.uniform(-1, 1, (60, 6)))) is None
-    assert pace(Configurations(tuple(map(str, range(60))), np.zeros((60, 6)))) is None
-    assert pace(Configurations(tuple(map(str, range(ROWS))), path(np.arange(ROWS)))) is not None
+    assert joint_rates(Configurations(tuple(map(str, range(60))), rng.uniform(-1, 1, (60, 6)))) is None
+    assert joint_rates(Configurations(tuple(map(str, range(60))), np.zeros((60, 6)))) is None
+    assert joint_rates(Configurations(tuple(map(str, range(ROWS))), path(np.arange(ROWS)))) is not None

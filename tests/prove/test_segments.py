@@ -11,7 +11,7 @@ import pytest
 from trials import ROBOTS, TRACKER, joints, observations, open_robot, perturbed
 
 from robocal.diagnose.segments.find import find_segments, segment_remarks
-from robocal.diagnose.segments.model import _Sums
+from robocal.diagnose.segments.robust_model import _Sums
 from robocal.fit.baseline import baseline
 from robocal.geometry import se3
 from robocal.measure.base import synthesise

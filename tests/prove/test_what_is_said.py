@@ -9,7 +9,7 @@ import pytest
 from judging import judge
 from trials import joints, observations
 
-from robocal.files.doubts import suspicions
+from robocal.files.data_checks import suspicions
 from robocal.files.robot import open_robot
 from robocal.files.units import UNITS
 from robocal.fit.options import Options

@@ -8,7 +8,7 @@ from real.test_franka import load as franka  # noqa: F401  (a fixture)
 from real.test_ur10 import load as ur10  # noqa: F401
 
 from robocal.fit.options import Options
-from robocal.prove.bands import coverage, measured_bands
+from robocal.prove.bands import bands_of_data, coverage
 from robocal.prove.identify import identify
 
 
@@ -20,7 +20,7 @@ def shares(model, data, fitted, held, seeds):
         fit, other = data.take(order[:fitted]), data.take(order[fitted : fitted + held])
         found = identify(model, fit, Options(hold_out=0.0, leave_one_out=False, seed=seed))
         values = dict(zip(found.table.names, found.table.values, strict=True))
-        got = coverage(measured_bands(found.nominal, other, values, found.total, found.groups), found.total.dof)
+        got = coverage(bands_of_data(found.nominal, other, values, found.total, found.groups), found.total.dof)
         assert [c.n for c in got] == [held] * len(got)
         out.append([(c.components, c.whole) for c in got])
     return np.array(out), [c.quantity for c in got]

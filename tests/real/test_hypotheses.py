@@ -12,7 +12,7 @@ from real.test_ur10 import load as ur10  # noqa: F401
 
 from robocal.diagnose.hypotheses.changes import changes
 from robocal.diagnose.hypotheses.explain import explain
-from robocal.diagnose.hypotheses.lockstep import fitted, reach_of
+from robocal.diagnose.hypotheses.lockstep import fit_trials, reach_of
 from robocal.diagnose.hypotheses.sights import sights
 from robocal.diagnose.limits import MAKING_LEAVES
 
@@ -28,7 +28,7 @@ FILES = {
 def told(chain, data):
     """Whether the damage shows: frames alone leave more than an arm's making leaves."""
     seen = sights(chain, [data])
-    return fitted(chain, seen).left[0] > MAKING_LEAVES * reach_of(chain, seen)
+    return fit_trials(chain, seen).left[0] > MAKING_LEAVES * reach_of(chain, seen)
 
 
 @pytest.mark.slow

@@ -14,8 +14,8 @@ from robocal.fit.options import Options
 from robocal.measure.base import problem
 from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.model_errors import model_errors
-from robocal.prove.nongeometric.groups import choose_groups
-from robocal.prove.nongeometric.layered import layer_rows, layered_errors, try_layer
+from robocal.prove.nongeometric.group_choice import choose_groups
+from robocal.prove.nongeometric.layered import layer_errors, layer_rows, try_layer
 from robocal.prove.split import make_split
 
 GROUPS = {name: {} for name in ("gain", "eccentricity", "ripple", "compliance", "bending", "expansion")}
@@ -73,9 +73,7 @@ def test_geometry_groups_and_layer_on_rows_that_nothing_has_seen(load, how):  # 
             guarded = try_layer(model, part.data, part.problem, part.solution.x)
             switched.append((name, guarded.layer is not None))
             rows = layer_rows(other, made, made.start)
-            with_it = (
-                plain if guarded.layer is None else layered_errors(guarded.layer, rows, other.configurations.joints)
-            )
+            with_it = plain if guarded.layer is None else layer_errors(guarded.layer, rows, other.configurations.joints)
             every[name].append(plain)
             every[f"{name} + layer"].append(with_it)
             print(

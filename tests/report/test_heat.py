@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from robocal.report.errors import strange
+from robocal.report.error_tables import outlier_blocks
 from robocal.report.heat import COLOURS, heat
 
 
@@ -60,7 +60,7 @@ def test_strange_rows_in_words():
         configuration="p1", group="tracker", target="", source="a.csv", row=7, distance=12.34, p_value=0.0, value=[1.0, 2.0],
         units=["mm", "mm"], set_aside=True, counted=False, cause=Made(sentence="exact zeros"),
     )  # fmt: skip
-    (table,) = strange([row]).blocks
+    (table,) = outlier_blocks([row]).blocks
     told = ("12.3 sigma", "< 1e-12", "set aside", "exact zeros")
     assert table.full.rows == (("p1", "tracker", "a.csv", "7", "1.000, 2.000 mm", *told),)
     assert "chance" not in table.short.columns

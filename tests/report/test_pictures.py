@@ -16,11 +16,11 @@ from report.markup import Page
 from robocal.remarks.code import Code
 from robocal.report import matrix, numbers, pictures, svg
 from robocal.report.arrows import arrows
-from robocal.report.errors import _worst, errors_table
+from robocal.report.error_tables import _worst, errors_table
 from robocal.report.fitted import chi2_word
 from robocal.report.html import html
 from robocal.report.identified import report
-from robocal.report.parameters import parameters
+from robocal.report.parameter_tables import parameters
 from robocal.report.pictures import before_after, per_pose
 from robocal.report.proof import times_smaller, verdict
 from robocal.report.sections import Figure, Folded, Noted, Section, Table
@@ -41,7 +41,7 @@ def test_numbers_in_print() -> None:
     assert numbers.significant(2.9134) == "2.91" and numbers.significant(0.06213) == "0.0621"
     assert numbers.significant(-1234.5) == "\u22121234" or numbers.significant(-1234.5) == "\u22121235"
     assert numbers.significant(4.1e7) == "4.10·10⁷" and numbers.significant(2e-7, 2) == "2.0·10⁻⁷"
-    assert numbers.fixed(-0.0004, 2) == "0.00"
+    assert numbers.with_decimals(-0.0004, 2) == "0.00"
     assert [numbers.significant(v) for v in (None, math.nan, math.inf, "3", True)] == ["–"] * 5
     assert numbers.with_unit("0.3", "deg") == "0.3°" and numbers.with_unit("0.3", "mm") == "0.3\u00a0mm"
 

@@ -11,7 +11,7 @@ import pytest
 from seeds import test_lse_trials as trials
 from seeds.test_lse_trials import CM, DECODED, arm, data, found, residual, tables, units
 
-from robocal.estimate.kalman import stacked
+from robocal.estimate.kalman import stack_filter
 from robocal.fit.options import Options
 from robocal.measure.base import problem
 from robocal.prove.identify import identify
@@ -45,7 +45,7 @@ def test_a_hundred_passes_reach_2e_5_cm(tables, name):
     robot, measured = trial(tables, name)
     made = problem(robot, measured)
     p = thesis(made)
-    f = stacked(made, covariance=p, process=p)
+    f = stack_filter(made, covariance=p, process=p)
     left, moved = residual(made, f), np.abs(found(robot, made, f) / units(robot)).max()
     print(f"{name}: {left:.1e} cm after 100 passes, nothing moved by more than {moved:.2f} cm or rad")
     assert left < 2e-5

@@ -99,8 +99,8 @@ def test_fitting_what_is_seen_meets_them_too(tables, name):
     robot, measured, _ = trial(tables, name)
     made = problem(robot, measured)
     seen = analyse(made, made.start)
-    assert len(seen.kept) == RANK[name]
-    chosen = made.with_free(seen.kept)
+    assert len(seen.basis) == RANK[name]
+    chosen = made.with_free(seen.basis)
     solution = least_squares(chosen, max_iterations=200)
     assert solution.reasons[0].converged
     assert residual(chosen, solution) < 1e-9

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
 from robocal.cables.geometry import cable_robot, straight
-from robocal.cables.inverse import inverse
 from robocal.cables.statics import gravity_wrench, null_vector, structure_of
 from robocal.cables.tension import distribute
-from robocal.files.cable.lists import read_platform_poses
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
+from robocal.files.cable.pose_lists import read_platform_poses
 from robocal.geometry import se3
 
 FOLDER = Path(__file__).parents[2] / "examples" / "cable-planar"
@@ -112,7 +112,7 @@ def test_least_k_is_the_least_norm_wherever_the_cables_pull_against_each_other(r
     found = distribute(w, load, limits)
     np.testing.assert_array_equal(found.feasible, (t <= 150.0).all(axis=1))
     assert 100 < found.feasible.sum() < 400
-    np.testing.assert_allclose(found.tension[found.found], t[found.found], atol=1e-9)
+    np.testing.assert_allclose(found.tension[found.has_solution], t[found.has_solution], atol=1e-9)
     np.testing.assert_allclose((t - limits[:, 0]).min(axis=1), 0, atol=1e-9)
 
 

@@ -12,12 +12,12 @@ from robocal.cables.boundary import statics_along
 from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import SYMBOLS
 from robocal.cables.interference import hull
-from robocal.cables.poses import LIMITS, PoseBox, default_box, reachable_poses
-from robocal.cables.program import program
-from robocal.cables.start import Clearance, examine
+from robocal.cables.list_start import Clearance, examine
+from robocal.cables.motion_program import program
+from robocal.cables.pose_list import LIMITS, PoseBox, default_box, reachable_poses
 from robocal.cables.workspace import Demand, holds, margins
 from robocal.errors import ModelError
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -52,7 +52,7 @@ def test_the_larger_the_box_the_more_poses_lie_on_the_boundary(planar):
 def test_a_small_box_is_reached_everywhere(planar):
     made = listed(planar, 300, PoseBox(np.array([0.3, 0, 0.3]), np.zeros(3)), margin=0.95)
     np.testing.assert_array_equal(made.fraction, 0.95)
-    assert made.reached == 1
+    assert made.reach_share == 1
 
 
 def test_a_box_to_the_side_gives_an_uneven_density(planar):
@@ -90,7 +90,7 @@ def test_the_example_is_table_d1(laval, shared_data):
 
 def test_the_start_of_the_thesis_is_held_and_two_cables_pass_eight_millimetres_apart(laval):
     found = examine(laval, laval.home, Clearance(laval.diameter, hull(laval.b)))
-    assert found.held and found.margin > 20 and not found.touching
+    assert found.feasible and found.margin > 20 and not found.touching
     assert [laval.cables[i] for i in found.nearest] == ["c3", "c7"]
     assert found.gap + 4.8e-3 == pytest.approx(8.0e-3, abs=5e-5)
 
@@ -131,6 +131,8 @@ def test_what_is_reached_hangs_on_what_is_assumed(laval):
     assumed, turned = listed(laval, 3000, seed=1), listed(attached(laval, quarter), 3000, seed=1)
     meets = [(made.limit == LIMITS.index("cable-cable")).mean() for made in (assumed, turned)]
     assert meets[0] > 0.6 and meets[1] < 0.01
-    assert 2.5 * assumed.reached < turned.reached and np.median(turned.fraction) > 1.4 * np.median(assumed.fraction)
+    assert 2.5 * assumed.reach_share < turned.reach_share and np.median(turned.fraction) > 1.4 * np.median(
+        assumed.fraction
+    )
     with pytest.raises(ModelError, match="cable 3 meets cable 7"):
         listed(attached(laval, nudged), 10)

@@ -1,5 +1,5 @@
-"""Figures 3.3 to 3.5 of the thesis on the Laval robot, by the commands of the example: what they claim, on a robot whose missing numbers are
-assumed (the figures print none)."""
+"""Figures 3.3 to 3.5 of the thesis on the Laval robot, by the commands of the example: what they claim, on a robot whose missing
+numbers are assumed (the figures print none)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from listings import rows_of
 
 from robocal.cables.contact.segments import distances
 from robocal.cables.workspace import Demand, holds
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
 from robocal.geometry import se3, so3
 
 LAVAL = Path(__file__).parents[2] / "examples" / "cable-laval"
@@ -62,7 +62,8 @@ def test_figure_3_3_rays_and_grid_find_one_workspace(workspace, robot):
 
 
 def test_figure_3_4_three_sections_agree_with_the_grid(workspace, robot):
-    """Between the centres of a held cell and of one that is not, side by side, the outline passes: no point of it is more than a cell away."""
+    """Between the centres of a held cell and of one that is not, side by side, the outline passes: no point of it is more than a cell
+    away."""
     places, held = cells(workspace)
     step = np.array([np.diff(np.unique(places[:, i].round(9))).min() for i in range(3)])
     rows = list(csv.DictReader((workspace / "outlines.csv").read_text().splitlines()))

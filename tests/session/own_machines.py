@@ -12,7 +12,7 @@ from prove.machines import Turntable
 from robocal.files.csvtable import csv_text, read_csv
 from robocal.files.dataset import Reading
 from robocal.files.datawrite import data_text, table_text
-from robocal.files.opened import Bare, parameter_text
+from robocal.files.opened_file import Bare, parameter_text
 from robocal.files.runfolder import ROBOTS, find_run
 from robocal.files.text import InputFile, read_text
 from robocal.files.units import Units
@@ -20,7 +20,7 @@ from robocal.files.yamlio import load
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Observations
 from robocal.measure.rows import Kind, Rows, register
-from robocal.parameters import Parameter, Table, frame_parameters
+from robocal.parameters import Parameter, ParameterTable, frame_parameters
 from robocal.session.inputs import register_machine
 from robocal.session.opened import Opened
 from robocal.session.simulator import Errors, Simulator
@@ -32,8 +32,8 @@ HARMONIC = 7.0  # cogging of the motor, per turn
 class Motor:
     """A motor: what it turns is gain times its counts, with cogging. It has no place, no joints and no poses."""
 
-    table: Table = field(
-        default_factory=lambda: Table(
+    table: ParameterTable = field(
+        default_factory=lambda: ParameterTable(
             (
                 Parameter("motor.gain", 1.0, "1", True, expected=0.01),
                 Parameter("motor.offset", 0.0, "rad", True, expected=0.1),
@@ -75,7 +75,7 @@ class TurnRows(Rows):
 
     def evaluate(self, x, which, first, rows):
         slope = self.slopes[first : first + rows]
-        r = (x[:, self.numbers] @ slope.T)[:, :, None] - self.measured(which, first, rows)
+        r = (x[:, self.numbers] @ slope.T)[:, :, None] - self.values_at(which, first, rows)
         jac = np.broadcast_to(slope[:, None, self.own], (len(x), rows, 1, len(self.own)))
         return r, jac.copy(), np.zeros((len(x), rows, 1, 0))
 
@@ -175,7 +175,9 @@ def files_of(nominal, truth, label, units, kind):
 def turntable():
     rows = (Parameter("axis.gain", 1.0, "1", True, expected=0.01), *frame_parameters("plate", expected=(0.01, 0.05)))
     return Turntable(
-        Table(rows).with_values({"plate.x": 0.2, "plate.y": 0.05}).with_free(("axis.gain", "plate.x", "plate.y"))
+        ParameterTable(rows)
+        .with_values({"plate.x": 0.2, "plate.y": 0.05})
+        .with_free(("axis.gain", "plate.x", "plate.y"))
     )
 
 
@@ -187,7 +189,7 @@ def opener(made, opened):
         source, data, units = read_text(place), load(place).data, Units()
         rows = data["parameters"].items()
         machine = made.with_values({n: units.of(made.table[n].unit).to_si(float(p["value"])) for n, p in rows})
-        doubts = () if run is None else run.doubts
+        doubts = () if run is None else run.remarks
         return opened(
             Bare(machine, units, place, source.text, source.sha256, warnings=doubts, convention=data["kind"]),
             os.fspath(name),

@@ -20,7 +20,7 @@ from robocal.files.targets import read_targets
 from robocal.geometry import so3
 from robocal.remarks.code import Code
 from robocal.session.inputs import open_arm
-from robocal.session.simulate import sample_joints
+from robocal.session.simulated_robot import sample_joints
 
 FORMS = [
     ("rx [deg],ry [deg],rz [deg]", "rotation_vector", {}, np.degrees),

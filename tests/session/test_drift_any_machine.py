@@ -11,7 +11,7 @@ from prove import machines as made
 from robocal.apply.drift import compare, compare_models, exact_total
 from robocal.apply.truth import CHANCE, compare_truth
 from robocal.estimate.uncertainty import Total
-from robocal.parameters import Parameter, Table
+from robocal.parameters import Parameter, ParameterTable
 from robocal.prove.identify import identify
 
 
@@ -19,12 +19,12 @@ from robocal.prove.identify import identify
 class Motor:
     """A model without places: a torque constant, friction, and what its cogging is."""
 
-    table: Table
+    table: ParameterTable
     name: str = "motor"
 
 
 MOTOR = Motor(
-    Table((
+    ParameterTable((
         Parameter("motor.kt", 0.561, "N m/A", True, expected=0.01), Parameter("motor.friction", 0.02, "N m", True, expected=0.01),
         Parameter("cogging.sine", 0.0, "N m", True, expected=0.02), Parameter("cogging.cosine", 0.0, "N m", True, expected=0.02),
     ))

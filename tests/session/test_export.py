@@ -24,7 +24,7 @@ from robocal.errors import InputError, ModelError
 from robocal.files.robot import describe, open_robot, render_robot
 from robocal.files.urdf_into import urdf_into, urdf_text
 from robocal.remarks.remark import Remark
-from robocal.session.simulate import Errors, sample_joints, true_chain
+from robocal.session.simulated_robot import Errors, sample_joints, true_chain
 
 TIGHT = 1e-9  # m, and as large for the entries of rotations
 

@@ -18,15 +18,15 @@ from robocal.files.csvtable import csv_text
 from robocal.files.plain import plain
 from robocal.files.residuals import read_residuals
 from robocal.files.robot import describe
-from robocal.files.run import RESIDUAL_COLUMNS
+from robocal.files.run_documents import RESIDUAL_COLUMNS
 from robocal.files.templates import convention_chain
 from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
 from robocal.files.urdf_into import urdf_text
 from robocal.session.inputs import open_arm
-from robocal.session.simulate import Errors, sample_joints, true_chain
+from robocal.session.simulated_robot import Errors, sample_joints, true_chain
 from robocal.verbs.demo.case import example_folder
-from robocal.verbs.export.offsets import joint_offsets
+from robocal.verbs.export.controller_offsets import joint_offsets
 from robocal.verbs.export.result import parameter_table
 
 
@@ -128,7 +128,7 @@ def test_examples_are_found_and_can_be_checked() -> None:
 
     for name, robot, data in (("rv-2aj", "robot.yaml", "data.yaml"), ("arm-with-camera", "robot.yaml", "data.yaml")):
         folder = example_folder(name)
-        assert called("check", robot=folder / robot, data=[folder / data]).result.seen is not None
+        assert called("check", robot=folder / robot, data=[folder / data]).result.identifiability is not None
 
 
 def test_csv_cells_are_quoted_where_needed() -> None:

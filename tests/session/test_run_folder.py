@@ -93,7 +93,7 @@ def test_a_missing_and_a_superfluous_file_are_named(runs, tmp_path, verb):
 
 def test_a_folder_of_an_earlier_version_is_read_with_a_remark(runs, tmp_path):
     folder = earlier(Path(shutil.copytree(runs / "run-one", tmp_path / "run")))
-    assert [r.code for r in open_run(folder).doubts] == [Code.RUN_UNRECORDED]
+    assert [r.code for r in open_run(folder).remarks] == [Code.RUN_UNRECORDED]
     for name in ("predict", "export", "compensate", "validate", "drift"):
         ran = robocal(*at(runs, VERBS[name], folder))
         assert ran.status in (0, 3) and "earlier version" in ran.out + ran.err, name

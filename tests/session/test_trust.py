@@ -18,7 +18,7 @@ from robocal.errors import FileError, FormatError, InputError, ModelError
 from robocal.files.covariance import read_covariance
 from robocal.files.robot import open_robot, read_robot
 from robocal.remarks.code import Code
-from robocal.session.predict import _assumed
+from robocal.session.pose_prediction import _condition_remarks
 
 POSES = "q1 [deg],q2 [deg],q3 [deg],q4 [deg],q5 [deg]\n0,0,0,0,0\n30,-20,10,5,60\n-90,50,-30,60,-50\n"
 
@@ -72,10 +72,10 @@ def test_what_the_poses_do_not_say_and_the_model_asks_is_told(place):
     q = np.zeros((2, 5))
     still = replace(robot, chain=chain)
     loose = replace(robot, chain=chain.with_values({"j2.backlash": 1e-3}))
-    assert _assumed(still, known, q, {}) == []
-    (said,) = _assumed(loose, known, q, {})
+    assert _condition_remarks(still, known, q, {}) == []
+    (said,) = _condition_remarks(loose, known, q, {})
     assert said.code is Code.CONDITIONS_ASSUMED and said.numbers["columns"] == ("approach.j2",)
-    assert _assumed(loose, known, q, {"approach.j2": np.ones(2)}) == []
+    assert _condition_remarks(loose, known, q, {"approach.j2": np.ones(2)}) == []
 
 
 def test_covariance_survives_its_file(place):
@@ -118,15 +118,15 @@ def test_the_map_is_written_and_drawn(place):
 
 def test_no_drift_and_drift(place):
     same = drift(place / "run-one", place / "run-two")
-    assert same.document["verdict"]["status"] == "unchanged" and same.found.p_value > 0.01
-    assert same.found.apart.low == 0 and same.document["change"]["high"] < 0.1 and same.found.scatter.same == 0
+    assert same.document["verdict"]["status"] == "unchanged" and same.drift.p_value > 0.01
+    assert same.drift.difference.low == 0 and same.document["change"]["high"] < 0.1 and same.drift.scatter.same == 0
     codes = [r["code"] for r in same.document["verdict"]["remarks"]]
     assert codes[0] == "change-below" and len(codes) == len(same.document["verdict"]["reasons"])
     finer = drift(place / "run-one", place / "run-two", matters="0.02mm")
     assert finer.status == "possible" and finer.reasons[0].code is Code.CHANGE_OPEN
     moved = drift(place / "run-one", place / "run-three", output=place / "drift")
     document = json.loads((place / "drift" / "drift.json").read_text())
-    assert document["verdict"]["status"] == "drifted" and moved.found.p_value < 1e-6
+    assert document["verdict"]["status"] == "drifted" and moved.drift.p_value < 1e-6
     assert 0.1 < document["workspace"]["rms"] < 0.4 and document["workspace"]["limit"] < 0.1
     change = document["change"]
     assert 0.1 < change["low"] < change["change"] < change["high"] < 0.4 and change["p_value"] < 1e-3
@@ -137,7 +137,7 @@ def test_no_drift_and_drift(place):
         and single["j3.d"]["p_rest"] > 0.01
     )
     with_tool = drift(place / "run-one", place / "run-three", new_tool=True)
-    assert with_tool.status == "drifted" and not any(c.name.startswith("tool.") for c in with_tool.found.changes)
+    assert with_tool.status == "drifted" and not any(c.name.startswith("tool.") for c in with_tool.drift.changes)
 
 
 def test_the_same_data_twice_prove_nothing(place):
@@ -152,7 +152,7 @@ def test_a_refused_run_and_one_without_rows_say_so(place, tmp_path):
     del known["rows"]
     (folder / "covariance.json").write_text(json.dumps(known))
     found = drift(place / "run-one", folder)
-    assert found.found.scatter is None and Code.ROWS_NOT_KEPT in [w.code for w in found.warnings]
+    assert found.drift.scatter is None and Code.ROWS_NOT_KEPT in [w.code for w in found.warnings]
     result = (folder / "result.json").read_text()
     assert '"status": "improved"' in result
     (folder / "result.json").write_text(result.replace('"status": "improved"', '"status": "refused"', 1))

@@ -15,7 +15,7 @@ from robocal.errors import FileError, ModelError
 from robocal.estimate.uncertainty import Total
 from robocal.files.robot import read_robot, render_robot
 from robocal.geometry import so3
-from robocal.parameters import Parameter, Table, frame_parameters
+from robocal.parameters import Parameter, ParameterTable, frame_parameters
 from robocal.remarks.code import Code
 
 
@@ -125,7 +125,7 @@ def test_the_chance_is_what_it_says():
     and a rotation vector counts as a turn."""
     rng = np.random.default_rng(0)
     rows = (*(Parameter(f"j{i}.d", 0.1 * i) for i in range(6)), *frame_parameters("tool", (0.1, 0, 0, 2.0, 0.5, -1.0)))
-    truth = Table(rows)
+    truth = ParameterTable(rows)
     names, root = truth.names, np.triu(rng.normal(size=(12, 12))) * 1e-4 + 1e-4 * np.eye(12)
     total = Total(names, root @ root.T, np.zeros((12, 12)), np.full(12, 1e-3))
     named, chi2 = 0, []

@@ -11,7 +11,7 @@ from cli.runs import ROBOT, files, robocal
 
 from robocal.files.robot import parse_robot
 from robocal.files.text import Source
-from robocal.session.simulate import Errors, Instrument, measure, simulated_files, true_chain
+from robocal.session.simulated_robot import Errors, Instrument, measure, simulation_files, true_chain
 
 SCATTER = 3e-5
 
@@ -24,7 +24,7 @@ def cycles(folder: Path, *, places: int = 5, visits: int = 30, kind: str = "pose
     low, high = robot.chain.limits.T
     at = np.radians(np.round(np.degrees(rng.uniform(0.6 * low, 0.6 * high, (places, 3))), 3))
     data = measure(truth, np.tile(at, (visits, 1)), Instrument(kind, SCATTER, SCATTER, None), rng)
-    for name, text in simulated_files(robot, truth, data, "for tests").items():
+    for name, text in simulation_files(robot, truth, data, "for tests").items():
         if extra and name == "data.csv":
             head, title, *rows = text.splitlines()
             rows = [f"{row},{1 + i // places % 3}" for i, row in enumerate(rows)]

@@ -15,7 +15,7 @@ from scipy import stats
 from sizes import size
 
 from robocal.cables.calibration.per_cable import per_cable
-from robocal.cables.calibration.propagation import Design, Noise, rms
+from robocal.cables.calibration.propagation import ErrorPropagation, Noise, rms
 from robocal.cables.calibration.requirement import Requirement
 from robocal.cables.geometry import cable_robot
 from robocal.estimate.generalised.solver import generalised_least_squares
@@ -63,7 +63,10 @@ def test_lengths_are_unbiased_and_as_sure_as_they_say(figure):
             errors.append(e)
             foretold.append(
                 np.mean(
-                    [np.diag(Design(robot, one).covariance(noise)).reshape(8, 4) for one in t[:: max(1, n // 200)]],
+                    [
+                        np.diag(ErrorPropagation(robot, one).covariance(noise)).reshape(8, 4)
+                        for one in t[:: max(1, n // 200)]
+                    ],
                     axis=0,
                 )
             )
@@ -118,7 +121,10 @@ def test_the_other_rows_of_table_3_1(noise, printed):
             found = per_cable(blank(robot), seen, y, residual=residual)
             a, z = ((found.anchors - robot.a) ** 2).mean(axis=(1, 2)), ((found.zeros - robot.zeros) ** 2).mean(axis=1)
             out.append(1e3 * np.sqrt(np.column_stack([a, z])))
-        model += [1e3 * np.array(Design(robot, one).expected(Design(robot, one).covariance(noise))) for one in t[::10]]
+        model += [
+            1e3 * np.array(ErrorPropagation(robot, one).rms_errors(ErrorPropagation(robot, one).covariance(noise)))
+            for one in t[::10]
+        ]
     told = {k: (np.concatenate(v).mean(axis=0), np.concatenate(v).std(axis=0)) for k, v in runs.items()}
     foretold = np.sqrt(np.mean(np.square(model), axis=0))
     for k, (mean, scatter) in told.items():
@@ -136,7 +142,10 @@ def drawn_over_foretold(noise, seed, count):
     for seen, y, t in lists(robot, rng, 100, noise, count):
         found = per_cable(blank(robot), seen, y)
         squares.append(((found.anchors - robot.a) ** 2).mean())
-        foretold += [Design(robot, one).expected(Design(robot, one).covariance(noise))[0] ** 2 for one in t[::10]]
+        foretold += [
+            ErrorPropagation(robot, one).rms_errors(ErrorPropagation(robot, one).covariance(noise))[0] ** 2
+            for one in t[::10]
+        ]
     return np.sqrt(np.mean(squares) / np.mean(foretold)), np.sqrt(np.mean(foretold))
 
 
@@ -168,7 +177,7 @@ def test_contours_are_met_by_draws(pair):
     t = listed(robot, np.random.default_rng(5), 100)
     # One line for lists like these: that of the mean of what they are expected to err.
     curves = [
-        Requirement(Design(robot, one), Noise(1e-3, 1e-3, 1e-3), "per-cable").contour("anchors", level, pair)
+        Requirement(ErrorPropagation(robot, one), Noise(1e-3, 1e-3, 1e-3), "per-cable").contour("anchors", level, pair)
         for one in t[:20]
     ]
     along = np.exp(np.mean(np.log(np.maximum([np.sqrt(np.einsum("ij,ij->i", c, c)) for c in curves], 1e-12)), axis=0))
@@ -194,7 +203,7 @@ def test_squares_have_a_floor(figure):
         for residual, errors in got.items():
             found = per_cable(blank(robot), seen, y, residual=residual)
             errors.append(np.concatenate([found.anchors, found.zeros[..., None]], axis=-1) - truth)
-        laws.append(np.column_stack(Design(robot, t[0]).bias_of_squares(noise)))
+        laws.append(np.column_stack(ErrorPropagation(robot, t[0]).bias_of_squares(noise)))
     good, bad = (np.concatenate(got[r]) for r in ("length", "squared"))
     law, ratio = np.mean(laws, axis=0), rms(bad[..., :3], 0)[0] / rms(good[..., :3], 0)[0]
     off = np.linalg.norm(bad.mean(axis=0) - law) / np.linalg.norm(law)
@@ -227,7 +236,7 @@ def test_errors_in_variables_and_maximum_likelihood_beat_every_cable_by_itself(s
     sorted_rows[:, made.terms[0].configuration, made.terms[0].cable] = y
     alone = per_cable(robot, t, sorted_rows)
     each = np.concatenate([alone.anchors, alone.zeros[..., None]], axis=-1) - np.column_stack([robot.a, robot.zeros])
-    design = Design(robot, t)
+    design = ErrorPropagation(robot, t)
     foretold = np.diag(design.bound(FIGURE_3_8)).reshape(8, 4)
     spread = {k: v[:, order] for k, v in e.items()} | {"every cable by itself": each}
     size_of = {k: np.sqrt((v**2).mean()) for k, v in spread.items()}

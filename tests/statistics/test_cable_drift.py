@@ -18,7 +18,7 @@ DRIFT = 5e-3
 
 def known(nominal, robot, rng):
     found = identify(nominal, measured(robot, rng))
-    kept = tuple(found.identifiability.kept)
+    kept = tuple(found.identifiability.basis)
     values = {p.name: p.identified for p in found.parameters}
     return Known(kept, np.array([values[n] for n in kept]), found.covariance)
 
@@ -39,7 +39,7 @@ def test_five_millimetres_are_named():
         way *= DRIFT / np.linalg.norm(way)
         moved = robot.with_values({f"c{cable + 1}.a{s}": robot.a[cable][i] + way[i] for i, s in enumerate("xyz")})
         later = known(nominal, moved, rng)
-        right += compared(robot, first, later, zeros_unchanged=True).moved == (f"c{cable + 1}",)
-        quiet += not compared(robot, first, same, zeros_unchanged=True).moved
+        right += compared(robot, first, later, zeros_unchanged=True).cables_moved == (f"c{cable + 1}",)
+        quiet += not compared(robot, first, same, zeros_unchanged=True).cables_moved
     print(f"{draws} draws: {right} named, {quiet} of those without a drift quiet")
     assert right >= 0.95 * draws and quiet >= 0.95 * draws - 1 * (draws < 20)

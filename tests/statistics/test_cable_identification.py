@@ -49,7 +49,7 @@ def measured(rng, poses, camera, length=LENGTH):
 def errors(robot, nominal, found):
     """Of what was fitted: error squared and variance foretold, mean over the numbers. Numbers that the lengths cannot tell stay where
     they were: the truth is moved to where it has the same."""
-    kept = found.identifiability.kept
+    kept = found.identifiability.basis
     fitted = [n for n in kept if n in nominal.table]
     held = [n for n in nominal.table.free if n not in fitted]
     at = [(int(n[1]) - 1, "xyz".index(n[-1])) for n in held]
@@ -119,12 +119,12 @@ def test_after_six_numbers_are_fixed_all_others_are_told(seed):
     robot, nominal, data = measured(np.random.default_rng(seed), 100, False)
     first = identify(nominal, data)
     assert first.identifiability.structural_rank == 4 * 8 - 6
-    held = [n for n in nominal.table.free if n not in first.identifiability.kept]
+    held = [n for n in nominal.table.free if n not in first.identifiability.basis]
     assert len(held) == 6
     for fixed in (held, ["c1.ax", "c1.ay", "c1.az", "c2.ax", "c2.az", "c3.az"]):
         free = [n for n in nominal.table.free if n not in fixed]
         found = identify(replace(nominal, table=nominal.table.with_free(free)), data)
-        assert found.identifiability.structural_rank == 26 and len(found.identifiability.kept) == 26
+        assert found.identifiability.structural_rank == 26 and len(found.identifiability.basis) == 26
         assert not [r for r in found.warnings if r.code == "motions-unseen"]
     by = {p.name: p.status for p in found.parameters}
     print(f"seed {seed}: {sum(by[n] == 'identified' for n in free)} of 26 identified by the numbers of somebody else")

@@ -21,7 +21,7 @@ from robocal.geometry import fits
 from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet
 from robocal.prove.identify import identify
-from robocal.prove.workspace import base_motion, parameters_of, predict, sample_joints
+from robocal.prove.place_bands import base_motion, parameters_of, predict, sample_joints
 
 pytestmark = pytest.mark.slow
 FAST = Options(hold_out=0.0, leave_one_out=False)
@@ -50,8 +50,8 @@ def calibrated(model, truth, rng, kind, stated, poses=50, where=None):
 
 
 def compared(a, b, q=None, **more):
-    q = np.concatenate([a.kept.joints, b.kept.joints]) if q is None else q
-    return compare(a.corrected, b.corrected, (a.total, b.total), q, {}, rows=(a.kept, b.kept), **more)
+    q = np.concatenate([a.whitened_rows.joints, b.whitened_rows.joints]) if q is None else q
+    return compare(a.corrected, b.corrected, (a.total, b.total), q, {}, rows=(a.whitened_rows, b.whitened_rows), **more)
 
 
 def told(words):
@@ -77,7 +77,7 @@ def test_the_same_robot_is_seldom_accused_and_three_tenths_of_a_millimetre_are_s
             moved = truth.with_values({name: truth.table[name].value + 3e-4})
             c = calibrated(model, moved, rng, kind, stated)
             drifted = compared(a, c, q)
-            seen.append((drifted.status == "drifted", drifted.apart.change))
+            seen.append((drifted.status == "drifted", drifted.difference.change))
             explained.append(next((s.change for s in drifted.singles if s.name == name), np.nan))
     alarms, chance = np.mean(np.array(chances) < 0.05), np.sqrt(0.05 * 0.95 / TRIALS)
     hit, size = np.mean(seen, axis=0)
@@ -110,10 +110,10 @@ def test_errors_of_the_model_are_no_drift_and_half_a_millimetre_is(robot, links,
         equal.append(compared(a, b))
         moved.append(compared(a, c))
     words, seen = [f.status for f in equal], [f.status for f in moved]
-    ends = np.median([(f.apart.change, f.apart.high) for f in equal], axis=0)
+    ends = np.median([(f.difference.change, f.difference.high) for f in equal], axis=0)
     print(
         f"\n{robot}, {poses} {'equal' if again else 'other'} poses: {PAIRS} equal pairs told {told(words)} (median change {1e3 * ends[0]:.3f} mm, at "
-        f"most {1e3 * ends[1]:.3f}); 0.5 mm of {' or '.join(links)} told {told(seen)}, by {1e3 * np.mean([f.apart.change for f in moved]):.3f} mm"
+        f"most {1e3 * ends[1]:.3f}); 0.5 mm of {' or '.join(links)} told {told(seen)}, by {1e3 * np.mean([f.difference.change for f in moved]):.3f} mm"
     )
     assert words.count("drifted") <= 0.02 * PAIRS
     assert PAIRS - words.count("unchanged") <= 0.10 * PAIRS
@@ -133,8 +133,8 @@ def test_halves_of_one_series_are_never_called_drifted(franka, kind):  # noqa: F
         found.append(compared(a, b))
     words = [f.status for f in found]
     print(
-        f"\nFR3, {kind}: halves by time told {words[0]} (p = {found[0].apart.p_value:.2f}), every other pose {words[1]}; {HALVES} random halves told "
-        f"{told(words[2:])}, least p {min(f.apart.p_value for f in found[2:]):.3f}, variance {np.median([f.scatter.factor for f in found]):.2g} times"
+        f"\nFR3, {kind}: halves by time told {words[0]} (p = {found[0].difference.p_value:.2f}), every other pose {words[1]}; {HALVES} random halves told "
+        f"{told(words[2:])}, least p {min(f.difference.p_value for f in found[2:]):.3f}, variance {np.median([f.scatter.factor for f in found]):.2g} times"
     )
     assert "drifted" not in words
 

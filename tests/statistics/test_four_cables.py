@@ -11,7 +11,7 @@ from cables.four import measured, robots
 from scipy.optimize import least_squares as solve
 from sizes import size
 
-from robocal.fit.poses import own_poses
+from robocal.fit.free_poses import own_poses
 from robocal.geometry import se3, so3
 from robocal.measure.base import problem
 from robocal.prove.identify import identify
@@ -58,7 +58,7 @@ def test_poses_that_nobody_fitted_err_as_they_say(off):
         truth, nominal = robots(rng, off)
         data, _ = measured(truth, rng, 60)
         found = identify(nominal, data)
-        kept = found.identifiability.kept
+        kept = found.identifiability.basis
         held = [n for n in nominal.table.free if n not in kept]
         # Translation and turning about plumb: four numbers stay where they were, and no zero of an encoder does.
         assert len(held) == 4 and all(n[-2] == "a" for n in held), held

@@ -1,4 +1,5 @@
-"""What is named before it is fitted: every change that can be told, on four arms with true errors, is named with its equivalents; nothing is named where nothing is wrong.
+"""What is named before it is fitted: every change that can be told, on four arms with true errors, is named with its equivalents;
+nothing is named where nothing is wrong.
 
 ROBOCAL_TRIALS draws for each cell (20 for the figures of the documentation); errors of 0.3 to 1 mm and 1 to 5 mrad, a
 tracker of 0.05 mm, 30 to 60 poses, frame and target unknown.
@@ -15,7 +16,7 @@ from damages import every, same, tried, undone, units, words
 
 from robocal.diagnose.hypotheses.changes import changes
 from robocal.diagnose.hypotheses.explain import explain
-from robocal.diagnose.hypotheses.lockstep import fitted, reach_of
+from robocal.diagnose.hypotheses.lockstep import fit_trials, reach_of
 from robocal.diagnose.hypotheses.sights import sights
 from robocal.diagnose.limits import EXPLANATIONS_ALIKE, MAKING_LEAVES, MISFIT_ASKS
 from robocal.files.robot import open_robot
@@ -59,7 +60,7 @@ def told(chain, damage, rng, kind, arm):
     """Whether an exact arm shows the damage: more is left than an arm's making leaves."""
     _, clean = measured(arm, kind, rng, share=0.0)
     seen = sights(chain, [damage.apply(clean)])
-    return fitted(chain, seen).left[0] > MAKING_LEAVES * reach_of(chain, seen)
+    return fit_trials(chain, seen).left[0] > MAKING_LEAVES * reach_of(chain, seen)
 
 
 def apart(chain, damage, found, rng, kind, arm):
@@ -67,7 +68,7 @@ def apart(chain, damage, found, rng, kind, arm):
     _, clean = measured(arm, kind, rng, share=0.0)
     spoilt = damage.apply(clean)
     made = [undone(damage).apply(spoilt), *(c.apply(spoilt) for c in found.changes)]
-    left = fitted(chain, sights(chain, made)).left
+    left = fit_trials(chain, sights(chain, made)).left
     return [c for c, v in zip(found.changes, left[1:], strict=True) if v > EXPLANATIONS_ALIKE * left[0]]
 
 

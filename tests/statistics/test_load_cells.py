@@ -22,7 +22,7 @@ from robocal.files.cable.show import describe_cable
 from robocal.geometry import se3
 from robocal.measure.data import Observations
 from robocal.prove.identify import identify
-from robocal.session.cable.weighed import weighed
+from robocal.session.cable.payload import payload_rows
 
 CELL = 0.5  # N
 COM = np.array([0.01, -0.02, 0.03])
@@ -35,7 +35,7 @@ def held(robot, rng, poses):
         t = se3.from_vector(data.observations[1].value)
         # Tensions at the measured poses: 0.2 mm and 0.02 degrees change them by less than a cell reads.
         found = distribute(structure_of(robot, t), gravity_wrench(t, robot.mass, COM), robot.limits, "mid")
-        some = np.flatnonzero(found.found)[:poses]
+        some = np.flatnonzero(found.has_solution)[:poses]
         if len(some) == poses:
             break
     return data.take(some), found.tension[some] + CELL * rng.normal(size=(poses, 8))
@@ -56,7 +56,7 @@ def test_mass_and_centre_are_as_sure_as_they_say():
             extra={"cable": np.tile(np.arange(8.0), 60)}, options={"free": ("mass", "cx", "cy", "cz"), "cables": nominal.cables},
         )  # fmt: skip
         found = identify(
-            nominal, replace(data, observations=(*data.observations, weighed(SimpleNamespace(robot=nominal), raw)))
+            nominal, replace(data, observations=(*data.observations, payload_rows(SimpleNamespace(robot=nominal), raw)))
         )
         by = {p.name: p for p in found.parameters}
         body = [by[f"platform.{s}"] for s in ("mass", "cx", "cy", "cz")]

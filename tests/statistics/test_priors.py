@@ -12,7 +12,7 @@ from sizes import size
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import effective_columns, uncertainty
-from robocal.fit.fit import softly
+from robocal.fit.fit import soften
 from robocal.fit.noise import apply_noise, assess
 from robocal.measure.base import problem
 
@@ -28,8 +28,8 @@ def test_the_selection_costs_the_joint_estimate_nothing(shared_data, seed):
     made = rig.problem
     everything = least_squares(made)
     assert everything.reasons[0].converged
-    soft = least_squares(softly(made, made.start)).x
-    selected = least_squares(made.with_free(analyse(made, soft).kept))
+    soft = least_squares(soften(made, made.start)).x
+    selected = least_squares(made.with_free(analyse(made, soft).basis))
     free, kept = rig.exit_points(everything.x), rig.exit_points(selected.x)
     print(f"seed {seed}: everything free {1e3 * free:.2f} mm, selected {1e3 * kept:.2f} mm")
     assert kept <= 1.02 * free

@@ -11,13 +11,13 @@ from trials import SIGMA, TRACKER
 
 from robocal.files.robot import open_robot
 from robocal.fit.options import Options
-from robocal.fit.working_range import Region
+from robocal.fit.working_range import JointRegion
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Observations
-from robocal.prove.bands import measured_range
+from robocal.prove.bands import range_of_joints
 from robocal.prove.identify import identify
-from robocal.prove.region import limited
-from robocal.prove.workspace import between
+from robocal.prove.place_bands import between
+from robocal.prove.region import region_of_limits
 
 pytestmark = pytest.mark.slow
 ARMS = ("rv-2aj", "ur10", "panda", "irb-120")
@@ -57,7 +57,7 @@ def draw(name, seed):
     """What came of an identification, and the rms errors (m) over all of the arm's range of the identified model and of the
     baseline, each with its own frame and tool."""
     model, truth, data, rng = near_one_place(name, seed)
-    found = identify(model, data, Options(region=limited(model, data)))
+    found = identify(model, data, Options(region=region_of_limits(model, data)))
     away = positions(rng.uniform(*model.limits.T, (ELSEWHERE, len(model.joints))), TRACKER)
     made = problem(truth, away)
     true = made.residuals(made.start)[0].value
@@ -97,7 +97,7 @@ def test_the_verdict_says_where_it_holds():
 def test_the_range_decides():
     """The same data: good where they were measured, and not for all that the arm can reach."""
     model, _, data, _ = near_one_place("rv-2aj", 7)
-    near, wide = Region(between(measured_range(data.configurations), 200), "near"), limited(model, data)
+    near, wide = JointRegion(between(range_of_joints(data.configurations), 200), "near"), region_of_limits(model, data)
     found = [identify(model, data, Options(region=r)) for r in (None, near, wide)]
     print("\nspanned, near, joint limits:", [(f.verdict.region, f.holds.band, f.holds.moved) for f in found])
     assert [f.verdict.region for f in found] == ["working", "working", "measured"]

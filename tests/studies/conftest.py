@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from studies.specs import ARM, EXAMPLES, TEXT
 
-from robocal.files.poses import poses_text
+from robocal.files.pose_table import poses_text
 from robocal.files.robot import open_robot
 from robocal.planning.candidates import joint_range
 

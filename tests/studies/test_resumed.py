@@ -21,7 +21,7 @@ from robocal.errors import FileError
 from robocal.files.alone import alone
 from robocal.files.studyfile import read_study
 from robocal.studies.run import parts_of
-from robocal.studies.work import chunks, do, packed
+from robocal.studies.work import chunks, do, pack
 
 DAMAGED = {
     "empty": lambda place: place.write_bytes(b""),
@@ -67,7 +67,7 @@ def test_what_was_begun_goes_on_where_it_replaces_an_older_result(begun):
     begun.with_suffix(".npz").write_bytes(b"old")
     robocal("study", begun, "--resume").assert_refused("exists", "--force")
     done = chunks(read_study(begun), parts_of(begun.with_suffix(".npz")))[0].place
-    done.write_bytes(packed({n: np.full(10, 7.0) for n in ("anchors", "zeros")}))
+    done.write_bytes(pack({n: np.full(10, 7.0) for n in ("anchors", "zeros")}))
     assert robocal("study", begun, "--resume", "--force", "--workers", 1).status == 0
     with np.load(begun.with_suffix(".npz")) as file:
         assert (file["anchors"][0, :10] == 7).all() and (file["anchors"][0, 10:] != 7).all()

@@ -22,14 +22,14 @@ from cli.runs import robocal
 from listings import points_of
 from studies.specs import EXAMPLES, TEXT, conducted, of
 
-from robocal.files.poses import read_poses
+from robocal.files.pose_table import read_poses
 from robocal.files.robot import open_robot
 from robocal.files.studyfile import read_study
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.planning.poses import PlanOptions, plan
+from robocal.planning.pose_selection import PlanOptions, plan
 from robocal.prove.identify import identify
 from robocal.studies.run import parts_of
-from robocal.studies.truth import coverage
+from robocal.studies.true_robots import coverage
 from robocal.studies.work import chunks, do, trials_of
 
 
@@ -162,10 +162,10 @@ def test_planned_poses_are_those_of_plan(arm):
     chain = open_robot("rv-2aj").chain
     _, q, _ = read_poses(arm.parent / "plan" / "poses.csv", chain)
     poses = trials_of(read_study(of(arm, "count: 25", "count: 25, choose: planned")), 0).poses
-    one, two = (poses.measured(np.random.default_rng(i)) for i in range(2))
+    one, two = (poses.draw_joints(np.random.default_rng(i)) for i in range(2))
     np.testing.assert_array_equal(one, two)
     np.testing.assert_allclose(one[np.lexsort(one.T)], q[np.lexsort(q.T)], atol=1e-9)
-    others = [poses.judged(np.random.default_rng(i)) for i in range(2)]
+    others = [poses.draw_tests(np.random.default_rng(i)) for i in range(2)]
     assert others[0].shape == (300, 5) and (others[0] != others[1]).all()
 
 
@@ -184,9 +184,9 @@ def test_where_a_list_says_the_robot_has_to_be_accurate(arm):
     place = arm.parent / "tests.csv"
     _, q, _ = read_poses(place, chain)
     poses = trials_of(read, 0).poses
-    np.testing.assert_array_equal(poses.judged(np.random.default_rng(0)), q[1::2])
+    np.testing.assert_array_equal(poses.draw_tests(np.random.default_rng(0)), q[1::2])
     wanted = plan(chain, poses.template, PlanOptions(25, seed=5), tests=q[::2]).q
-    np.testing.assert_array_equal(poses.measured(np.random.default_rng(0)), wanted)
+    np.testing.assert_array_equal(poses.draw_joints(np.random.default_rng(0)), wanted)
     place.write_text("".join(place.read_text().splitlines(keepends=True)[:-1]))
     assert read_study(arm).text != read.text
 
@@ -194,7 +194,7 @@ def test_where_a_list_says_the_robot_has_to_be_accurate(arm):
 def test_an_arm_is_measured_at_a_list_of_poses(arm):
     study = of(arm, "count: 25", "file: listed.csv")
     poses = trials_of(read_study(study), 0).poses
-    assert poses.measured(np.random.default_rng(0)).shape == (30, 5)
+    assert poses.draw_joints(np.random.default_rng(0)).shape == (30, 5)
     assert conducted(study, "out.npz", workers=1)
 
 
@@ -211,7 +211,7 @@ def test_the_error_elsewhere_falls_with_the_noise(arm, noise):
 
 def test_coverage_counts_the_intervals_that_hold_the_truth(arm):
     trials = trials_of(read_study(of(arm, "{position: 0.1 mm}", "{position: 0.1 mm, stated: false}")), 0)
-    truth, frame, data = trials._measured(np.random.default_rng(1))
+    truth, frame, data = trials._measure(np.random.default_rng(1))
     assert data.observations[0].sigma is None and frame.value != data.observations[0].frame.value
     found = identify(trials.arm.chain, data, trials.options)
     fitted = [p.name for p in found.parameters if p.interval is not None]

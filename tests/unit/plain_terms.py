@@ -7,7 +7,7 @@ import scipy.optimize
 
 from robocal.estimate.families import Family
 from robocal.estimate.problem import Problem
-from robocal.parameters import Parameter, Table
+from robocal.parameters import Parameter, ParameterTable
 
 
 class Plain:
@@ -71,7 +71,7 @@ def plain_problem(terms, start, *, configurations=None, blocks=0, block_size=0, 
     given = np.zeros((blocks, block_size)) if local_start is None else np.asarray(local_start, float)
     family = Family(given.reshape(blocks, block_size), tuple(range(block_size))) if blocks else None
     return Problem(
-        Table(tuple(rows)),
+        ParameterTable(tuple(rows)),
         tuple(names),
         () if family is None else (family,),
         terms=tuple(terms),

@@ -17,9 +17,9 @@ from robocal.files.robot import open_robot
 from robocal.fit.options import Options
 from robocal.geometry import so3
 from robocal.geometry.path.program import Element, Term
-from robocal.parameters import Parameter, Table
+from robocal.parameters import Parameter, ParameterTable
 from robocal.prove.identify import identify
-from robocal.session.simulate import Errors, Instrument, measure, sample_joints, true_chain
+from robocal.session.simulated_robot import Errors, Instrument, measure, sample_joints, true_chain
 
 # The defaults of `robocal simulate`: lengths 0.3 mm, angles 1 mrad; a laser tracker with an orientation sensor.
 TRACKER = Instrument("pose", 2e-5, 5e-5, None)
@@ -49,7 +49,7 @@ def judged(name, instrument, seed):
     q = sample_joints(nominal, 200, rng)
     target = nominal.pose(q)
     made = compensate(nominal, found.corrected, Targets(target[:, :3, 3], target[:, :3, :3], q))
-    reached = made.reached
+    reached = made.reachable
     low, high = nominal.limits.T
     assert len(made.status) == 200
     assert (made.joints[reached] >= low).all() and (made.joints[reached] <= high).all()
@@ -135,7 +135,7 @@ def test_five_axes_at_a_limit_do_not_swing_the_tool_elsewhere():
     q[1, 0] = nominal.limits[0, 1] - 1e-3
     made = compensate(nominal, real, Targets(joints=q))
     assert words(made) == ["ok", "outside limits"] and np.isnan(made.joints[1]).all()
-    assert made.beyond[1] == pytest.approx([1e-3, 0, 0, 0, 0], abs=1e-5)
+    assert made.limit_excess[1] == pytest.approx([1e-3, 0, 0, 0, 0], abs=1e-5)
 
 
 def test_seven_axes_stay_near_the_nominal_joints(rng):
@@ -158,7 +158,7 @@ def test_positions_alone_leave_the_orientation_free(rng):
     assert not made.oriented and set(words(made)) == {"ok"}
     whole = compensate(nominal, real, Targets(joints=q))
     # With fewer demands the joints move less.
-    fine = whole.reached
+    fine = whole.reachable
     assert np.linalg.norm(made.joints - q, axis=1)[fine].mean() < np.linalg.norm(whole.joints - q, axis=1)[fine].mean()
 
 
@@ -169,7 +169,7 @@ def test_what_cannot_be_reached_is_listed_with_what_is_left():
     inside, edge, away = nominal.pose([[0.2, 0.8], [0.995, 0.8], [0.0, 0.8]])[:, :3, 3]
     made = compensate(nominal, real, Targets(np.array([away * 3, inside, edge, inside + [0, 0, 0.02]])))
     assert words(made) == ["unreachable", "ok", "outside limits", "unreachable"]
-    assert made.beyond[2] == pytest.approx([0.005, 0], abs=1e-6) and (made.beyond[[0, 1, 3]] == 0).all()
+    assert made.limit_excess[2] == pytest.approx([0.005, 0], abs=1e-6) and (made.limit_excess[[0, 1, 3]] == 0).all()
     assert made.after[3] == pytest.approx(0.02, abs=1e-6) and np.isnan(made.joints[[0, 2, 3]]).all()
     assert made.joints[1] == pytest.approx([0.21, 0.8], abs=1e-6)
     assert np.isnan(made.before[[0, 3]]).all() and np.isfinite(made.before[[1, 2]]).all()
@@ -187,12 +187,12 @@ def test_columns_of_a_configuration_count(rng):
     """A lift that grows with temperature is corrected at each target's own temperature; without the column: refused."""
     nominal = catalog.get("irb-120")
     lift = Element("tz", (Term("growth", "temperature"),))
-    table = nominal.table + Table((Parameter("growth", 1e-4, "m"),))
+    table = nominal.table + ParameterTable((Parameter("growth", 1e-4, "m"),))
     warm = replace(nominal, elements=(nominal.elements[0], lift, *nominal.elements[1:]), table=table)
     q, kelvin = rng.uniform(-1, 1, (10, 6)), rng.uniform(0, 20, 10)
     made = compensate(nominal, warm, Targets(joints=q, extra={"temperature": kelvin}))
     np.testing.assert_allclose(made.before, 1e-4 * kelvin, atol=1e-12)
-    assert made.after[made.reached].max() < 1e-7
+    assert made.after[made.reachable].max() < 1e-7
     with pytest.raises(ModelError, match="temperature"):
         compensate(nominal, warm, Targets(joints=q))
 

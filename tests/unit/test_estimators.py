@@ -13,7 +13,7 @@ from robocal.arms import catalog
 from robocal.cli.guard import complete
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import Reason
-from robocal.fit.estimators import ESTIMATORS, batched, estimator
+from robocal.fit.estimators import ESTIMATORS, can_batch, estimator
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
@@ -128,7 +128,7 @@ def test_leave_one_out_of_a_method_that_is_no_minimum_is_made_of_refits():
     lm = identify(robot, data)
     assert found.stages[0].leave_one_out.n == 12
     assert found.stages[0].leave_one_out.mean == pytest.approx(lm.stages[0].leave_one_out.mean, rel=0.5)
-    assert batched(Options(method="ekf")) and not batched(Options(method="ekf", max_iterations=1))
+    assert can_batch(Options(method="ekf")) and not can_batch(Options(method="ekf", max_iterations=1))
 
 
 def test_bounds_and_priors_hold_in_the_filter():

@@ -11,7 +11,7 @@ from unit.arm_data import measured
 from unit.plain_terms import Plain, linear, plain_problem
 
 from robocal.estimate.least_squares import least_squares
-from robocal.estimate.rows import Residuals
+from robocal.estimate.terms import Residuals
 from robocal.fit.misfit import errors
 from robocal.measure.base import problem
 from robocal.prove.evidence import bootstrap_gain, constant_errors

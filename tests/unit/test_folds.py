@@ -86,7 +86,7 @@ def test_a_new_placement_is_profiled(options):
     if options:
         assert [f.name for f in stage.folds] == sorted(DAYS) and all(f.profiled and f.n == 20 for f in stage.folds)
         assert np.average([f.after for f in stage.folds]) == pytest.approx(after.mean)
-        assert found.held_ids == () and len(found.fit_ids) == 60 and found.how == "3 folds of groups"
+        assert found.held_out_ids == () and len(found.fit_ids) == 60 and found.how == "3 folds of groups"
     np.testing.assert_allclose(np.nanmean(found.rows.unseen), after.mean)
     plain = identify(arm(), three_days(), Options(leave_one_out=False, folds=4)).stages[0].k_fold
     assert not plain.profiled and after.mean < 1.6 * plain.mean
@@ -219,7 +219,7 @@ def test_a_plane_that_is_left_with_two_points_proves_nothing(contacts, options):
     data = measured(30) + DataSet(where, (replace(made.observations[0], options={"place": blank}),))
     found = identify(arm(), data, Options(**options))
     seen, plane = found.rows, np.array(found.rows.kind) == "plane"
-    judged = seen.held if options["hold_out"] else np.ones(len(plane), dtype=bool)
+    judged = seen.held_out if options["hold_out"] else np.ones(len(plane), dtype=bool)
     assert plane.sum() == contacts and (judged & plane).any() and found.verdict.status == "improved"
     assert np.isfinite(seen.unseen[judged & ~plane]).all()
     assert (np.isnan(seen.unseen[judged & plane]) if contacts == 3 else seen.unseen[judged & plane] < 4e-4).all()

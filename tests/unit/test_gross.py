@@ -15,7 +15,7 @@ from robocal.estimate.least_squares import Reason
 from robocal.fit.options import Options
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
-from robocal.prove.claims import unfinished
+from robocal.prove.claims import fits_without_convergence
 from robocal.prove.identify import identify
 from robocal.remarks.code import Code
 
@@ -91,7 +91,7 @@ def test_no_fit_that_did_not_converge_is_improved():
 
     def what(whole, proof, started=True):
         known = {"started": Ended(converged=started), "fitted": whole, "proof": proof, "chosen": Options()}
-        return [f.numbers["what"] for f in unfinished.run(SimpleNamespace(**known))]
+        return [f.numbers["what"] for f in fits_without_convergence.run(SimpleNamespace(**known))]
 
     good, bad = Ended(), Ended()
     assert what(good, good) == []

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from unit.arm_data import arm, measured
 
-from robocal.arms.gravity import Load
+from robocal.arms.gravity_load import Load
 from robocal.arms.groups import add
 from robocal.errors import ModelError
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.prove.identify import identify
-from robocal.prove.nongeometric.groups import choose_groups
+from robocal.prove.nongeometric.group_choice import choose_groups
 from robocal.remarks.code import Code
 
 LINKS = (Load("j2", 8.0, (0.1, 0.0, 0.0)), Load("j3", 5.0, (0.1, 0.0, 0.0)), Load("j5", 2.0))

@@ -7,7 +7,7 @@ import pytest
 from measure.scenarios import SCENARIOS, build
 from unit.plain_terms import Plain, linear, plain_problem
 
-from robocal.estimate.choosing.choice import NAMED, SEEN, Combination, together
+from robocal.estimate.choosing.choice import NAMED, OBSERVABLE, Combination, together
 from robocal.estimate.elimination import block_columns, eliminate, triangle
 from robocal.estimate.identifiability import analyse, observability
 from robocal.remarks.code import Code
@@ -21,10 +21,12 @@ def seen_to(share, n=3):
     return plain_problem(linear(a, np.zeros(n)), np.zeros(n), expected=[0.01] * n)
 
 
-@pytest.mark.parametrize(("share", "kept"), [(1e-3, False), (0.9 * SEEN, False), (1.1 * SEEN, True), (10.0, True)])
+@pytest.mark.parametrize(
+    ("share", "kept"), [(1e-3, False), (0.9 * OBSERVABLE, False), (1.1 * OBSERVABLE, True), (10.0, True)]
+)
 def test_what_is_seen_is_relative_to_noise(share, kept):
     found = analyse(seen_to(share), np.zeros(3))
-    assert ("b3" in found.kept) is kept and ("b3" in found.dropped) is not kept
+    assert ("b3" in found.basis) is kept and ("b3" in found.dropped) is not kept
     assert found.rank == 2 + kept and found.structural_rank == 3
     assert found.singular_values[-1] == pytest.approx(share) and found.names == ("b1", "b2", "b3")
 
@@ -34,7 +36,7 @@ def test_noise_divides_and_priors_and_always_keep():
     assert analyse(p, np.zeros(3), noise=20.0).dropped == ("b3",)
     assert analyse(p, np.zeros(3), noise=20.0, always=["b3"]).dropped == ()
     stated = p.with_table(p.table.with_priors({"b3": 0.01}))
-    assert analyse(stated, np.zeros(3), noise=20.0).kept == ("b1", "b2", "b3")
+    assert analyse(stated, np.zeros(3), noise=20.0).basis == ("b1", "b2", "b3")
     assert analyse(seen_to(3.0), np.zeros(3), seen=4.0).dropped == ("b3",)
 
 
@@ -68,9 +70,9 @@ def test_of_columns_that_say_the_same_the_preferred_one_is_kept(rng, wanted):
     """However strong the others are: what one says in 30 sigma, the other may say in 3000."""
     column, other = rng.normal(size=(2, 40))
     a = np.column_stack([column * 1e3, column * 30, column * 1e2, other * 1e3])
-    assert analyse(preferring(a, {}), np.zeros(4)).kept == ("b1", "b4")
+    assert analyse(preferring(a, {}), np.zeros(4)).basis == ("b1", "b4")
     found = analyse(preferring(a, {wanted: 1}), np.zeros(4))
-    assert found.kept == (wanted, "b4")
+    assert found.basis == (wanted, "b4")
     assert {c.partners[0][0] for c in found.combinations} == {wanted}
 
 
@@ -79,10 +81,10 @@ def test_a_preference_never_costs_what_was_seen(rng):
     u, v = np.linalg.qr(rng.normal(size=(40, 2)))[0].T
     a = np.column_stack([100 * (0.97 * u + 0.25 * v), 2 * u])
     for preferences in ({}, {"b2": 5}):
-        assert analyse(preferring(a, preferences), np.zeros(2)).kept == ("b1",)
+        assert analyse(preferring(a, preferences), np.zeros(2)).basis == ("b1",)
     # Nor does it take in what is not seen at all.
     nothing = np.column_stack([100 * u, 0.5 * u])
-    assert analyse(preferring(nothing, {"b2": 5}), np.zeros(2)).kept == ("b1",)
+    assert analyse(preferring(nothing, {"b2": 5}), np.zeros(2)).basis == ("b1",)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -93,10 +95,10 @@ def test_preferences_change_no_rank_and_leave_nothing_seen_out(seed):
     a = 50 * rng.normal(size=(60, 6)) @ rng.normal(size=(6, 12)) + 0.01 * rng.normal(size=(60, 12))
     plain = analyse(preferring(a, {}), np.zeros(12))
     found = analyse(preferring(a, {f"b{i + 1}": int(v) for i, v in enumerate(rng.integers(-2, 3, 12))}), np.zeros(12))
-    assert len(found.kept) == len(plain.kept) and found.rank == plain.rank
-    kept = [int(n[1:]) - 1 for n in found.kept]
+    assert len(found.basis) == len(plain.basis) and found.rank == plain.rank
+    kept = [int(n[1:]) - 1 for n in found.basis]
     q = np.linalg.qr(a[:, kept])[0]
-    assert np.linalg.norm(a - q @ (q.T @ a), axis=0).max() <= SEEN
+    assert np.linalg.norm(a - q @ (q.T @ a), axis=0).max() <= OBSERVABLE
 
 
 def test_combinations_give_the_right_numbers(rng):
@@ -124,12 +126,12 @@ def test_many_partners_are_counted(rng):
 
 def test_fewer_rows_than_parameters(rng):
     found = analyse(plain_problem(linear(1e4 * rng.normal(size=(2, 5)), np.zeros(2)), np.zeros(5)), np.zeros(5))
-    assert found.rank == 2 and len(found.kept) == 2 and len(found.dropped) == 3
+    assert found.rank == 2 and len(found.basis) == 2 and len(found.dropped) == 3
 
 
 def test_nothing_free():
     found = analyse(seen_to(1.0).with_free(()), np.zeros(3))
-    assert found.rank == 0 and found.kept == () and found.condition == float("inf") and found.indices["O1"] == 0
+    assert found.rank == 0 and found.basis == () and found.condition == float("inf") and found.indices["O1"] == 0
     assert found.posterior.shape == (0, 0)
 
 

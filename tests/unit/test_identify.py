@@ -30,7 +30,7 @@ def test_a_simulated_arm_improves_where_nothing_was_measured(kind, stated):
     assert metres.unit == "m" and metres.after.mean < 1e-4 < metres.before.mean and metres.held_out.mean < 1e-4
     assert metres.held_out.n == 12 and metres.after.n == 48 and metres.leave_one_out.n == 60
     assert [s.unit for s in found.stages] == (["m", "rad"] if kind == "pose" else ["m"])
-    assert sorted((*found.fit_ids, *found.held_ids)) == sorted(f"p{i}" for i in range(60))
+    assert sorted((*found.fit_ids, *found.held_out_ids)) == sorted(f"p{i}" for i in range(60))
     assert 0.6 < found.chi2 / found.dof < 1.4 and found.history[-1] <= found.history[0]
     assert found.options.hold_out == 0.2 and found.groups[0].sigma_source == ("stated" if stated else "estimated")
 
@@ -38,9 +38,14 @@ def test_a_simulated_arm_improves_where_nothing_was_measured(kind, stated):
 def test_the_same_seed_gives_the_same_result():
     a, b = identify(arm(), measured(40)), identify(arm(), measured(40))
     np.testing.assert_array_equal(a.table.values, b.table.values)
-    assert a.verdict == b.verdict and a.parameters == b.parameters and a.held_ids == b.held_ids and a.band == b.band
+    assert (
+        a.verdict == b.verdict
+        and a.parameters == b.parameters
+        and a.held_out_ids == b.held_out_ids
+        and a.band == b.band
+    )
     other = identify(arm(), measured(40), Options(seed=1))
-    assert other.held_ids != a.held_ids
+    assert other.held_out_ids != a.held_out_ids
     np.testing.assert_array_equal(other.table.values, a.table.values)
 
 
@@ -86,12 +91,12 @@ def test_rows_tell_what_happened_to_every_measurement():
         and set(rows.group) == {"tracker"}
         and set(rows.kind) == {"position"}
     )
-    held = {c for c, h in zip(rows.configuration, rows.held, strict=True) if h}
-    assert held == set(found.held_ids)
-    np.testing.assert_allclose(rows.unseen[rows.held], np.linalg.norm(rows.after[rows.held, :3], axis=1))
-    assert np.isnan(rows.unseen[~rows.held]).all()
+    held = {c for c, h in zip(rows.configuration, rows.held_out, strict=True) if h}
+    assert held == set(found.held_out_ids)
+    np.testing.assert_allclose(rows.unseen[rows.held_out], np.linalg.norm(rows.after[rows.held_out, :3], axis=1))
+    assert np.isnan(rows.unseen[~rows.held_out]).all()
     small = identify(arm(), measured(20))
-    assert not small.rows.held.any() and np.isfinite(small.rows.unseen).all()
+    assert not small.rows.held_out.any() and np.isfinite(small.rows.unseen).all()
     assert small.rows.unseen.mean() == pytest.approx(small.stages[0].leave_one_out.mean)
     data = measured(40)
     np.testing.assert_allclose(rows.place, data.observations[0].value + rows.after[:, :3], atol=1e-12)
@@ -190,7 +195,7 @@ def test_without_evidence_nothing_is_claimed():
     assert (
         "leave-one-out" in proof.verdict.reasons[0].sentence
         and proof.stages[0].held_out is None
-        and proof.held_ids == ()
+        and proof.held_out_ids == ()
     )
     with pytest.raises(ModelError, match="held-out share"):
         identify(arm(), measured(40), Options(hold_out=0.7))
@@ -243,11 +248,11 @@ def test_leaving_one_out_must_leave_enough(m):
 def test_held_out_configurations_without_a_measurement_prove_nothing():
     data = measured(30)
     where = data.configurations
-    held = identify(arm(), data).held_ids
+    held = identify(arm(), data).held_out_ids
     seen = np.flatnonzero(~np.isin(where.ids, held))
     found = identify(arm(), DataSet(where, (data.observations[0].take(seen),)), Options(leave_one_out=False))
     assert (
-        found.held_ids == held
+        found.held_out_ids == held
         and found.verdict.status == "not_improved"
         and found.verdict.reasons[0].code is Code.NOTHING_MEASURED_THERE
     )

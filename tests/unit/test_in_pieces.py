@@ -13,11 +13,11 @@ from unit.arm_data import measured
 from unit.test_outliers import spoiled
 
 from robocal.arms import chain as chains
-from robocal.arms.gravity import Gravity, drive, link_end
+from robocal.arms.gravity_load import Gravity, drive, link_end
 from robocal.diagnose import gross
-from robocal.diagnose.segments.model import _inverse_root, _Sums
+from robocal.diagnose.segments.robust_model import _inverse_root, _Sums
 from robocal.estimate.priors._kernels import held_by
-from robocal.estimate.rows import spread
+from robocal.estimate.terms import spread
 from robocal.fit.fit import EXACT, NEAR
 from robocal.fit.noise import apply_noise, under
 from robocal.fit.repeats import NEAR as PLACE
@@ -26,7 +26,7 @@ from robocal.geometry.path.program import Element, Term, compile_path
 from robocal.measure import reach as reaching
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet
-from robocal.parameters import Parameter, Table
+from robocal.parameters import Parameter, ParameterTable
 from robocal.prove import evidence
 from robocal.prove.split import _cells
 
@@ -34,7 +34,7 @@ from robocal.prove.split import _cells
 def test_columns_of_one_element_are_its_screw_times_each():
     """Many terms on one joint, some shared with another element, one joint that is driven plainly."""
     rng = np.random.default_rng(0)
-    table = Table(tuple(Parameter(f"p.{i}", v) for i, v in enumerate(rng.normal(0, 0.3, 9))))
+    table = ParameterTable(tuple(Parameter(f"p.{i}", v) for i, v in enumerate(rng.normal(0, 0.3, 9))))
     many = tuple(Term(f"p.{i}", f"c{i}", 0.5 + i) for i in range(5))
     elements = (
         Element("rz", (Term("p.6", "c0"), Term("p.5"))), Element("tx", (Term("p.7"), Term("p.8", "c1"))),

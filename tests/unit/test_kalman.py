@@ -8,7 +8,7 @@ from measure.scenarios import HAND, TRACKER, arm, build, made, observations
 from unit.plain_terms import Plain, linear, plain_problem
 
 from robocal.errors import ModelError
-from robocal.estimate.kalman import kalman, stacked
+from robocal.estimate.kalman import kalman, stack_filter
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import uncertainty
 
@@ -181,7 +181,7 @@ def test_one_stacked_pass_is_the_filter(rng):
     a, y = rng.normal(size=(12, 3)), rng.normal(size=12)
     p = plain_problem(linear(a, y, sigma=0.2), np.zeros(3))
     prior = np.diag([0.5, 1.0, 2.0])
-    one, whole = stacked(p, covariance=0.5 * prior, process=0.5 * prior, passes=1), kalman(p, covariance=prior)
+    one, whole = stack_filter(p, covariance=0.5 * prior, process=0.5 * prior, passes=1), kalman(p, covariance=prior)
     np.testing.assert_allclose(one.x, whole.x, atol=1e-12)
     np.testing.assert_allclose(one.covariance, whole.covariance, atol=1e-12)
 
@@ -191,10 +191,10 @@ def test_stacked_noise_is_a_variance_per_whitened_row(rng):
     wide, fine = (plain_problem(linear(a, y, sigma=s), np.zeros(3)) for s in (0.3, 0.1))
     args = {"covariance": np.eye(3), "process": 0.1 * np.eye(3), "passes": 4}
     for noise in (9.0, np.full(12, 9.0)):
-        np.testing.assert_allclose(stacked(fine, noise=noise, **args).x, stacked(wide, **args).x, atol=1e-12)
+        np.testing.assert_allclose(stack_filter(fine, noise=noise, **args).x, stack_filter(wide, **args).x, atol=1e-12)
 
 
 def test_what_the_stacked_recursion_does_not_know_is_refused(rng):
     p = plain_problem(linear(np.eye(2), np.ones(2)), np.zeros(2))
     with pytest.raises(ModelError, match="robust loss or bounds"):
-        stacked(p.with_loss("huber"), covariance=np.eye(2), process=np.eye(2))
+        stack_filter(p.with_loss("huber"), covariance=np.eye(2), process=np.eye(2))

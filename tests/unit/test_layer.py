@@ -14,7 +14,7 @@ from robocal.fit.baseline import baseline
 from robocal.fit.fit import fit
 from robocal.fit.options import Options
 from robocal.prove.nongeometric.layer import learn
-from robocal.prove.nongeometric.layered import LayerRows, layer_rows, layered_errors, try_layer
+from robocal.prove.nongeometric.layered import LayerRows, layer_errors, layer_rows, try_layer
 from robocal.remarks.code import Code
 
 NAMES = ("a", "b", "c")
@@ -67,7 +67,7 @@ def test_a_field_switches_it_on_and_is_taken_away():
     assert found.layer is not None and found.gain[1] > 0 and found.after < 0.6 * found.before
     assert 0.9 < found.coverage < 0.99
     rows = layer_rows(data, part.problem, part.solution.x)
-    left = layered_errors(found.layer, rows, data.configurations.joints)
+    left = layer_errors(found.layer, rows, data.configurations.joints)
     assert left.mean() < 0.5 * np.linalg.norm(rows.missed, axis=1).mean()
 
 
@@ -125,7 +125,7 @@ def test_a_layer_of_positions_serves_poses(rng):
     layer = learn(NAMES, (True,) * 3, q, field(q))
     rows = LayerRows(np.hstack([field(q), np.full((40, 3), 0.1)]), np.arange(40))
     alone = LayerRows(field(q), np.arange(40))
-    np.testing.assert_array_equal(layered_errors(layer, rows, q), layered_errors(layer, alone, q))
+    np.testing.assert_array_equal(layer_errors(layer, rows, q), layer_errors(layer, alone, q))
 
 
 def test_missing_numbers_are_said(tmp_path, rng):

@@ -9,19 +9,20 @@ import pytest
 from unit.arm_data import TRACKER, arm, measured
 from unit.test_outliers import spoiled
 
-from robocal.diagnose import digits
+from robocal.diagnose import rounding
 from robocal.diagnose.gross import sift
 from robocal.estimate import uncertainty as bars
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import effective_columns, uncertainty
-from robocal.fit import thin
-from robocal.fit.baseline import known_baseline, renoised
-from robocal.fit.fit import softly
+from robocal.fit import subsample
+from robocal.fit.baseline import fit_baseline, renew_baseline
+from robocal.fit.fit import soften
 from robocal.fit.noise import apply_noise
-from robocal.fit.thin import ENOUGH, MANY, thinned
+from robocal.fit.subsample import ENOUGH, MANY
+from robocal.fit.subsample import subsample as thinned
 from robocal.measure.base import problem
 from robocal.measure.data import DataSet, Frame
-from robocal.prove.evidence import _drawn, _expanded
+from robocal.prove.evidence import _cornish_fisher, _drawn
 
 M = 3000
 
@@ -82,7 +83,7 @@ def test_gross_rows_of_many_are_those_without_thinning(many, share, monkeypatch)
     """Down to rows that are hardly gross at all; and how far each row is, is told of the fit to all rows."""
     data = gross(gross(many, share), share, seed=6, size=3e-4)
     found = sift(arm(), data, np.arange(M))
-    monkeypatch.setattr(thin, "MANY", 10 * M)
+    monkeypatch.setattr(subsample, "MANY", 10 * M)
     whole = sift(arm(), data, np.arange(M))
     assert (used(found) == used(whole)).all() and (~used(whole)).sum() >= share * M
     np.testing.assert_allclose(found.away.distance[0], whole.away.distance[0], atol=0.03, rtol=0.01)
@@ -96,19 +97,19 @@ def test_rows_that_are_held_out_have_no_say(many):
     a, b = (sift(arm(), d, np.flatnonzero(fitted)) for d in (data, moved))
     assert (used(a) == used(b)).all() and used(a)[held].all()
     np.testing.assert_array_equal(a.x, b.x)
-    x, y = (known_baseline(arm(), d, np.flatnonzero(fitted)).x for d in (data, moved))
+    x, y = (fit_baseline(arm(), d, np.flatnonzero(fitted)).x for d in (data, moved))
     np.testing.assert_array_equal(x, y)
 
 
 def test_the_baseline_of_many_rows_is_that_of_all_of_them(many, monkeypatch):
     everyone = np.arange(M)
-    found = known_baseline(arm(), many, everyone)
+    found = fit_baseline(arm(), many, everyone)
     noisy = apply_noise(many, {("tracker", "m"): 1e-3})
-    assert renoised(arm(), (many, found), apply_noise(many, {}), everyone) is found
-    again = renoised(arm(), (many, found), noisy, everyone)
-    monkeypatch.setattr(thin, "MANY", 10 * M)
+    assert renew_baseline(arm(), (many, found), apply_noise(many, {}), everyone) is found
+    again = renew_baseline(arm(), (many, found), noisy, everyone)
+    monkeypatch.setattr(subsample, "MANY", 10 * M)
     for data, mine in ((many, found), (noisy, again)):
-        whole = known_baseline(arm(), data, everyone)
+        whole = fit_baseline(arm(), data, everyone)
         assert mine.converged and whole.converged
         free = whole.problem.with_free([f"{TRACKER.name}.{s}" for s in ("x", "y", "z", "rx", "ry", "rz")])
         # A fit ends where the next step promises 1e-10 of the cost: 1e-5 sqrt(N) of its standard deviations.
@@ -125,7 +126,7 @@ def test_rounding_that_cannot_be_seen_is_not_worked_out(many, monkeypatch):
         found = sift(arm(), data, np.arange(M))
         assert (found.data.observations[0].rounding is None) == (last == 1e-9)
         with monkeypatch.context() as patch:
-            patch.setattr(digits, "_nothing", lambda *_: False)
+            patch.setattr(rounding, "_nothing", lambda *_: False)
             whole = sift(arm(), data, np.arange(M))
         assert whole.data.observations[0].rounding is not None
         for a, b in zip(found.away.distance, whole.away.distance, strict=True):
@@ -142,23 +143,23 @@ def test_the_ends_of_a_mean_of_many_are_where_draws_tend(law, rng):
         "lognormal": rng.lognormal(0, 0.6, n),
         "steps": (rng.uniform(size=n) < 0.1).astype(float),
     }[law]
-    ends, drawn = _expanded(gain), _drawn(gain, np.ones(n), 0, 40_000)
+    ends, drawn = _cornish_fisher(gain), _drawn(gain, np.ones(n), 0, 40_000)
     # A percentile of so many draws scatters by 0.013 standard deviations of the mean.
     assert np.abs(np.subtract(ends, drawn)).max() < 0.04 * gain.std() / np.sqrt(n)
 
 
 def test_a_mean_that_few_rule_is_drawn():
-    assert _expanded(np.append(np.zeros(1999), 1.0)) is None
-    assert _expanded(np.ones(2000)) is None
+    assert _cornish_fisher(np.append(np.zeros(1999), 1.0)) is None
+    assert _cornish_fisher(np.ones(2000)) is None
 
 
 @pytest.mark.parametrize("sigma", [1e-3, 2e-5, 1e-12])
 def test_columns_are_counted_alike_by_cholesky_and_by_rotations(sigma, monkeypatch):
     data = measured(60, sigma=sigma)
     made = problem(arm(), data)
-    x = least_squares(softly(made, made.start), made.start).x
-    soft = softly(made, x)
+    x = least_squares(soften(made, made.start), made.start).x
+    soft = soften(made, x)
     fast = effective_columns(soft, x)
-    monkeypatch.setattr(bars, "_held", lambda *_: None)
+    monkeypatch.setattr(bars, "_prior_trace", lambda *_: None)
     assert fast == pytest.approx(effective_columns(soft, x), abs=1e-6)
     assert 0 < fast <= made.n

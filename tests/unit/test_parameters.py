@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robocal.errors import ModelError, nearest
-from robocal.parameters import FRAME_SYMBOLS, TYPICAL, Parameter, Table, frame_parameters
+from robocal.parameters import FRAME_SYMBOLS, TYPICAL, Parameter, ParameterTable, frame_parameters
 
-TABLE = Table(
+TABLE = ParameterTable(
     (
         Parameter("j1.r", 0.3, "m", True),
         Parameter("j1.alpha", 0.1, "rad"),
@@ -34,12 +34,12 @@ def test_a_table_is_read_by_name_and_in_order():
 
 def test_a_name_used_twice_is_named():
     with pytest.raises(ModelError, match="used twice") as e:
-        Table((Parameter("a.x"), Parameter("b.x"), Parameter("c.x"), Parameter("b.x")))
+        ParameterTable((Parameter("a.x"), Parameter("b.x"), Parameter("c.x"), Parameter("b.x")))
     assert e.value.key == "b.x"
     with pytest.raises(ModelError, match="used twice"):
         TABLE + TABLE
     assert (TABLE + [Parameter("new.x")]).names[-1] == "new.x"
-    assert len(TABLE + Table((Parameter("new.x"),))) == 11
+    assert len(TABLE + ParameterTable((Parameter("new.x"),))) == 11
 
 
 def test_frame_parameters():
@@ -60,9 +60,9 @@ def test_scale_is_the_prior_then_the_expected_then_the_typical_error():
 
 
 def test_turns_finds_every_rotation_vector():
-    table = Table((*frame_parameters("a"), *frame_parameters("b"), Parameter("c", turn=False)))
+    table = ParameterTable((*frame_parameters("a"), *frame_parameters("b"), Parameter("c", turn=False)))
     np.testing.assert_array_equal(table.turns, [3, 9])
-    assert len(Table().turns) == 0 and Table().values.shape == (0,) and Table().free == ()
+    assert len(ParameterTable().turns) == 0 and ParameterTable().values.shape == (0,) and ParameterTable().free == ()
 
 
 def test_with_values():

@@ -10,18 +10,18 @@ from unit.plain_terms import linear, plain_problem
 from robocal.errors import ModelError
 from robocal.estimate.kalman import kalman
 from robocal.estimate.least_squares import least_squares
-from robocal.estimate.particle import density, effective, normalised, particles, systematic
+from robocal.estimate.particle import density, effective, normalise, particles, systematic
 from robocal.estimate.uncertainty import uncertainty
 
 TAILS = np.sqrt(2.0)  # a Cauchy loss with c^2 = nu + 1 has the tails of Student's t with nu = 1
 
 
 def test_logarithms_never_underflow():
-    w = normalised(np.array([-1e9, -1e9 - np.log(3.0), -2e9]))
+    w = normalise(np.array([-1e9, -1e9 - np.log(3.0), -2e9]))
     np.testing.assert_allclose(w, [0.75, 0.25, 0.0], atol=1e-7)
     assert effective(np.full(10, -1e12)) == pytest.approx(10)
     with pytest.raises(ModelError, match="no particle"):
-        normalised(np.array([-np.inf, -np.inf]))
+        normalise(np.array([-np.inf, -np.inf]))
 
 
 def test_systematic_resampling_is_unbiased_and_never_off_by_one(rng):

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 from robocal.errors import ModelError
 from robocal.geometry import so3
 from robocal.geometry.path.program import AXES, Element, Term, compile_path, frame_element
-from robocal.parameters import Parameter, Table, frame_parameters
+from robocal.parameters import Parameter, ParameterTable, frame_parameters
 
 COLUMNS = ("q1", "q2", "temperature")
 SCREWS = {axis: np.eye(6)[i] for i, axis in enumerate(AXES[:6])}
@@ -39,7 +39,7 @@ def random_path(rng, count):
         Element("screw", (Term("p0"),), 0.1, (*rng.normal(size=3), 0, 0, 0)),
         frame_element("g"),
     ]
-    return elements, Table(tuple(rows))
+    return elements, ParameterTable(tuple(rows))
 
 
 def twin(elements, table, theta, phi):
@@ -128,7 +128,7 @@ def test_a_batch_of_columns(rng):
 
 
 def test_what_a_path_cannot_mean():
-    table = Table((Parameter("p0"),))
+    table = ParameterTable((Parameter("p0"),))
     with pytest.raises(ModelError, match="did you mean 'rx'"):
         compile_path([Element("rxx")], table)
     with pytest.raises(ModelError, match="unknown parameter"):

@@ -14,9 +14,9 @@ from robocal.estimate.least_squares import least_squares
 from robocal.geometry import se3, so3
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import DataSet, Frame, Observations
-from robocal.planning.candidates import Region, draw, joint_range, observed
-from robocal.planning.design import blocks, gathered, predicted
-from robocal.planning.poses import Forecast, PlanOptions, plan
+from robocal.planning.candidates import Region, draw, joint_range, observe
+from robocal.planning.design import blocks, predict_sigma, sum_information
+from robocal.planning.pose_selection import Forecast, PlanOptions, plan
 from robocal.planning.route import length, short_path, travel
 
 RNG = np.random.default_rng
@@ -93,9 +93,9 @@ def test_the_forecast_comes_true():
     tests = draw(chain, seen(), Region(), 60, RNG(3))
     shown = seen()
     b = blocks(chain, shown, q, tests)
-    foretold = predicted(b.tests, gathered(b, range(len(q))))
+    foretold = predict_sigma(b.tests, sum_information(b, range(len(q))))
     ids = tuple(map(str, range(30)))
-    made = problem(chain, observed(shown, q, ids, {}))
+    made = problem(chain, observe(shown, q, ids, {}))
     batch = 200
     rng = RNG(4)
     free = [n for n in made.free if not n.startswith("tracker")]
@@ -103,13 +103,13 @@ def test_the_forecast_comes_true():
     for name in free:
         truth[:, made.table.index[name]] += chain.table[name].scale * rng.standard_normal(batch)
     value = np.array(
-        [synthesise(chain, observed(shown, q, ids, {}), rng, x=x[None]).observations[0].value for x in truth]
+        [synthesise(chain, observe(shown, q, ids, {}), rng, x=x[None]).observations[0].value for x in truth]
     )
-    data = observed(shown, q, ids, {})
+    data = observe(shown, q, ids, {})
     many = problem(chain, DataSet(data.configurations, (replace(data.observations[0], value=value),)))
     priors = {n: float(s) for n, s in zip(many.free, many.scales, strict=True)}
     solved = least_squares(many.with_table(many.table.with_priors(priors)), np.repeat(many.start, batch, axis=0))
-    there = problem(chain, observed(shown, tests, tuple(map(str, range(60))), {}))
+    there = problem(chain, observe(shown, tests, tuple(map(str, range(60))), {}))
     true, found = (np.asarray(there.residuals(x)[0].value) for x in (truth, solved.x))
     error = np.sqrt(np.mean(np.sum((true - found) ** 2, axis=-1), axis=0))
     # 200 trials of about three axes scatter by 3 %, the tests share them.
@@ -143,7 +143,7 @@ def test_a_plan_beats_random_poses_and_knows_it():
     assert f.mean[15] < 0.85 * f.random[15] and (np.diff(f.mean) <= 1e-12).all() and (f.p95 >= f.mean).all()
     assert found.design.value >= found.design.start_value and found.limit is not None
     assert found.design.value <= found.limit < 0
-    np.testing.assert_allclose(found.doubts, f.mean[15], rtol=0.05)
+    np.testing.assert_allclose(found.uncertainty, f.mean[15], rtol=0.05)
     again = plan(chain, seen(), PlanOptions(15, candidates=800, tests=80))
     np.testing.assert_array_equal(found.q, again.q)
 
@@ -169,12 +169,14 @@ def test_enough_is_where_more_hardly_helps_or_the_accuracy_is_reached():
 def test_poses_measured_before_count():
     chain = arm()
     q = draw(chain, seen(), Region(), 20, RNG(6))
-    done = observed(seen(), q, tuple(f"m{i}" for i in range(20)), {})
+    done = observe(seen(), q, tuple(f"m{i}" for i in range(20)), {})
     options = PlanOptions(5, candidates=400, tests=60)
     alone, after = plan(chain, seen(), options), plan(chain, seen(), options, measured=done)
     assert after.measured == 20 and after.forecast.mean[5] < 0.5 * alone.forecast.mean[5]
     b = blocks(chain, seen(), q, after.tests)
-    np.testing.assert_allclose(after.forecast.mean[0], predicted(b.tests, gathered(b, range(20))).mean(), rtol=1e-6)
+    np.testing.assert_allclose(
+        after.forecast.mean[0], predict_sigma(b.tests, sum_information(b, range(20))).mean(), rtol=1e-6
+    )
 
 
 def test_what_cannot_be_drawn_needs_a_list():

@@ -15,10 +15,10 @@ from robocal.estimate.least_squares import least_squares
 from robocal.estimate.selection import limit, select
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Frame, Observations
-from robocal.planning.candidates import Region, draw, joint_range, observed
-from robocal.planning.design import blocks, gathered, predicted
-from robocal.planning.poses import PlanOptions, plan
-from robocal.session.simulate import Errors, true_chain
+from robocal.planning.candidates import Region, draw, joint_range, observe
+from robocal.planning.design import blocks, predict_sigma, sum_information
+from robocal.planning.pose_selection import PlanOptions, plan
+from robocal.session.simulated_robot import Errors, true_chain
 
 TRACKER = Frame("tracker", (1.6, -1.1, 0.4, 0.02, -0.03, 2.1), (True,) * 6, expected=(10.0, 3.0))
 REPEATS = 50
@@ -47,7 +47,7 @@ def instrument(noise):
 
 
 def at(chain, q, shown, rng=None):
-    return synthesise(chain, observed(shown, q, tuple(map(str, range(len(q)))), {}), rng)
+    return synthesise(chain, observe(shown, q, tuple(map(str, range(len(q)))), {}), rng)
 
 
 def task(chain, name, count, rng):
@@ -66,7 +66,7 @@ def task(chain, name, count, rng):
 def held_out_error(chain, data, held, shown):
     """Mean distance (m) between the identified model's points and the true ones; what is seen is identified."""
     made = problem(chain, data)
-    made = made.with_free(analyse(made, made.start).kept)
+    made = made.with_free(analyse(made, made.start).basis)
     x = least_squares(made, made.start).x
     return float(np.linalg.norm(problem(chain, held).residuals(x)[0].value, axis=1).mean())
 
@@ -110,7 +110,7 @@ def test_everywhere_no_25_poses_are_worth_50_random_ones(name):
 
     def at_random(count):
         sets = [rng.choice(len(drawn), count, replace=False) for _ in range(100)]
-        return float(np.median([np.sqrt(np.mean(predicted(r.tests, gathered(r, s)) ** 2)) for s in sets]))
+        return float(np.median([np.sqrt(np.mean(predict_sigma(r.tests, sum_information(r, s)) ** 2)) for s in sets]))
 
     mine, best = np.sqrt(-found.value), np.sqrt(-top)
     equal = next(n for n in range(25, 51) if at_random(n) <= mine)

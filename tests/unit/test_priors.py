@@ -14,7 +14,7 @@ from robocal.estimate.identifiability import analyse
 from robocal.estimate.kalman import kalman
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import effective_columns, total, uncertainty
-from robocal.parameters import TYPICAL, WIDE, Parameter, Table
+from robocal.parameters import TYPICAL, WIDE, Parameter, ParameterTable
 
 
 def covariance(rng, n, size=1.0):
@@ -30,7 +30,7 @@ def together(p, names, c):
 
 
 def test_a_covariance_says_each_ones_own_prior_and_the_last_word_counts(rng):
-    table = Table(tuple(Parameter(n, free=True) for n in ("a", "b", "c", "d")))
+    table = ParameterTable(tuple(Parameter(n, free=True) for n in ("a", "b", "c", "d")))
     c = covariance(rng, 3)
     said = table.with_covariance(("c", "a", "b"), c)
     assert [said[n].prior for n in "cab"] == pytest.approx(list(np.sqrt(np.diag(c)))) and said["d"].prior is None
@@ -64,14 +64,14 @@ def test_a_covariance_says_each_ones_own_prior_and_the_last_word_counts(rng):
     ],
 )
 def test_what_is_no_covariance_is_refused(matrix, words):
-    table = Table((Parameter("a"), Parameter("b")))
+    table = ParameterTable((Parameter("a"), Parameter("b")))
     with pytest.raises(ModelError, match=words) as e:
         table.with_covariance(("a", "b"), matrix)
     assert e.value.key == "a, b"
 
 
 def test_names_of_a_covariance_are_known_and_different():
-    table = Table((Parameter("length"), Parameter("b")))
+    table = ParameterTable((Parameter("length"), Parameter("b")))
     with pytest.raises(ModelError, match="did you mean 'length'"):
         table.with_covariance(("lenght", "b"), np.eye(2))
     with pytest.raises(ModelError, match="twice"):
@@ -82,7 +82,7 @@ def test_units_of_different_size_make_no_covariance_indefinite(rng):
     """Pixels beside coefficients of 1e-9: what counts is the correlation."""
     scale = np.array([1e4, 1e-9, 1.0])
     c = covariance(rng, 3) * np.outer(scale, scale)
-    assert Table(tuple(Parameter(n) for n in "abc")).with_covariance("abc", c)["b"].prior == pytest.approx(
+    assert ParameterTable(tuple(Parameter(n) for n in "abc")).with_covariance("abc", c)["b"].prior == pytest.approx(
         np.sqrt(c[1, 1])
     )
 
@@ -125,7 +125,7 @@ def test_without_priors_a_shared_one_is_off(rng):
     p = together(plain_problem(linear(np.eye(2), np.ones(2)), np.zeros(2)), ("b1", "b2"), covariance(rng, 2))
     off = replace(p, priors=False)
     np.testing.assert_allclose(least_squares(off).x, 1.0, atol=1e-9)
-    assert not off.stated.any() and not off.prior_root.any() and off.scales == pytest.approx([TYPICAL["1"]] * 2)
+    assert not off.has_prior.any() and not off.prior_root.any() and off.scales == pytest.approx([TYPICAL["1"]] * 2)
 
 
 @pytest.mark.parametrize("free", [None, ["hand.x", "hand.rx", "hand.rz", "tag0.z"]])
@@ -279,7 +279,7 @@ def test_a_prior_keeps_what_it_holds_and_what_hides_behind_it(rng):
     p = hidden(rng)
     for sigma in (1e-2, 1e-3, 1e-5):
         held = p.with_table(p.table.with_priors({"b2": sigma, "b3": sigma}))
-        assert set(analyse(held, np.zeros(3)).kept) >= {"b2", "b3"}
+        assert set(analyse(held, np.zeros(3)).basis) >= {"b2", "b3"}
     assert analyse(p.with_table(p.table.with_priors({"b2": 1e-4, "b3": 1e-4})), np.zeros(3)).dropped == ()
 
 
@@ -293,7 +293,7 @@ def test_a_prior_that_says_nothing_changes_nothing(rng, names):
     np.testing.assert_allclose(after.share, before.share)
     # Up to there it is what somebody says of that parameter, and holds it.
     said = analyse(p.with_table(p.table.with_priors(dict.fromkeys(names, WIDE * TYPICAL["1"]))), np.zeros(3))
-    assert set(said.kept) >= set(names)
+    assert set(said.basis) >= set(names)
 
 
 def test_kept_columns_are_told_from_dropped_ones_as_they_are_fitted(rng):
@@ -303,6 +303,6 @@ def test_kept_columns_are_told_from_dropped_ones_as_they_are_fitted(rng):
     p = plain_problem(linear(a, np.zeros(40)), np.zeros(3), expected=[1.0] * 3, prior=[1e-3, None, None])
     found = analyse(p, np.zeros(3))
     assert found.dropped == ("b3",)
-    response = total(p, found.kept, p.start).response
+    response = total(p, found.basis, p.start).response
     partners = dict(found.combinations[0].partners)
     assert partners["b1"] == pytest.approx(response[0, 2]) and partners["b2"] == pytest.approx(response[1, 2])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robocal.estimate.rows import Normal
 from robocal.estimate.schur import system
+from robocal.estimate.terms import Normal
 
 SIZES = ((30, 6), (24, 3))
 FREE = 4

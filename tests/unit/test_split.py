@@ -35,7 +35,7 @@ def no_leak(data, split):
         fitted, held = set(), set()
         for obs in data.observations:
             ends = [obs.configuration, *([] if obs.second is None else [obs.second])]
-            for mask, found in ((split.fit[k], fitted), (split.held[k], held)):
+            for mask, found in ((split.fit[k], fitted), (split.held_out[k], held)):
                 found.update(int(v) for end in ends for v in label[end[mask[obs.configuration]]])
         assert not fitted & held, f"round {k} has seen {fitted & held}"
 
@@ -48,10 +48,10 @@ def test_folds_hold_out_everything_once_and_equally(m, folds, seed):
             make_split(data, 0.0, folds=folds)
         return
     split = make_split(data, 0.0, folds=folds, seed=seed)
-    assert split.held.shape == (folds, m) and (split.held.sum(axis=0) == 1).all()
-    assert np.ptp(split.held.sum(axis=1)) <= 1
-    np.testing.assert_array_equal(split.fit, ~split.held)
-    np.testing.assert_array_equal(split.held[split.round_of, np.arange(m)], True)
+    assert split.held_out.shape == (folds, m) and (split.held_out.sum(axis=0) == 1).all()
+    assert np.ptp(split.held_out.sum(axis=1)) <= 1
+    np.testing.assert_array_equal(split.fit, ~split.held_out)
+    np.testing.assert_array_equal(split.held_out[split.round_of, np.arange(m)], True)
 
 
 def test_every_fold_covers_the_whole_space():
@@ -59,17 +59,17 @@ def test_every_fold_covers_the_whole_space():
     rng = np.random.default_rng(0)
     corner = np.repeat(np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]), 10, axis=0).astype(float)
     split = make_split(points(corner + 0.01 * rng.normal(size=(80, 3))), 0.0, folds=5)
-    for held in split.held:
+    for held in split.held_out:
         assert np.bincount(np.flatnonzero(held) // 10, minlength=8).tolist() == [2] * 8
 
 
 def test_blocks_are_runs_of_rows_in_time():
     data = scattered(50)
     one = make_split(data, "blocks", blocks=10, seed=4)
-    (held,) = one.held
+    (held,) = one.held_out
     assert held.sum() == 10 and one.how == "blocks held out"
     assert np.diff(np.flatnonzero(np.diff(np.r_[0, held.astype(int), 0])))[::2].tolist() in ([5, 5], [10])
-    assert {tuple(make_split(data, "blocks", seed=s).held[0]) for s in range(9)} != {tuple(held)}
+    assert {tuple(make_split(data, "blocks", seed=s).held_out[0]) for s in range(9)} != {tuple(held)}
     split = make_split(data, "blocks", folds=5)
     np.testing.assert_array_equal(split.round_of, np.repeat(np.arange(5), 10))
     backwards = replace(data.configurations, columns={"time": np.arange(50.0)[::-1]})
@@ -82,17 +82,19 @@ def test_groups_are_held_out_whole():
     data = scattered(35, groups=tuple(labels))
     split = make_split(data, "group", folds=5)
     assert split.names == ("front", "high", "left", "low", "right")
-    for name, held in zip(split.names, split.held, strict=True):
+    for name, held in zip(split.names, split.held_out, strict=True):
         np.testing.assert_array_equal(held, labels == name)
     one = make_split(data, "group", seed=2)
-    assert len(one) == 1 and len(set(labels[one.held[0]])) == 1 and one.held.sum() == 7
+    assert len(one) == 1 and len(set(labels[one.held_out[0]])) == 1 and one.held_out.sum() == 7
     two = make_split(data, "group", folds=2)
-    assert (two.held.sum(axis=0) == 1).all() and all(len(set(labels[h]) & set(labels[~h])) == 0 for h in two.held)
+    assert (two.held_out.sum(axis=0) == 1).all() and all(
+        len(set(labels[h]) & set(labels[~h])) == 0 for h in two.held_out
+    )
 
 
 def test_what_belongs_to_no_group_is_always_fitted():
     split = make_split(scattered(9, groups=("a",) * 3 + ("",) * 3 + ("b",) * 3), "group", folds=2)
-    assert split.names == ("a", "b") and not split.held[:, 3:6].any() and split.fit[:, 3:6].all()
+    assert split.names == ("a", "b") and not split.held_out[:, 3:6].any() and split.fit[:, 3:6].all()
     np.testing.assert_array_equal(split.round_of, [0, 0, 0, -1, -1, -1, 1, 1, 1])
 
 
@@ -131,13 +133,13 @@ def test_no_place_is_both_fitted_and_held_out(how, folds, seed):
     data = points(q, configuration=chain, second=chain + 1, groups=tuple(f"g{i // 14}" for i in range(40)))
     split = leave_one_out_rounds(data) if how == "loo" else make_split(data, how, folds=folds, seed=seed)
     no_leak(data, split)
-    assert split.fit.any(axis=1).all() and split.held.any(axis=1).all()
+    assert split.fit.any(axis=1).all() and split.held_out.any(axis=1).all()
     # The embargo takes no more than it must: a unit far from all held-out rows is fitted.
     label = places(data.configurations)
     ends = np.stack([label, np.r_[label[1:], -1]])
     for k in range(len(split)):
-        touched = set(ends[:, split.held[k]].ravel())
-        free = [u for u in range(40) if not split.held[k, u] and not set(ends[:, u]) & touched]
+        touched = set(ends[:, split.held_out[k]].ravel())
+        free = [u for u in range(40) if not split.held_out[k, u] and not set(ends[:, u]) & touched]
         assert split.fit[k, free].all()
 
 
@@ -147,7 +149,7 @@ def test_a_leak_would_be_seen():
     data = points(np.random.default_rng(0).uniform(-1, 1, (10, 3)), configuration=chain, second=chain + 1)
     split = leave_one_out_rounds(data)
     with pytest.raises(AssertionError, match="has seen"):
-        no_leak(data, replace(split, fit=~split.held))
+        no_leak(data, replace(split, fit=~split.held_out))
 
 
 def test_a_hub_ties_nothing():
@@ -162,4 +164,4 @@ def test_leave_one_out_skips_places_without_a_measurement():
     data = scattered(12)
     part = DataSet(data.configurations, (data.observations[0].take(np.arange(5)),))
     split = leave_one_out_rounds(part)
-    assert len(split) == 5 and split.held[:, 5:].sum() == 0
+    assert len(split) == 5 and split.held_out[:, 5:].sum() == 0

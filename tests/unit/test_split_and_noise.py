@@ -17,7 +17,7 @@ from robocal.fit.options import Options
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet
 from robocal.prove.identify import baseline
-from robocal.prove.split import stratified
+from robocal.prove.split import stratify
 
 
 def joints(rng, m, n=3):
@@ -26,15 +26,15 @@ def joints(rng, m, n=3):
 
 @given(st.integers(1, 120), st.floats(0, 0.5), st.integers(0, 5))
 def test_split_sizes_and_disjoint(m, fraction, seed):
-    fitted, held = stratified(joints(np.random.default_rng(0), m), fraction, seed)
+    fitted, held = stratify(joints(np.random.default_rng(0), m), fraction, seed)
     assert len(held) == round(fraction * m)
     np.testing.assert_array_equal(np.sort(np.concatenate([fitted, held])), np.arange(m))
 
 
 def test_split_is_seeded(rng):
     where = joints(rng, 50)
-    np.testing.assert_array_equal(stratified(where, 0.2, 7)[1], stratified(where, 0.2, 7)[1])
-    assert any(not np.array_equal(stratified(where, 0.2, 7)[1], stratified(where, 0.2, s)[1]) for s in range(3))
+    np.testing.assert_array_equal(stratify(where, 0.2, 7)[1], stratify(where, 0.2, 7)[1])
+    assert any(not np.array_equal(stratify(where, 0.2, 7)[1], stratify(where, 0.2, s)[1]) for s in range(3))
 
 
 def test_held_out_units_are_spread_over_the_space(rng):
@@ -43,7 +43,7 @@ def test_held_out_units_are_spread_over_the_space(rng):
     corner = np.repeat(np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]), 10, axis=0).astype(float)
     where = Configurations(tuple(map(str, range(80))), corner + 0.01 * rng.normal(size=(80, 3)))
     for seed in range(5):
-        fitted, held = stratified(where, 0.2, seed)
+        fitted, held = stratify(where, 0.2, seed)
         counts = np.bincount(held // 10, minlength=8)
         assert counts.tolist() == [2] * 8
         q = where.joints
@@ -53,32 +53,32 @@ def test_held_out_units_are_spread_over_the_space(rng):
 def test_split_without_joints_with_equal_joints_and_with_missing_joints(rng):
     some = rng.normal(size=(20, 2))
     for q in (None, np.where(rng.random((20, 2)) < 0.3, np.nan, some), np.full((20, 2), np.nan)):
-        fitted, held = stratified(Configurations(tuple(map(str, range(20))), q), 0.2, 1)
+        fitted, held = stratify(Configurations(tuple(map(str, range(20))), q), 0.2, 1)
         assert len(held) == 4 and len(fitted) == 16
     # Repeats of a single place leave nothing to hold out.
-    assert not len(stratified(Configurations(tuple(map(str, range(20))), np.zeros((20, 2))), 0.2, 1)[1])
+    assert not len(stratify(Configurations(tuple(map(str, range(20))), np.zeros((20, 2))), 0.2, 1)[1])
     free = Configurations(tuple(map(str, range(20))), start=rng.normal(size=(20, 6)))
-    assert len(stratified(free, 0.25, 0)[1]) == 5
+    assert len(stratify(free, 0.25, 0)[1]) == 5
 
 
 def test_repeats_of_a_place_are_held_out_together(rng):
     """Ten places, three visits each: no place is both fitted and held out."""
     place = np.tile(rng.normal(size=(10, 3)), (3, 1))
-    fitted, held = stratified(Configurations(tuple(map(str, range(30))), place), 0.2, 0)
+    fitted, held = stratify(Configurations(tuple(map(str, range(30))), place), 0.2, 0)
     assert len(held) == 6 and not set(fitted % 10) & set(held % 10)
 
 
 def test_file_order_does_not_decide(rng):
     """Configurations that nothing tells apart, in file order: every one is held out now and then."""
     where = Configurations(tuple(map(str, range(10))))
-    seen = {int(u) for seed in range(60) for u in stratified(where, 0.2, seed)[1]}
+    seen = {int(u) for seed in range(60) for u in stratify(where, 0.2, seed)[1]}
     assert seen == set(range(10))
 
 
 @pytest.mark.parametrize("fraction", [-0.1, 0.51, 1.0])
 def test_impossible_shares_are_refused(rng, fraction):
     with pytest.raises(ModelError, match="between 0 and 0.5"):
-        stratified(joints(rng, 10), fraction, 0)
+        stratify(joints(rng, 10), fraction, 0)
 
 
 # --- noise ------------------------------------------------------------------------------------------------------------------

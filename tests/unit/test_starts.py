@@ -9,7 +9,7 @@ import pytest
 from unit.arm_data import SIX, TRACKER, arm, blank, measured, true_arm
 
 from robocal.fit.starts.frames import hand_eye, point_start
-from robocal.fit.starts.search import closed_form, frames_of, refine
+from robocal.fit.starts.search import analytic_starts, frames_of, refine
 from robocal.geometry import se3, so3
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
@@ -74,11 +74,11 @@ def values(found, owner):
 def test_position_start_of_an_arm(rng):
     robot, truth = arm(), true_arm(size=0.0)
     data = measured(30, truth=truth, noise=0)
-    first, second = closed_form(robot, data, data.observations[0], np.arange(30))
+    first, second = analytic_starts(robot, data, data.observations[0], np.arange(30))
     np.testing.assert_allclose(se3.from_vector(values(first, "tracker")), T, atol=1e-8)
     np.testing.assert_allclose(values(first, "tool"), [0.02, 0.01, 0.1, 0, 0, 0], atol=1e-8)
     assert "tool.x" not in second, "the other start trusts the tool"
-    (only,) = closed_form(arm(free=("j2.alpha",)), data, data.observations[0], np.arange(30))
+    (only,) = analytic_starts(arm(free=("j2.alpha",)), data, data.observations[0], np.arange(30))
     assert set(only) == {f"tracker.{s}" for s in SIX}
 
 
@@ -87,7 +87,7 @@ def test_pose_start_of_an_arm(target):
     robot = arm()
     targets, index = ((target,), np.zeros(12, dtype=int)) if target else ((), None)
     data = measured(12, kind="pose", truth=robot, noise=0, targets=targets, target=index)
-    first, second = closed_form(robot, data, data.observations[0], np.arange(12))
+    first, second = analytic_starts(robot, data, data.observations[0], np.arange(12))
     np.testing.assert_allclose(se3.from_vector(values(first, "tracker")), T, atol=1e-8)
     wanted = target.value if target else (0.02, 0.01, 0.1, 0, 0, 0)
     np.testing.assert_allclose(
@@ -105,7 +105,7 @@ def test_camera_in_hand_that_measures_poses():
         Frame("board", (0.5, 0.1, -0.4, 2.0, 0.5, 0.2), FREE6),
     )
     data = measured(12, kind="pose", truth=robot, noise=0, frame=hand, targets=(board,), target=np.zeros(12, dtype=int))
-    (found,) = closed_form(robot, data, data.observations[0], np.arange(12))
+    (found,) = analytic_starts(robot, data, data.observations[0], np.arange(12))
     np.testing.assert_allclose(se3.from_vector(values(found, "hand")), se3.from_vector(hand.value), atol=1e-8)
     np.testing.assert_allclose(se3.from_vector(values(found, "board")), se3.from_vector(board.value), atol=1e-8)
 
@@ -118,7 +118,7 @@ def test_the_most_frequent_target_starts_the_frame():
     )
     index = np.array([0] * 5 + [1] * 25)
     data = measured(30, truth=robot, noise=0, targets=(near, far), target=index)
-    first = closed_form(robot, data, data.observations[0], np.arange(30))[0]
+    first = analytic_starts(robot, data, data.observations[0], np.arange(30))[0]
     assert "far.x" in first and "near.x" not in first
     np.testing.assert_allclose(values(first, "far")[:3], far.value[:3], atol=1e-8)
 
@@ -128,7 +128,7 @@ def test_silence_where_nothing_is_known(rng):
     obs, units = data.observations[0], np.arange(20)
 
     def start(d=data, o=obs, u=units):
-        return closed_form(robot, d, o, u)
+        return analytic_starts(robot, d, o, u)
 
     assert start(o=replace(obs, frame=None)) == [] and start(o=replace(obs, kind="lengths")) == []
     assert start(o=replace(obs, frame=replace(TRACKER, free=(False,) * 6))) == []

@@ -16,11 +16,11 @@ from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import Reason, least_squares
 from robocal.estimate.tolerance import greatest_error
 from robocal.files.robot import open_robot
-from robocal.fit.estimators import ESTIMATORS, batched
+from robocal.fit.estimators import ESTIMATORS, can_batch
 from robocal.fit.options import Options
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import DataSet
-from robocal.parameters import Parameter, Table
+from robocal.parameters import Parameter, ParameterTable
 
 
 def posed(kind="position", noise=True):
@@ -28,7 +28,7 @@ def posed(kind="position", noise=True):
     model, rng = open_robot("rv-2aj").chain, np.random.default_rng(4)
     seen = replace(observations(kind, 40), frame=None)
     nominal = synthesise(model, DataSet(joints(model, rng, 40), (seen,)))
-    kept = choose(made := problem(model, nominal), made.start).kept
+    kept = choose(made := problem(model, nominal), made.start).basis
     drawn = perturbed(model, rng)
     truth = model.with_values({n: drawn.table[n].value for n in kept})
     data = synthesise(truth, nominal, rng if noise else None)
@@ -82,7 +82,7 @@ def test_every_method_that_iterates_stops(method):
     made = posed()[0]
     found = ESTIMATORS[method].run(made, made.start, Options(method=method, tolerance=1e-3), None).solution
     assert found.reasons == (Reason.TOLERANCE,) and greatest_error(made, found.x)[0] <= 1e-3
-    assert not batched(Options(method=method, tolerance=1e-3))
+    assert not can_batch(Options(method=method, tolerance=1e-3))
 
 
 def test_data_without_a_length_have_no_greatest_error():
@@ -90,7 +90,7 @@ def test_data_without_a_length_have_no_greatest_error():
         parts, used, configuration, reading = ((0, 1, "rad"),), np.ones(3, bool), np.arange(3), True
 
     class Posed:
-        counted, table = np.ones(3, bool), Table((Parameter("a"),))
+        counted, table = np.ones(3, bool), ParameterTable((Parameter("a"),))
 
         def residuals(self, x):
             return [Angles()]

@@ -13,10 +13,10 @@ from unit.plain_terms import linear, plain_problem
 from robocal.estimate.uncertainty import quantile, radius, total, uneven
 from robocal.fit.options import Options
 from robocal.measure.data import Frame
-from robocal.parameters import Table
-from robocal.prove.bands import coverage, measured_bands
+from robocal.parameters import ParameterTable
+from robocal.prove.bands import bands_of_data, coverage
 from robocal.prove.identify import identify
-from robocal.prove.workspace import base_motion, motion_field, sample_joints
+from robocal.prove.place_bands import base_motion, motion_field, sample_joints
 
 
 @pytest.mark.parametrize("prior", [None, 0.3])
@@ -74,7 +74,7 @@ def test_bands_of_new_measurements_hold_them():
     found = identify(arm(), measured(60, stated=False), Options(hold_out=0.0, leave_one_out=False))
     other = measured(300, seed=8, stated=False)
     values = dict(zip(found.table.names, found.table.values, strict=True))
-    (got,) = coverage(measured_bands(found.nominal, other, values, found.total, found.groups), found.total.dof)
+    (got,) = coverage(bands_of_data(found.nominal, other, values, found.total, found.groups), found.total.dof)
     assert got.n == 300 and 0.92 < got.components < 0.98 and 0.91 < got.whole < 0.985
 
 
@@ -124,12 +124,12 @@ def test_a_parameter_that_is_hardly_seen_does_not_hide_the_check_of_the_bands():
     """It touches every row, and is as uncertain as expected: that is a band like any other."""
     robot = arm()
     rows = [replace(p, free=True, expected=1e-9) if p.name == "j2.r" else p for p in robot.table.rows]
-    robot = replace(robot, table=Table(tuple(rows)))
+    robot = replace(robot, table=ParameterTable(tuple(rows)))
     data = measured(60, seed=3)
     found = identify(robot, data, Options(leave_one_out=False))
     alone = [c.name for c in found.identifiability.combinations if not c.partners]
     assert alone == ["j2.r"], "and no other parameter can be blamed"
-    assert found.coverage and found.coverage[0].n == len(found.held_ids)
+    assert found.coverage and found.coverage[0].n == len(found.held_out_ids)
     unproven = identify(robot, data, Options(hold_out=0.0, leave_one_out=False))
     assert not unproven.coverage and "band-unchecked" in {r.code for r in unproven.warnings}
 
@@ -142,6 +142,6 @@ def test_bands_that_cannot_be_checked_are_told():
     groups = tuple(f"g{i}" for i in np.repeat(np.arange(5), 12))
     data = replace(data, configurations=replace(data.configurations, groups=groups))
     found = identify(arm(free=FREE), data, Options(hold_out="group", leave_one_out=False))
-    assert found.held_ids and not found.coverage
+    assert found.held_out_ids and not found.coverage
     (said,) = [r for r in found.warnings if r.code == "band-blind"]
     assert "m" in said.sentence and all(n.startswith("m") for n in said.numbers["names"])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from robocal.apply.verification import agreement, aligned, anova, errors, relative
+from robocal.apply.verification import agreement, align_poses, anova, errors, relative
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 
@@ -38,8 +38,8 @@ def test_another_frame_is_no_error(rng):
         se3.from_vector([0.05, 0.02, -0.1, 0.2, 0.1, 3.0]),
     )
     assert max(relative(a @ t, t).rms) < 1e-12 < min(relative(a @ t @ b, t).rms)
-    assert max(aligned(a @ t, t)[0].rms) < 1e-12
-    found, left, right = aligned(a @ t @ b, t, point=True)
+    assert max(align_poses(a @ t, t)[0].rms) < 1e-12
+    found, left, right = align_poses(a @ t @ b, t, point=True)
     assert max(found.rms) < 1e-12
     np.testing.assert_allclose(left @ a, np.eye(4), atol=1e-9)
     np.testing.assert_allclose(b @ right, np.eye(4), atol=1e-9)
@@ -49,7 +49,7 @@ def test_an_alignment_leaves_the_least(rng):
     t = poses(rng, 30)
     noise = se3.from_vector(np.hstack([2e-3 * rng.normal(size=(30, 3)), 1e-3 * rng.normal(size=(30, 3))]))
     seen = se3.from_vector([0.4, 0.2, 0.1, 0.1, -0.2, 0.3]) @ t @ noise
-    found, a, _ = aligned(seen, t)
+    found, a, _ = align_poses(seen, t)
 
     def cost(e):
         return (e.position**2).sum() + (e.orientation**2).sum()
@@ -86,7 +86,7 @@ def test_what_makes_no_groups_is_refused(rng):
         with pytest.raises(ModelError):
             anova(means, spreads, counts)
     with pytest.raises(ModelError):
-        aligned(poses(rng, 2), poses(rng, 2))
+        align_poses(poses(rng, 2), poses(rng, 2))
     with pytest.raises(ModelError):
         relative(poses(rng, 1), poses(rng, 1))
     same = anova([1.0, 1.0], [0.0, 0.0], [3, 3])
@@ -117,14 +117,15 @@ def test_table_3_3_by_its_means(shared_data, n):
 
 def test_tables_3_4_and_3_5_by_their_means(shared_data):
     """Robot and camera agree within 8 mm in A and B while both are 60 mm from the reference: errors of their own cannot do that, robot
-    and camera share one (the map of the markers, by which the robot was calibrated), or the reference errs. In C the camera lies halfway."""
+    and camera share one (the map of the markers, by which the robot was calibrated), or the reference errs. In C the camera lies
+    halfway."""
     to_reference = {
         r["sample"]: float(r["pos_marker_mean"]) for r in rows(shared_data, "table_3_3.csv") if r["method"] == "camera"
     }
     others = {(r["table"], r["sample"]): float(r["pos_mean_mm"]) for r in rows(shared_data, "table_3_4_3_5.csv")}
     found = {s: agreement((others["3.5", s], to_reference[s], others["3.4", s])) for s in "ABC"}
     for s, f in found.items():
-        print(s, [round(v, 1) for v in f.apart], [round(v, 1) for v in f.own], f.shared)
+        print(s, [round(v, 1) for v in f.differences], [round(v, 1) for v in f.own], f.shared)
     assert found["A"].shared == found["B"].shared == (0, 1)
     assert found["C"].shared == (1, 2) and np.isnan(found["C"].own[1])
     assert found["A"].own[2] == pytest.approx(59.8, abs=0.1)

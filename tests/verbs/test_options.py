@@ -16,11 +16,11 @@ import pytest
 from cli.runs import robocal
 
 from robocal.errors import ModelError
-from robocal.verbs.option import Arg, Opt, Told, entries
-from robocal.verbs.registry import CABLE, VERBS, WORDS
+from robocal.verbs.option import Arg, BaseOptions, Option, entries
+from robocal.verbs.registry import CABLE, COMMAND_NAMES, VERBS
 
 PATHS = (*VERBS, *(f"cable.{name}" for name in CABLE))
-SHARED = {"option", "outcome", "registry", "words"}
+SHARED = {"option", "outcome", "registry", "shared_options"}
 
 
 @pytest.mark.parametrize("path", PATHS)
@@ -31,24 +31,24 @@ def test_a_verb_has_options_that_say_what_they_are(path: str) -> None:
     assert (module.Options.__doc__ or "").strip()
     named = False
     for entry in entries(module.Options):
-        assert entry.told.help.strip(), entry.name
-        assert not (named and isinstance(entry.told, Arg)), f"{entry.name}: arguments come first"
-        named |= isinstance(entry.told, Opt)
-        if isinstance(entry.told, Opt):
-            assert "[default" not in entry.told.help and not entry.told.help.endswith("."), entry.name
+        assert entry.facts.help.strip(), entry.name
+        assert not (named and isinstance(entry.facts, Arg)), f"{entry.name}: arguments come first"
+        named |= isinstance(entry.facts, Option)
+        if isinstance(entry.facts, Option):
+            assert "[default" not in entry.facts.help and not entry.facts.help.endswith("."), entry.name
             if entry.kind in (int, float) and entry.kind is not bool and not entry.required:
-                assert entry.told.metavar, entry.name
+                assert entry.facts.metavar, entry.name
 
 
 @pytest.mark.parametrize("path", PATHS)
 def test_help_says_every_option(path: str) -> None:
-    ran = robocal(*WORDS.get(path, path).split("."), "--help")
+    ran = robocal(*COMMAND_NAMES.get(path, path).split("."), "--help")
     said = " ".join(ran.out.split())
     for entry in entries(import_module(f"robocal.verbs.{path}").Options):
         assert entry.word in said, entry.word
-        if isinstance(entry.told, Opt) and not entry.told.otherwise:
+        if isinstance(entry.facts, Option) and not entry.facts.otherwise:
             # A line may end after a hyphen.
-            assert "".join(entry.told.text.split()) in said.replace(" ", ""), entry.word
+            assert "".join(entry.facts.text.split()) in said.replace(" ", ""), entry.word
     assert "--json" in said
 
 
@@ -81,7 +81,7 @@ def test_help_of_a_verb_needs_no_numpy() -> None:
 
 
 def test_a_verb_knows_no_other_verb() -> None:
-    root = Path(inspect.getfile(Told)).parent
+    root = Path(inspect.getfile(BaseOptions)).parent
     for file in root.rglob("*.py"):
         own = file.relative_to(root).with_suffix("").parts
         if own[0] == "demo":
@@ -97,7 +97,7 @@ def test_a_verb_knows_no_other_verb() -> None:
 
 def test_no_default_of_an_option_stands_elsewhere() -> None:
     """What `run` calls takes what the options say: no function below repeats a default of the command line."""
-    verbs = Path(inspect.getfile(Told)).parent
+    verbs = Path(inspect.getfile(BaseOptions)).parent
     below = [f for f in verbs.rglob("*.py") if f.name != "__init__.py" and f.parent not in (verbs, verbs / "cable")]
     assert below
     told = {e.name for path in PATHS for e in entries(import_module(f"robocal.verbs.{path}").Options)}
@@ -124,14 +124,14 @@ def test_no_default_of_an_option_stands_elsewhere() -> None:
 
 
 @dataclass(frozen=True)
-class Sample(Told):
+class Sample(BaseOptions):
     """A sample."""
 
     place: Annotated[Path, Arg("PLACE", "Somewhere.")]
-    loss: Annotated[str, Opt("What outliers weigh", choices=("none", "huber"))] = "none"
-    count: Annotated[int, Opt("How many", metavar="N", least=1, most=9)] = 3
-    share: Annotated[float | None, Opt("Of it", unit="length", least=0, otherwise="all")] = None
-    rows: Annotated[tuple[str, ...], Opt("Which", listed=True)] = ()
+    loss: Annotated[str, Option("What outliers weigh", choices=("none", "huber"))] = "none"
+    count: Annotated[int, Option("How many", metavar="N", least=1, most=9)] = 3
+    share: Annotated[float | None, Option("Of it", unit="length", least=0, otherwise="all")] = None
+    rows: Annotated[tuple[str, ...], Option("Which", listed=True)] = ()
 
 
 def test_options_check_themselves_however_they_are_given() -> None:
@@ -159,4 +159,4 @@ def test_an_entry_knows_its_kind() -> None:
     assert found["place"].required and found["place"].kind is Path and found["place"].word == "PLACE"
     assert found["share"].optional and found["share"].kind is float and found["share"].default is None
     assert found["rows"].several and found["rows"].kind is str
-    assert found["share"].told.text == "Of it, in the robot file's unit of length, 0 or more.  [default: all]"
+    assert found["share"].facts.text == "Of it, in the robot file's unit of length, 0 or more.  [default: all]"

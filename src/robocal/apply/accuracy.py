@@ -17,7 +17,7 @@ from robocal.estimate.uncertainty import Total, radius
 from robocal.geometry import fits
 from robocal.measure.machine import Mechanism
 from robocal.measure.reach import places_by_joints, reach
-from robocal.prove.workspace import base_motion, parameters_of, predict, sample_joints
+from robocal.prove.place_bands import base_motion, parameters_of, predict, sample_joints
 
 __all__ = ["AccuracyMap", "Slice", "accuracy_map"]
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.apply.difference import TINY, Difference, Known, name_parts, smallest_named, tail
-from robocal.cables.calibration.drift import growth, sights
+from robocal.cables.calibration.comparison import growth, sights
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
 
@@ -88,7 +88,7 @@ class AnchorDrift:
     chance: float
 
     @property
-    def moved(self) -> tuple[str, ...]:
+    def cables_moved(self) -> tuple[str, ...]:
         """The cables whose anchors are named."""
         return tuple(c.cable for c in self.cables if c.moved)
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.arms.inverse import Reached, inverse_point, inverse_pose
+from robocal.arms.inverse_kinematics import Reached, inverse_point, inverse_pose
 from robocal.arms.priority import by_priority
 from robocal.diagnose.limits import LEAP, SINGULAR_BELOW
 from robocal.errors import ModelError
@@ -61,7 +61,7 @@ class Compensation:
     `nominal` (m, n) are the controller's joint values without compensation, `joints` (m, n) the corrected ones,
     `command` (m, 4, 4) the corrected poses for the nominal inverse kinematics, `target` (m, 4, 4) what was asked for.
     `before`, `after` (m,) in m and `before_angle`, `after_angle` (m,) in rad are the simulated errors; of a target
-    that is not reached, `after` is what the nearest joint values leave. `status` (m,) indexes STATUS; `beyond` (m, n)
+    that is not reached, `after` is what the nearest joint values leave. `status` (m,) indexes STATUS; `limit_excess` (m, n)
     is by how much the joints would leave their limits; `dexterity` (m,) the ratio of singular values.
     """
 
@@ -76,11 +76,11 @@ class Compensation:
     before_angle: Array
     after_angle: Array
     status: NDArray[np.int64]
-    beyond: Array
+    limit_excess: Array
     dexterity: Array
 
     @property
-    def reached(self) -> Bools:
+    def reachable(self) -> Bools:
         """The targets that have something to command, (m,)."""
         return np.asarray(self.status < LIMITS)
 

@@ -23,7 +23,7 @@ from scipy import special
 
 from robocal.diagnose.limits import DRIFT_OBSERVABLE, DRIFT_PART_CHANCE
 from robocal.geometry import so3
-from robocal.parameters import Table
+from robocal.parameters import ParameterTable
 
 __all__ = [
     "POWER",
@@ -69,14 +69,14 @@ class Known:
 @dataclass(frozen=True, eq=False)
 class Difference:
     """The step d (n,) of named parameters with its covariance (n, n), the degrees of freedom of that, and errors expected without
-    data (n,), None where every direction counts as seen; `seen` is the largest part of their variance that counts so."""
+    data (n,), None where every direction counts as seen; `detectable` is the largest part of their variance that counts so."""
 
     names: tuple[str, ...]
     step: Array
     covariance: Array
     dof: float = np.inf
     expected: Array | None = None
-    seen: float = DRIFT_OBSERVABLE
+    detectable: float = DRIFT_OBSERVABLE
 
     @classmethod
     def between(cls, first: Known, second: Known, names: Sequence[str]) -> Difference:
@@ -96,23 +96,23 @@ class Difference:
         return [self.at[n] for n in names if n in self.at]
 
     @cached_property
-    def _seen(self) -> tuple[Array, int]:
+    def _observable(self) -> tuple[Array, int]:
         if self.expected is None:
             return np.asarray(np.linalg.inv(self.covariance)), len(self.step)
         values, vectors = np.linalg.eigh(self.covariance / np.outer(self.expected, self.expected))
-        able = (values > ROUNDING) & (values < self.seen)
+        able = (values > ROUNDING) & (values < self.detectable)
         root = vectors[:, able] / np.sqrt(values[able]) / self.expected[:, None]
         return np.asarray(root @ root.T), int(able.sum())
 
     @property
     def weight(self) -> Array:
         """W (n, n)."""
-        return self._seen[0]
+        return self._observable[0]
 
     @property
     def rank(self) -> int:
         """The number of directions that are tested."""
-        return self._seen[1]
+        return self._observable[1]
 
     @cached_property
     def square(self) -> float:
@@ -152,7 +152,7 @@ class Difference:
         expected = None if self.expected is None else self.expected[list(at)]
         names = tuple(self.names[i] for i in at)
         part = self.covariance[np.ix_(at, at)]
-        return Difference(names, self.step[list(at)], part, self.dof, expected, self.seen)
+        return Difference(names, self.step[list(at)], part, self.dof, expected, self.detectable)
 
     def columns(self, rates: Sequence[Mapping[str, float]]) -> Array:
         """Tangents (n, k) of motions, each the rates of parameters by name."""
@@ -207,7 +207,7 @@ def adjust_chances(chances: Array, tested: NDArray[np.bool_]) -> Array:
     return out
 
 
-def step_between(first: Table, second: Table, names: Sequence[str]) -> Array:
+def step_between(first: ParameterTable, second: ParameterTable, names: Sequence[str]) -> Array:
     """The step from one table to the other, (n,), rotation vectors in their tangent."""
     step = {n: second[n].value - first[n].value for n in names}
     for t in first.turns:

@@ -8,7 +8,7 @@ scatter of both runs' rows, block by block, over what even noise would give (`sc
 noise. The test of the parameters is that of `difference`, in the space that both runs saw: this is all that is asked of a model
 (`compare_models`).
 
-Where joint values say what the machine does, the verdict is of millimetres (`apart`): *unchanged* where the interval of the
+Where joint values say what the machine does, the verdict is of millimetres (`model_difference`): *unchanged* where the interval of the
 change lies below what matters, *drifted* where it lies above and chance alone would show as much once in a thousand, *possible*
 else. A cable robot has no joint values, and parts that move by themselves: `anchors`.
 """
@@ -22,23 +22,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.apply.apart import Apart, apart, shows
 from robocal.apply.difference import Difference, adjust_chances, step_between, tail
+from robocal.apply.model_difference import ModelDifference, model_difference, shows
 from robocal.diagnose.limits import DRIFT_CHANCE, DRIFT_MATTERS
-from robocal.diagnose.scatter import Kept, Scatter, scatter
+from robocal.diagnose.scatter import Scatter, WhitenedRows, scatter
 from robocal.estimate.uncertainty import Total
 from robocal.measure.machine import Model
-from robocal.parameters import Table
+from robocal.parameters import ParameterTable
 from robocal.quantities import Amount, OwnUnit, Value
 
-__all__ = ["Change", "Drift", "ParameterDrift", "Single", "compare", "compare_models", "exact_total"]
+__all__ = ["Drift", "ParameterChange", "ParameterDrift", "Single", "compare", "compare_models", "exact_total"]
 
 Array = NDArray[np.float64]
 FEW = 5
 
 
 @dataclass(frozen=True)
-class Change:
+class ParameterChange:
     """One parameter in both runs (SI): change, its standard deviation without a drift, two-sided chance, and the same
     for the most conspicuous of all (Holm)."""
 
@@ -73,7 +73,7 @@ class ParameterDrift:
     rank: int
     dof: float
     p_value: float
-    changes: tuple[Change, ...]
+    changes: tuple[ParameterChange, ...]
     singles: tuple[Single, ...]
 
     @property
@@ -87,20 +87,20 @@ class Drift(ParameterDrift):
     """The same of a machine with places: how far it has changed, against what matters (m), and how far the runs scatter (None where
     a run did not keep its rows)."""
 
-    apart: Apart
+    difference: ModelDifference
     matters: float
     scatter: Scatter | None = None
 
     @property
     def status(self) -> str:
         """unchanged, possible or drifted."""
-        if self.apart.low > self.matters and self.apart.p_value < DRIFT_CHANCE:
+        if self.difference.low > self.matters and self.difference.p_value < DRIFT_CHANCE:
             return "drifted"
-        return "unchanged" if self.apart.high <= self.matters else "possible"
+        return "unchanged" if self.difference.high <= self.matters else "possible"
 
 
 @dataclass(frozen=True, eq=False)
-class _Shared:
+class _SharedChange:
     """What two calibrations know of the same parameters: covariances `noise` of each and `hidden` of their difference (n, n), what the
     second answers to the truth (n, n), errors expected without data (n,), and the degrees of freedom of the noise."""
 
@@ -112,7 +112,7 @@ class _Shared:
     dof: float
 
     @classmethod
-    def of(cls, known: tuple[Total, Total], names: tuple[str, ...]) -> _Shared:
+    def of(cls, known: tuple[Total, Total], names: tuple[str, ...]) -> _SharedChange:
         parts = [_split(t, names, [n for n in t.names if n not in names]) for t in known]
         expected = np.maximum(parts[0][3], parts[1][3])
         shared = (parts[1][1] - parts[0][1]) * expected
@@ -129,8 +129,8 @@ class _Shared:
 def compare_models(first: Model, second: Model, known: tuple[Total, Total]) -> ParameterDrift:
     """Compares the parameters of two calibrations of any model, which are all that is asked of it; `known` is what each may be off
     by (`exact_total` for numbers without an error)."""
-    shared = _Shared.of(known, _names(first, known))
-    return ParameterDrift(**_tested(first, second, shared, shared.both, shared.dof))
+    shared = _SharedChange.of(known, _names(first, known))
+    return ParameterDrift(**_test(first, second, shared, shared.both, shared.dof))
 
 
 def compare(
@@ -141,19 +141,19 @@ def compare(
     conditions: Mapping[str, float],
     *,
     new_tool: bool = False,
-    rows: tuple[Kept | None, Kept | None] = (None, None),
+    rows: tuple[WhitenedRows | None, WhitenedRows | None] = (None, None),
     matters: float = DRIFT_MATTERS,
 ) -> Drift:
     """Compares two corrected models of one nominal robot at joint values (m, n); `rows` are those that the fits left. With
     `new_tool` the tool was mounted anew, so it may differ."""
-    shared = _Shared.of(known, _names(first, known, "tool." if new_tool else None))
+    shared = _SharedChange.of(known, _names(first, known, "tool." if new_tool else None))
     seen = shows(first, second, shared.names, joints, conditions, new_tool=new_tool)
     noise, dof, spread = shared.both, shared.dof, None
     if rows[0] is not None and rows[1] is not None and (seen.x @ noise).any():
         spread = scatter((rows[0], rows[1]), known, shared.names, seen.x)
         noise, dof = spread.factor * noise, min(dof, spread.dof)
-    size = apart(seen, noise, shared.hidden, dof, joints, matters)
-    return Drift(**_tested(first, second, shared, noise, dof), apart=size, matters=matters, scatter=spread)
+    size = model_difference(seen, noise, shared.hidden, dof, joints, matters)
+    return Drift(**_test(first, second, shared, noise, dof), difference=size, matters=matters, scatter=spread)
 
 
 def exact_total(known: Total) -> Total:
@@ -168,7 +168,7 @@ def _names(model: Model, known: tuple[Total, Total], without: str | None = None)
     return tuple(n for n in model.table.names if n in either and not (without and n.startswith(without)))
 
 
-def _tested(first: Model, second: Model, shared: _Shared, noise: Array, dof: float) -> dict[str, Any]:
+def _test(first: Model, second: Model, shared: _SharedChange, noise: Array, dof: float) -> dict[str, Any]:
     """The joint test, every parameter, and single causes."""
     step = step_between(first.table, second.table, shared.names)
     found = Difference(shared.names, step, noise + shared.hidden, dof, shared.expected)
@@ -202,7 +202,7 @@ def _together(known: tuple[Total, Total], noise: tuple[Array, Array]) -> float:
     return (u + v) ** 2 / spread if spread > 0 else np.inf
 
 
-def _singles(table: Table, found: Difference, response: Array) -> tuple[Single, ...]:
+def _singles(table: ParameterTable, found: Difference, response: Array) -> tuple[Single, ...]:
     """Every parameter as the only cause: a true change of it by one shows in the estimates as a column of 1 + B."""
     if found.rank < 2:
         return ()
@@ -216,11 +216,11 @@ def _singles(table: Table, found: Difference, response: Array) -> tuple[Single, 
     return tuple(Single(found.names[i], units[i], float(size[i]), float(sigma[i]), chances[i]) for i in best)
 
 
-def _changes(first: Table, second: Table, found: Difference) -> tuple[Change, ...]:
+def _changes(first: ParameterTable, second: ParameterTable, found: Difference) -> tuple[ParameterChange, ...]:
     tested, chance = found.sigma > 0, found.chances()
     of_all = adjust_chances(chance, tested)
     return tuple(
-        Change(
+        ParameterChange(
             n, first[n].unit, first[n].value, second[n].value, float(found.step[i]), float(found.sigma[i]), float(chance[i]),
             float(of_all[i]),
         )

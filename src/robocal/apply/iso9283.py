@@ -25,7 +25,7 @@ from robocal.arms.chain import Chain
 from robocal.errors import ModelError, nearest
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark, told
+from robocal.remarks.remark import Remark, remark_fields
 
 __all__ = ["WAYS", "Standard", "standard"]
 
@@ -74,7 +74,7 @@ def standard(data: DataSet, this: Model, against: Model | None, distances: str) 
     notes = [Remark.of(Code.REPEATABILITY_UNCHANGED)]
     if (n >= 2).any() and int(n[n >= 2].min()) < CYCLES:
         notes.append(Remark.of(Code.FEW_VISITS, asked=CYCLES, visits=int(n[n >= 2].min())))
-    return made | told(notes, "notes")
+    return made | remark_fields(notes, "notes")
 
 
 def _lacking(why: Mapping[str, Remark]) -> dict[str, dict[str, str]]:

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from robocal.apply.difference import Difference, adjust_chances, step_between
 from robocal.estimate.uncertainty import Total
-from robocal.parameters import Table
-from robocal.quantities import Amount, ShownUnit, Value
+from robocal.parameters import ParameterTable
+from robocal.quantities import Amount, DisplayUnit, Value
 
 __all__ = ["CHANCE", "ErrorSize", "GroupErrors", "ParameterError", "TruthErrors", "compare_truth"]
 
@@ -33,7 +33,7 @@ ALL = "all"
 class ErrorSize:
     """The errors of a group in one unit: how many, root mean square, the largest, and the root mean square of what was expected."""
 
-    unit: ShownUnit
+    unit: DisplayUnit
     n: int
     rms: Amount
     largest: Amount
@@ -60,7 +60,7 @@ class ParameterError:
     of as much by itself and after looking at all of them (Holm)."""
 
     name: str
-    unit: ShownUnit
+    unit: DisplayUnit
     truth: Value
     identified: Value
     error: Amount
@@ -89,7 +89,7 @@ class TruthErrors:
         return tuple(p.name for p in sorted(far, key=lambda p: -abs(p.sigmas)))
 
 
-def compare_truth(identified: Table, truth: Table, total: Total, names: Sequence[str]) -> TruthErrors:
+def compare_truth(identified: ParameterTable, truth: ParameterTable, total: Total, names: Sequence[str]) -> TruthErrors:
     """Compares identified parameters with their true values; `total` is what they may be off by, `names` are those to compare, which
     both tables and `total` have."""
     at = [total.names.index(n) for n in names]
@@ -111,7 +111,7 @@ def compare_truth(identified: Table, truth: Table, total: Total, names: Sequence
     return TruthErrors(tuple(_group(name, error.only(at), identified) for name, at in groups.items()), parameters)
 
 
-def _groups(table: Table, names: Sequence[str]) -> Mapping[str, list[int]]:
+def _groups(table: ParameterTable, names: Sequence[str]) -> Mapping[str, list[int]]:
     """All, by unit, and by owner; what would be all once more is left out."""
     units: dict[str, list[int]] = {kind: [] for kind in KINDS.values()}
     owners: dict[str, list[int]] = {}
@@ -123,7 +123,7 @@ def _groups(table: Table, names: Sequence[str]) -> Mapping[str, list[int]]:
     return {ALL: list(range(len(names))), **{k: v for k, v in parts.items() if 0 < len(v) < len(names)}}
 
 
-def _group(name: str, error: Difference, table: Table) -> GroupErrors:
+def _group(name: str, error: Difference, table: ParameterTable) -> GroupErrors:
     sizes = []
     for unit in dict.fromkeys(table[n].unit for n in error.names):
         some = [i for i, n in enumerate(error.names) if table[n].unit == unit]

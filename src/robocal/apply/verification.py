@@ -24,7 +24,7 @@ from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 from robocal.geometry.fits import rigid
 
-__all__ = ["Agreement", "Anova", "Errors", "agreement", "aligned", "anova", "errors", "relative"]
+__all__ = ["Agreement", "Anova", "PoseErrors", "agreement", "align_poses", "anova", "errors", "relative"]
 
 Array = NDArray[np.float64]
 FEWEST = 3  # poses for an alignment by a motion
@@ -32,7 +32,7 @@ ROUNDS, END = 50, 1e-13
 
 
 @dataclass(frozen=True)
-class Errors:
+class PoseErrors:
     """Errors of poses: of the position (k,) m, and of the orientation (k,) rad."""
 
     position: Array
@@ -57,36 +57,38 @@ class Anova:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Three that read the same poses: `apart` (ab, ac, bc), root mean squares of what two differ by; `own` (a, b, c), what each errs by
-    itself if errors have nothing in common, not a number where its square is negative; `shared` names the two that then agree better
-    than errors of their own allow (None: nobody)."""
+    """Three that read the same poses: `differences` (ab, ac, bc), root mean squares of what two differ by; `own` (a, b, c), what each
+    errs by itself if errors have nothing in common, not a number where its square is negative; `shared` names the two that then agree
+    better than errors of their own allow (None: nobody)."""
 
-    apart: tuple[float, float, float]
+    differences: tuple[float, float, float]
     own: tuple[float, float, float]
     shared: tuple[int, int] | None
 
 
-def errors(found: Array, reference: Array) -> Errors:
+def errors(found: Array, reference: Array) -> PoseErrors:
     """Errors of poses (k, 4, 4) in the reference's frame."""
     d = found[:, :3, 3] - reference[:, :3, 3]
     turn = so3.log(found[:, :3, :3] @ np.swapaxes(reference[:, :3, :3], 1, 2))
-    return Errors(np.linalg.norm(d, axis=1), np.linalg.norm(turn, axis=1))
+    return PoseErrors(np.linalg.norm(d, axis=1), np.linalg.norm(turn, axis=1))
 
 
-def relative(found: Array, reference: Array) -> Errors:
+def relative(found: Array, reference: Array) -> PoseErrors:
     """Errors of the poses beside the first one, that is left out. Raises ModelError for fewer than two."""
     if len(found) < 2:
         raise ModelError("one pose has nothing to be compared with", found=len(found), expected="2 poses or more")
     return errors(se3.inverse(found[:1]) @ found[1:], se3.inverse(reference[:1]) @ reference[1:])
 
 
-def aligned(found: Array, reference: Array, length: float = 1.0, *, point: bool = False) -> tuple[Errors, Array, Array]:
+def align_poses(
+    found: Array, reference: Array, length: float = 1.0, *, point: bool = False
+) -> tuple[PoseErrors, Array, Array]:
     """Errors after the best alignment A T_i B, and A and B (4, 4); B is the identity unless `point`: the instrument may then watch
     another frame on the platform. A turn of 1 rad counts as `length` m. Raises ModelError for too few poses."""
     least = FEWEST + 2 * point
     if len(found) < least:
         raise ModelError("too few poses for an alignment", found=len(found), expected=f"{least} or more")
-    tried = [_descended(found, reference, length, a, point=point) for a in _beginnings(found, reference)]
+    tried = [_descend(found, reference, length, a, point=point) for a in _beginnings(found, reference)]
     _, a, b = min(tried, key=lambda t: t[0])
     return errors(a @ found @ b, reference), a, b
 
@@ -101,18 +103,18 @@ def _beginnings(found: Array, reference: Array) -> list[Array]:
     return out + [se3.compose(t, q.mean(axis=0) - t @ p.mean(axis=0)) for t in turns]
 
 
-def _descended(found: Array, reference: Array, length: float, a: Array, *, point: bool) -> tuple[float, Array, Array]:
+def _descend(found: Array, reference: Array, length: float, a: Array, *, point: bool) -> tuple[float, Array, Array]:
     """Half the sum of squares, A and B where Levenberg's method ends; a step is taken only if it lowers the sum."""
     b, damping = np.eye(4), 0.0
-    r, j = _linearised(a @ found @ b, reference, length, point=point)
+    r, j = _linearise(a @ found @ b, reference, length, point=point)
     cost = float(r @ r)
     for _ in range(ROUNDS):
         n = j.T @ j
         size = np.diag(np.maximum(np.diag(n), 1e-12 * np.diag(n).max(initial=1.0)))
         step = np.asarray(np.linalg.lstsq(n + damping * size, -j.T @ r, rcond=1e-14)[0], float)
-        a_new = _moved(step[:6]) @ a
-        b_new = b @ _moved(step[6:]) if point else b
-        r_new, j_new = _linearised(a_new @ found @ b_new, reference, length, point=point)
+        a_new = _motion(step[:6]) @ a
+        b_new = b @ _motion(step[6:]) if point else b
+        r_new, j_new = _linearise(a_new @ found @ b_new, reference, length, point=point)
         if (lower := float(r_new @ r_new)) <= cost:
             a, b, r, j, cost, damping = a_new, b_new, r_new, j_new, lower, damping / 10 if damping > 1e-6 else 0.0
             if np.abs(step).max() < END:
@@ -124,7 +126,7 @@ def _descended(found: Array, reference: Array, length: float, a: Array, *, point
     return cost, a, b
 
 
-def _linearised(here: Array, reference: Array, length: float, *, point: bool) -> tuple[Array, Array]:
+def _linearise(here: Array, reference: Array, length: float, *, point: bool) -> tuple[Array, Array]:
     """Errors (6 k,) of poses where they are, and their derivatives by a small motion of A and, with `point`, of B."""
     turned = here[:, :3, :3] @ np.swapaxes(reference[:, :3, :3], 1, 2)
     log = so3.log(turned)
@@ -141,7 +143,7 @@ def _linearised(here: Array, reference: Array, length: float, *, point: bool) ->
     return r.ravel(), j.reshape(-1, j.shape[2])
 
 
-def _moved(step: Array) -> Array:
+def _motion(step: Array) -> Array:
     return np.asarray(se3.compose(so3.exp(step[3:]), step[:3]))
 
 

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array, Ints
-from robocal.arms.columns import Column
+from robocal.arms.columns import ChainColumn
 from robocal.errors import ModelError, nearest
-from robocal.geometry.path.joints import Joint, Zero
+from robocal.geometry.path.path_joints import Joint, Zero
 from robocal.geometry.path.program import Element, Program, compile_path
-from robocal.parameters import Table
+from robocal.parameters import ParameterTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -47,12 +47,12 @@ class Chain:
     name: str
     elements: tuple[Element, ...]
     joints: tuple[Joint, ...]
-    table: Table
+    table: ParameterTable
     convention: str = "elements"
     source: str = ""
     meta: Mapping[str, object] = field(default_factory=dict, compare=False)
     geometric: tuple[str, ...] = ()
-    derived: tuple[Column, ...] = ()
+    derived: tuple[ChainColumn, ...] = ()
     groups: tuple[Group, ...] = ()
     upright: bool = False
     better: str = ""
@@ -82,7 +82,7 @@ class Chain:
         table = self.table.with_values(values)
         return replace(self, table=table, derived=tuple(c.at(table) for c in self.derived))
 
-    def with_table(self, table: Table) -> Chain:
+    def with_table(self, table: ParameterTable) -> Chain:
         """The same arm with another table of the same values."""
         return replace(self, table=table)
 

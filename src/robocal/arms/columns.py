@@ -15,15 +15,15 @@ from typing import Protocol
 import numpy as np
 
 from robocal._types import Array
-from robocal.parameters import Table
+from robocal.parameters import ParameterTable
 
-__all__ = ["Column", "Growth", "Harmonic", "Recorded"]
+__all__ = ["ChainColumn", "Growth", "Harmonic", "Recorded"]
 
 Known = Mapping[str, Array]
 FADE = 0.1  # rad
 
 
-class Column(Protocol):
+class ChainColumn(Protocol):
     """Something that gives named columns."""
 
     @property
@@ -33,7 +33,7 @@ class Column(Protocol):
     def columns(self, q: Array, known: Known) -> dict[str, Array]:
         """Values (m,) by name, for joint values q (m, n) and the columns that are known."""
 
-    def at(self, table: Table) -> Column:
+    def at(self, table: ParameterTable) -> ChainColumn:
         """The same at other parameter values."""
 
 
@@ -63,7 +63,7 @@ class Harmonic:
         inside = np.maximum(1.0 - outside / FADE, 0.0)
         return {name: inside * wave for name, wave in zip(self.names, waves, strict=True)}
 
-    def at(self, table: Table) -> Column:
+    def at(self, table: ParameterTable) -> ChainColumn:
         return self
 
 
@@ -83,7 +83,7 @@ class Recorded:
         found = known.get(self.source)
         return {self.names[0]: np.zeros(len(q)) if found is None else found - self.reference}
 
-    def at(self, table: Table) -> Column:
+    def at(self, table: ParameterTable) -> ChainColumn:
         return self
 
 
@@ -108,5 +108,5 @@ class Growth:
         found = known.get("temperature")
         return {self.names[0]: np.zeros(len(q)) if found is None else self.length * (found - self.reference)}
 
-    def at(self, table: Table) -> Column:
+    def at(self, table: ParameterTable) -> ChainColumn:
         return replace(self, length=self.constant + sum(f * table[name].value for name, f in self.terms))

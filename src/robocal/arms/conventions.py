@@ -14,12 +14,12 @@ from collections.abc import Mapping, Sequence
 
 from robocal.arms.chain import Chain
 from robocal.arms.recipes import RECIPES, Recipe, elements_convention, recipe_convention
+from robocal.arms.row_builder import COMMON_KEYS, QUANTITIES, TYPES, Convention, Key, Row, RowBuilder, finite
 from robocal.arms.screws import SCREW_CONVENTIONS
-from robocal.arms.writing import COMMON_KEYS, QUANTITIES, TYPES, Convention, Key, Pen, Row, finite
 from robocal.errors import ModelError, one_of
-from robocal.geometry.path.joints import Joint
+from robocal.geometry.path.path_joints import Joint
 from robocal.geometry.path.program import Element, frame_element
-from robocal.parameters import Parameter, Table, frame_parameters
+from robocal.parameters import Parameter, ParameterTable, frame_parameters
 
 __all__ = [
     "COMMON_KEYS",
@@ -83,7 +83,7 @@ def chain(
     geometric: list[str] = []
     joints: list[Joint] = []
     for i, row in enumerate(rows, start=1):
-        pen = Pen(_name(row, i), _type(row, i), row, rule.key)
+        pen = RowBuilder(_name(row, i), _type(row, i), row, rule.key)
         lower, upper = pen.vector("limits") if pen.kind != "fixed" else (-math.inf, math.inf)
         if not lower <= upper:
             raise ModelError(
@@ -114,7 +114,7 @@ def chain(
         name,
         tuple(elements),
         tuple(joints),
-        Table(tuple(parameters)),
+        ParameterTable(tuple(parameters)),
         convention,
         source,
         known,

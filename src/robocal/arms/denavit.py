@@ -96,17 +96,17 @@ def _step(frame: Array, axis: Array, point: Array) -> dict[str, float]:
         a = math.hypot(foot[0], foot[1])
         theta = math.atan2(foot[1], foot[0]) if a > 1e-12 else 0.0
         a = a if a > 1e-12 else 0.0
-        v = _turned(u, -theta)
+        v = _rotate_about_z(u, -theta)
         return {"theta": theta, "d": 0.0, "a": a, "alpha": math.atan2(-v[1], v[2]), "beta": math.asin(v[0])}
     # The common normal points along z x u; it leaves the first axis at height d and is as long as a.
     theta = math.atan2(u[0], -u[1])
-    v, w = _turned(u, -theta), _turned(p, -theta)
+    v, w = _rotate_about_z(u, -theta), _rotate_about_z(p, -theta)
     # Now u lies in the y-z plane, and the point slides along it until y is zero.
     d = w[2] - v[2] * w[1] / v[1]
     return {"theta": theta, "d": d, "a": float(w[0]), "alpha": math.atan2(-v[1], v[2]), "beta": 0.0}
 
 
-def _turned(v: Array, angle: float) -> Array:
+def _rotate_about_z(v: Array, angle: float) -> Array:
     """A vector turned about z."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]])

@@ -17,10 +17,10 @@ from typing import Any
 
 from robocal.arms import joints
 from robocal.arms.chain import Chain, Group
-from robocal.arms.gravity import Load
+from robocal.arms.gravity_load import Load
 from robocal.errors import ModelError, one_of
 
-__all__ = ["GROUPS", "Rule", "add", "held", "published_loads", "released", "rule_of", "without"]
+__all__ = ["GROUPS", "Rule", "add", "catalog_loads", "fix_groups", "free_groups", "rule_of", "without"]
 
 Options = Mapping[str, Any]
 
@@ -44,7 +44,7 @@ def _common(options: Options, *keys: str) -> dict[str, Any]:
 
 def _loads(chain: Chain, options: Options) -> tuple[Load, ...]:
     """Masses as stated, else as published; a payload alone may do."""
-    found: tuple[Load, ...] = tuple(options["links"]) if "links" in options else published_loads(chain)
+    found: tuple[Load, ...] = tuple(options["links"]) if "links" in options else catalog_loads(chain)
     if not found and not options.get("payload_only"):
         raise ModelError(
             "the masses of this robot's links are not known", key="groups", found=chain.name,
@@ -124,14 +124,14 @@ def add(chain: Chain, name: str, options: Options | None = None) -> Chain:
     return replace(made, groups=(*chain.groups, Group(name, options, own)))
 
 
-def held(chain: Chain, names: Iterable[str] | None = None) -> Chain:
+def fix_groups(chain: Chain, names: Iterable[str] | None = None) -> Chain:
     """The chain with some groups' parameters (all by default) fixed at their values."""
     wanted = {g.name for g in chain.groups} if names is None else set(names)
     fixed = {p for g in chain.groups if g.name in wanted for p in g.parameters}
     return replace(chain, table=chain.table.with_free(n for n in chain.table.free if n not in fixed))
 
 
-def released(chain: Chain, names: Iterable[str]) -> Chain:
+def free_groups(chain: Chain, names: Iterable[str]) -> Chain:
     """The chain with some groups' parameters free."""
     freed = {p for g in chain.groups if g.name in set(names) for p in g.parameters}
     return replace(chain, table=chain.table.with_free({*chain.table.free, *freed}))
@@ -173,7 +173,7 @@ PUBLISHED = {
 }
 
 
-def published_loads(chain: Chain) -> tuple[Load, ...]:
+def catalog_loads(chain: Chain) -> tuple[Load, ...]:
     """The published masses of an arm of this name in this convention, link by link; none where no values are published."""
     for (name, conventions), rows in PUBLISHED.items():
         if chain.name == name and chain.convention in conventions and len(rows) == len(chain.joints):

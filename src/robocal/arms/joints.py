@@ -25,12 +25,12 @@ from dataclasses import replace
 import numpy as np
 
 from robocal.arms.chain import Chain
-from robocal.arms.columns import Column, Growth, Harmonic, Recorded
-from robocal.arms.gravity import Gravity, Load, axis_of, drive
+from robocal.arms.columns import ChainColumn, Growth, Harmonic, Recorded
+from robocal.arms.gravity_load import Gravity, Load, axis_of, drive
 from robocal.errors import ModelError, nearest
 from robocal.geometry.gravity import GRAVITY
 from robocal.geometry.path.program import Element, Term
-from robocal.parameters import Parameter, Table
+from robocal.parameters import Parameter, ParameterTable
 
 __all__ = [
     "orders_of",
@@ -58,8 +58,11 @@ def turning(chain: Chain, joints: Sequence[str] = ()) -> tuple[str, ...]:
     return tuple(joints) if joints else tuple(n for n, kind in known.items() if kind == "revolute")
 
 
-def _added(
-    chain: Chain, parameters: Iterable[Parameter], terms: Iterable[tuple[int, Term]], columns: Iterable[Column] = ()
+def _extend_chain(
+    chain: Chain,
+    parameters: Iterable[Parameter],
+    terms: Iterable[tuple[int, Term]],
+    columns: Iterable[ChainColumn] = (),
 ) -> Chain:
     """The chain with parameters, terms by element number, and computed columns; what is there already stays."""
     elements = list(chain.elements)
@@ -86,7 +89,7 @@ def with_gains(chain: Chain, joints: Sequence[str] = (), prior: float = GAIN) ->
     for name in names:
         _ = chain.table[name]
     rows = (replace(p, free=True, prior=prior) if p.name in names else p for p in chain.table.rows)
-    return replace(chain, table=Table(tuple(rows), chain.table.together))
+    return replace(chain, table=ParameterTable(tuple(rows), chain.table.together))
 
 
 def with_eccentricity(
@@ -119,7 +122,7 @@ def with_eccentricity(
             columns.append(wave)
             parameters += [Parameter(name, 0.0, "rad", True, prior) for name in names]
             terms += [(at, Term(name, column, sign)) for name, column in zip(names, wave.names, strict=True)]
-    return _added(chain, parameters, terms, columns)
+    return _extend_chain(chain, parameters, terms, columns)
 
 
 def _word(order: float) -> str:
@@ -145,7 +148,7 @@ def with_backlash(chain: Chain, joints: Sequence[str] = (), prior: float = GEAR)
         columns.append(side)
         parameters.append(Parameter(f"{joint}.backlash", 0.0, "rad", True, prior))
         terms.append((at, Term(f"{joint}.backlash", side.names[0], sign)))
-    return _added(chain, parameters, terms, columns)
+    return _extend_chain(chain, parameters, terms, columns)
 
 
 def with_compliance(
@@ -165,7 +168,7 @@ def with_compliance(
     chosen = turning(chain, joints)
     weight = _gravity(chain, chosen, loads, gravity) if torque == "gravity" else None
     parameters, terms = [], []
-    columns: list[Column] = [] if weight is None else [weight]
+    columns: list[ChainColumn] = [] if weight is None else [weight]
     for joint in chosen:
         at, sign = _sign(chain, joint)
         name = f"{joint}.compliance"
@@ -177,7 +180,7 @@ def with_compliance(
         parameters.append(Parameter(name, 0.0, COMPLIANCE, True, prior))
         # A measured torque counts with the joint's own sign, a computed one about the element's axis.
         terms.append((at, Term(name, column, sign if weight is None else 1.0)))
-    return _added(chain, parameters, terms, columns)
+    return _extend_chain(chain, parameters, terms, columns)
 
 
 def with_bending(
@@ -205,8 +208,8 @@ def with_bending(
                 Element("screw", (Term(name, f"gravity.{joint}.{symbol}"),), 0.0, tuple(float(s) for s in screw))
             )
         elements = (*made.elements[: at + 1], *bends, *made.elements[at + 1 :])
-        made = _added(replace(made, elements=elements), parameters, ())
-    return _added(made, (), (), [weight])
+        made = _extend_chain(replace(made, elements=elements), parameters, ())
+    return _extend_chain(made, (), (), [weight])
 
 
 def _gravity(
@@ -262,7 +265,7 @@ def with_sag(
             name = f"{joint}.sag_{link}"
             parameters.append(Parameter(name, 0.0, "rad kg/(N m)", True, prior))
             terms.append((drive(chain, joint), Term(name, f"gravity of {link}.{joint}")))
-    return _added(chain, parameters, terms, columns)
+    return _extend_chain(chain, parameters, terms, columns)
 
 
 def with_expansion(chain: Chain, reference: float = 293.15, *, per_joint: bool = False, prior: float = GROWTH) -> Chain:
@@ -271,7 +274,7 @@ def with_expansion(chain: Chain, reference: float = 293.15, *, per_joint: bool =
     Raises ModelError for conventions that place axes in base coordinates: they hold no lengths of links.
     """
     elements: list[Element] = []
-    columns: list[Column] = []
+    columns: list[ChainColumn] = []
     owners: list[str] = []
     owner = "base"
     for i, element in enumerate(chain.elements):
@@ -297,4 +300,4 @@ def with_expansion(chain: Chain, reference: float = 293.15, *, per_joint: bool =
             expected="a convention with lengths, such as dh or urdf",
         )  # fmt: skip
     parameters = [Parameter(n, 0.0, "1/K", True, prior) for n in dict.fromkeys(owners)]
-    return _added(replace(chain, elements=tuple(elements)), parameters, (), columns)
+    return _extend_chain(replace(chain, elements=tuple(elements)), parameters, (), columns)

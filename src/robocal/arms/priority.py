@@ -48,7 +48,7 @@ def by_priority(
         # A joint at its limit that would leave it is held, and the others share its part.
         held = np.zeros(q.shape, dtype=bool)
         for _ in range(n):
-            step = _prioritised(tasks, held)
+            step = _priority_step(tasks, held)
             leaving = ((q <= low) & (step < 0)) | ((q >= high) & (step > 0))
             if not (leaving & ~held).any():
                 break
@@ -60,7 +60,7 @@ def by_priority(
     return np.asarray(q)
 
 
-def _prioritised(tasks: list[tuple[Array, Array]], held: Bools) -> Array:
+def _priority_step(tasks: list[tuple[Array, Array]], held: Bools) -> Array:
     """The step (m, n) that serves the tasks (J, r) in order, each in the null space of those before it."""
     m, n = held.shape
     step = np.zeros((m, n))

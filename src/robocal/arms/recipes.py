@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from robocal.arms.writing import Convention, Key, Pen, Row, finite, known_axis
+from robocal.arms.row_builder import Convention, Key, Row, RowBuilder, check_axis, finite
 from robocal.errors import ModelError, one_of
 
 __all__ = ["RECIPES", "Recipe", "elements_convention", "recipe_convention"]
@@ -85,7 +85,7 @@ _MEANING_OF = {
 def recipe_convention(name: str, recipe: Recipe) -> Convention:
     """The convention of a recipe: one key per symbol, zero when absent."""
 
-    def write(pen: Pen) -> None:
+    def write(pen: RowBuilder) -> None:
         driven = {"revolute": recipe.revolute, "prismatic": recipe.prismatic}.get(pen.kind)
         for axis, symbol in recipe.steps:
             preference = UNKNOWN if (axis, symbol) == HAYATI else 0
@@ -104,7 +104,7 @@ def recipe_convention(name: str, recipe: Recipe) -> Convention:
 STEP_KEYS = ("axis", "value", "symbol", "driven")
 
 
-def _steps(pen: Pen) -> list[dict[str, Any]]:
+def _steps(pen: RowBuilder) -> list[dict[str, Any]]:
     """The list of a row, each entry checked: axis, value, symbol (or None), driven (0, 1 or -1)."""
     given = pen.raw("elements")
     where = f"{pen.joint}.elements"
@@ -128,12 +128,12 @@ def _steps(pen: Pen) -> list[dict[str, Any]]:
         if driven not in (0, 1, -1):
             raise ModelError("not a sign", key=f"{at}.driven", found=driven, expected="true, or 1 or -1")
         value = finite(entry.get("value", 0.0), f"{at}.value")
-        axis = known_axis(entry.get("axis"), f"{at}.axis")
+        axis = check_axis(entry.get("axis"), f"{at}.axis")
         out.append({"axis": axis, "value": value, "symbol": symbol, "driven": int(driven)})
     return out
 
 
-def _write_elements(pen: Pen) -> None:
+def _write_elements(pen: RowBuilder) -> None:
     steps = _steps(pen)
     driven = [s for s in steps if s["driven"]]
     letter = {"revolute": "r", "prismatic": "t"}.get(pen.kind)

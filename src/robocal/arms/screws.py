@@ -23,7 +23,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from robocal._types import Array
-from robocal.arms.writing import Convention, Key, Pen, Row
+from robocal.arms.row_builder import Convention, Key, Row, RowBuilder
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
@@ -62,7 +62,7 @@ def line(direction: Array, point: Array) -> Array:
     return np.concatenate([np.cross(point, direction), direction])
 
 
-def _deviating(pen: Pen, screw: Array, axis: Array, point: Array) -> None:
+def _deviating(pen: RowBuilder, screw: Array, axis: Array, point: Array) -> None:
     """E exp(screw (q + offset)) E^-1."""
     u, v = chart(axis)
     moves = [("tilt_u", line(u, point), "rad"), ("tilt_v", line(v, point), "rad")]
@@ -75,21 +75,21 @@ def _deviating(pen: Pen, screw: Array, axis: Array, point: Array) -> None:
         pen.again("screw", symbol, along)
 
 
-def _no_fixed(pen: Pen, word: str) -> None:
+def _no_fixed(pen: RowBuilder, word: str) -> None:
     if pen.kind == "fixed":
         raise ModelError(
             f"{word} knows no fixed rows", key=f"{pen.joint}.type", found="fixed", expected="revolute, prismatic"
         )
 
 
-def _zero_reference(pen: Pen) -> None:
+def _zero_reference(pen: RowBuilder) -> None:
     _no_fixed(pen, "zero-reference")
     axis, point = pen.unit("axis"), pen.vector("point")
     screw = line(axis, point) if pen.kind == "revolute" else np.concatenate([axis, ZERO])
     _deviating(pen, screw, axis, point)
 
 
-def _poe(pen: Pen) -> None:
+def _poe(pen: RowBuilder) -> None:
     _no_fixed(pen, "poe")
     v, w = pen.vector("v"), pen.vector("w")
     turning = pen.kind == "revolute"
@@ -107,7 +107,7 @@ def _poe(pen: Pen) -> None:
     _deviating(pen, np.concatenate([v, axis]) if turning else np.concatenate([axis, ZERO]), axis, point)
 
 
-def _turn_or_shift(pen: Pen, axis: Array, point: Array = ZERO) -> None:
+def _turn_or_shift(pen: RowBuilder, axis: Array, point: Array = ZERO) -> None:
     """The joint's motion along its axis, as a plain coordinate element where the axis is one and passes through the
     origin."""
     turning = pen.kind == "revolute"
@@ -118,17 +118,17 @@ def _turn_or_shift(pen: Pen, axis: Array, point: Array = ZERO) -> None:
         pen.drive("screw", line(axis, point) if turning else np.concatenate([axis, ZERO]))
 
 
-def _offsets(pen: Pen) -> None:
+def _offsets(pen: RowBuilder) -> None:
     pen.frame([pen.number(k.name) for k in FRAME])
     _turn_or_shift(pen, pen.unit("axis"))
 
 
-def _poe_local(pen: Pen) -> None:
+def _poe_local(pen: RowBuilder) -> None:
     pen.frame([pen.number(k.name) for k in FRAME])
     _turn_or_shift(pen, pen.unit("axis"), pen.vector("point"))
 
 
-def _urdf(pen: Pen) -> None:
+def _urdf(pen: RowBuilder) -> None:
     roll, pitch, yaw = pen.vector("rpy")
     turn = so3.exp([0.0, 0.0, yaw]) @ so3.exp([0.0, pitch, 0.0]) @ so3.exp([roll, 0.0, 0.0])
     pen.frame([*pen.vector("xyz"), *so3.log(turn)])
@@ -150,7 +150,7 @@ def _read_urdf(row: Row, values: Mapping[str, float]) -> dict[str, object]:
     return out | ({"offset": values["offset"]} if "offset" in values else {})
 
 
-def _cpc(pen: Pen) -> None:
+def _cpc(pen: RowBuilder) -> None:
     """Q_i V_i with V_i = R(b) Rx(tilt_x) Ry(tilt_y) Rz(beta) T(lx, ly, lz); R(b) is the smallest turn that takes z to
     b."""
     if pen.kind != "fixed":

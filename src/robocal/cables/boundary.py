@@ -19,11 +19,11 @@ __all__ = [
     "Surface",
     "directions",
     "first_exit",
-    "joined",
     "outline",
     "rays",
     "statics_along",
     "surface",
+    "triangulate_directions",
 ]
 
 Array = NDArray[np.float64]
@@ -161,7 +161,7 @@ def surface(
     origin, way = np.asarray(start, dtype=float), directions(count)
     ends = _ends(origin, way, box)
     lam = rays(robot, demand, origin, ends, steps)
-    return Surface(origin, origin + lam[:, None] * (ends - origin), joined(way))
+    return Surface(origin, origin + lam[:, None] * (ends - origin), triangulate_directions(way))
 
 
 def directions(count: int) -> Array:
@@ -172,7 +172,7 @@ def directions(count: int) -> Array:
     return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
 
 
-def joined(way: Array) -> NDArray[np.int64]:
+def triangulate_directions(way: Array) -> NDArray[np.int64]:
     """Triangles (f, 3) that join directions (n, 3) to a closed surface around their origin, corners turning left seen from
     outside. Raises QhullError for directions in one plane."""
     faces: NDArray[np.int64] = ConvexHull(way).simplices.astype(np.int64)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.cables.newton import Rows, inverted, newton
+from robocal.cables.newton import Rows, invert_small, newton
 
 __all__ = ["Hanging", "catenary", "hang_by_length", "hang_by_tension", "sag", "shape", "stretch"]
 
@@ -96,12 +96,12 @@ def hang_by_tension(ends: ArrayLike, tension: ArrayLike, weight: ArrayLike, elas
         by_angle = -jac[..., 0] * force[..., 1:] + jac[..., 1] * force[..., :1]
         return out - p[at], np.stack([by_angle, jac[..., 2]], axis=-1)
 
-    def allowed(y: Array) -> NDArray[np.bool_]:
+    def in_domain(y: Array) -> NDArray[np.bool_]:
         return np.asarray((np.abs(y[..., 0]) <= np.pi / 2 + 1e-12) & (y[..., 1] > 0))
 
-    y, jac, good = newton(evaluate, np.stack([angle, length], axis=-1), allowed, chord)
+    y, jac, good = newton(evaluate, np.stack([angle, length], axis=-1), in_domain, chord)
     force = t[..., None] * np.stack([np.cos(y[..., 0]), np.sin(y[..., 0])], axis=-1)
-    return _result(shape, y[..., 1], force, inverted(jac)[..., 1, :], good)
+    return _result(shape, y[..., 1], force, invert_small(jac)[..., 1, :], good)
 
 
 def hang_by_length(ends: ArrayLike, length: ArrayLike, weight: ArrayLike, elasticity: ArrayLike) -> Hanging:
@@ -125,13 +125,13 @@ def hang_by_length(ends: ArrayLike, length: ArrayLike, weight: ArrayLike, elasti
         out, jac = catenary(y, length[at], w[at], e[at])
         return out - p[at], jac[..., :2]
 
-    def allowed(y: Array) -> NDArray[np.bool_]:
+    def in_domain(y: Array) -> NDArray[np.bool_]:
         return np.asarray(y[..., 0] > 0)
 
-    y, _, good = newton(evaluate, np.stack([np.maximum(h, 1e-12), v], axis=-1), allowed, chord)
+    y, _, good = newton(evaluate, np.stack([np.maximum(h, 1e-12), v], axis=-1), in_domain, chord)
     _, jac = catenary(y, length, w, e)
     by_angle = -jac[..., 0] * y[..., 1:] + jac[..., 1] * y[..., :1]
-    return _result(shape, length, y, inverted(np.stack([by_angle, jac[..., 2]], axis=-1))[..., 1, :], good)
+    return _result(shape, length, y, invert_small(np.stack([by_angle, jac[..., 2]], axis=-1))[..., 1, :], good)
 
 
 def shape(

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal.cables.cable_lengths import model_of, pulls
 from robocal.cables.geometry import CableRobot
-from robocal.cables.inverse import model_of, pulls
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
@@ -162,10 +162,10 @@ def _draw(robot: CableRobot, y: Array, starts: int, rng: np.random.Generator) ->
     size = np.linalg.norm(turn, axis=-1, keepdims=True)
     step[..., 3:] = turn / np.where(size > 0, size, 1) * rng.uniform(0, np.pi, (*shape, 1))
     step[..., [i for i in range(3) if i not in robot.axes]] = 0.0
-    return _moved(np.broadcast_to(robot.home, (*shape, 4, 4)), step)
+    return _displace(np.broadcast_to(robot.home, (*shape, 4, 4)), step)
 
 
-def _moved(pose: Array, twist: Array) -> Array:
+def _displace(pose: Array, twist: Array) -> Array:
     """p <- p + v, R <- exp(w) R."""
     out = np.array(pose)
     out[..., :3, 3] += twist[..., :3]
@@ -191,7 +191,7 @@ def _descend(
         promised = -(step * g).sum(axis=-1) + lam[at] * (step * step * d).sum(axis=-1)
         twist = np.zeros((len(at), 6))
         twist[:, axes] = step
-        trial = _moved(pose[at], twist)
+        trial = _displace(pose[at], twist)
         new_r, new_j = model(trial, rows[at])
         new = (new_r * new_r).sum(axis=-1)
         # At the bottom the cost only jitters: a step of rounding's size ends the search, whichever way it goes.
@@ -225,7 +225,7 @@ def _polish(
         twist = np.zeros((len(at), 6))
         twist[:, axes] = -np.linalg.solve(a + FAINT * d[:, None, :] * np.eye(len(axes)), g)[..., 0]
         twist[~(np.abs(twist).max(axis=-1) < NEAR)] = 0.0
-        pose[at] = _moved(pose[at], twist)
+        pose[at] = _displace(pose[at], twist)
         r[at], j[at] = model(pose[at], rows[at])
         at = at[np.abs(twist).max(axis=-1) > ENOUGH]
         if not len(at):

@@ -22,7 +22,7 @@ from robocal.cables.pulley import Pulleys, run
 from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.geometry.path.unjointed import Unjointed
-from robocal.parameters import Parameter, Table
+from robocal.parameters import Parameter, ParameterTable
 
 __all__ = [
     "COMMON",
@@ -76,7 +76,7 @@ class CableRobot(Unjointed):
 
     name: str
     cables: tuple[str, ...]
-    table: Table
+    table: ParameterTable
     mass: float | None = None
     com: Array = field(default_factory=lambda: np.zeros(3))
     inertia: Array | None = None
@@ -106,7 +106,7 @@ class CableRobot(Unjointed):
     @cached_property
     def pulleys(self) -> Pulleys | None:
         """The pulleys, radii (m,) and axes (m, 3) of length 1; radius 0 where a cable has none. None: no cable has one."""
-        found = self._stated(WHEEL)
+        found = self._table_values(WHEEL)
         if np.isnan(found[:, 0]).all():
             return None
         bare = np.isnan(found[:, 0])
@@ -116,10 +116,10 @@ class CableRobot(Unjointed):
     @cached_property
     def elasticity(self) -> Array | None:
         """Strain per tension (m,) in 1/N. None: not known."""
-        found = self._stated((STRETCH,))[:, 0]
+        found = self._table_values((STRETCH,))[:, 0]
         return None if np.isnan(found).any() else found
 
-    def _stated(self, symbols: Sequence[str]) -> Array:
+    def _table_values(self, symbols: Sequence[str]) -> Array:
         """Numbers (m, k) of the table by symbol, not a number where a cable has none."""
         names = [[self.row(f"{c}.{s}") for s in symbols] for c in self.cables]
         return np.array([[self.table[n].value if n in self.table else np.nan for n in own] for own in names])
@@ -140,7 +140,7 @@ class CableRobot(Unjointed):
         kept = [p for p in self.table.rows if p.name.rpartition(".")[2] not in gone]
         names = {p.name for p in kept}
         more = [p for p in _material(self.cables, wheels, strain, left) if p.name not in names]
-        return replace(self, table=Table((*kept, *more), self.table.together), shared=left, **known)  # type: ignore[arg-type]
+        return replace(self, table=ParameterTable((*kept, *more), self.table.together), shared=left, **known)  # type: ignore[arg-type]
 
     @property
     def a(self) -> Array:
@@ -182,7 +182,7 @@ class CableRobot(Unjointed):
         """The same robot with other anchors and zeros."""
         return self.with_table(self.table.with_values(values))
 
-    def with_table(self, table: Table) -> Self:
+    def with_table(self, table: ParameterTable) -> Self:
         """The same robot with another table."""
         return replace(self, table=table)
 
@@ -268,7 +268,7 @@ def cable_robot(
     rows += [
         replace(p, free=p.name.rpartition(".")[2] in free) for p in _material(cables, pulleys, elasticity, shared or {})
     ]
-    return CableRobot(name, cables, Table(tuple(rows)), shared=dict(shared or {}), **known)  # type: ignore[arg-type]
+    return CableRobot(name, cables, ParameterTable(tuple(rows)), shared=dict(shared or {}), **known)  # type: ignore[arg-type]
 
 
 def _material(

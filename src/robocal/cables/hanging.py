@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal.cables.elastic import catenary, hang_by_tension
-from robocal.cables.newton import Rows, inverted, newton
+from robocal.cables.newton import Rows, invert_small, newton
 from robocal.cables.pulley import Pulleys, taut
 
 __all__ = ["Hung", "hang"]
@@ -161,13 +161,13 @@ def _over(wheel: _Wheel) -> Array:
         place, jac, *_ = part.at(y)
         return place - part.d, jac
 
-    def allowed(y: Array) -> NDArray[np.bool_]:
+    def in_domain(y: Array) -> NDArray[np.bool_]:
         return np.asarray((y[:, 1] > -1e-9) & (y[:, 1] < 2 * np.pi) & (y[:, 2] > 0))
 
     with np.errstate(all="ignore"):
         full, y = wheel.guess()
-        y, _, good = newton(evaluate, y, allowed, full)
+        y, _, good = newton(evaluate, y, in_domain, full)
         _, jac, length, by, force = wheel.at(y)
-        gradient = np.einsum("ki,kij->kj", by, inverted(jac))
+        gradient = np.einsum("ki,kij->kj", by, invert_small(jac))
     found = np.column_stack([length, gradient, force, y[:, 1]])
     return np.where(good[:, None], found, np.nan)

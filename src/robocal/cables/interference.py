@@ -52,7 +52,7 @@ class Contacts:
         return np.asarray(self.kind == 0)
 
     @property
-    def resolved(self) -> NDArray[np.bool_]:
+    def complete(self) -> NDArray[np.bool_]:
         """Whether the search ended, (B,); where not, the motion is free up to `fraction` and nothing is known beyond."""
         return np.asarray(self.free | (self.gap <= self.tolerance))
 
@@ -64,7 +64,7 @@ class Contacts:
             ""
             if kind == 0
             else f"{cables[k]} {'meets' if sure else 'may meet'} {whom[int(kind)] if kind > 1 else cables[l]}"
-            for kind, (k, l), sure in zip(self.kind, self.who, self.resolved, strict=True)
+            for kind, (k, l), sure in zip(self.kind, self.who, self.complete, strict=True)
         ]
 
 
@@ -102,7 +102,7 @@ def first_contact(
     pose, v, w = _motions(start, translation, rotation)
     normals, offsets = (np.zeros((0, 3)), np.zeros(0)) if body is None else (body.normals, body.offsets)
     if body is not None:
-        _attached(body, b)
+        _check_anchors(body, b)
     n = len(v)
     fraction, gap = np.empty(n), np.empty(n)
     kind, who = np.empty(n, np.int64), np.empty((n, 2), np.int64)
@@ -174,7 +174,7 @@ def _common(a: Array, b: Array) -> Ints:
     return np.where(at_platform, 2, np.where(at_frame, 1, 0)).astype(np.int64)
 
 
-def _attached(body: Body, b: Array) -> None:
+def _check_anchors(body: Body, b: Array) -> None:
     out = body.height(b)
     worst = int(out.argmax())
     if out[worst] > 1e-9:

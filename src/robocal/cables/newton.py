@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Rows", "inverted", "newton"]
+__all__ = ["Rows", "invert_small", "newton"]
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -15,7 +15,7 @@ ITERATIONS, HALVINGS = 100, 40
 RESOLUTION, FOUND = 1e-13, 1e-10  # of the scale: where the search ends, and what counts as a root
 
 
-def inverted(jac: Array) -> Array:
+def invert_small(jac: Array) -> Array:
     """Inverses of 2x2 or 3x3 matrices (..., n, n) by their adjugates; not finite where there is none."""
     if jac.shape[-1] == 2:
         (a, b), (c, d) = np.moveaxis(jac, (-2, -1), (0, 1))
@@ -47,7 +47,7 @@ def newton(
         for _ in range(ITERATIONS):
             if not len(rows):
                 break
-            step = -(inverted(jac[rows]) @ r[rows][..., None])[..., 0]
+            step = -(invert_small(jac[rows]) @ r[rows][..., None])[..., 0]
             took = np.asarray(np.isfinite(step).all(axis=-1))
             waiting = np.flatnonzero(took)
             for _ in range(HALVINGS):

@@ -22,26 +22,26 @@ STEPS = 64  # at which a way is asked whether it can be held, before it is halve
 
 @dataclass(frozen=True)
 class Legs:
-    """Of n motions from `starts` (n, 4, 4) to `ends` (n, 4, 4): `contacts`, and the share `held` (n,) of each that the tension limits
-    hold, 1 for all of it, 0 where its start is not held, not a number where they were not computed."""
+    """Of n motions from `starts` (n, 4, 4) to `ends` (n, 4, 4): `contacts`, and the share `feasible_share` (n,) of each that the
+    tension limits hold, 1 for all of it, 0 where its start is not held, not a number where they were not computed."""
 
     contacts: Contacts
-    held: Array
+    feasible_share: Array
     starts: Array
     ends: Array
 
     @property
     def free(self) -> Array:
         """The share (n,) of each that is possible."""
-        return np.fmin(self.contacts.fraction, self.held)
+        return np.fmin(self.contacts.fraction, self.feasible_share)
 
     @property
     def whole(self) -> NDArray[np.bool_]:
         """Whether all of it can be, (n,)."""
-        return np.asarray(self.contacts.free & ~(self.held < 1.0))
+        return np.asarray(self.contacts.free & ~(self.feasible_share < 1.0))
 
     @property
-    def reached(self) -> Array:
+    def end_poses(self) -> Array:
         """Where each ends, (n, 4, 4)."""
         return along(self.starts, self.ends, self.free)
 

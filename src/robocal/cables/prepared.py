@@ -15,16 +15,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import as_kernel_array, as_kernel_indices
-from robocal.cables.choice import METHOD, POWER
 from robocal.cables.geometry import CableRobot
 from robocal.cables.polytope._kernels import FOUND
 from robocal.cables.pulley import Pulleys
 from robocal.cables.single import _kernels as kernels
 from robocal.cables.tension import check_method, distribute
+from robocal.cables.tension_choice import METHOD, POWER
 from robocal.errors import ModelError
 from robocal.geometry.gravity import GRAVITY
 
-__all__ = ["Drums", "Held", "Placed", "Prepared"]
+__all__ = ["Drums", "Placed", "Prepared", "TensionResult"]
 
 Array = NDArray[np.float64]
 KINDS = {
@@ -45,11 +45,11 @@ def _numbers(given: object, key: str) -> Array:
         raise ModelError("these are no numbers", key=key, found=given, expected="numbers") from None
 
 
-class Held(NamedTuple):
+class TensionResult(NamedTuple):
     """Tensions (m,) in N, not numbers where there are none, and whether there are."""
 
     tension: Array
-    found: bool
+    feasible: bool
 
 
 class Placed(NamedTuple):
@@ -155,19 +155,19 @@ class Prepared:
         self._kind, self._power, self._sigma = KINDS[method], float(power), float(noise)
         self._still, self._cable_count, self._freedoms = np.zeros(6), m, d
 
-    def tension(self, pose: Array, wrench: Array | None = None) -> Held:
+    def tension(self, pose: Array, wrench: Array | None = None) -> TensionResult:
         """Tensions within the limits that hold the platform at a pose (4, 4), with a wrench (6,), N and N m, beside its weight."""
-        pose = self._entered(pose, (4, 4))
-        load = self._still if wrench is None else self._entered(wrench, (6,))
+        pose = self._check_shape(pose, (4, 4))
+        load = self._still if wrench is None else self._check_shape(wrench, (6,))
         out = np.empty(self._cable_count)
         code = kernels.held(
             pose, load, self._cables, self._rows, self._body, self._bounds, self._kind, self._power, out
         )
-        return Held(out, code == FOUND)
+        return TensionResult(out, code == FOUND)
 
     def forward(self, lengths: Array, start: Array) -> Placed:
         """The pose that lengths (m,) in m say, from the pose (4, 4) before it."""
-        y, begin = self._entered(lengths, (self._cable_count,)), self._entered(start, (4, 4))
+        y, begin = self._check_shape(lengths, (self._cable_count,)), self._check_shape(start, (4, 4))
         pose, r, c = np.empty((4, 4)), np.empty(self._cable_count), np.empty((self._freedoms, self._freedoms))
         code, count = kernels.placed(y, begin, self._cables, self._rows, self._sigma, pose, r, c)
         return Placed(pose, r, c, count, code == kernels.SETTLED)
@@ -177,12 +177,16 @@ class Prepared:
         m/s; not numbers where the pose is singular."""
         out = np.empty(6)
         kernels.turned(
-            self._entered(pose, (4, 4)), self._entered(rates, (self._cable_count,)), self._cables, self._rows, out
+            self._check_shape(pose, (4, 4)),
+            self._check_shape(rates, (self._cable_count,)),
+            self._cables,
+            self._rows,
+            out,
         )
         return out
 
     @staticmethod
-    def _entered(array: Array, shape: tuple[int, ...]) -> Array:
+    def _check_shape(array: Array, shape: tuple[int, ...]) -> Array:
         try:
             given = as_kernel_array(array)
         except (TypeError, ValueError):

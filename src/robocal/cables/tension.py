@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import as_kernel_array
-from robocal.cables.choice import METHOD, POWER
 from robocal.cables.distribution._kernels import centre_kernel, nearest_kernel, power_kernel
 from robocal.cables.margin._kernels import margin_kernel, missing_kernel
 from robocal.cables.polytope._kernels import FOUND, STUCK
 from robocal.cables.statics import row_weights
+from robocal.cables.tension_choice import METHOD, POWER
 from robocal.errors import ModelError, RobocalError, nearest
 
 __all__ = [
@@ -43,14 +43,14 @@ class Distribution:
     """Tensions of k poses, and what they balance.
 
     tension (k, m) N, NaN where the method found none; `feasible` (k,): whether any tensions within the limits balance
-    the wrench; `found` (k,): whether this method gave some. The two differ for "closed" only, which may leave the
+    the wrench; `has_solution` (k,): whether this method gave some. The two differ for "closed" only, which may leave the
     limits where other tensions do not.
     """
 
     method: str
     tension: Array
     feasible: Flags
-    found: Flags
+    has_solution: Flags
     structure: Array
     wrench: Array
     limits: Array
@@ -123,7 +123,7 @@ def missing_wrench(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, l
         out,
         code,
     )
-    _settled(code == 0)
+    _require_convergence(code == 0)
     return out
 
 
@@ -209,13 +209,13 @@ def _nearest_to(reference: Callable[[Array], Array]) -> _Method:
             tension,
             code,
         )
-        found = _settled(code != STUCK) & (code == FOUND)
+        found = _require_convergence(code != STUCK) & (code == FOUND)
         return found, found
 
     return method
 
 
-def _closed(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
+def _closure_tension(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
     feasible, _ = METHODS["norm"](w, load, bounds, power, tension)
     code, far = np.empty(len(w), np.int64), np.full(len(bounds), 1e100)
     nearest_kernel(w, load, -far, far, as_kernel_array(bounds.mean(axis=1)), tension, code)  # t_mid - W^+ (w + W t_mid)
@@ -227,7 +227,7 @@ def _closed(w: Array, load: Array, bounds: Array, power: float, tension: Array) 
 def _centre(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
     code, redundancy = np.empty(len(w), np.int64), np.empty(len(w), np.int64)
     centre_kernel(w, load, as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), tension, code, redundancy)
-    found = _settled(code != STUCK) & (code == FOUND)
+    found = _require_convergence(code != STUCK) & (code == FOUND)
     if w.shape[2] - w.shape[1] > 2:
         raise ModelError(
             "the barycentre is worked out for at most two redundant cables",
@@ -243,7 +243,7 @@ def _power(w: Array, load: Array, bounds: Array, power: float, tension: Array) -
     power_kernel(
         w, load, as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), 0.0, float(power), tension, code
     )
-    found = _settled(code != STUCK) & (code == FOUND)
+    found = _require_convergence(code != STUCK) & (code == FOUND)
     return found, found
 
 
@@ -251,7 +251,7 @@ METHODS: MappingProxyType[str, _Method] = MappingProxyType(
     {
         "norm": _nearest_to(lambda bounds: np.zeros(len(bounds))),
         "mid": _nearest_to(lambda bounds: bounds.mean(axis=1)),
-        "closed": _closed,
+        "closed": _closure_tension,
         "barycentre": _centre,
         "p-norm": _power,
     }
@@ -299,7 +299,7 @@ def _disturbance(shape: ArrayLike, w: Array) -> Array:
     return stretch
 
 
-def _settled(ok: Flags) -> Flags:
+def _require_convergence(ok: Flags) -> Flags:
     """Passes on what it is given; raises where an iteration did not come to an end."""
     if not ok.all():
         raise RobocalError(

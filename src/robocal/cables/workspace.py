@@ -92,7 +92,7 @@ def holds(robot: CableRobot, demand: Demand, where: ArrayLike) -> Flags:
     pose = as_poses(where)
     if demand.closure:
         closed = np.ones(len(pose), bool)
-        for whole, w, _ in _turned(robot, demand.rotations, pose):
+        for whole, w, _ in _structures_by_orientation(robot, demand.rotations, pose):
             closed &= whole & (tension_factor(w) > CLOSED)
         return closed
     if demand.reserve > 0.0 or demand.acceleration > 0.0:
@@ -110,7 +110,7 @@ def dexterities(robot: CableRobot, demand: Demand, where: ArrayLike) -> Dexterit
     `where` as for `margins`."""
     pose = as_poses(where)
     factor, condition = np.ones(len(pose)), np.ones(len(pose))
-    for whole, w, _ in _turned(robot, demand.rotations, pose):
+    for whole, w, _ in _structures_by_orientation(robot, demand.rotations, pose):
         found = dexterity(w, robot.lengths_of_rows(demand.length))
         factor = np.minimum(factor, np.where(whole, found.tension_factor, 0.0))
         condition = np.maximum(condition, np.where(whole, found.condition, np.inf))
@@ -134,13 +134,15 @@ def _cases(robot: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[Fla
     the poses (k, 4, 4) themselves."""
     masses, extra, rotations = _check(demand)
     rows = list(robot.axes)
-    for whole, w, turned in _turned(robot, rotations, pose):
+    for whole, w, turned in _structures_by_orientation(robot, rotations, pose):
         weight = [gravity_wrench(turned, float(m), robot.com, demand.gravity) for m in masses]
         loads = np.concatenate([(one[:, None] + extra)[..., rows] for one in weight], axis=1)
         yield whole, w, loads, turned
 
 
-def _turned(robot: CableRobot, rotations: Array, pose: Array) -> Iterator[tuple[Flags, Array, Array]]:
+def _structures_by_orientation(
+    robot: CableRobot, rotations: Array, pose: Array
+) -> Iterator[tuple[Flags, Array, Array]]:
     """For each orientation: whether all cables have a length (k,), W (k, d, m), and the poses (k, 4, 4) themselves."""
     for rotation in rotations:
         turned = pose.copy()

@@ -21,8 +21,8 @@ import typer
 
 from robocal.cli.guard import DONE, UNTRUSTED
 from robocal.cli.terminal import Terminal, command_line
-from robocal.verbs.option import Arg, Entry, entries
-from robocal.verbs.registry import CABLE, VERBS, WORDS
+from robocal.verbs.option import Arg, OptionField, entries
+from robocal.verbs.registry import CABLE, COMMAND_NAMES, VERBS
 
 __all__ = ["Task", "build", "command"]
 
@@ -45,7 +45,7 @@ CABLES = """Cable-driven parallel robots: lengths, poses, tensions, workspaces, 
 robocal new cable writes a file to start from."""
 
 
-def build(words: Sequence[str] = (*VERBS, *WORDS.values(), *CABLE)) -> typer.Typer:
+def build(words: Sequence[str] = (*VERBS, *COMMAND_NAMES.values(), *CABLE)) -> typer.Typer:
     """The application for a command line: only the verbs that it names are read, the others have but their line of help."""
     app = typer.Typer(
         help=HELP,
@@ -65,7 +65,7 @@ def build(words: Sequence[str] = (*VERBS, *WORDS.values(), *CABLE)) -> typer.Typ
 
 def _verbs(app: typer.Typer, verbs: Mapping[str, str], under: str, words: Sequence[str]) -> None:
     for name, short in verbs.items():
-        word = WORDS.get(name, name)
+        word = COMMAND_NAMES.get(name, name)
         app.command(word, short_help=short)(command(under + name) if word in words else _unread)
 
 
@@ -133,23 +133,23 @@ def _done(module: ModuleType, words: dict[str, Any], json: bool) -> int:
     return DONE if made.trusted else UNTRUSTED
 
 
-def _parameter(entry: Entry) -> inspect.Parameter:
+def _parameter(entry: OptionField) -> inspect.Parameter:
     """One option as typer reads it."""
     kind: Any = str if entry.kind is Path else entry.kind
     default = entry.default
     if entry.several:
         kind, default = list[kind], None if entry.required else list(default)
-    if entry.optional or (entry.several and isinstance(entry.told, Arg) and not entry.required):
+    if entry.optional or (entry.several and isinstance(entry.facts, Arg) and not entry.required):
         kind = kind | None
     if isinstance(default, Path):
         default = str(default)
     default = inspect.Parameter.empty if entry.required else default
-    hint = Annotated[kind, _told(entry)]
+    hint = Annotated[kind, _typer_parameter(entry)]
     return inspect.Parameter(entry.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
 
 
-def _told(entry: Entry) -> Any:
-    told = entry.told
+def _typer_parameter(entry: OptionField) -> Any:
+    told = entry.facts
     if isinstance(told, Arg):
         return typer.Argument(metavar=told.metavar, help=told.help, show_default=False)
     names = [n for n in (told.short, f"{entry.word}/{told.negative}" if told.negative else entry.word) if n]
@@ -158,7 +158,7 @@ def _told(entry: Entry) -> Any:
     return typer.Option(*names, metavar=metavar, help=told.text, show_default=shown)
 
 
-def _value(entry: Entry, word: Any) -> Any:
+def _value(entry: OptionField, word: Any) -> Any:
     """The value of an option from what typer read."""
     if entry.several:
         return tuple(Path(w) if entry.kind is Path else w for w in word or ())

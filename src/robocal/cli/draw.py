@@ -25,7 +25,7 @@ from robocal.report.sections import (
     Table,
     Text,
     Tiles,
-    Verdict,
+    VerdictBlock,
     Written,
 )
 
@@ -67,10 +67,10 @@ def _drawn(block: Block) -> list[Any]:
         case Table():
             return [_table(block)]
         case Remarks():
-            return [part for said in block.said for part in _remark(said)]
+            return [part for said in block.messages for part in _remark(said)]
         case Written():
             return [_paths(block)] if block.paths else []
-        case Verdict():
+        case VerdictBlock():
             word = Rich.assemble((block.word.upper(), STYLES[block.style]), block.line[len(block.word) :])
             return [word, *(Padding(Rich(t, style="dim"), (0, 0, 0, 2), expand=False) for t in block.below)]
         case Facts():
@@ -84,10 +84,10 @@ def _drawn(block: Block) -> list[Any]:
 
 
 def _part(cell: Cell) -> Any:
-    return cell if isinstance(cell, str) else _styled(cell)
+    return cell if isinstance(cell, str) else _style_of(cell)
 
 
-def _styled(cell: tuple[str, Style] | Noted) -> tuple[str, str]:
+def _style_of(cell: tuple[str, Style] | Noted) -> tuple[str, str]:
     word, style = (cell.word, cell.style) if isinstance(cell, Noted) else cell
     return word, STYLES[style]
 
@@ -95,7 +95,7 @@ def _styled(cell: tuple[str, Style] | Noted) -> tuple[str, str]:
 def _cell(cell: Cell) -> Any:
     if isinstance(cell, str):
         return cell
-    word, style = _styled(cell)
+    word, style = _style_of(cell)
     return Rich(word, style=style)
 
 

@@ -17,9 +17,9 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
-from robocal.errors import CONTROL, MESSAGE_LIMIT, Cancelled, InputError, MissingExtra, ToWrite, printable, shortened
+from robocal.errors import CONTROL, MESSAGE_LIMIT, Cancelled, InputError, MissingExtra, ToWrite, printable, shorten
 
-__all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "complete", "run", "stopped"]
+__all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "complete", "run", "stop_requested"]
 
 DONE, FAULT, INPUT, UNTRUSTED, STOPPED = 0, 1, 2, 3, 130
 IDENTIFY = (["calibrate"], ["cable", "calibrate"], ["cable", "identify"])  # no commands, but often typed for `identify`
@@ -130,7 +130,7 @@ def _document(words: Sequence[str], error: Exception | str) -> None:
         if isinstance(getattr(error, key, None), ToWrite):
             continue
         if key != "file" and len(text := value if isinstance(value, str) else json.dumps(value)) > MESSAGE_LIMIT:
-            told[key] = shortened(text, MESSAGE_LIMIT)
+            told[key] = shorten(text, MESSAGE_LIMIT)
     lines = json.dumps({"error": told}, indent=2, ensure_ascii=False, allow_nan=False).split("\n")
     with suppress(OSError, ValueError):
         # JSON spells out most control characters, but not those that terminals of eight bits obey.
@@ -158,10 +158,10 @@ def complain(text: str, kind: str = "error", *, whole: bool = False) -> None:
     """One message on stderr, in colour where a person reads it; an error is one line of less than 400 characters, but for what
     is to be copied from it (`whole`: it is short already)."""
     whole = whole or kind in ("note", "warning")
-    text = printable(text) if whole else shortened(printable(text), MESSAGE_LIMIT - 1)
+    text = printable(text) if whole else shorten(printable(text), MESSAGE_LIMIT - 1)
     label = kind if kind in ("error", "note", "warning") else f"{kind}: error"
     colour = {"error": 31, "warning": 33, "note": 36}.get(kind, 31)
-    if coloured(sys.stderr):
+    if wants_colour(sys.stderr):
         label = f"\033[1;{colour}m{label}:\033[0m"
     else:
         label += ":"
@@ -170,7 +170,7 @@ def complain(text: str, kind: str = "error", *, whole: bool = False) -> None:
         sys.stderr.flush()
 
 
-def coloured(stream: Any) -> bool:
+def wants_colour(stream: Any) -> bool:
     """Whether a stream is a terminal that wants colour."""
     if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
         return False
@@ -183,7 +183,7 @@ def coloured(stream: Any) -> bool:
 # --- stopping ---------------------------------------------------------------------------------------------------------------
 
 
-def stopped() -> bool:
+def stop_requested() -> bool:
     """Whether somebody asked us to stop."""
     return bool(_received)
 

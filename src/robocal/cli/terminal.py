@@ -16,9 +16,9 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from robocal.cli.guard import coloured, complain, stopped
+from robocal.cli.guard import complain, stop_requested, wants_colour
 from robocal.errors import Cancelled
-from robocal.remarks.remark import Said, spoken
+from robocal.remarks.remark import Message, full_text
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -79,11 +79,11 @@ class Terminal:
                 highlight=False,
                 markup=False,
                 width=width,
-                no_color=None if coloured(stream) else True,
+                no_color=None if wants_colour(stream) else True,
                 emoji=False,
             )
             # rich would leave with status 1, a fault of ours; the guard knows better what a reader that has gone means.
-            self._console.on_broken_pipe = _gone  # type: ignore[method-assign]
+            self._console.on_broken_pipe = _raise_broken_pipe  # type: ignore[method-assign]
         return self._console
 
     def show(self, *parts: RenderableType) -> None:
@@ -111,9 +111,9 @@ class Terminal:
         if not self.json:
             self.console.print(text)
 
-    def warn(self, said: Said) -> None:
+    def warn(self, said: Message) -> None:
         """A warning on stderr, with what to do about it."""
-        complain(spoken(said), kind="warning")
+        complain(full_text(said), kind="warning")
 
     def note(self, text: str) -> None:
         """What a person wants to know beside a list on stdout, on stderr."""
@@ -144,7 +144,7 @@ class Terminal:
             bar.close()
 
 
-def _gone() -> None:
+def _raise_broken_pipe() -> None:
     """Passes on, from inside rich's handler of it, that nobody reads our output any more."""
     raise BrokenPipeError
 
@@ -170,7 +170,7 @@ class Bar:
             self._timer.start()
 
     def __call__(self, event: dict[str, object]) -> None:
-        if stopped():
+        if stop_requested():
             raise Cancelled("stopped")
         if not gc.isenabled():
             gc.freeze()  # what was imported stays: the collector need not look through it again and again
@@ -204,7 +204,7 @@ class Bar:
         with self._lock:
             if self._timer is None:
                 return
-            console = Console(stderr=True, no_color=None if coloured(sys.stderr) else True)
+            console = Console(stderr=True, no_color=None if wants_colour(sys.stderr) else True)
             # Share and time left stay empty where nobody knows them.
             left = TimeRemainingColumn(compact=True, elapsed_when_finished=True)
             columns = (TextColumn("{task.description}"), BarColumn(24), TaskProgressColumn(), TimeElapsedColumn(), left)

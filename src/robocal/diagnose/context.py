@@ -17,8 +17,8 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 
 if TYPE_CHECKING:
-    from robocal.diagnose.farness import Farness
-    from robocal.estimate.rows import Linear, Residuals
+    from robocal.diagnose.studentised import StudentisedResiduals
+    from robocal.estimate.terms import Linear, Residuals
     from robocal.estimate.uncertainty import Total
     from robocal.fit.baseline import Baseline
     from robocal.fit.fit import Fit
@@ -51,13 +51,13 @@ class Context(Generic[M_co]):
         return False
 
     @property
-    def measured(self) -> DataSet:
+    def need_data(self) -> DataSet:
         """The data, where there must be some."""
         assert self.data is not None
         return self.data
 
     @property
-    def fitted(self) -> Fit:
+    def need_fit(self) -> Fit:
         """The fit, where there must be one."""
         assert self.fit is not None
         return self.fit
@@ -65,39 +65,39 @@ class Context(Generic[M_co]):
     @cached_property
     def residuals(self) -> list[Residuals]:
         """What the fit leaves of every term, (m, d)."""
-        return self.fitted.problem.residuals(self.fitted.solution.x)
+        return self.need_fit.problem.residuals(self.need_fit.solution.x)
 
     @cached_property
     def jacobian(self) -> Linear:
         """The whitened rows of the fit at its solution, and their Jacobian."""
-        return self.fitted.problem.linearize(self.fitted.solution.x)
+        return self.need_fit.problem.linearize(self.need_fit.solution.x)
 
     @cached_property
-    def leverage(self) -> Farness:
+    def leverage(self) -> StudentisedResiduals:
         """How far every row is from the fit without it, and its leverage."""
-        from robocal.diagnose.farness import far_from
+        from robocal.diagnose.studentised import far_from
 
-        data = self.measured
-        return far_from(data, self.fitted.problem, self.fitted.solution.x, np.arange(len(data.configurations)))
+        data = self.need_data
+        return far_from(data, self.need_fit.problem, self.need_fit.solution.x, np.arange(len(data.configurations)))
 
     @cached_property
     def rates(self) -> tuple[Array, bool] | None:
         """The rate of every joint along a path, (m, n), and whether it is per second; None where there is no path."""
-        from robocal.diagnose.paths import pace
+        from robocal.diagnose.paths import joint_rates
 
-        return pace(self.fitted.data.configurations)
+        return joint_rates(self.need_fit.data.configurations)
 
     @cached_property
     def places(self) -> NDArray[np.int64]:
         """A number for every configuration, equal where the machine stood at the same place."""
         from robocal.fit.repeats import places
 
-        return places(self.measured.configurations)
+        return places(self.need_data.configurations)
 
     @property
     def total(self) -> Total:
         """What the parameters may be off by, hidden partners included."""
-        return self.fitted.total
+        return self.need_fit.total
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -115,7 +115,7 @@ class Context(Generic[M_co]):
         if self.fit is not None:
             return int(self.fit.problem.numbers.sum()), self.fit.problem.n
         free = 0 if self.base is None else len(self.base.problem.table.free)
-        return sum(o.value.size for o in self.measured.observations), free
+        return sum(o.value.size for o in self.need_data.observations), free
 
 
 def once(make: Callable[[C], T]) -> Callable[[C], T]:
@@ -123,10 +123,10 @@ def once(make: Callable[[C], T]) -> Callable[[C], T]:
     key = f"{make.__module__}.{make.__qualname__}"
 
     @wraps(make)
-    def remembered(context: C) -> T:
+    def recall(context: C) -> T:
         if key not in context.memo:
             context.memo[key] = make(context)
         known: T = context.memo[key]
         return known
 
-    return remembered
+    return recall

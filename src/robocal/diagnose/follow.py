@@ -16,11 +16,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.check_registry import Machines, When, check
 from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, doubt
 from robocal.diagnose.limits import FOLLOW_ALIKE, FOLLOW_PAIRS, FOLLOW_SHARE, FOLLOW_SIGMA
-from robocal.diagnose.registry import Machines, When, check
-from robocal.estimate.rows import Residuals
+from robocal.estimate.terms import Residuals
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
@@ -39,7 +39,7 @@ WIDE = 1 << 17  # grid: distances at once: more would leave the cache
 def errors_follow(context: Context[Model]) -> Iterator[Finding]:
     """Errors that resemble those measured just before, more than like poses do, of every instrument the clearest."""
     found: dict[str, tuple[float, float]] = {}
-    for group, z, share in follows(context.measured, context.residuals):
+    for group, z, share in follows(context.need_data, context.residuals):
         if z > FOLLOW_SIGMA and share > FOLLOW_SHARE and z > found.get(group, (0.0, 0.0))[0]:
             found[group] = z, share
     for group, (z, share) in found.items():

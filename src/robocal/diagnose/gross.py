@@ -3,7 +3,7 @@
     1 nominal   frames, targets and tool are fitted to the nominal robot, robustly; rows beyond six robust sigma of what is left
                 do not pull at the next stage (a dropped beam, a wrong point: metres away)
     2 free      everything free is fitted robustly (Huber, then Tukey at six sigma), softly held as where the noise is assessed;
-                every row is then compared with a fit without it (`farness`), and those that are far by the robust sigma of their sensor
+                every row is then compared with a fit without it (`studentise`), and those that are far by the robust sigma of their sensor
                 group and unit are set aside; the fit is repeated without them until the same rows stay out
 
 Of many rows both stages begin on a part (`thin`); the last robust fit, and what is said of every row, are of all of them.
@@ -15,7 +15,7 @@ which *held-out* rows are gross, it would dismiss its own failures. So each roun
 the rows that it fits, and knows no others; and a held-out row is left out of the comparison only where neither the baseline nor
 the identified model, each fitted without that row and measured by its own robust scale, comes near it (`neither`). What one
 of the two explains, counts. In k-fold and leave-one-out, which keep the columns and noise of the fit to everything, the fit
-without a row is that of `farness`: by deletion where it was used, as it is where it was set aside.
+without a row is that of `studentise`: by deletion where it was used, as it is where it was set aside.
 Sources: Tukey's biweight, Holland and Welsch (1977); Rousseeuw and Leroy, Robust regression and outlier detection (1987).
 """
 
@@ -28,16 +28,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.diagnose.digits import rounded
-from robocal.diagnose.farness import Farness, far_from, farness
 from robocal.diagnose.limits import GROSS_DISTANCE
+from robocal.diagnose.rounding import add_rounding
+from robocal.diagnose.studentised import StudentisedResiduals, far_from, studentise
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns
 from robocal.fit.baseline import Baseline, baseline, frame_names
-from robocal.fit.fit import NEAR, Fit, chosen_weights, posed_again, softly
+from robocal.fit.fit import NEAR, Fit, chosen_weights, search_poses_again, soften
 from robocal.fit.noise import assess, owners, under
-from robocal.fit.thin import thinned
+from robocal.fit.subsample import subsample
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
@@ -54,22 +54,22 @@ SETTLED = 0.05  # tolerance: of a robust sigma: so well it need be known here
 
 
 @dataclass(frozen=True)
-class _Search:
+class _GrossSearch:
     """Data, and the configurations whose rows are fitted."""
 
     model: Model
     data: DataSet
     configurations: Ints
 
-    def posed(self, tau: Tau, used: Sequence[Bools], loss: str, tuning: float | None = None) -> Problem:
-        noisy = under(self.made, self.data, tau)
+    def problem_at(self, tau: Tau, used: Sequence[Bools], loss: str, tuning: float | None = None) -> Problem:
+        noisy = under(self.whole_problem, self.data, tau)
         aside = [~used[own][term.index] for own, term in owners(self.data, noisy)]
         return noisy.without(aside).with_loss(loss, tuning)
 
     @cached_property
-    def made(self) -> Problem:
+    def whole_problem(self) -> Problem:
         """The problem with every row and the sigma that was stated."""
-        every = marked(self.data, [np.ones(len(o), dtype=bool) for o in self.data.observations])
+        every = mark_used(self.data, [np.ones(len(o), dtype=bool) for o in self.data.observations])
         return build(self.model, every).with_weights(chosen_weights(len(self.data.configurations), self.configurations))
 
     def noise(self, problem: Problem, x: Array, columns: float) -> Tau:
@@ -86,7 +86,7 @@ class Sifted:
     data: DataSet
     problem: Problem
     x: Array
-    away: Farness
+    away: StudentisedResiduals
 
 
 def set_aside(model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None) -> DataSet:
@@ -99,25 +99,25 @@ def sift(model: Model, data: DataSet, configurations: Ints, watch: Watch | None 
     are not judged."""
     if watch:
         watch({"stage": "gross"})
-    search = _Search(model, data, configurations)
-    some, own = thinned(model, data, configurations)
-    few = search if some is data else _Search(model, some, own)
+    search = _GrossSearch(model, data, configurations)
+    some, own = subsample(model, data, configurations)
+    few = search if some is data else _GrossSearch(model, some, own)
     start, tau, near = _nominal(few)
-    x = start = posed_again(few.made, start)
+    x = start = search_poses_again(few.whole_problem, start)
     for loss, tuning in (("huber", None), ("tukey", GROSS_DISTANCE)):
-        x, tau = _settled(few, start, x, tau, near, loss, tuning)
+        x, tau = _fit_until_stable(few, start, x, tau, near, loss, tuning)
     used = near
     if few.data is not data:
         # A part of many rows says about where the fit ends. All of them say where it does, and are judged by that.
         used = tuple(np.ones(len(o), dtype=bool) for o in data.observations)
-        x, tau = _settled(search, start, x, tau, used, "tukey", GROSS_DISTANCE)
+        x, tau = _fit_until_stable(search, start, x, tau, used, "tukey", GROSS_DISTANCE)
     # No row is gross for being rounded more coarsely than the others.
-    known = rounded(model, data, search.posed(tau, used, "none"), x, None if few.data is data else few.data)
+    known = add_rounding(model, data, search.problem_at(tau, used, "none"), x, None if few.data is data else few.data)
     if known is not data:
         data, search = known, replace(search, data=known)
     for _ in range(ROUNDS):
-        soft = softly(search.posed(tau, used, "none"), start)
-        there, away = x, farness(soft, x, tau)
+        soft = soften(search.problem_at(tau, used, "none"), start)
+        there, away = x, studentise(soft, x, tau)
         far = _by_observation(data, soft, away.far)
         now = tuple(
             ~(f & np.isin(o.configuration, configurations)) for f, o in zip(far, data.observations, strict=True)
@@ -125,36 +125,36 @@ def sift(model: Model, data: DataSet, configurations: Ints, watch: Watch | None 
         if all((a == b).all() for a, b in zip(now, used, strict=True)):
             break
         used = now
-        x, tau = _settled(search, start, x, tau, used, "none", None)
-    return Sifted(marked(data, used), soft, there, away)
+        x, tau = _fit_until_stable(search, start, x, tau, used, "none", None)
+    return Sifted(mark_used(data, used), soft, there, away)
 
 
-def _nominal(search: _Search) -> tuple[Array, Tau, tuple[Bools, ...]]:
+def _nominal(search: _GrossSearch) -> tuple[Array, Tau, tuple[Bools, ...]]:
     """Where frames stand when gross rows do not pull, the robust noise there, and the rows that are near."""
     every = tuple(np.ones(len(o), dtype=bool) for o in search.data.observations)
     made, x = baseline(search.model, search.data, search.configurations)
     frames = frame_names(search.model, made)
     tau: Tau = {}
-    made = search.posed(tau, every, "huber")
+    made = search.problem_at(tau, every, "huber")
     for _ in range(ROUNDS):
         new = search.noise(made, x, float(len(frames)))
         if tau and _close(new, tau):
             break
-        tau, made = new, search.posed(new, every, "huber")
+        tau, made = new, search.problem_at(new, every, "huber")
         if frames:
             x = least_squares(made.with_free(frames), x).x
-    there = search.posed(tau, every, "none").with_free(frames)
-    far = _by_observation(search.data, there, farness(there, x, tau).far)
+    there = search.problem_at(tau, every, "none").with_free(frames)
+    far = _by_observation(search.data, there, studentise(there, x, tau).far)
     return x, tau, tuple(~f for f in far)
 
 
-def _settled(
-    search: _Search, start: Array, x: Array, tau: Tau, used: tuple[Bools, ...], loss: str, tuning: float | None
+def _fit_until_stable(
+    search: _GrossSearch, start: Array, x: Array, tau: Tau, used: tuple[Bools, ...], loss: str, tuning: float | None
 ) -> tuple[Array, Tau]:
     """A soft fit of everything free, and its robust noise, until they agree."""
     for _ in range(ROUNDS):
-        made = search.posed(tau, used, loss, tuning)
-        soft = softly(made, start)
+        made = search.problem_at(tau, used, loss, tuning)
+        soft = soften(made, start)
         ended = least_squares(soft, x, cost_tolerance=NEAR)
         x = ended.x
         new = search.noise(made, x, effective_columns(soft, x, ended.normal))
@@ -172,14 +172,14 @@ def _close(new: Tau, old: Tau) -> bool:
 def neither(model: Model, data: DataSet, base: Baseline, found: Fit, configurations: Ints) -> tuple[Bools, ...]:
     """Rows of every term that neither the baseline nor the identified model comes near, both fitted to some configurations."""
     frames = frame_names(model, base.problem)
-    one = far_from(data, base.problem.with_free(frames), base.x, configurations).strange
+    one = far_from(data, base.problem.with_free(frames), base.x, configurations).outlying
     if not any(a.any() for a in one):
         return one
     other = far_from(data, found.problem, found.solution.x, configurations)
     return tuple(a & b for a, b in zip(one, other.far, strict=True))
 
 
-def marked(data: DataSet, used: Iterable[Bools]) -> DataSet:
+def mark_used(data: DataSet, used: Iterable[Bools]) -> DataSet:
     """The data with these rows used, observation by observation."""
     each = (replace(o, used=None if u.all() else u) for o, u in zip(data.observations, used, strict=True))
     return DataSet(data.configurations, tuple(each))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import Context, once
 from robocal.diagnose.finding import Finding, Level, of_remarks
 from robocal.diagnose.limits import IMPLAUSIBLE_CHANGE, UNMADE_SIGMA
-from robocal.diagnose.registry import When, check
 from robocal.estimate.problem import Problem
 from robocal.fit.fit import Fit
 from robocal.measure.machine import Model
@@ -15,13 +15,13 @@ from robocal.measure.rows import KINDS, Rows
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["implausible", "implausible_changes", "unmade"]
+__all__ = ["implausible", "implausible_changes", "out_of_tolerance"]
 
 
 @once
 def implausible_changes(context: Context[Model]) -> list[Remark]:
     """Those of the fit to everything."""
-    return implausible(context.model, context.fitted)
+    return implausible(context.model, context.need_fit)
 
 
 @check("implausible-changes", When.FIT, order=150, needs=("fit",))
@@ -46,13 +46,13 @@ def implausible(model: Model, fit: Fit) -> list[Remark]:
     return [Remark.of(Code.IMPLAUSIBLE, changes=worst)]
 
 
-def unmade(model: Model, stated: Problem, fit: Fit) -> list[Remark]:
+def out_of_tolerance(model: Model, stated: Problem, fit: Fit) -> list[Remark]:
     """Lengths and angles between axes that changed, beyond doubt, as no arm's making leaves them: what was written and what
     the data say. A joint's zero may be anywhere; and where parallel axes are written without Hayati's beta, a small tilt
     moves lengths along them by metres."""
     exempt = model.anywhere
     x, table = fit.solution.x, fit.problem.table
-    built = {s for t in fit.problem.terms if isinstance(t, Rows) for s in KINDS[t.kind].made}
+    built = {s for t in fit.problem.terms if isinstance(t, Rows) for s in KINDS[t.kind].manufactured}
     beside = {p.name: p for p in stated.table.rows if p.name.rpartition(".")[2] in built and p.name not in model.table}
     drawn = {n: model.table[n] for n in model.geometric if n not in exempt} | beside
     off = fit.total  # with what hidden partners may be off by: a column that stands for several may move far

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.check_registry import Machines, When, check
 from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, Level, doubt, of_remarks
 from robocal.diagnose.limits import MOTION_UNSEEN
-from robocal.diagnose.registry import Machines, When, check
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -77,7 +77,7 @@ def lacking(model: Model, fit: Fit) -> Remark | None:
         not problem.families
         or model.mechanism is None
         or not model.mechanism.motions
-        or problem.stated.any()
+        or problem.has_prior.any()
         or not len(seen.names)
     ):
         return None
@@ -109,19 +109,19 @@ def _bare(model: Model, fit: Fit, motions: tuple[str, ...]) -> tuple[Array, floa
 @check("place", When.FIT, order=110, machines=Machines.POSED, needs=("fit",))
 def open_place(context: Context[Model]) -> Iterator[Finding]:
     """A machine that stands where its own sensors say has coordinates only as far as something sees them."""
-    if not any(o.frame or o.targets or o.kind in ABSOLUTE for o in context.measured.observations):
+    if not any(o.frame or o.targets or o.kind in ABSOLUTE for o in context.need_data.observations):
         yield doubt(Code.PLACE_OPEN)
 
 
 @check("open-motions", When.FIT, order=120, needs=("fit",))
 def doubt_motions(context: Context[Model]) -> Iterator[Finding]:
     """Motions of the whole machine that its own sensors cannot see."""
-    yield from of_remarks(open_remarks(context.model, context.fitted), Level.DOUBT)
+    yield from of_remarks(open_remarks(context.model, context.need_fit), Level.DOUBT)
 
 
 @check("too-few-poses", When.PROOF, order=130, needs=("fit",))
 def too_few_poses(context: Context[Model]) -> Iterator[Finding]:
     """Configurations that leave fewer numbers than there are to be found."""
-    few = lacking(context.model, context.fitted)
+    few = lacking(context.model, context.need_fit)
     if few is not None:
         yield from of_remarks((few,), Level.REFUSE)

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import Context, once
 from robocal.diagnose.finding import Finding, Level, of_remarks
-from robocal.diagnose.registry import When, check
 from robocal.diagnose.segments.find import Segment, find_segments, segment_remarks
 from robocal.measure.machine import Model
 
-__all__ = ["moved", "segments"]
+__all__ = ["findings_of_segments", "segments"]
 
 
 @once
 def segments(context: Context[Model]) -> tuple[Segment, ...]:
     """What stood elsewhere, at the values of the fit, else of the baseline."""
-    return find_segments(context.model, context.measured, context.values)
+    return find_segments(context.model, context.need_data, context.values)
 
 
 @check("moved", When.PROOF, order=180, needs=("data",))
-def moved(context: Context[Model]) -> Iterator[Finding]:
+def findings_of_segments(context: Context[Model]) -> Iterator[Finding]:
     """One finding for every segment."""
     yield from of_remarks(segment_remarks(segments(context)), Level.REFUSE)

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.diagnose.farness import Farness, far_from
 from robocal.diagnose.limits import MATCH_CHANCE, MATCH_LUCK, SHIFTED_ROWS, ZERO_ROWS_SHARE
+from robocal.diagnose.studentised import StudentisedResiduals, far_from
 from robocal.estimate.problem import Problem
 from robocal.fit.noise import owners
 from robocal.measure.base import Rows, kind_of
@@ -41,7 +41,7 @@ from robocal.remarks.remark import Remark
 if TYPE_CHECKING:
     from robocal.fit.fit import Fit
 
-__all__ = ["Cause", "Named", "Outlier", "causes_of", "find_outliers", "named"]
+__all__ = ["Cause", "Named", "Outlier", "causes_of", "find_outliers", "name_outliers"]
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -76,21 +76,21 @@ def find_outliers(
     data: DataSet,
     found: Fit,
     counted: Mapping[str, Bools] | None = None,
-    away: Farness | None = None,
+    away: StudentisedResiduals | None = None,
 ) -> tuple[Outlier, ...]:
     """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `counted`
     are those whose error the verdict counts, by unit in the order of `evidence.errors`; `away` is how far they are, if known."""
     x = found.solution.x
     away = away or far_from(data, found.problem, x, np.arange(len(data.configurations)))
-    return named(model, data, found.problem, x, away, counted)
+    return name_outliers(model, data, found.problem, x, away, counted)
 
 
-def named(
+def name_outliers(
     model: Model,
     data: DataSet,
     problem: Problem,
     x: Array,
-    away: Farness,
+    away: StudentisedResiduals,
     counted: Mapping[str, Bools] | None = None,
 ) -> tuple[Outlier, ...]:
     """The rows of a problem that are far from its solution x (1, P), or set aside, by name."""
@@ -104,7 +104,7 @@ def named(
                 seen[unit] += len(told)
         obs = data.observations[own]
         # What is far and was used all the same is no gross row, but it is told.
-        strange = np.flatnonzero(away.strange[t] | ~term.used)
+        strange = np.flatnonzero(away.outlying[t] | ~term.used)
         said = _causes(obs, term, x, strange, _of_targets(model, data, own, term.index[strange], problem, x))
         for i in strange:
             row = int(term.index[i])

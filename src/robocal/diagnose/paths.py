@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from robocal.diagnose.limits import PATH_CONFIGURATIONS, PATH_SHARE, PATH_STEP
 from robocal.measure.data import Configurations
 
-__all__ = ["pace"]
+__all__ = ["joint_rates"]
 
 Array = NDArray[np.float64]
 
 
-def pace(configurations: Configurations) -> tuple[Array, bool] | None:
+def joint_rates(configurations: Configurations) -> tuple[Array, bool] | None:
     """The speed of every joint (m, n), and whether it is per second (else per row); nought where a neighbour is far; None where
     no path was measured."""
     q, t = configurations.joints, configurations.columns.get("time")

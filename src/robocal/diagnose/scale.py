@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import Context, once
 from robocal.diagnose.finding import Finding, Level, of_remarks
 from robocal.diagnose.limits import (
@@ -35,7 +36,6 @@ from robocal.diagnose.limits import (
     SCALE_SIGMA,
     SCALE_WIDEST,
 )
-from robocal.diagnose.registry import When, check
 from robocal.estimate.uncertainty import Total
 from robocal.measure.base import Rows
 from robocal.measure.machine import Model
@@ -64,28 +64,28 @@ class Scale:
     common: bool
 
     @property
-    def seen(self) -> bool:
+    def observable(self) -> bool:
         """Whether the data know it at all."""
         return self.sigma <= SCALE_OPEN
 
     @property
-    def _told(self) -> bool:
+    def _notable(self) -> bool:
         return self.common and abs(self.factor) > SCALE_LEAST
 
     @property
-    def beyond(self) -> bool:
+    def implausible(self) -> bool:
         """Whether no arm's making leaves that."""
-        return self._told and abs(self.factor) > (SCALE_SIGMA if self.stated else SCALE_READ_SIGMA) * self.sigma
+        return self._notable and abs(self.factor) > (SCALE_SIGMA if self.stated else SCALE_READ_SIGMA) * self.sigma
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
         """What is said of it: nothing of a scale that is as expected."""
         numbers = {"factor": self.factor, "sigma": self.sigma}
-        if self.stated and not self.seen and not self.beyond:
+        if self.stated and not self.observable and not self.implausible:
             return (Remark.of(Code.SCALE_OPEN, sigma=self.sigma),)
-        if abs(self.factor) <= SCALE_DOUBT_SIGMA * self.sigma or not self._told:
+        if abs(self.factor) <= SCALE_DOUBT_SIGMA * self.sigma or not self._notable:
             return ()
-        if self.beyond:
+        if self.implausible:
             return (Remark.of(Code.SCALE_WRONG, **numbers),)
         return (Remark.of(Code.SCALE_DOUBTED if self.stated else Code.SCALED, **numbers),)
 
@@ -143,14 +143,14 @@ def _common(factor: Array, each: Array, change: Array) -> bool:
 @once
 def common_scale(context: Context[Model]) -> Scale | None:
     """That of the fit to everything."""
-    return scale_of(context.model, context.fitted, context.total)
+    return scale_of(context.model, context.need_fit, context.total)
 
 
 @check("scale", When.FIT, order=210, needs=("fit",))
 def doubt_scale(context: Context[Model]) -> Iterator[Finding]:
     """A scale that is open, or worth a remark."""
     scale = common_scale(context)
-    if scale is not None and not scale.beyond:
+    if scale is not None and not scale.implausible:
         yield from of_remarks(scale.remarks, Level.DOUBT)
 
 
@@ -158,5 +158,5 @@ def doubt_scale(context: Context[Model]) -> Iterator[Finding]:
 def refuse_scale(context: Context[Model]) -> Iterator[Finding]:
     """A scale that no making leaves: what gives it is wrong, and no gain counts."""
     scale = common_scale(context)
-    if scale is not None and scale.beyond:
+    if scale is not None and scale.implausible:
         yield from of_remarks(scale.remarks, Level.REFUSE)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from robocal.diagnose.context import Context, once
 from robocal.diagnose.limits import SAME_PLACES_SHARE
-from robocal.estimate.elimination import reweighted
+from robocal.estimate.elimination import reweight
 from robocal.estimate.uncertainty import Total
 from robocal.fit.repeats import NEAR, places
 from robocal.measure.machine import Model
@@ -31,7 +31,7 @@ from robocal.measure.machine import Model
 if TYPE_CHECKING:
     pass
 
-__all__ = ["Kept", "Scatter", "kept_rows", "scatter"]
+__all__ = ["Scatter", "WhitenedRows", "scatter", "whiten_fit"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -43,7 +43,7 @@ PER_BLOCK = 4  # places, at least
 
 
 @dataclass(frozen=True)
-class Kept:
+class WhitenedRows:
     """The rows of a fit at its solution, whitened: jacobian (R, n) over the fitted `names`, residual (R,), and the place
     of each (R,), an index into joints (P, q) in the order of the first visit. `spread` is chi2 / dof, `enlarged` by how
     much the covariance of the fit was multiplied, `thinned` how many places stand behind each one that was kept."""
@@ -71,14 +71,14 @@ class Scatter:
 
 
 @once
-def kept_rows(context: Context[Model]) -> Kept | None:
+def whiten_fit(context: Context[Model]) -> WhitenedRows | None:
     """The rows of a fit that tell how its errors are spread; None where places have no joint values, or rows have
     unknowns of their own."""
-    fit, total = context.fitted, context.total
+    fit, total = context.need_fit, context.total
     where, problem = fit.data.configurations, fit.problem
     if where.joints is None or not problem.n or problem.blocks:
         return None
-    lin = reweighted(context.jacobian, problem)
+    lin = reweight(context.jacobian, problem)
     seen = fit.uncertainty
     at = [total.names.index(n) for n in problem.free]
     size = problem.scales**2
@@ -94,7 +94,7 @@ def kept_rows(context: Context[Model]) -> Kept | None:
     chosen, first = chosen[known], first[known]
     if not len(keep) or seen.dof <= 0:
         return None
-    return Kept(
+    return WhitenedRows(
         problem.free,
         where.joints[first],
         np.searchsorted(chosen, label[lin.configuration[keep]]),
@@ -115,7 +115,7 @@ def _by_visit(label: Ints, time: Array | None) -> Ints:
     return out
 
 
-def scatter(runs: Sequence[Kept], totals: Sequence[Total], names: Sequence[str], x: Array) -> Scatter:
+def scatter(runs: Sequence[WhitenedRows], totals: Sequence[Total], names: Sequence[str], x: Array) -> Scatter:
     """The factor for the noise of x d, x (w, len(names)), d the difference of two runs in the shared `names`."""
     gains = [_gain(k, t, names, x) for k, t in zip(runs, totals, strict=True)]
     even = sum(k.spread / k.enlarged * _trace(t, names, x) for k, t in zip(runs, totals, strict=True))
@@ -141,7 +141,7 @@ def _trace(total: Total, names: Sequence[str], x: Array) -> float:
     return float(np.sum((x[:, known] @ total.noise[np.ix_(at, at)]) * x[:, known]))
 
 
-def _gain(kept: Kept, total: Total, names: Sequence[str], x: Array) -> tuple[Array, Array, Array]:
+def _gain(kept: WhitenedRows, total: Total, names: Sequence[str], x: Array) -> tuple[Array, Array, Array]:
     """G (R, w) of every row, the rows' jacobian (R, n) and H (n, n)."""
     at = [total.names.index(n) for n in kept.names]
     h = total.noise[np.ix_(at, at)] / kept.enlarged
@@ -152,7 +152,7 @@ def _gain(kept: Kept, total: Total, names: Sequence[str], x: Array) -> tuple[Arr
     return kept.jacobian @ h @ mine.T, kept.jacobian, h
 
 
-def _labels(runs: Sequence[Kept], near: Ints, again: bool) -> dict[str, tuple[Ints, Ints]]:
+def _labels(runs: Sequence[WhitenedRows], near: Ints, again: bool) -> dict[str, tuple[Ints, Ints]]:
     """Blocks of both runs' places: (P_1,) and (P_2,) labels per way to cut; `near` is the first run's place of each of
     the second's, or -1; `again`: the second run measured the places of the first."""
     one, two = (len(k.joints) for k in runs)
@@ -176,7 +176,7 @@ def _labels(runs: Sequence[Kept], near: Ints, again: bool) -> dict[str, tuple[In
 
 
 def _ratio(
-    runs: Sequence[Kept], gains: Sequence[tuple[Array, Array, Array]], labels: Sequence[Ints]
+    runs: Sequence[WhitenedRows], gains: Sequence[tuple[Array, Array, Array]], labels: Sequence[Ints]
 ) -> tuple[float, float]:
     """Observed over expected sum of squares of the blocks, and the degrees of freedom of that ratio."""
     many = 1 + max(int(v.max()) for v in labels)

@@ -6,26 +6,26 @@ from collections.abc import Iterator
 
 from scipy import special
 
+from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, doubt
 from robocal.diagnose.implausible import implausible_changes
 from robocal.diagnose.limits import COMPUTED_ERROR, COMPUTED_FREEDOM, NOISE_ABOVE, NOISE_BELOW, NOISE_CHANCE
-from robocal.diagnose.numbers import reads
-from robocal.diagnose.registry import When, check
+from robocal.diagnose.stated_numbers import reads
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
-__all__ = ["stated_noise"]
+__all__ = ["noise_findings"]
 
 
 @check("stated-noise", When.FIT, order=100, needs=("fit",))
-def stated_noise(context: Context[Model]) -> Iterator[Finding]:
+def noise_findings(context: Context[Model]) -> Iterator[Finding]:
     """Model error far above the stated noise, noise that is not in the data, and data that were computed."""
     # A known distance between sockets is no reading; and of an arm that was bent to a point everything is exact.
     bent = implausible_changes(context)
-    read = {o.label for o in context.measured.observations if reads(o)} if not bent else set()
-    for g in context.fitted.groups:
+    read = {o.label for o in context.need_data.observations if reads(o)} if not bent else set()
+    for g in context.need_fit.groups:
         if g.stated is not None:
             amounts = {"left": Quantity(g.rms, g.unit), "stated": Quantity(g.stated, g.unit)}
             if g.tau > NOISE_ABOVE * g.stated:

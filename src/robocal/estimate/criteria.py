@@ -167,7 +167,7 @@ class Spectrum(Criterion):
         return self.of(np.maximum(np.linalg.eigvalsh(low)[:, 0], 0.0), np.maximum(high, 1e-300))
 
 
-class Harmonic(Criterion):
+class HarmonicCriterion(Criterion):
     """O5: 1 / trace M^-1/2; by the inequality of Peierls and Bogoliubov the diagonal in any basis bounds the trace."""
 
     weakest = True
@@ -199,7 +199,7 @@ CRITERIA: dict[str, Callable[[int, Array | None], Criterion]] = {
     "O2": lambda n, t: Spectrum(lambda low, high: np.sqrt(low / high)),
     "O3": lambda n, t: Spectrum(lambda low, high: np.sqrt(low)),
     "O4": lambda n, t: Spectrum(lambda low, high: low / np.sqrt(high)),
-    "O5": lambda n, t: Harmonic(),
+    "O5": lambda n, t: HarmonicCriterion(),
 }
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Linear
+from robocal.estimate.terms import Linear
 
 __all__ = [
-    "Squares", "beside_blocks", "block_columns", "block_ranks", "eliminate", "reducible", "reweighted", "squares", "triangle",
+    "Squares", "beside_blocks", "block_columns", "block_ranks", "eliminate", "reducible", "reweight", "squares", "triangle",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -44,8 +44,8 @@ class Squares:
 def squares(problem: Problem, x: Array, lin: Linear | None = None) -> Squares:
     """Of the free columns at x (1, P); `lin` is the problem linearised there, where the caller has it."""
     if lin is None and reducible(problem):
-        return _reduced(problem, x)
-    lin = reweighted(problem.linearize(x) if lin is None else lin, problem)
+        return _reduce(problem, x)
+    lin = reweight(problem.linearize(x) if lin is None else lin, problem)
     taken = block_columns(lin)
     root = triangle(eliminate(lin))
     return Squares(problem.free, root, float(lin.r @ lin.r), len(lin.r), taken)
@@ -56,7 +56,7 @@ def reducible(problem: Problem) -> bool:
     return problem.sizes[1][1] > 0 or (problem.blocks > 0 and int(problem.numbers.sum()) * problem.n > DENSE)
 
 
-def _reduced(problem: Problem, x: Array) -> Squares:
+def _reduce(problem: Problem, x: Array) -> Squares:
     from robocal.estimate.schur.information import information
 
     normal = replace(problem, priors=False).normal(np.atleast_2d(x))
@@ -74,7 +74,7 @@ def _reduced(problem: Problem, x: Array) -> Squares:
     return Squares(problem.free, made.root, square, rows, made.rank - held, SQUARED)
 
 
-def reweighted(lin: Linear, problem: Problem) -> Linear:
+def reweight(lin: Linear, problem: Problem) -> Linear:
     """Columns times the root of the robust weight, residuals times the weight: what the fit set aside neither informs
     nor enlarges."""
     if problem.loss == "none" or not len(lin.r):

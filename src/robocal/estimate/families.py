@@ -74,7 +74,7 @@ class Family:
         """Numbers of a step of one block, l."""
         return len(self.axes)
 
-    def moved(self, values: Array, step: Array) -> Array:
+    def advance(self, values: Array, step: Array) -> Array:
         """Blocks (B, L w) after a step (B, L, l); rotation vectors move on the group."""
         from robocal.geometry._kernels import turn_vectors
 

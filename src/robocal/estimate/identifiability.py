@@ -21,13 +21,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.choosing.choice import SEEN, STRUCTURAL, Choice, Combination, chosen
+from robocal.estimate.choosing.choice import OBSERVABLE, STRUCTURAL, Choice, Combination, chosen
 from robocal.estimate.elimination import squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Linear
+from robocal.estimate.terms import Linear
 
 __all__ = [
-    "SEEN",
+    "OBSERVABLE",
     "Combination",
     "Identifiability",
     "analyse",
@@ -55,7 +55,7 @@ class Identifiability:
     root: Array
     noise: float = 1.0
     always: tuple[str, ...] = ()
-    level: float = SEEN
+    level: float = OBSERVABLE
     fitted: Choice | None = None
 
     @property
@@ -64,9 +64,9 @@ class Identifiability:
         return self.problem.free
 
     @property
-    def kept(self) -> tuple[str, ...]:
+    def basis(self) -> tuple[str, ...]:
         """The names that are kept."""
-        return self._choice.kept
+        return self._choice.basis
 
     @property
     def dropped(self) -> tuple[str, ...]:
@@ -91,27 +91,27 @@ class Identifiability:
         return np.asarray(self.root / self.noise)
 
     @cached_property
-    def _told(self) -> tuple[Array, Array]:
+    def _spectrum(self) -> tuple[Array, Array]:
         """Singular values (k,) and vectors (k, n) in units of what is expected."""
         if not self.problem.n:
             return np.zeros(0), np.zeros((0, 0))
-        _, values, vt = np.linalg.svd(self._root @ self.problem.expected_root)
+        _, values, vt = np.linalg.svd(self._root @ self.problem.spread_root)
         return values, vt
 
     @property
     def singular_values(self) -> Array:
         """Scaled, descending."""
-        return self._told[0]
+        return self._spectrum[0]
 
     @property
     def rank(self) -> int:
         """Of what is seen above the noise."""
-        return int((self._told[0] > self.level).sum())
+        return int((self._spectrum[0] > self.level).sum())
 
     @property
     def blind(self) -> bool:
         """Whether nothing is seen above the noise: no column by itself, nor several together."""
-        alone = np.linalg.norm(self._root @ self.problem.expected_root, axis=0)
+        alone = np.linalg.norm(self._root @ self.problem.spread_root, axis=0)
         return not alone.max(initial=0.0) > self.level and self.rank == 0
 
     @cached_property
@@ -137,14 +137,14 @@ class Identifiability:
     @property
     def indices(self) -> dict[str, float]:
         """O1 to O5."""
-        return observability(self._final, int((self.problem.numbers[self.problem.counted] > 0).sum()))
+        return observability(self._final, int((self.problem.numbers[self.problem.in_use] > 0).sum()))
 
     @cached_property
     def posterior(self) -> Array:
         """The covariance (n, n) in SI of the expected errors and the data, with all other parameters unknown too."""
         # (S^T S + I)^-1 from the singular values: squaring S would lose what is known to better than 1e-8 of what was
         # expected.
-        (values, vt), expected = self._told, self.problem.expected_root
+        (values, vt), expected = self._spectrum, self.problem.spread_root
         return np.asarray(expected @ (vt.T / (1.0 + values**2)) @ vt @ expected.T)
 
     @property
@@ -181,7 +181,7 @@ def analyse(
     *,
     noise: float = 1.0,
     always: Sequence[str] = (),
-    seen: float = SEEN,
+    seen: float = OBSERVABLE,
     lin: Linear | None = None,
 ) -> Identifiability:
     """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the

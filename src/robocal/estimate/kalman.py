@@ -7,7 +7,7 @@ r and H are whitened, so the measurement noise is the identity. e is the step fr
 form, P^-1 = R^T R and R <- QR of (R, H), which holds from the vaguest prior to the last digit of a good instrument. A
 local block enters at its prior, is updated with its configuration's rows and marginalised. Under a robust loss an
 observation weighs what its innovation, measured with its *predicted* spread, deserves. An estimate beyond a bound is
-projected onto it in the metric of P. `stacked` is the recursion of Attia and Ammari (2019, equations 4.2 to 4.9): all
+projected onto it in the metric of P. `stack_filter` is the recursion of Attia and Ammari (2019, equations 4.2 to 4.9): all
 rows at once, P grows by Q before each pass. Sources: Bierman, Factorization Methods (1977); Bell and Cathey, The
 iterated Kalman filter update as a Gauss-Newton method (1993); Simon and Chia, Kalman filtering with state equality
 constraints (2002).
@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Linear
+from robocal.estimate.terms import Linear
 from robocal.estimate.tolerance import greatest_error
 
-__all__ = ["Filtered", "kalman", "stacked"]
+__all__ = ["Filtered", "kalman", "stack_filter"]
 
 Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
@@ -36,7 +36,7 @@ Watch = Callable[[dict[str, object]], None]
 @dataclass(frozen=True)
 class Filtered:
     """Where the filter ended: x (1, P), covariance of the free columns (n, n); `history` are the costs (half the sum of
-    squares) that the passes of `stacked` began with, and the last; `within` whether it stopped at a greatest error."""
+    squares) that the passes of `stack_filter` began with, and the last; `within` whether it stopped at a greatest error."""
 
     x: Array
     covariance: Array
@@ -89,7 +89,7 @@ def kalman(
             right = np.concatenate([np.zeros(len(big)), weight * (h @ moved - lin.r)])
             r = np.asarray(np.linalg.qr(np.column_stack([rows, right]), mode="r"))
             target = scipy.linalg.solve_triangular(r[: size + n, : size + n], r[: size + n, -1])
-            if problem.bounded:
+            if problem.has_bounds:
                 target[size:] = _within(problem, x, target[size:], moved[size:], r[size : size + n, size : size + n])
             step = target - moved
             local = np.zeros((1, problem.blocks, size))
@@ -112,7 +112,7 @@ def kalman(
     return Filtered(x, inverse @ inverse.T)
 
 
-def stacked(
+def stack_filter(
     problem: Problem,
     x: Array | None = None,
     *,
@@ -131,7 +131,7 @@ def stacked(
     is the variance of each whitened row, () or (N,): R / sigma^2. It stops where the greatest error is within a `tolerance` (m).
     Raises ModelError for local blocks, a robust loss, or bounds.
     """
-    if problem.blocks or problem.loss != "none" or problem.bounded:
+    if problem.blocks or problem.loss != "none" or problem.has_bounds:
         raise ModelError(
             "the stacked filter knows no local blocks, robust loss or bounds", expected="the sequential filter (ekf)"
         )
@@ -169,8 +169,8 @@ def _beforehand(problem: Problem) -> Array:
     """R (n, n), R^T R the information before any row: of the stated priors, and of the expected error where none is stated."""
     prior, vague = problem.prior_root, np.diag(1.0 / problem.scales)
     if not np.count_nonzero(prior - np.diag(np.diag(prior))):
-        return np.where(problem.stated, prior, vague)
-    return np.asarray(np.linalg.qr(np.vstack([prior, vague[~problem.stated]]), mode="r"))
+        return np.where(problem.has_prior, prior, vague)
+    return np.asarray(np.linalg.qr(np.vstack([prior, vague[~problem.has_prior]]), mode="r"))
 
 
 def _local(problem: Problem, block: int, vague: Array) -> Array:

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError, nearest
 from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Normal
+from robocal.estimate.terms import Normal
 from robocal.estimate.tolerance import greatest_error
 
 __all__ = ["METHODS", "Reason", "Solution", "least_squares"]
@@ -103,7 +103,7 @@ class Solution:
     def normal(self) -> Normal:
         """The normal equations of the whole batch."""
         parts = [p if isinstance(p, Normal) else p() for p in self.parts]
-        return parts[0] if len(parts) == 1 else Normal.joined(parts)
+        return parts[0] if len(parts) == 1 else Normal.concatenate(parts)
 
     @property
     def reasons(self) -> tuple[Reason, ...]:
@@ -150,12 +150,12 @@ def least_squares(
         )
     many, tolerances = _at_once(problem, len(start)), (cost_tolerance, gradient_tolerance, step_tolerance)
     parts = [
-        _damped(
+        _descend(
             problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch
         )
         for lo in range(0, max(len(start), 1), many)
     ]  # fmt: skip
-    return parts[0] if len(parts) == 1 else _joined(parts)
+    return parts[0] if len(parts) == 1 else _join(parts)
 
 
 def _at_once(problem: Problem, batch: int) -> int:
@@ -167,7 +167,7 @@ def _at_once(problem: Problem, batch: int) -> int:
     return max(1, AT_ONCE // max(each, 1))
 
 
-def _joined(parts: list[Solution]) -> Solution:
+def _join(parts: list[Solution]) -> Solution:
     """The solutions of parts of a batch as one; the history of one that ended early stays where it ended."""
     longest = max(len(s.history) for s in parts)
     history = [np.pad(s.history, ((0, longest - len(s.history)), (0, 0)), mode="edge") for s in parts]
@@ -179,7 +179,7 @@ def _joined(parts: list[Solution]) -> Solution:
     )
 
 
-def _damped(
+def _descend(
     problem: Problem,
     x: Array,
     base: int,
@@ -201,7 +201,7 @@ def _damped(
     first = normal.cost.copy()
     history = [first]
     steps = Steps(problem, batch, np.array(tolerances), damping > 0.0)
-    bounded, robust = problem.bounded, problem.loss != "none" and damping > 0
+    bounded, robust = problem.has_bounds, problem.loss != "none" and damping > 0
     value, away = np.empty((batch, 0)), np.zeros(batch, dtype=np.bool_)
     home: _Home | None = None
     bent = np.zeros(batch, dtype=np.bool_)  # near the end the curvature of a loss counts: weights alone would creep on

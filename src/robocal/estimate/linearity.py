@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from robocal.estimate.elimination import triangle
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Linear
+from robocal.estimate.terms import Linear
 
 __all__ = ["Curvature", "Step", "curvature", "one_step"]
 
@@ -98,19 +98,19 @@ def curvature(problem: Problem, x: Array, covariance: Array) -> Curvature | None
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     steps = (vectors * np.sqrt(np.maximum(values, 0.0))).T * scale
     x = np.atleast_2d(x)
-    here = _whitened(problem, x)
+    here = _whiten(problem, x)
     worst, where = 0.0, 0
     for first in range(0, len(steps), CHUNK):
         some = steps[first : first + CHUNK]
         start = np.repeat(x, len(some), axis=0)
-        bend = _whitened(problem, problem.retract(start, some)) + _whitened(problem, problem.retract(start, -some))
+        bend = _whiten(problem, problem.retract(start, some)) + _whiten(problem, problem.retract(start, -some))
         size = np.linalg.norm(bend - 2 * here, axis=1)
         if size.max() > worst:
             worst, where = float(size.max()), first + int(size.argmax())
     return Curvature(worst, problem.free[int(np.argmax(np.abs(steps[where] / scale)))])
 
 
-def _whitened(problem: Problem, x: Array) -> Array:
+def _whiten(problem: Problem, x: Array) -> Array:
     """Whitened residuals of every row that counts, (B, N)."""
     weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
     parts = []

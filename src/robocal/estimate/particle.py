@@ -27,7 +27,7 @@ from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING
 from robocal.estimate.problem import Problem
 
-__all__ = ["Cloud", "density", "effective", "normalised", "particles", "systematic"]
+__all__ = ["Cloud", "density", "effective", "normalise", "particles", "systematic"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -53,7 +53,7 @@ class Cloud:
     accepted: float
 
 
-def normalised(log_weights: Array) -> Array:
+def normalise(log_weights: Array) -> Array:
     """Weights that sum to one from logarithms (B,); the largest is taken out first, so that none underflows to all zero.
     Raises ModelError when no particle has a weight."""
     top = float(np.max(log_weights))
@@ -65,7 +65,7 @@ def normalised(log_weights: Array) -> Array:
 
 def effective(log_weights: Array) -> float:
     """How many particles count, 1 / sum w^2 of the normalised weights."""
-    w = normalised(log_weights)
+    w = normalise(log_weights)
     return float(1.0 / (w @ w))
 
 
@@ -133,7 +133,7 @@ def particles(
     step = centre + np.sqrt(wider) * scipy.linalg.solve_triangular(root, rng.standard_normal((n, count))).T
     log_w = np.zeros(count)
     value, ratio = seen(step)
-    if problem.bounded and not (ratio[:, 0] > NOTHING / 2).any():
+    if problem.has_bounds and not (ratio[:, 0] > NOTHING / 2).any():
         raise ModelError(
             "the measurements pull the answer beyond its bounds, where no particle may go",
             expected="wider bounds, or lm",
@@ -151,7 +151,7 @@ def particles(
         done = stop
         fewest = min(fewest, effective(log_w))
         last = done == ratio.shape[1]
-        step, value, ratio = _resample(step, value, ratio, normalised(log_w), rng)
+        step, value, ratio = _resample(step, value, ratio, normalise(log_w), rng)
         log_w = np.zeros(count)
         resampled += 1
         for _ in range(MOVES):
@@ -196,7 +196,7 @@ class _Linearised:
         linear = step @ self.j.T + self.r
         gauss = -0.5 * np.add.reduceat(linear[:, self.order] ** 2, self.edge, axis=1)
         first = full - full / self.wider
-        if self.problem.bounded:
+        if self.problem.has_bounds:
             lower, upper = self.problem.bounds
             value = x[:, self.problem.index]
             first = np.where(((value < lower) | (value > upper)).any(axis=1), NOTHING, first)

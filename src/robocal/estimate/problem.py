@@ -22,9 +22,9 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
 from robocal.estimate.priors import add_shared
-from robocal.estimate.rows import Linear, Normal, Residuals, Term, pieces, whitened
+from robocal.estimate.terms import Linear, Normal, ProblemTerm, Residuals, pieces, whiten_rows
 from robocal.estimate.unknowns import Unknowns
-from robocal.parameters import Table
+from robocal.parameters import ParameterTable
 
 __all__ = ["Problem"]
 
@@ -62,13 +62,13 @@ _OTHER_WEIGHTS = _OTHER_TABLE | _OF_TABLE
 
 
 @cache
-def _gone(same: frozenset[str]) -> tuple[str, ...]:
+def _names_of_results(same: frozenset[str]) -> tuple[str, ...]:
     """What is worked out of a problem, but for the `same`."""
     every = {**vars(Unknowns), **vars(Problem)}
     return tuple(n for n, v in every.items() if isinstance(v, cached_property) and n not in same)
 
 
-def _known(loss: str) -> str:
+def _check_loss(loss: str) -> str:
     if loss not in LOSSES:
         raise ModelError("unknown loss", found=loss, expected=", ".join(LOSSES))
     return loss
@@ -78,22 +78,22 @@ def _known(loss: str) -> str:
 class Problem(Unknowns):
     """Terms over unknowns; immutable, `with_...` gives another problem."""
 
-    terms: tuple[Term, ...]
+    terms: tuple[ProblemTerm, ...]
     configurations: int = 0
     weights: Array | None = None
     loss: str = "none"
     tuning: float | None = None
 
     def __post_init__(self) -> None:
-        _known(self.loss)
+        _check_loss(self.loss)
 
     @cached_property
-    def bound_terms(self) -> tuple[Term, ...]:
+    def bound_terms(self) -> tuple[ProblemTerm, ...]:
         """The terms with Jacobians for the free columns."""
         return tuple(t.bind(self.column_of) for t in self.terms)
 
     @cached_property
-    def _bare(self) -> tuple[Term, ...]:
+    def _bare(self) -> tuple[ProblemTerm, ...]:
         """The terms without Jacobians."""
         nothing = np.full(len(self.table), -1, dtype=np.int64)
         return tuple([t.bind(nothing) for t in self.terms])
@@ -115,15 +115,15 @@ class Problem(Unknowns):
         """The same problem with these rows of every term, (m,) each, set aside."""
         return self.with_terms([t.without(r) for t, r in zip(self.terms, rows, strict=True)])
 
-    def with_terms(self, terms: Sequence[Term]) -> Problem:
+    def with_terms(self, terms: Sequence[ProblemTerm]) -> Problem:
         """The same problem with other terms of the same rows: their noise, or which of them count."""
         return self._with(_OTHER_TERMS, terms=tuple(terms))
 
     def with_loss(self, loss: str, tuning: float | None = None) -> Problem:
         """The same rows with a robust loss."""
-        return self._with(_OTHER_WEIGHTS, loss=_known(loss), tuning=tuning)
+        return self._with(_OTHER_WEIGHTS, loss=_check_loss(loss), tuning=tuning)
 
-    def with_table(self, table: Table) -> Problem:
+    def with_table(self, table: ParameterTable) -> Problem:
         """The same rows over a table with the same names and other values, priors or bounds."""
         return self._with(_OTHER_TABLE, table=table)
 
@@ -136,17 +136,25 @@ class Problem(Unknowns):
         _ = self._soft
         made = object.__new__(Problem)
         made.__dict__.update(self.__dict__, **changes)
-        for name in _gone(same):
+        for name in _names_of_results(same):
             made.__dict__.pop(name, None)
         return made
 
-    def softly(self, x: Array, width: float) -> Problem:
+    def soften(self, x: Array, width: float) -> Problem:
         """The problem with every free column held at x (1, P), so many times as softly as its expected error."""
         known, key = self._soft, (width, x.tobytes())
         if width not in known:
             held = self.table.with_priors({n: width * float(s) for n, s in zip(self.free, self.scales, strict=True)})
             first = known[width] = self.with_table(held).with_priors(True)
-            _ = first.scales, first.stated, first._held, first.bounds, first.bounded, first._pull, held.scales
+            _ = (
+                first.scales,
+                first.has_prior,
+                first._any_prior,
+                first.bounds,
+                first.has_bounds,
+                first._pull,
+                held.scales,
+            )
         if key not in known:
             table = known[width].table.with_values(x[0, : len(self.table)])
             known[key] = known[width]._with(_OF_TABLE - {"_start"}, table=table)
@@ -168,7 +176,7 @@ class Problem(Unknowns):
         made[family] = made[family].with_prior(sigma, covariance)
         return replace(self, families=tuple(made))
 
-    def with_held(self, family: int) -> Problem:
+    def with_fixed_blocks(self, family: int) -> Problem:
         """The same problem, where the blocks of a family stay where x has them: they take part in no step and have no prior."""
         made = list(self.families)
         made[family] = replace(made[family], axes=(), prior=None)
@@ -209,13 +217,13 @@ class Problem(Unknowns):
                         bent, first, mine.gl, mine.al, mine.asl, mine.gm, mine.am, mine.asm, mine.cross[:, part],
                     )  # fmt: skip
             pairs = part.stop
-        if self._held:
+        if self._any_prior:
             add_shared(self._pull, self.difference(x), out)
         for i, family in enumerate(self.families):
             if family.prior is not None:
                 place = self.places[i]
                 axes = np.array(family.axes, dtype=np.int64)
-                g, a, _ = out.family(i)
+                g, a, _ = out.of_family(i)
                 add_block_priors(
                     np.ascontiguousarray(x[:, place]), family.start, family.prior.root, axes, out.cost, g, a
                 )
@@ -242,7 +250,7 @@ class Problem(Unknowns):
         return out
 
     @property
-    def counted(self) -> Bools:
+    def in_use(self) -> Bools:
         """Which configurations have a weight, (U,)."""
         return np.asarray(self._weight(np.zeros(1, dtype=np.int64))[0] > 0)
 
@@ -293,6 +301,6 @@ class Problem(Unknowns):
         weight; priors of shared columns are left out, those of local blocks are rows of theirs."""
         x = np.atleast_2d(x)
         weight = self._weight(np.zeros(1, dtype=np.int64))[0]
-        chosen = self.counted if configurations is None else np.isin(np.arange(len(weight)), configurations)
+        chosen = self.in_use if configurations is None else np.isin(np.arange(len(weight)), configurations)
         blocks = [self.values_of(i, x) for i in range(len(self.families))]
-        return whitened(self.bound_terms, x, self.n, self.families, blocks, weight, chosen)
+        return whiten_rows(self.bound_terms, x, self.n, self.families, blocks, weight, chosen)

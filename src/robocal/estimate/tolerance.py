@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 def greatest_error(problem: Problem, x: Array) -> Array:
     """The greatest error (B,), m, at x (B, P), of the readings that count. Raises ModelError where no reading is a length."""
     x = np.atleast_2d(x)
-    worst, counted, lengths = np.zeros(len(x)), problem.counted, False
+    worst, counted, lengths = np.zeros(len(x)), problem.in_use, False
     for rows in problem.residuals(x):
         for part, (_, _, unit) in enumerate(rows.parts):
             some = rows.used & counted[rows.configuration]

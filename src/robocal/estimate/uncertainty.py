@@ -31,12 +31,12 @@ from robocal.estimate.elimination import (
     beside_blocks,
     eliminate,
     reducible,
-    reweighted,
+    reweight,
     squares,
     triangle,
 )
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Linear, Normal
+from robocal.estimate.terms import Linear, Normal
 
 __all__ = [
     "LEVEL",
@@ -93,7 +93,7 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: S
     n = problem.n
     # Scaled as in `identifiability`, so that a singular value means the same in both.
     own = rows.of(problem.free)
-    scaled = (triangle(np.vstack([own, problem.prior_root])) if problem.stated.any() else own) * problem.scales
+    scaled = (triangle(np.vstack([own, problem.prior_root])) if problem.has_prior.any() else own) * problem.scales
     _, values, vt = np.linalg.svd(scaled) if n else (None, np.zeros(0), np.zeros((0, 0)))
     resolved = values > rows.resolution * values.max(initial=0.0)
     inverse = problem.scales[:, None] * vt.T / np.where(resolved, values, 1.0)
@@ -101,7 +101,7 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: S
     chi2 = rows.square + float(np.sum((problem.prior_root @ problem.difference(x)[0]) ** 2))
     for i, family in enumerate(problem.families):
         chi2 += 0.0 if family.prior is None else float(np.sum(family.prior.rows(problem.values_of(i, x))[0] ** 2))
-    dof = rows.rows + int(problem.stated.sum()) - int(resolved.sum()) - rows.taken
+    dof = rows.rows + int(problem.has_prior.sum()) - int(resolved.sum()) - rows.taken
     factor = np.sqrt(chi2 / dof) if dof > 0 else 1.0
     # Downweighted residuals are too small to tell that the noise is: they may only enlarge.
     free_scale = estimated and problem.loss == "none"
@@ -112,30 +112,30 @@ def effective_columns(problem: Problem, x: Array, ended: Normal | None = None) -
     """How many numbers the data determine, trace of (J^T J + P)^-1 J^T J: n without priors, fewer where a prior
     holds; `ended` are the normal equations at x, where the caller has them."""
     n = problem.n
-    if not problem.stated.any():
+    if not problem.has_prior.any():
         return float(n)
     if not problem.blocks:
         if ended is not None and problem.loss == "none" and problem.even:
             a = ended.a[0]
         else:
             a = problem.with_loss("none").with_priors(False).normal(np.atleast_2d(x)).a[0] + problem.information
-        rows = int(problem.numbers[problem.counted].sum())
-        held = _held(a, rows, problem)
+        rows = int(problem.numbers[problem.in_use].sum())
+        held = _prior_trace(a, rows, problem)
         if held is not None:
             return n - held
     left = squares(problem.with_loss("none"), x).root if reducible(problem) else eliminate(problem.linearize(x))
     hold = problem.prior_root * problem.scales
-    held = _held(left.T @ left + problem.information, len(left), problem) if problem.blocks else None
+    held = _prior_trace(left.T @ left + problem.information, len(left), problem) if problem.blocks else None
     if held is None:
         full = triangle(np.vstack([left * problem.scales, hold]))
         # Where every column is held, the triangle has a full diagonal; elsewhere what nothing sees is held by nothing.
-        regular = bool(problem.stated.all())
+        regular = bool(problem.has_prior.all())
         part = np.linalg.solve(full.T, hold.T) if regular else np.linalg.lstsq(full.T, hold.T, rcond=None)[0]
         held = float(np.linalg.norm(part) ** 2)
     return n - held
 
 
-def _held(a: Array, rows: int, problem: Problem) -> float | None:
+def _prior_trace(a: Array, rows: int, problem: Problem) -> float | None:
     """Trace of (J^T J + P)^-1 P by Cholesky, many times faster than QR, from the lower triangle of J^T J + P (n, n) of so many rows;
     None where rounding could be seen: with every column held, it errs by eps over the smallest pivot, and it is compared with the
     number of rows."""
@@ -148,7 +148,7 @@ def _held(a: Array, rows: int, problem: Problem) -> float | None:
 def leverages(problem: Problem, x: Array, configurations: Ints) -> tuple[Array, Array]:
     """How much of every row that counts, of some configurations, its local block takes for itself and how much the shared columns take,
     (N,) each: the diagonals of U1 U1^T and of M J (J^T M J + P)^-1 J^T M. What a robust loss weighs down takes less."""
-    lin = reweighted(problem.linearize(x, configurations), problem)
+    lin = reweight(problem.linearize(x, configurations), problem)
     taken, left = beside_blocks(lin)
     if not problem.n:
         return taken, np.zeros(len(taken))
@@ -236,7 +236,7 @@ def total(
     if held:
         noise[np.ix_(k, k)] = factor**2 * (gain[:, :n] @ gain[:, :n].T) + _unknown(root, told)
     both = np.outer(scale, scale)
-    shared = None if not np.count_nonzero(problem.expected_root - np.diag(scale)) else problem.expected_root
+    shared = None if not np.count_nonzero(problem.spread_root - np.diag(scale)) else problem.spread_root
     return Total(problem.free, noise * both, response * scale[:, None] / scale, np.array(scale), float(dof), shared)
 
 
@@ -258,7 +258,7 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
     noise is returned; `lin` is the problem linearised there, where the caller has it. Sources: Bell and McCaffrey, Bias
     reduction in standard errors (2002); MacKinnon and White (1985).
     """
-    lin = reweighted(problem.linearize(x) if lin is None else lin, problem)
+    lin = reweight(problem.linearize(x) if lin is None else lin, problem)
     if not problem.n or problem.blocks or len(lin.r) <= problem.n:
         return 1.0
     scaled = lin.j * problem.scales

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.estimate.families import Family, offsets
-from robocal.estimate.priors import Pull, covariance_root, shared_root
-from robocal.parameters import Table
+from robocal.estimate.priors import PriorTerms, covariance_root, shared_root
+from robocal.parameters import ParameterTable
 
 __all__ = ["Unknowns"]
 
@@ -31,7 +31,7 @@ class Layout:
     turns: tuple[Ints, Ints, Ints, Ints]
 
     @classmethod
-    def of(cls, table: Table, free: Sequence[str]) -> Layout:
+    def of(cls, table: ParameterTable, free: Sequence[str]) -> Layout:
         """Of the columns of these names."""
         index = np.array([table.index[name] for name in free], dtype=np.int64)
         column_of = np.full(len(table), -1, dtype=np.int64)
@@ -48,7 +48,7 @@ class Unknowns:
     """x (B, P) stacks B parameter vectors of the table and the local blocks of at most two families; it is moved by steps in the
     tangent space of the free columns and of the blocks."""
 
-    table: Table
+    table: ParameterTable
     free: tuple[str, ...]
     families: tuple[Family, ...] = ()  # of local blocks: at most two
     priors: bool = True
@@ -116,23 +116,23 @@ class Unknowns:
         return low, high
 
     @cached_property
-    def bounded(self) -> bool:
+    def has_bounds(self) -> bool:
         """Whether any free column has a bound."""
         return bool(np.isfinite(self.bounds[0]).any() or np.isfinite(self.bounds[1]).any())
 
     @cached_property
-    def stated(self) -> Bools:
+    def has_prior(self) -> Bools:
         """Which free columns have a stated prior, (n,)."""
         return np.asarray((self.table.priors[self.index] != 0) & self.priors)
 
     @cached_property
-    def _held(self) -> bool:
-        return bool(self.stated.any())
+    def _any_prior(self) -> bool:
+        return bool(self.has_prior.any())
 
     @cached_property
-    def believed(self) -> Bools:
+    def prior_informs(self) -> Bools:
         """Which free columns have a stated prior that says how far off they are, (n,)."""
-        return np.asarray(self.stated & self.table.believed[self.index])
+        return np.asarray(self.has_prior & self.table.prior_informs[self.index])
 
     @cached_property
     def prior_root(self) -> Array:
@@ -140,8 +140,8 @@ class Unknowns:
         return shared_root(self.table, self.free) if self.priors else np.zeros((self.n, self.n))
 
     @cached_property
-    def _pull(self) -> Pull:
-        return Pull.of(self.prior_root, self._turns[1])
+    def _pull(self) -> PriorTerms:
+        return PriorTerms.of(self.prior_root, self._turns[1])
 
     @property
     def information(self) -> Array:
@@ -154,7 +154,7 @@ class Unknowns:
         return not self._pull.bent
 
     @cached_property
-    def expected_root(self) -> Array:
+    def spread_root(self) -> Array:
         """S (n, n), S S^T the covariance expected without data: diagonal, but where a stated prior says more."""
         return covariance_root(self.table, self.free, self.scales) if self.priors else np.diag(self.scales)
 
@@ -174,7 +174,7 @@ class Unknowns:
         out = np.array(x)
         self._moves[0](out, np.ascontiguousarray(step), *self._turns)
         for family, place, moved in zip(self.families, self.places, local, strict=False):
-            out[:, place] = family.moved(out[:, place], moved)
+            out[:, place] = family.advance(out[:, place], moved)
         return out
 
     def difference(self, x: Array) -> Array:

@@ -29,7 +29,7 @@ def alone(folder: Path) -> Iterator[None]:
     be made.
     """
     made = [p for p in folder.parents if not p.exists()]  # the innermost first
-    held = _held(folder)
+    held = _acquire_lock(folder)
     try:
         yield
     finally:
@@ -41,7 +41,7 @@ def alone(folder: Path) -> Iterator[None]:
         os.close(held)
 
 
-def _held(folder: Path) -> int:
+def _acquire_lock(folder: Path) -> int:
     """The open lock. What was locked may be gone from the folder by then, with whoever had it: only what is there counts."""
     place = folder / LOCK
     for _ in range(TRIES):

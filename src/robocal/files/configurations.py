@@ -12,18 +12,18 @@ from robocal.errors import nearest, one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, JointsModel, SecondModel, ValueModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
-from robocal.files.kinds.base import column_units
+from robocal.files.kinds.kind import column_units
 from robocal.files.names import meant
 from robocal.files.units import UNITS, Unit
 from robocal.files.unread import near_miss
-from robocal.files.yamlio import Document, Path_
+from robocal.files.yamlio import Path_, YamlDocument
 from robocal.measure.data import Configurations
 from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.measure.reach import names_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Places", "carried", "joint_values", "nowhere", "read_configurations", "recorded"]
+__all__ = ["Places", "joint_values", "nowhere", "read_configurations", "read_recorded", "remarks_on_columns"]
 
 # What holds for both configurations of a row; the rest was recorded at the first one.
 SHARED = ("time", "temperature", "payload")
@@ -42,10 +42,10 @@ class Places:
     angle: Unit
 
 
-def read_configurations(model: DataModel, table: CsvTable, chain: Model, document: Document) -> Places:
+def read_configurations(model: DataModel, table: CsvTable, chain: Model, document: YamlDocument) -> Places:
     """Rows with the same id are the same configuration. Raises FormatError."""
     q, angle, digits = joint_values(model.joints, table, chain, document, ("joints",))
-    columns, groups = recorded(model, table, chain, document)
+    columns, groups = read_recorded(model, table, chain, document)
     stated = "id" in model.configuration
     ids = _default_ids(table) if not stated else table.texts(model.configuration["id"].column)
     every = np.arange(len(table))
@@ -59,7 +59,7 @@ def read_configurations(model: DataModel, table: CsvTable, chain: Model, documen
         if not stated:
             document.fail("a key is missing", ("configuration", "id"), expected="the column with the id of each row")
         made, index = _merge(Configurations(ids, q, columns, groups=groups, digits=digits), table, every)
-        other, measuring = _named(second, table, made, index)
+        other, measuring = _second_rows(second, table, made, index)
         return Places(made, index, other, q, measuring, angle)
     q2, _, digits2 = joint_values(
         _second_joints(second, model.joints, table, chain), table, chain, document, ("second",)
@@ -110,7 +110,7 @@ def _second_joints(second: SecondModel, first: JointsModel, table: CsvTable, cha
 
 
 def joint_values(
-    model: JointsModel, table: CsvTable, chain: Model, document: Document, at: Path_
+    model: JointsModel, table: CsvTable, chain: Model, document: YamlDocument, at: Path_
 ) -> tuple[Array, Unit, Array]:
     """Joint values (k, n) in rad or m, the unit of the angles, and what one unit in the last digit means (k, n)."""
     n = len(joints_of(chain))
@@ -130,8 +130,8 @@ def joint_values(
     return table.numbers(columns) * factors, angle, table.digits(columns) * factors
 
 
-def recorded(
-    model: DataModel, table: CsvTable, chain: Model, document: Document
+def read_recorded(
+    model: DataModel, table: CsvTable, chain: Model, document: YamlDocument
 ) -> tuple[dict[str, Array], tuple[str, ...] | None]:
     """What was recorded with each row, by name in SI, and the label of its group."""
     columns: dict[str, Array] = {}
@@ -155,7 +155,7 @@ def recorded(
     return columns, groups
 
 
-def carried(model: DataModel, document: Document) -> tuple[Remark, ...]:
+def remarks_on_columns(model: DataModel, document: YamlDocument) -> tuple[Remark, ...]:
     """A remark on each name under which a column is only carried along, where it looks like one that has a meaning."""
     known = [n for n in (*CONFIGURATION, "group", *PER_JOINT) if n not in model.configuration]
     out = []
@@ -172,7 +172,7 @@ def carried(model: DataModel, document: Document) -> tuple[Remark, ...]:
 
 
 def _column(
-    name: str, column: str | int, stated: str | None, table: CsvTable, chain: Model, document: Document, at: Path_
+    name: str, column: str | int, stated: str | None, table: CsvTable, chain: Model, document: YamlDocument, at: Path_
 ) -> Array:
     """One column of a configuration in SI. Raises FormatError for a name without a meaning or a unit."""
     stem, _, joint = name.partition(".")
@@ -240,7 +240,7 @@ def _merge(given: Configurations, table: CsvTable, row: Ints) -> tuple[Configura
     return made, index
 
 
-def _named(second: SecondModel, table: CsvTable, made: Configurations, own: Ints) -> tuple[Ints, Ints]:
+def _second_rows(second: SecondModel, table: CsvTable, made: Configurations, own: Ints) -> tuple[Ints, Ints]:
     """The configuration that each row names as its other one, and the rows that name another than their own: a row that
     names itself, or none, only says where the machine stood."""
     at = table.find(second.id.column)

@@ -22,13 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import FiniteFloat
 
-from robocal.diagnose.scatter import Kept
+from robocal.diagnose.scatter import WhitenedRows
 from robocal.errors import FormatError
 from robocal.estimate.uncertainty import Total
 from robocal.files.plain import plain
-from robocal.files.schema import Model, validate
+from robocal.files.schema import FileModel, validate
 from robocal.files.text import read_json
-from robocal.files.yamlio import Document
+from robocal.files.yamlio import YamlDocument
 
 __all__ = ["COVARIANCE", "Knowledge", "covariance_text", "read_covariance"]
 
@@ -51,10 +51,10 @@ class Knowledge:
     conditions: Mapping[str, float] = field(default_factory=dict)
     noise: Mapping[str, float] = field(default_factory=dict)
     placed: bool = False
-    rows: Kept | None = None
+    rows: WhitenedRows | None = None
 
 
-class RowsModel(Model):
+class RowsModel(FileModel):
     """The rows of the fit as they are written."""
 
     names: list[str]
@@ -67,7 +67,7 @@ class RowsModel(Model):
     jacobian: list[list[FiniteFloat]]
 
 
-class CovarianceModel(Model):
+class CovarianceModel(FileModel):
     """covariance.json as it is written."""
 
     robocal: Literal[1]
@@ -143,7 +143,7 @@ def _plain(value: object) -> str:
 def read_covariance(path: str | os.PathLike[str]) -> Knowledge:
     """Reads a covariance.json. Raises FileError, or FormatError naming line or key."""
     source, data = read_json(path, "not a covariance", "an object")
-    model = validate(CovarianceModel, Document(source.path, source.text, source.sha256, data))
+    model = validate(CovarianceModel, YamlDocument(source.path, source.text, source.sha256, data))
     n = len(model.names)
     for key in ("units", "values", "nominal", "expected"):
         _length(source.path, key, len(getattr(model, key)), n)
@@ -163,7 +163,7 @@ def read_covariance(path: str | os.PathLike[str]) -> Knowledge:
         _length(source.path, "joints", len(pair), 2)
     joints = None if model.joints is None else np.array(model.joints, dtype=float).reshape(-1, 2)
     values, nominal = (dict(zip(model.names, v, strict=True)) for v in (model.values, model.nominal))
-    rows = None if model.rows is None else _kept(source.path, model.rows, model.names)
+    rows = None if model.rows is None else _read_rows(source.path, model.rows, model.names)
     return Knowledge(total, values, nominal, joints, model.conditions, model.measurement, model.placed, rows)
 
 
@@ -199,7 +199,7 @@ def _sound(path: Path, model: CovarianceModel, matrices: Mapping[str, Array]) ->
         raise FormatError("the covariance is not that of noise and response", file=path, key="covariance")
 
 
-def _kept(path: Path, rows: RowsModel, names: list[str]) -> Kept:
+def _read_rows(path: Path, rows: RowsModel, names: list[str]) -> WhitenedRows:
     count, wide = len(rows.residual), len(rows.joints[0]) if rows.joints else 0
     _length(path, "rows.place", len(rows.place), count)
     _length(path, "rows.jacobian", len(rows.jacobian), count)
@@ -212,7 +212,7 @@ def _kept(path: Path, rows: RowsModel, names: list[str]) -> Kept:
         raise FormatError(
             "rows that do not belong to these names", file=path, key="rows", found=unknown[:3] or "a place"
         )
-    return Kept(
+    return WhitenedRows(
         tuple(rows.names), np.array(rows.joints, dtype=float), np.array(rows.place, dtype=np.int64),
         np.array(rows.jacobian, dtype=float), np.array(rows.residual, dtype=float), rows.spread, rows.enlarged,
         rows.thinned,

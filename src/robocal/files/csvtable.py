@@ -22,7 +22,7 @@ import numpy as np
 from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, one_of
 from robocal.files.digits import last_digits
-from robocal.files.names import SAID, harmless, meant, strange_character
+from robocal.files.names import FORBIDDEN, forbidden_character, harmless, meant
 from robocal.files.text import MEGABYTE, read_text
 
 __all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
@@ -148,8 +148,8 @@ class CsvTable:
         said = [row[at].strip() for row in self.cells]
         out = tuple(map(meant, said))
         for row, name in enumerate(out):
-            if strange_character(name):
-                raise self.fail(SAID, row, self.label(at), found=name, expected="one line of text")
+            if forbidden_character(name):
+                raise self.fail(FORBIDDEN, row, self.label(at), found=name, expected="one line of text")
         if len(set(out)) < len(set(said)):
             raise self.fail("names that differ in an apostrophe before = + - @ only", column=self.label(at))
         if "" in out:

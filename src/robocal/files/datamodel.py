@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, FiniteFloat
 
 from robocal.errors import one_of
-from robocal.files.leaving import words_of
+from robocal.files.leaving import split_list
 from robocal.files.orientation import FORMS
-from robocal.files.schema import Columns, FrameModel, Model, Name, UnitsModel, Version, refuse
+from robocal.files.schema import Columns, FileModel, FrameModel, Name, UnitsModel, Version, refuse
 
 __all__ = [
     "ColumnModel",
@@ -38,7 +38,7 @@ def _separator(value: Any) -> Any:
     return value
 
 
-class CsvModel(Model):
+class CsvModel(FileModel):
     """How the CSV is written; without a separator the first line decides."""
 
     separator: Annotated[Any, BeforeValidator(_separator)] = None
@@ -52,7 +52,7 @@ class CsvModel(Model):
         return {"separator": self.separator, "decimal": self.decimal, "header": self.header}
 
 
-class SigmaModel(Model):
+class SigmaModel(FileModel):
     """Standard deviations in columns."""
 
     columns: Columns
@@ -72,7 +72,7 @@ def _sigma(value: Any) -> Any:
 Sigma = Annotated[Any, BeforeValidator(_sigma)]
 
 
-class ValueModel(Model):
+class ValueModel(FileModel):
     """Numbers in columns, their unit, and their standard deviation (absent: estimated)."""
 
     columns: Columns = None
@@ -123,14 +123,14 @@ class PlaceValuesModel(ValueModel):
     sign: Annotated[Any, BeforeValidator(_signs)] = None
 
 
-class JointsModel(Model):
+class JointsModel(FileModel):
     """Joint values: one column per joint from base to tool; one unit, or one for each."""
 
     columns: Columns = None
     unit: Annotated[Any, BeforeValidator(_joint_unit)] = None
 
 
-class ScalarModel(Model):
+class ScalarModel(FileModel):
     """A number of the instrument: a ball's radius, a bar's length. With a name it is one parameter, shared by all files
     that use the name; free, it is identified."""
 
@@ -153,7 +153,7 @@ class TargetModel(FrameModel):
     mount: Literal["tool", "base"] = "tool"
 
 
-class ColumnModel(Model):
+class ColumnModel(FileModel):
     """A column and its unit."""
 
     column: str | int
@@ -194,10 +194,10 @@ def _words(value: Any) -> Any:
     parts = value if isinstance(value, list) else [value]
     if any(isinstance(p, bool) or not isinstance(p, str | int) for p in parts):
         refuse("not rows", found=value, expected="ids, row numbers, ranges such as 10-20, or a list of them")
-    return words_of(parts)
+    return split_list(parts)
 
 
-class DataModel(Model):
+class DataModel(FileModel):
     """data.yaml; a kind of measurement adds its own keys."""
 
     robocal: Version

@@ -14,29 +14,29 @@ from pathlib import Path
 import numpy as np
 
 from robocal._types import Ints
+from robocal.diagnose.check_registry import ROWS, When, run
 from robocal.diagnose.hypotheses.other_units import OtherUnit
-from robocal.diagnose.registry import ROWS, When, run
 from robocal.diagnose.rows.table import TableContext
 from robocal.errors import FormatError, one_of
-from robocal.files.configurations import carried, nowhere, read_configurations
+from robocal.files.configurations import nowhere, read_configurations, remarks_on_columns
 from robocal.files.csvtable import CsvTable, MissingCells, read_csv
+from robocal.files.data_checks import alternatives, suspicions
 from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, TargetModel
-from robocal.files.doubts import alternatives, suspicions
-from robocal.files.frames import frame_vector
+from robocal.files.frame_block import frame_vector
 from robocal.files.headers import self_description, vocabulary
-from robocal.files.kinds.base import Around, KindFile, Values
+from robocal.files.kinds.kind import Around, KindFile, Values
 from robocal.files.kinds.registry import readers_of
-from robocal.files.leaving import Excluded, LeftOut, words_of
+from robocal.files.leaving import Excluded, LeftOut, split_list
 from robocal.files.names import meant
-from robocal.files.onething import distances_told, one_thing, refuse_again, untouched
+from robocal.files.notation import TableNotation, table_notation
+from robocal.files.onething import new_distances, one_thing, refuse_again, target_remarks
 from robocal.files.outside import discreet
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
-from robocal.files.spoken import Spoken, spoken
 from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Unit, Units
 from robocal.files.unread import Unread, left_over, unread_remarks
-from robocal.files.yamlio import Document, load
+from robocal.files.yamlio import YamlDocument, load
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model
 from robocal.remarks.remark import Remark
@@ -55,7 +55,7 @@ class Reading:
     suspicions: tuple[OtherUnit, ...] = ()
     units: Units = field(default_factory=Units)
     alternatives: tuple[OtherUnit, ...] = ()  # of units, to be tried when nothing fits
-    spoken: tuple[Spoken, ...] = ()  # how each table speaks
+    notations: tuple[TableNotation, ...] = ()  # how each table speaks
     left_out: tuple[LeftOut, ...] = ()  # rows that were not read
     unread: tuple[Unread, ...] = ()  # columns that were not read
     described: Mapping[str, Path] = field(default_factory=dict)  # places and targets, and the file that describes them
@@ -69,7 +69,7 @@ class Reading:
             warnings=self.warnings + other.warnings,
             suspicions=self.suspicions + other.suspicions,
             alternatives=self.alternatives + other.alternatives,
-            spoken=self.spoken + other.spoken,
+            notations=self.notations + other.notations,
             left_out=self.left_out + other.left_out,
             unread=self.unread + other.unread,
             described={**other.described, **self.described},
@@ -91,7 +91,7 @@ def read_datasets(
     total: Reading | None = None
     taken: set[str] = set()
     known: dict[tuple[object, ...], Path] = {}
-    asked = Excluded(words_of(exclude), "--exclude")
+    asked = Excluded(split_list(exclude), "--exclude")
     for path in paths:
         made = read_dataset(path, chain, kind=kind, taken=taken, group=group, exclude=asked)
         refuse_again(made.dataset, {str(f.file): f.sha256 for f in made.files}, known)
@@ -100,8 +100,8 @@ def read_datasets(
     assert total is not None
     asked.finish()
     said = one_thing(total.dataset)
-    warnings = total.warnings + unread_remarks(total.unread) + untouched(said, total.described)
-    return replace(total, dataset=distances_told(said), warnings=warnings)
+    warnings = total.warnings + unread_remarks(total.unread) + target_remarks(said, total.described)
+    return replace(total, dataset=new_distances(said), warnings=warnings)
 
 
 @discreet
@@ -130,7 +130,7 @@ def read_dataset(
         files = [InputFile(place, document.sha256)]
     else:
         tables, files = [read_csv(place)], []
-        document = Document(place, "", "", self_description(tables[0], chain, kind))
+        document = YamlDocument(place, "", "", self_description(tables[0], chain, kind))
         reader = _reader(document.data["kind"], document, chain)
         model = validate(reader.model, document)
     if group is not None:
@@ -147,7 +147,7 @@ def read_dataset(
 
 
 def _read_rows(
-    model: DataModel, table: CsvTable, chain: Model, kind: KindFile, document: Document, name: str,
+    model: DataModel, table: CsvTable, chain: Model, kind: KindFile, document: YamlDocument, name: str,
     exclude: Sequence[Excluded | None],
 ) -> Reading:  # fmt: skip
     """A table without the rows that are left out: those that were named, and where the file says so, those that lack
@@ -183,7 +183,7 @@ def _read_rows(
     return replace(made, left_out=tuple(left), warnings=said, unread=(left_over(table, vocabulary(chain)),))
 
 
-def _reader(kind: object, document: Document, machine: Model) -> KindFile:
+def _reader(kind: object, document: YamlDocument, machine: Model) -> KindFile:
     known = readers_of(machine)
     if kind is None:
         document.fail("a key is missing", ("kind",), expected=", ".join(known))
@@ -193,7 +193,7 @@ def _reader(kind: object, document: Document, machine: Model) -> KindFile:
 
 
 def _read_table(
-    model: DataModel, table: CsvTable, chain: Model, kind: KindFile, document: Document, name: str
+    model: DataModel, table: CsvTable, chain: Model, kind: KindFile, document: YamlDocument, name: str
 ) -> Reading:
     values = kind.read(model, table, document)
     places = read_configurations(model, table, chain, document)
@@ -230,7 +230,7 @@ def _read_table(
                 digits=None if part.digits is None else part.digits[kept],
             )
         )
-    warnings = carried(model, document)
+    warnings = remarks_on_columns(model, document)
     data = DataSet(configurations, tuple(observations))
     rows_read = TableContext(chain, data, joints=places.joints, lines=table.lines, file=str(table.path))
     warnings += tuple(f.remark for f in run(When.FILE, rows_read, ROWS))
@@ -244,11 +244,11 @@ def _read_table(
         suspicions(first, places.joints, chain, places.angle, length),
         Units(values.length or units.length, places.angle),
         alternatives(first, places.joints, chain, places.angle, values.length, kind.lengths),
-        (spoken(model, table, chain, document, places.angle, values.length),),
+        (table_notation(model, table, chain, document, places.angle, values.length),),
     )
 
 
-def _units(model: DataModel, values: Values, angle: Unit, document: Document) -> Units:
+def _units(model: DataModel, values: Values, angle: Unit, document: YamlDocument) -> Units:
     """The units of frames and targets: as stated, else those in which the measurements are."""
     if model.units is not None:
         return read_units(model.units, document)
@@ -261,7 +261,7 @@ def _owners(machine: Model) -> set[str]:
 
 
 def _frame_name(
-    model: DataModel, place: Path, csv: Path, chain: Model, taken: set[str] | frozenset[str], document: Document
+    model: DataModel, place: Path, csv: Path, chain: Model, taken: set[str] | frozenset[str], document: YamlDocument
 ) -> str:
     """The instrument's name: as stated, else the file's, made unlike any owner of a parameter."""
     owners = _owners(chain)
@@ -283,11 +283,11 @@ def _frame_name(
 def _instrument(given: InstrumentModel, name: str, units: Units) -> Frame:
     # An instrument stands where it stands: metres and any turn, unless its place is stated.
     expected = (0.1, 0.1) if given.given else (10.0, 3.0)
-    return Frame(name, frame_vector(given, units), given.free_flags(True), given.mount, expected, given.said)
+    return Frame(name, frame_vector(given, units), given.free_flags(True), given.mount, expected, given.has_details)
 
 
 def _targets(
-    model: DataModel, table: CsvTable, kind: KindFile, chain: Model, frame: str, units: Units, document: Document
+    model: DataModel, table: CsvTable, kind: KindFile, chain: Model, frame: str, units: Units, document: YamlDocument
 ) -> tuple[tuple[Frame, ...], Ints | None]:
     """The targets and which one each row sees (None: the tool itself)."""
     models: Mapping[str, FrameModel] = model.targets
@@ -306,7 +306,7 @@ def _targets(
             flags = tuple(f and s for f, s in zip(flags, kind.sees, strict=True))
         expected = (0.01, 0.05) if given.given else (0.2, 3.0)
         mount = getattr(given, "mount", "tool")
-        frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.said))
+        frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details))
     if cells is None:
         if len(frames) > 1:
             document.fail(

@@ -16,11 +16,11 @@ from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.files.csvtable import csv_text
 from robocal.files.headers import CONFIGURATION, PER_JOINT
-from robocal.files.kinds.base import KindFile, words
-from robocal.files.kinds.places import frame_line, frame_words
+from robocal.files.kinds.kind import KindFile, yaml_names
+from robocal.files.kinds.places import frame_keys, frame_line
 from robocal.files.kinds.registry import READERS
 from robocal.files.units import UNITS, Unit, Units, number
-from robocal.files.yamlio import quoted
+from robocal.files.yamlio import quote
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Mechanism
 from robocal.measure.reach import names_of
@@ -59,7 +59,7 @@ def table_text(dataset: DataSet, chain: Mechanism, units: Units | None = None, *
         columns.append([places[i].name for i in obs.extra["place of row"].astype(int)])
     for name, unit, values in _kind(obs).write(_bare(obs), units).columns:
         add(name, unit, values)
-    for name in _recorded(c):
+    for name in _writable_columns(c):
         if np.isfinite(c.columns[name][obs.configuration]).all():
             add(name, _unit_of(name), c.columns[name][obs.configuration])
     if c.groups is not None:
@@ -78,27 +78,27 @@ def data_text(dataset: DataSet, chain: Mechanism, file: str, units: Units | None
     lines = [
         "robocal: 1",
         f"kind: {obs.kind}",
-        f"file: {quoted(file)}",
+        f"file: {quote(file)}",
         f"units: {{length: {units.length.name}, angle: {units.angle.name}}}",
-        f"joints: {{columns: {words(names_of(chain))}}}",
+        f"joints: {{columns: {yaml_names(names_of(chain))}}}",
     ]
     if obs.second is not None:
-        lines.append(f"second: {{columns: {words([f'second.{n}' for n in names_of(chain)])}, id: second}}")
+        lines.append(f"second: {{columns: {yaml_names([f'second.{n}' for n in names_of(chain)])}, id: second}}")
     if obs.group and obs.frame is None and not places:
-        lines.append(f"group: {quoted(obs.group)}")
+        lines.append(f"group: {quote(obs.group)}")
     lines += _kind(obs).write(_bare(obs), units).lines
     if len(places) == 1:
-        lines.append(f"place: {{name: {quoted(places[0].name)}, {frame_words(places[0], units)}}}")
+        lines.append(f"place: {{name: {quote(places[0].name)}, {frame_keys(places[0], units)}}}")
     elif places:
         lines += ["places:", *(f"  {frame_line(p, units)}" for p in places), "place: place"]
     lines += _between(dataset.observations[1:], units)
     if obs.frame is not None:
         lines.append(
-            f"frame: {{name: {quoted(obs.frame.name)}, {frame_words(obs.frame, units)}, mount: {obs.frame.mount}}}"
+            f"frame: {{name: {quote(obs.frame.name)}, {frame_keys(obs.frame, units)}, mount: {obs.frame.mount}}}"
         )
     if obs.targets:
         lines += ["targets:", *(f"  {frame_line(t, units, mount=True)}" for t in obs.targets), "target: target"]
-    known = _recorded(dataset.configurations)
+    known = _writable_columns(dataset.configurations)
     recorded = [f"{n}: {n}" for n in known if np.isfinite(dataset.configurations.columns[n][obs.configuration]).all()]
     recorded += ["group: group"] if dataset.configurations.groups is not None else []
     lines.append(f"configuration: {{{', '.join(['id: configuration', *recorded])}}}")
@@ -159,10 +159,12 @@ def _between(rest: Sequence[Observations], units: Units) -> list[str]:
         unit = units.length
         sigma = "" if obs.sigma is None else f", sigma: {number(unit.from_si(float(obs.sigma[0, 0])))}"
         distance = number(unit.from_si(float(obs.value[0, 0])))
-        out.append(f"  - {{places: {words([e.name for e in ends])}, distance: {distance}, unit: {unit.name}{sigma}}}")
+        out.append(
+            f"  - {{places: {yaml_names([e.name for e in ends])}, distance: {distance}, unit: {unit.name}{sigma}}}"
+        )
     return ["between:", *out] if out else []
 
 
-def _recorded(configurations: Configurations) -> tuple[str, ...]:
+def _writable_columns(configurations: Configurations) -> tuple[str, ...]:
     """The columns of configurations that a table can hold."""
     return tuple(n for n in configurations.columns if n in CONFIGURATION or n.partition(".")[0] in PER_JOINT)

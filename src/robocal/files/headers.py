@@ -110,7 +110,7 @@ def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[st
         found: dict[str, Any] | None = {"kind": "lengths", "lengths": {"columns": list(cables)}}
     else:
         found = _other(table, two) if kind is None or kind in OTHERS else None
-    out |= found if found is not None else _located(table, two, kind)
+    out |= found if found is not None else _position_headers(table, two, kind)
     if two:
         out["second"] = {"columns": second}
     if "target" in table.names:
@@ -156,7 +156,7 @@ def _other(table: CsvTable, two: bool) -> dict[str, Any] | None:
     return None
 
 
-def _located(table: CsvTable, two: bool, kind: str | None) -> dict[str, Any]:
+def _position_headers(table: CsvTable, two: bool, kind: str | None) -> dict[str, Any]:
     """What the headers of positions and poses say."""
     out: dict[str, Any] = {}
     position = _first(table, POSITIONS, least=4)

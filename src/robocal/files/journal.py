@@ -22,7 +22,7 @@ JOURNAL = ".robocal-writing"
 def announce(folder: Path, names: Iterable[str]) -> list[str]:
     """Says that these files are about to change, beside those that another command left unfinished, which it returns; on the disk
     before that."""
-    before = _named(folder)
+    before = _journal_names(folder)
     _write(folder, [*dict.fromkeys([*before, *names])])
     return before
 
@@ -31,7 +31,7 @@ def finish(folder: Path, names: Collection[str]) -> None:
     """Says that these have changed, all of them; what was renamed reaches the disk before the journal goes. What another command
     left unfinished stays named."""
     flush_folder(folder)
-    left = [name for name in _named(folder) if name not in names]
+    left = [name for name in _journal_names(folder) if name not in names]
     if left:
         _write(folder, left)
     else:
@@ -39,7 +39,7 @@ def finish(folder: Path, names: Collection[str]) -> None:
         flush_folder(folder)
 
 
-def _named(folder: Path) -> list[str]:
+def _journal_names(folder: Path) -> list[str]:
     """The names in the journal of a folder; none where there is no journal."""
     try:
         return (folder / JOURNAL).read_text(encoding="utf-8").splitlines()
@@ -68,7 +68,7 @@ def write_through(path: Path, data: bytes, mode: Literal["wb", "xb"]) -> None:
 
 def guard(path: Path) -> None:
     """Raises FileError for a file whose folder was being written when the process ended."""
-    if path.name in _named(path.parent):
+    if path.name in _journal_names(path.parent):
         raise FileError(
             "the command that was writing this did not finish: old and new files may be mixed",
             file=path,

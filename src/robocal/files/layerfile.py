@@ -14,11 +14,11 @@ import numpy as np
 from pydantic import Field, FiniteFloat
 
 from robocal.errors import FormatError
-from robocal.files.names import SAID, strange_part
+from robocal.files.names import FORBIDDEN, forbidden_part
 from robocal.files.plain import plain
-from robocal.files.schema import Model, validate
+from robocal.files.schema import FileModel, validate
 from robocal.files.text import read_json
-from robocal.files.yamlio import Document
+from robocal.files.yamlio import YamlDocument
 
 if TYPE_CHECKING:
     from robocal.prove.nongeometric.layer import Layer
@@ -28,7 +28,7 @@ __all__ = ["LAYER", "layer_text", "read_layer"]
 LAYER = "layer.json"
 
 
-class LayerModel(Model):
+class LayerModel(FileModel):
     """layer.json as it is written."""
 
     robocal: Literal[1]
@@ -53,9 +53,9 @@ def read_layer(path: str | os.PathLike[str]) -> Layer:
     from robocal.prove.nongeometric.layer import Layer
 
     source, data = read_json(path, "this is not a residual layer", "an object with the key robocal")
-    if (strange := strange_part(data)) is not None:
-        raise FormatError(SAID, file=source.path, key=strange[0], found=strange[1])
-    model = validate(LayerModel, Document(source.path, source.text, source.sha256, data))
+    if (strange := forbidden_part(data)) is not None:
+        raise FormatError(FORBIDDEN, file=source.path, key=strange[0], found=strange[1])
+    model = validate(LayerModel, YamlDocument(source.path, source.text, source.sha256, data))
     n, d = len(model.joints), len(model.size)
     shapes = {len(model.turning), len(model.lengths), *(len(p) for p in model.points)}
     if d not in (3, 6):

@@ -20,7 +20,7 @@ from robocal.files.csvtable import CsvTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Excluded", "LeftOut", "words_of"]
+__all__ = ["Excluded", "LeftOut", "split_list"]
 
 _RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
 SHOWN = 5
@@ -42,7 +42,7 @@ class LeftOut:
         return Remark.of(code, file=str(self.file), count=len(self.rows), rows=few)
 
 
-def words_of(given: Iterable[object]) -> tuple[str, ...]:
+def split_list(given: Iterable[object]) -> tuple[str, ...]:
     """Words given one by one or separated by commas."""
     return tuple(w for word in given for part in str(word).split(",") if (w := part.strip()))
 
@@ -51,7 +51,7 @@ def words_of(given: Iterable[object]) -> tuple[str, ...]:
 class Excluded:
     """Words that name rows, and which of them have named any so far; `key` is where they were said."""
 
-    words: tuple[str, ...]
+    names: tuple[str, ...]
     key: str
     file: Path | None = None
     used: set[str] = field(default_factory=set)
@@ -60,13 +60,13 @@ class Excluded:
     def rows(self, table: CsvTable, ids: Sequence[str] | None) -> Bools:
         """Which rows of a table are named, (k,); `ids` are those of the configurations where the file has them."""
         out = np.zeros(len(table), dtype=bool)
-        if not self.words:
+        if not self.names:
             return out
         names = np.array(ids if ids is not None else [""] * len(table), dtype=object)
         numbers = np.array([int(n) if str(n).isdecimal() else -1 for n in names])
         self.known += [*dict.fromkeys(map(str, names[names != ""])), *(f"{table.path.name}:{n}" for n in table.lines)]
-        for word in self.words:
-            hit = _named(word, table, names, numbers)
+        for word in self.names:
+            hit = _match_rows(word, table, names, numbers)
             if hit.any():
                 self.used.add(word)
             out |= hit
@@ -74,7 +74,7 @@ class Excluded:
 
     def finish(self) -> None:
         """Raises FormatError for a word that named no row of any file."""
-        for word in self.words:
+        for word in self.names:
             if word not in self.used:
                 raise FormatError(
                     "this names no row", file=self.file, key=self.key, found=word,
@@ -83,7 +83,7 @@ class Excluded:
                 )  # fmt: skip
 
 
-def _named(word: str, table: CsvTable, names: NDArray[np.object_], numbers: Ints) -> Bools:
+def _match_rows(word: str, table: CsvTable, names: NDArray[np.object_], numbers: Ints) -> Bools:
     """The rows that one word names, (k,)."""
     same = np.asarray(names == word, dtype=bool)
     if same.any():

@@ -20,7 +20,7 @@ def ply_text(vertices: ArrayLike, faces: ArrayLike) -> str:
 
     Raises ModelError for coordinates that are not finite and for faces that name no vertex.
     """
-    points, corners = _checked(vertices, faces)
+    points, corners = _check_mesh(vertices, faces)
     head = [
         "ply", "format ascii 1.0", "comment made by robocal; coordinates in m",
         f"element vertex {len(points)}", "property double x", "property double y", "property double z",
@@ -33,7 +33,7 @@ def ply_text(vertices: ArrayLike, faces: ArrayLike) -> str:
 def stl_bytes(vertices: ArrayLike, faces: ArrayLike) -> bytes:
     """The bytes of a binary STL file, 84 + 50 f of them, from the same; a normal is that of its corners, and zero for a
     triangle without area. Single precision, as the format has it. Raises ModelError as `ply_text` does."""
-    points, corners = _checked(vertices, faces)
+    points, corners = _check_mesh(vertices, faces)
     x = points[corners]
     across = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
     size = np.linalg.norm(across, axis=1, keepdims=True)
@@ -43,7 +43,7 @@ def stl_bytes(vertices: ArrayLike, faces: ArrayLike) -> bytes:
     return HEADER.ljust(80) + len(corners).to_bytes(4, "little") + out.tobytes()
 
 
-def _checked(vertices: ArrayLike, faces: ArrayLike) -> tuple[Array, Ints]:
+def _check_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[Array, Ints]:
     points, corners = np.asarray(vertices, float), np.asarray(faces)
     corners = corners.astype(np.int64) if corners.size else np.zeros((0, 3), np.int64)
     if points.ndim != 2 or points.shape[1:] != (3,) or not np.isfinite(points).all():

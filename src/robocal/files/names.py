@@ -16,9 +16,9 @@ from typing import Any
 
 from robocal.errors import CONTROL
 
-__all__ = ["SAID", "harmless", "meant", "strange_character", "strange_part"]
+__all__ = ["FORBIDDEN", "forbidden_character", "forbidden_part", "harmless", "meant"]
 
-SAID = "a control character or line break inside a name or text"
+FORBIDDEN = "a control character or line break inside a name or text"
 FREE_TEXT = ("source", "provenance")  # keys whose texts may have several lines
 _BUT_LINES = re.compile(CONTROL.pattern.replace(r"\x00-\x1f", r"\x00-\x08\x0b\x0c\x0e-\x1f"))
 _SUSPECT = frozenset("'=+@-")  # what a cell begins with that is worth a look
@@ -26,24 +26,24 @@ _FORMULA = re.compile("'*[=+@-]")
 _MEANT = re.compile("'+[=+@-]")
 
 
-def strange_character(text: str, *, lines: bool = False) -> re.Match[str] | None:
+def forbidden_character(text: str, *, lines: bool = False) -> re.Match[str] | None:
     """The first character that no name may have; with `lines`, line breaks and tabs may stand."""
     return (_BUT_LINES if lines else CONTROL).search(text)
 
 
-def strange_part(data: Any) -> tuple[str, str] | None:
+def forbidden_part(data: Any) -> tuple[str, str] | None:
     """Of plain mappings, lists and texts, the key and the text in which such a character stands."""
     stack: list[tuple[str, Any, bool]] = [("", data, False)]
     while stack:
         at, value, lines = stack.pop()
         if isinstance(value, dict):
             for key, part in value.items():
-                if strange_character(key):
+                if forbidden_character(key):
                     return at, key
                 stack.append((f"{at}.{key}" if at else key, part, lines or key in FREE_TEXT))
         elif isinstance(value, list):
             stack += [(f"{at}[{i}]", part, lines) for i, part in enumerate(value) if not isinstance(part, int | float)]
-        elif isinstance(value, str) and strange_character(value, lines=lines):
+        elif isinstance(value, str) and forbidden_character(value, lines=lines):
             return at, value
     return None
 

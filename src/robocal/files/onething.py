@@ -15,7 +15,7 @@ from robocal.measure.data import DataSet, Frame, Observations
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["UNSAID", "distances_told", "one_thing", "refuse_again", "untouched"]
+__all__ = ["UNSAID", "new_distances", "one_thing", "refuse_again", "target_remarks"]
 
 UNSAID = "unsaid"  # the option of a number of which its file says no more than the name
 NUMBERS = ("values", "free")
@@ -23,7 +23,7 @@ NUMBERS = ("values", "free")
 
 def one_thing(data: DataSet) -> DataSet:
     """The data with what is said of a name in any file said of it in all; who contradicts whom is not decided here."""
-    said = {f.name: f for obs in data.observations for f in _frames(obs) if f.said}
+    said = {f.name: f for obs in data.observations for f in _frames(obs) if f.described}
     numbers = {
         key: {k: obs.options[k] for k in NUMBERS if k in obs.options}
         for obs in data.observations
@@ -32,11 +32,13 @@ def one_thing(data: DataSet) -> DataSet:
     }
     renewed = []
     for obs in data.observations:
-        options = {k: _known(v, said) for k, v in obs.options.items() if k != UNSAID}
+        options = {k: _resolve_frames(v, said) for k, v in obs.options.items() if k != UNSAID}
         for key in _owners(obs) if UNSAID in obs.options else ():
             options |= numbers.get(key, {})
-        frame = None if obs.frame is None else said.get(obs.frame.name, obs.frame) if not obs.frame.said else obs.frame
-        targets = tuple(f if f.said else said.get(f.name, f) for f in obs.targets)
+        frame = (
+            None if obs.frame is None else said.get(obs.frame.name, obs.frame) if not obs.frame.described else obs.frame
+        )
+        targets = tuple(f if f.described else said.get(f.name, f) for f in obs.targets)
         renewed.append(replace(obs, frame=frame, targets=targets, options=options))
     return DataSet(data.configurations, tuple(renewed))
 
@@ -49,12 +51,12 @@ def _frames(obs: Observations) -> Iterator[Frame]:
         yield from (v for v in (value if isinstance(value, tuple) else (value,)) if isinstance(v, Frame))
 
 
-def _known(value: object, said: dict[str, Frame]) -> object:
+def _resolve_frames(value: object, said: dict[str, Frame]) -> object:
     """A frame, or several, as whoever describes them does."""
     if isinstance(value, Frame):
-        return value if value.said else said.get(value.name, value)
+        return value if value.described else said.get(value.name, value)
     if isinstance(value, tuple) and value and all(isinstance(v, Frame) for v in value):
-        return tuple(_known(v, said) for v in value)
+        return tuple(_resolve_frames(v, said) for v in value)
     return value
 
 
@@ -63,7 +65,7 @@ def _owners(obs: Observations) -> Iterator[tuple[str, str]]:
     return ((k, v) for k, v in obs.options.items() if k in ("radius", "length", "zero") and isinstance(v, str))
 
 
-def untouched(data: DataSet, described: Mapping[str, Path]) -> tuple[Remark, ...]:
+def target_remarks(data: DataSet, described: Mapping[str, Path]) -> tuple[Remark, ...]:
     """A remark on each file that describes places or targets which no row is about; `described` says which file does."""
     seen = {obs.targets[i].name for obs in data.observations if obs.target is not None for i in np.unique(obs.target)}
     seen |= {f.name for obs in data.observations if obs.rows is not None for f in _frames(obs) if f not in obs.targets}
@@ -75,7 +77,7 @@ def untouched(data: DataSet, described: Mapping[str, Path]) -> tuple[Remark, ...
     return tuple(Remark.of(Code.PLACES_UNTOUCHED, file=str(f), names=tuple(names[:SHOWN])) for f, names in idle.items())
 
 
-def distances_told(data: DataSet) -> DataSet:
+def new_distances(data: DataSet) -> DataSet:
     """The data without distances between places that tell nothing: those that were said before, since they are of a drawing
     and no second reading, and those to a place which is free and is touched nowhere."""
     joints = data.configurations.joints

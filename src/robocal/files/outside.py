@@ -38,7 +38,7 @@ def discreet(read: Callable[Concatenate[F, P], R]) -> Callable[Concatenate[F, P]
                 error.message,
                 file=error.file,
                 row=error.row,
-                column=error.column if _asked(error.column, place) else None,
+                column=error.column if _names_column(error.column, place) else None,
                 expected=f"what {place.name} describes; what it says is not repeated, for it lies outside that folder",
             ) from None
 
@@ -52,7 +52,7 @@ def _outside(table: Path, described: Path) -> bool:
         return True
 
 
-def _asked(column: str | int | None, described: Path) -> bool:
+def _names_column(column: str | int | None, described: Path) -> bool:
     """Whether the describing file itself names a column; a header of the table is what the table says."""
     try:
         return isinstance(column, int) or (column is not None and column in described.read_text(encoding="utf-8"))

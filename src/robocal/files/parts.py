@@ -11,7 +11,17 @@ from robocal.files.text import InputFile
 from robocal.remarks.remark import Remark as Said
 
 __all__ = [
-    "SCHEMA", "CableDocument", "Document", "InputHash", "Made", "Number", "Remark", "RowsLeftOut", "hashes", "kept", "made_by",
+    "SCHEMA",
+    "CableDocument",
+    "Document",
+    "InputHash",
+    "Number",
+    "Origin",
+    "RemarkPart",
+    "RowsLeftOut",
+    "hashes",
+    "provenance_of",
+    "unique_remarks",
 ]  # fmt: skip
 
 SCHEMA = 2  # of documents that only people and their programs read: a key has no unit in its name, the unit stands beside the number
@@ -20,7 +30,7 @@ Number: TypeAlias = float | None  # null, where there is no number
 
 
 @dataclass(frozen=True, kw_only=True)
-class Remark:
+class RemarkPart:
     """What is said, as data: its code, its sentence, what to do about it, and its numbers by name."""
 
     code: str
@@ -29,14 +39,14 @@ class Remark:
     numbers: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, said: Said) -> Remark:
+    def of(cls, said: Said) -> RemarkPart:
         """What a file keeps of a remark."""
         return cls(**said.document)
 
 
-def kept(remarks: Iterable[Said]) -> list[Remark]:
+def unique_remarks(remarks: Iterable[Said]) -> list[RemarkPart]:
     """What a file keeps of remarks, each once."""
-    return [Remark.of(r) for r in dict.fromkeys(remarks)]
+    return [RemarkPart.of(r) for r in dict.fromkeys(remarks)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +58,7 @@ class InputHash:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Made:
+class Origin:
     """What made a document."""
 
     version: str
@@ -61,9 +71,9 @@ def hashes(inputs: Iterable[InputFile]) -> list[InputHash]:
     return [InputHash(file=str(i.file), sha256=i.sha256) for i in inputs]
 
 
-def made_by(command: str, inputs: Iterable[InputFile]) -> Made:
+def provenance_of(command: str, inputs: Iterable[InputFile]) -> Origin:
     """What makes a document: this version, by a command, of these files."""
-    return Made(version=__version__, command=command, inputs=hashes(inputs))
+    return Origin(version=__version__, command=command, inputs=hashes(inputs))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +92,7 @@ class CableDocument(Document):
     robot: str
     cables: tuple[str, ...]
     assumed: tuple[str, ...]
-    provenance: Made
+    provenance: Origin
 
 
 @dataclass(frozen=True, kw_only=True)

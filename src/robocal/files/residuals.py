@@ -7,7 +7,7 @@ from typing import Any
 
 from robocal.errors import FormatError
 from robocal.files.csvtable import CsvTable, read_csv
-from robocal.files.run import RESIDUAL_COLUMNS
+from robocal.files.run_documents import RESIDUAL_COLUMNS
 
 __all__ = ["read_residuals"]
 

@@ -12,24 +12,24 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 from robocal.errors import FormatError
-from robocal.files.evidence import (
-    Beyond,
+from robocal.files.evidence_parts import (
     Comparison,
     GroupTried,
     LayerSummary,
     Linearity,
+    NongeometricGroup,
     OffsetsAlone,
-    Outlier,
+    OutlierRow,
     Prediction,
-    Scale,
+    ScaleSummary,
     WorkingRange,
 )
-from robocal.files.names import SAID, strange_part
-from robocal.files.parts import InputHash, Number, Remark, RowsLeftOut
+from robocal.files.names import FORBIDDEN, forbidden_part
+from robocal.files.parts import InputHash, Number, RemarkPart, RowsLeftOut
 from robocal.files.plain import json_text, plain
 from robocal.files.text import read_json
 from robocal.prove.statistics import Coverage, Stages, Statistic
-from robocal.quantities import Amount, OwnUnit, ShownUnit, Value
+from robocal.quantities import Amount, DisplayUnit, OwnUnit, Value
 
 __all__ = [
     "AngleResiduals",
@@ -37,23 +37,23 @@ __all__ = [
     "CombinationTerm",
     "Correlation",
     "Coverage",
-    "Fit",
-    "Group",
-    "Identifiability",
+    "FitReport",
+    "IdentifiabilitySummary",
     "InputHash",
     "Linearity",
     "Observability",
     "OffsetsAlone",
-    "Outlier",
+    "OutlierRow",
     "ParameterResult",
     "Prediction",
     "Provenance",
-    "Remark",
-    "Residuals",
+    "RemarkPart",
+    "ResidualSummary",
     "Result",
     "RobotSummary",
-    "Scale",
-    "Split",
+    "ScaleSummary",
+    "SensorGroup",
+    "SplitSummary",
     "Statistic",
     "Verdict",
     "WorkingRange",
@@ -81,7 +81,7 @@ class Verdict:
     status: Literal["improved", "not_improved", "refused"]
     region: Literal["measured", "working"] | None = None
     reasons: list[str] = field(default_factory=list)
-    remarks: list[Remark] = field(default_factory=list)
+    remarks: list[RemarkPart] = field(default_factory=list)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,7 +106,7 @@ class ParameterResult:
     status: Literal["identified", "prior", "dropped", "fixed"]
     data_share: Number = None
     note: str = ""
-    remarks: list[Remark] = field(default_factory=list)
+    remarks: list[RemarkPart] = field(default_factory=list)
     interval: tuple[Value | None, Value | None] | None = None
     bootstrap: tuple[Value | None, Value | None] | None = None
     expected: Amount | None = None
@@ -141,7 +141,7 @@ class Observability:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Identifiability:
+class IdentifiabilitySummary:
     """What the data can tell."""
 
     rank: int
@@ -163,14 +163,14 @@ class AngleResiduals(Stages):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Residuals(AngleResiduals):
+class ResidualSummary(AngleResiduals):
     """Position errors; before is the nominal model with instrument and tool fitted, constant is predicting the mean."""
 
     angle: AngleResiduals | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
-class Group:
+class SensorGroup:
     """One sensor's share of the fit."""
 
     name: str
@@ -179,13 +179,13 @@ class Group:
     dof: Number = None
     chi2: Number = None
     rms: Amount | None = None
-    unit: ShownUnit = ""
+    unit: DisplayUnit = ""
     sigma: Amount | None = None
     sigma_source: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fit:
+class FitReport:
     """How the solver came to its end."""
 
     iterations: int
@@ -193,12 +193,12 @@ class Fit:
     history: list[Number] = field(default_factory=list)
     chi2: Number = None
     dof: Number = None
-    groups: list[Group] = field(default_factory=list)
+    groups: list[SensorGroup] = field(default_factory=list)
     sigma_source: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Split:
+class SplitSummary:
     """Which configurations were fitted and which were held out, by id; embargoed ones share a place with held-out ones
     and are neither. how: what the verdict rests on."""
 
@@ -245,23 +245,23 @@ class Result:
     method: str
     verdict: Verdict
     parameters: list[ParameterResult]
-    identifiability: Identifiability
-    residuals: Residuals
+    identifiability: IdentifiabilitySummary
+    residuals: ResidualSummary
     prediction: Prediction | None = None
     working_range: WorkingRange | None = None
-    scale: Scale | None = None
+    scale: ScaleSummary | None = None
     linearity: Linearity | None = None
     comparison: Comparison | None = None
-    outliers: list[Outlier] = field(default_factory=list)
-    fit: Fit
-    split: Split = Split()
+    outliers: list[OutlierRow] = field(default_factory=list)
+    fit: FitReport
+    split: SplitSummary = SplitSummary()
     groups_tried: list[GroupTried] = field(default_factory=list)
-    beyond: list[Beyond] = field(default_factory=list)
+    beyond: list[NongeometricGroup] = field(default_factory=list)
     layer: LayerSummary | None = None
     offsets: OffsetsAlone | None = None
     correlation: Correlation = Correlation()
     warnings: list[str] = field(default_factory=list)
-    remarks: list[Remark] = field(default_factory=list)
+    remarks: list[RemarkPart] = field(default_factory=list)
     provenance: Provenance
     files: dict[str, str] | None = None  # SHA-256 of the other files of the run folder, report.html aside
 
@@ -291,12 +291,12 @@ def read_result(path: str | os.PathLike[str]) -> Result:
         raise FormatError(
             "this is not a result", file=source.path, key="robocal", found=data.get("robocal"), expected="1"
         )
-    if (strange := strange_part(data)) is not None:
-        raise FormatError(SAID, file=source.path, key=strange[0], found=strange[1])
+    if (strange := forbidden_part(data)) is not None:
+        raise FormatError(FORBIDDEN, file=source.path, key=strange[0], found=strange[1])
     from robocal.files.schema import validate  # pydantic: for reading alone
-    from robocal.files.yamlio import Document
+    from robocal.files.yamlio import YamlDocument
 
-    return validate(Result, Document(source.path, source.text, source.sha256, plain(data)))
+    return validate(Result, YamlDocument(source.path, source.text, source.sha256, plain(data)))
 
 
 if __name__ == "__main__":

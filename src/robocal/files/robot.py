@@ -20,14 +20,14 @@ from pydantic import Field, FiniteFloat
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
-from robocal.files.frames import frame_changes, frame_vector
-from robocal.files.rows import changes, read_row, show_row
-from robocal.files.schema import FrameModel, Model, UnitsModel, Version, validate
+from robocal.files.frame_block import frame_changes, frame_vector
+from robocal.files.robot_rows import changes, read_row, show_row
+from robocal.files.schema import FileModel, FrameModel, UnitsModel, Version, validate
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.units import UNITS, Unit, Units, number, parse_unit, same
-from robocal.files.unstated import completed, unstated_remarks
-from robocal.files.yamlio import Document, Path_, edit, parse, quoted, stamped
-from robocal.parameters import Table
+from robocal.files.unstated import complete_rows, missing_key_remarks
+from robocal.files.yamlio import Path_, YamlDocument, add_stamp, edit, parse, quote
+from robocal.parameters import ParameterTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -83,7 +83,7 @@ class Robot:
         return self.units.of(self.chain.table[name].unit)
 
 
-class CalibrateModel(Model):
+class CalibrateModel(FileModel):
     """What is to be identified: groups (symbols, owners) or single names. Of parameters that the data cannot tell apart,
     those in `prefer` are kept, the first named before the others."""
 
@@ -94,7 +94,7 @@ class CalibrateModel(Model):
     bounds: dict[str, list[FiniteFloat]] = Field(default_factory=dict)
 
 
-class RobotModel(Model):
+class RobotModel(FileModel):
     """robot.yaml as a mapping; its joints are checked against their convention afterwards."""
 
     robocal: Version
@@ -160,18 +160,18 @@ def parse_robot(source: Source) -> Robot:
     try:
         arm = chain(model.name, model.convention, made, **frames, home=home, source=model.source or "", meta=meta)
         if document.data.get("groups") is not None:
-            from robocal.files.groups import read_groups
+            from robocal.files.group_block import read_groups
 
             arm = read_groups(arm, document, units)
         table = _calibrate(arm, model, units, document)
     except ModelError as error:
-        raise _located(error, document, made) from None
+        raise _locate_error(error, document, made) from None
     arm = replace(arm, table=table)
-    warnings = (*unstated_remarks(model.joints, rule, document), *_doubts(arm, units, document))
+    warnings = (*missing_key_remarks(model.joints, rule, document), *_doubts(arm, units, document))
     return Robot(arm, units, source.path, source.text, source.sha256, warnings=warnings)
 
 
-def read_units(model: UnitsModel, document: Document, at: Path_ = ("units",)) -> Units:
+def read_units(model: UnitsModel, document: YamlDocument, at: Path_ = ("units",)) -> Units:
     """units: {length, angle} as units. Raises FormatError with the nearest name."""
     found = []
     for word, si in (("length", "m"), ("angle", "rad")):
@@ -181,7 +181,7 @@ def read_units(model: UnitsModel, document: Document, at: Path_ = ("units",)) ->
     return Units(*found)
 
 
-def _calibrate(arm: Chain, model: RobotModel, units: Units, document: Document) -> Table:
+def _calibrate(arm: Chain, model: RobotModel, units: Units, document: YamlDocument) -> ParameterTable:
     """The table with its free flags, priors and bounds."""
     wanted = model.calibrate or CalibrateModel()
     table = arm.table
@@ -231,14 +231,14 @@ def _calibrate(arm: Chain, model: RobotModel, units: Units, document: Document) 
                     expected=f"bounds around {number(nominal)}",
                 )
         low, high = ({n: units.of(table[n].unit).to_si(v) for n in names} for v in pair)
-        table = Table(
+        table = ParameterTable(
             tuple(replace(p, lower=low[p.name], upper=high[p.name]) if p.name in low else p for p in table.rows),
             table.together,
         )
     return table
 
 
-def _match(table: Table, word: str, at: Path_, document: Document) -> tuple[str, ...]:
+def _match(table: ParameterTable, word: str, at: Path_, document: YamlDocument) -> tuple[str, ...]:
     """Names that a word selects; a bare symbol speaks of joints only, never of base, home or tool."""
     owners = {n.rpartition(".")[0] for n in table.names}
     try:
@@ -252,7 +252,7 @@ def _match(table: Table, word: str, at: Path_, document: Document) -> tuple[str,
     return tuple(n for n in hits if n.rpartition(".")[0] not in ("base", "home", "tool")) or hits
 
 
-def _located(error: ModelError, document: Document, made: Sequence[Mapping[str, object]]) -> FormatError:
+def _locate_error(error: ModelError, document: YamlDocument, made: Sequence[Mapping[str, object]]) -> FormatError:
     """A complaint of the model, with the file and the line of the joint that it names."""
     path: Path_ = ()
     for i, row in enumerate(made):
@@ -262,7 +262,7 @@ def _located(error: ModelError, document: Document, made: Sequence[Mapping[str, 
     return error.of_file(document.path, row=document.row(path))
 
 
-def _doubts(arm: Chain, units: Units, document: Document) -> tuple[Remark, ...]:
+def _doubts(arm: Chain, units: Units, document: YamlDocument) -> tuple[Remark, ...]:
     """Values that are possible but look like another unit."""
     out = []
     reach = sum(abs(p.value) for p in arm.table.rows if p.unit == "m" and p.name in arm.geometric)
@@ -296,19 +296,19 @@ def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[
     given = document.data["joints"]
     for i, (old, new) in enumerate(zip(rows(robot.chain), rows(after), strict=True)):
         out.update({("joints", i, *p): v for p, v in changes(old, new, given[i], rule, robot.units).items()})
-    out.update(completed(given, out, rule))
+    out.update(complete_rows(given, out, rule))
     for owner in ("base", "home", "tool"):
         names = [n for n in robot.chain.table.names if n.rpartition(".")[0] == owner]
         if any(n in changed for n in names):
             vector = np.array([after.table[n].value for n in names])
             out.update(frame_changes(document.data, owner, vector, robot.units))
     if after.groups:
-        from robocal.files.groups import group_changes
+        from robocal.files.group_block import group_changes
 
         out.update(group_changes(document, after, robot.units))
     text = edit(robot.text, out, robot.path)
     origin = robot.path.name if robot.path else f"the catalogue's {robot.name}"
-    return stamped(text, origin, len(changed)), ()
+    return add_stamp(text, origin, len(changed)), ()
 
 
 def describe(arm: Chain, units: Units | None = None, *, comment: str = "", calibrate: bool = True) -> str:
@@ -317,7 +317,7 @@ def describe(arm: Chain, units: Units | None = None, *, comment: str = "", calib
     units = units or Units()
     rule = CONVENTIONS[arm.convention]
     lines = [f"# {line}" for line in comment.splitlines()]
-    lines += ["robocal: 1", f"name: {quoted(arm.name)}", "kind: arm"]
+    lines += ["robocal: 1", f"name: {quote(arm.name)}", "kind: arm"]
     lines += [f"units: {{length: {units.length.name}, angle: {units.angle.name}}}"]
     lines += [f"convention: {arm.convention}    # {rule.formula}", "joints:"]
     for i, row in enumerate(rows(arm), start=1):
@@ -333,13 +333,13 @@ def describe(arm: Chain, units: Units | None = None, *, comment: str = "", calib
     if calibrate:
         symbols = list(dict.fromkeys(n.rpartition(".")[2] for n in arm.usual if not n.startswith("tool.")))
         if symbols:
-            example = quoted(f"{arm.joint_names[-1]}.{symbols[0]}")
+            example = quote(f"{arm.joint_names[-1]}.{symbols[0]}")
             hint = f"# symbols, joints or single names such as {example}"
-            lines.append(f"calibrate: {{free: [{', '.join(quoted(s) for s in symbols)}]}}    {hint}")
+            lines.append(f"calibrate: {{free: [{', '.join(quote(s) for s in symbols)}]}}    {hint}")
     if arm.groups:
-        from robocal.files.groups import group_lines
+        from robocal.files.group_block import group_lines
 
         lines += group_lines(arm, units)
     if arm.source:
-        lines.append(f"source: {quoted(arm.source)}")
+        lines.append(f"source: {quote(arm.source)}")
     return "\n".join(lines) + "\n"

@@ -49,7 +49,7 @@ class Run:
         return next((place for name in ROBOTS if (place := self.part(name))), None)
 
     @property
-    def doubts(self) -> tuple[Remark, ...]:
+    def remarks(self) -> tuple[Remark, ...]:
         """What is to be said of the folder."""
         return () if self.recorded is not None else (Remark.of(Code.RUN_UNRECORDED, run=str(self.folder)),)
 

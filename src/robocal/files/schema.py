@@ -22,15 +22,15 @@ from pydantic import (
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from robocal.errors import nearest
-from robocal.files.names import strange_character
-from robocal.files.yamlio import Document, Path_
+from robocal.files.names import forbidden_character
+from robocal.files.yamlio import Path_, YamlDocument
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = [
     "Columns",
+    "FileModel",
     "FrameModel",
     "Free",
-    "Model",
     "Name",
     "Triple",
     "UnitsModel",
@@ -51,14 +51,14 @@ def refuse(message: str, *, found: object = None, expected: object = None, sugge
     )
 
 
-class Model(BaseModel):
+class FileModel(BaseModel):
     """A mapping of a file: unknown keys are refused and named, numbers are not made from texts."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     @model_validator(mode="before")
     @classmethod
-    def _known_keys(cls, data: Any) -> Any:
+    def _check_keys(cls, data: Any) -> Any:
         if isinstance(data, dict):
             for key in data:
                 if key not in cls.model_fields:
@@ -93,7 +93,7 @@ def adapter(kind: type[T]) -> TypeAdapter[T]:
     return _ADAPTERS[kind]
 
 
-def validate(kind: type[T], document: Document, data: Any = None, at: Path_ = ()) -> T:
+def validate(kind: type[T], document: YamlDocument, data: Any = None, at: Path_ = ()) -> T:
     """The model or dataclass of a document, or of its part `data` at a key path. Raises FormatError for the first fault."""
     try:
         return adapter(kind).validate_python(document.data if data is None else data)
@@ -117,7 +117,7 @@ def _likeliest(faults: list[ErrorDetails]) -> ErrorDetails:
     return first
 
 
-def _explain(fault: ErrorDetails, document: Document, at: Path_) -> NoReturn:
+def _explain(fault: ErrorDetails, document: YamlDocument, at: Path_) -> NoReturn:
     path = (*at, *_place(fault))
     context, kind, found = fault.get("ctx", {}), fault["type"], fault.get("input")
     if isinstance(context.get("error"), ValidationError):
@@ -158,7 +158,7 @@ Version = Annotated[Any, BeforeValidator(_version)]
 
 
 def _name(value: str) -> str:
-    if not value.strip() or any(c in value for c in ".,;:\"'") or value != value.strip() or strange_character(value):
+    if not value.strip() or any(c in value for c in ".,;:\"'") or value != value.strip() or forbidden_character(value):
         refuse("not a usable name", found=value, expected="a word without dots, commas, quotes or outer spaces")
     return value
 
@@ -208,14 +208,14 @@ def _free(value: Any) -> Any:
 Free = Annotated[Any, BeforeValidator(_free)]
 
 
-class UnitsModel(Model):
+class UnitsModel(FileModel):
     """units: {length, angle}."""
 
     length: str
     angle: str
 
 
-class FrameModel(Model):
+class FrameModel(FileModel):
     """A frame: xyz with a rotation vector or roll-pitch-yaw, and what of it is free."""
 
     xyz: Triple | None = None
@@ -235,7 +235,7 @@ class FrameModel(Model):
         return any(v is not None for v in (self.xyz, self.rotation_vector, self.rpy))
 
     @property
-    def said(self) -> bool:
+    def has_details(self) -> bool:
         """Whether more is stated than a name."""
         return bool(self.model_fields_set - {"name"})
 

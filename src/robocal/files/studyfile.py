@@ -16,10 +16,10 @@ from robocal.estimate.criteria import CRITERIA
 from robocal.estimate.losses import LOSSES
 from robocal.files.cable.caspr import CABLES, bodies_of
 from robocal.files.plain import json_text
-from robocal.files.schema import Model, Version, validate
+from robocal.files.schema import FileModel, Version, validate
 from robocal.files.text import read_text
 from robocal.files.units import parse_quantity
-from robocal.files.yamlio import Document, parse
+from robocal.files.yamlio import YamlDocument, parse
 
 __all__ = ["Point", "Study", "read_study"]
 
@@ -29,7 +29,7 @@ MOST = 500  # poses that are planned
 HELD_OUT = 0.5  # share of the configurations that `identify` holds out at most
 
 
-class PosesModel(Model):
+class PosesModel(FileModel):
     """Poses of one calibration: a list, or so many at random about the middle, up to `shift` and `turn` in every component.
 
     Those of an arm lie within its joint limits, and may be chosen as `plan` does; `tests` lists where it has to be accurate.
@@ -44,7 +44,7 @@ class PosesModel(Model):
     tests: str | None = None
 
 
-class NoiseModel(Model):
+class NoiseModel(FileModel):
     """Standard deviations, and whether the data file of an arm states them."""
 
     length: str | None = None
@@ -53,7 +53,7 @@ class NoiseModel(Model):
     stated: bool = True
 
 
-class BiasModel(Model):
+class BiasModel(FileModel):
     """Constant errors: of every length, and of the position and the orientation (a small rotation in front) `along` a direction in base
     axes."""
 
@@ -63,7 +63,7 @@ class BiasModel(Model):
     along: list[float] = [1.0, 1.0, 1.0]  # noqa: RUF012
 
 
-class ErrorsModel(Model):
+class ErrorsModel(FileModel):
     """How far true robots are from the nominal one: standard deviations of lengths and angles, of the joints or of the tool too."""
 
     length: str = "0.3 mm"
@@ -71,7 +71,7 @@ class ErrorsModel(Model):
     tool: bool = False
 
 
-class OptionsModel(Model):
+class OptionsModel(FileModel):
     """Options of `identify`."""
 
     loss: str = "none"
@@ -79,14 +79,14 @@ class OptionsModel(Model):
     hold_out: float | None = None
 
 
-class GrossModel(Model):
+class GrossModel(FileModel):
     """So large a share of the configurations has an error of this size in a random direction."""
 
     share: float = 0.0
     size: str = "5 mm"
 
 
-class StudyModel(Model):
+class StudyModel(FileModel):
     """study.yaml."""
 
     robocal: Version
@@ -208,7 +208,7 @@ def _words(value: Any) -> str:
     return ", ".join(f"{k} {v}" for k, v in value.items()) if isinstance(value, dict) else str(value)
 
 
-def _apart(names: list[str], chosen: dict[str, Any], name: str, document: Document) -> None:
+def _apart(names: list[str], chosen: dict[str, Any], name: str, document: YamlDocument) -> None:
     """Raises FormatError where a value of the sweep already says what another key of it varies."""
     *way, last = name.split(".")
     for i in range(1, len(way) + 1):
@@ -219,7 +219,7 @@ def _apart(names: list[str], chosen: dict[str, Any], name: str, document: Docume
             document.fail("a value is given twice", ("sweep", name), found=".".join(way[:i]), expected="each once")
 
 
-def _put(raw: dict[str, Any], name: str, value: Any, document: Document) -> None:
+def _put(raw: dict[str, Any], name: str, value: Any, document: YamlDocument) -> None:
     """Sets the value at a key path such as `poses.count`."""
     at = raw
     *way, last = name.split(".")
@@ -234,7 +234,7 @@ def _put(raw: dict[str, Any], name: str, value: Any, document: Document) -> None
     at[last] = copy.deepcopy(value)  # another key of the sweep may vary what is within
 
 
-def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tuple[str, Any], ...]:
+def _settings(raw: dict[str, Any], document: YamlDocument, path: Path) -> tuple[tuple[str, Any], ...]:
     model = validate(StudyModel, document, raw)
     for key in FOREIGN[model.of]:
         part, _, name = key.partition(".")
@@ -277,7 +277,7 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
     return tuple(out.items())
 
 
-def _able(model: StudyModel, document: Document) -> None:
+def _able(model: StudyModel, document: YamlDocument) -> None:
     """Raises FormatError for options that no identification of a study has."""
     options = model.options
     for name, found, known in (("method", options.method, METHODS), ("loss", options.loss, tuple(LOSSES))):
@@ -288,7 +288,7 @@ def _able(model: StudyModel, document: Document) -> None:
         document.fail("a share", ("options", "hold_out"), found=share, expected=f"0 to {HELD_OUT}")
 
 
-def _outputs(model: StudyModel, document: Document) -> tuple[str, ...]:
+def _outputs(model: StudyModel, document: YamlDocument) -> tuple[str, ...]:
     """Raises FormatError for outputs that no trial has."""
     usual, more = OUTPUTS[model.of]
     chosen = usual if model.outputs is None else tuple(model.outputs)
@@ -301,7 +301,7 @@ def _outputs(model: StudyModel, document: Document) -> tuple[str, ...]:
     return chosen
 
 
-def _plannable(model: StudyModel, document: Document) -> None:
+def _plannable(model: StudyModel, document: YamlDocument) -> None:
     """Raises FormatError for poses that `plan` cannot choose."""
     poses = model.poses
     for key, plain in (("choose", "random"), ("tests", None)):

@@ -20,7 +20,7 @@ from robocal.apply.compensate import STATUS, Compensation, Targets
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError
 from robocal.files import orientation
-from robocal.files.configurations import carried, joint_values, recorded
+from robocal.files.configurations import joint_values, read_recorded, remarks_on_columns
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import OrientationModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, configuration_columns, joint_columns, matrices, vocabulary
@@ -31,11 +31,11 @@ from robocal.files.schema import validate
 from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Unit, Units
 from robocal.files.unread import left_over, unread_remarks
-from robocal.files.yamlio import Document, load
+from robocal.files.yamlio import YamlDocument, load
 from robocal.geometry import so3
 from robocal.quantities import Column, Listing
 
-__all__ = ["TargetFile", "compensated_listing", "read_targets"]
+__all__ = ["TargetFile", "compensation_listing", "read_targets"]
 
 POSITIONS = (("x", "y", "z"), ("px", "py", "pz"))
 TURNS = (
@@ -83,13 +83,16 @@ def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
         files = [InputFile(place, document.sha256)]
     else:
         table, files = read_csv(place), []
-        document = Document(place, "", "", _self_description(table))
+        document = YamlDocument(place, "", "", _self_description(table))
         model = validate(TargetsModel, document)
     made = _targets(model, table, chain, document, tuple(files))
     known = vocabulary(chain)
     # Where a table of measurements serves as targets, what they say of noise and instruments belongs there.
     silent = [n for n in known if n.partition(".")[0] not in READ and n not in chain.joint_names]
-    said = (*carried(model, document), *unread_remarks([left_over(table, (*IDS, *known), (*silent, "rank"))]))
+    said = (
+        *remarks_on_columns(model, document),
+        *unread_remarks([left_over(table, (*IDS, *known), (*silent, "rank"))]),
+    )
     return replace(made, files=(*made.files, InputFile(table.path, table.sha256, said)))
 
 
@@ -112,7 +115,7 @@ def _self_description(table: CsvTable) -> dict[str, Any]:
 
 
 def _targets(
-    model: TargetsModel, table: CsvTable, chain: Chain, document: Document, files: tuple[InputFile, ...]
+    model: TargetsModel, table: CsvTable, chain: Chain, document: YamlDocument, files: tuple[InputFile, ...]
 ) -> TargetFile:
     cartesian = model.position is not None or model.orientation is not None
     q, angle = _joints(model, table, chain, document, needed=not cartesian)
@@ -127,7 +130,7 @@ def _targets(
         if model.orientation is not None:
             rotation = so3.exp(values.value[:, 3:])
             names = _column_names(model.orientation, table)
-    extra, _ = recorded(model, table, chain, document)
+    extra, _ = read_recorded(model, table, chain, document)
     named = "id" in model.configuration
     ids = table.texts(model.configuration["id"].column) if named else tuple(f"row {line}" for line in table.lines)
     units = Units(length, angle or UNITS["deg"])
@@ -146,7 +149,7 @@ def _column_names(model: OrientationModel, table: CsvTable) -> tuple[str, ...]:
 
 
 def _joints(
-    model: TargetsModel, table: CsvTable, chain: Chain, document: Document, *, needed: bool
+    model: TargetsModel, table: CsvTable, chain: Chain, document: YamlDocument, *, needed: bool
 ) -> tuple[Array | None, Unit | None]:
     """Joint values (m, n), where there are any, and the unit of the angles."""
     given = model.joints
@@ -161,7 +164,7 @@ def _joints(
     return joint_values(given, table, chain, document, ("joints",))[:2]
 
 
-def compensated_listing(
+def compensation_listing(
     made: Compensation, file: TargetFile, chain: Chain, notes: Sequence[str], within: Array | None = None
 ) -> Listing:
     """compensated.csv: one row per target, in order; nothing where there is nothing to command. Orientations in the form of the targets,
@@ -180,7 +183,7 @@ def compensated_listing(
     order = (file.orientation.order or "XYZ") if file.orientation else "XYZ"
     intrinsic = file.orientation is None or file.orientation.frame != "extrinsic"
     turn = np.full((len(made.status), len(file.names)), np.nan)
-    some = made.reached
+    some = made.reachable
     if some.any():
         turn[some] = orientation.to_form(made.command[some, :3, :3], form, order, intrinsic=intrinsic)
     angular = form in ("euler", "rotation_vector")

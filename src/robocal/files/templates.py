@@ -14,7 +14,7 @@ from robocal.files.datawrite import table_text
 from robocal.files.kinds.registry import READERS
 from robocal.files.robot import describe
 from robocal.files.units import Units
-from robocal.files.yamlio import quoted
+from robocal.files.yamlio import quote
 from robocal.measure.data import Configurations, DataSet, Observations
 
 __all__ = ["convention_chain", "templates"]
@@ -75,7 +75,7 @@ def templates(
     words = {
         "kind": kind,
         "file": "measurements.csv",
-        "joints": ", ".join(quoted(name) for name in arm.joint_names),
+        "joints": ", ".join(quote(name) for name in arm.joint_names),
         "joint_unit": own[0] if len(set(own)) == 1 else f"[{', '.join(own)}]",
         "length": length,
         "angle": angle,
@@ -84,7 +84,7 @@ def templates(
     near, ball = (units.length.from_si(v) for v in (0.5, 0.015))
     own_keys = READERS[kind].template.format(
         length=length, angle=angle, joint_unit=words["joint_unit"], near=", ".join([f"{near:g}"] * 3), ball=f"{ball:g}",
-        second=", ".join(quoted(f"second.{name}") for name in arm.joint_names),
+        second=", ".join(quote(f"second.{name}") for name in arm.joint_names),
     )  # fmt: skip
     return {
         "robot.yaml": describe(arm, units, comment=comment),

@@ -11,10 +11,10 @@ from typing import Any
 
 from robocal.errors import FileError, FormatError, nearest, reason_of
 from robocal.files.journal import guard
-from robocal.files.names import strange_character
+from robocal.files.names import forbidden_character
 from robocal.remarks.remark import Remark
 
-__all__ = ["Held", "InputFile", "Source", "line_of", "read_bytes", "read_json", "read_text"]
+__all__ = ["InputFile", "MemoryFile", "Source", "line_of", "read_bytes", "read_json", "read_text"]
 
 MEGABYTE = 1 << 20
 FILE_LIMIT = 64 * MEGABYTE
@@ -41,16 +41,16 @@ class InputFile:
     remarks: tuple[Remark, ...] = field(default=(), compare=False)  # what its reader says of it
 
 
-class Held(type(Path())):  # type: ignore[misc]
+class MemoryFile(type(Path())):  # type: ignore[misc]
     """The path of a file that a program holds in memory: it is read like any other, and never looked for on a disk."""
 
-    held: bytes | None = None
+    content: bytes | None = None
 
     @classmethod
-    def of(cls, name: str, text: str) -> Held:
+    def of(cls, name: str, text: str) -> MemoryFile:
         """A text under a name that messages call it by."""
         made = cls(name)
-        made.held = text.encode()
+        made.content = text.encode()
         return made
 
 
@@ -58,8 +58,8 @@ def read_bytes(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT) -> byte
     """The bytes of a file of at most `limit` bytes. Raises FileError when it is missing, a folder, unreadable, too big
     or empty."""
     place = Path(path)
-    if isinstance(path, Held) and path.held is not None:
-        return path.held
+    if isinstance(path, MemoryFile) and path.content is not None:
+        return path.content
     try:
         if place.is_dir():
             raise FileError("this is a folder", file=place, expected="a file")
@@ -107,7 +107,7 @@ def decode(data: bytes, path: object) -> str:
         if "\0" in text:
             row = line_of(text, text.index("\0"))
             raise FileError("a byte 0 inside the text", file=path, row=row, expected="a text file in UTF-8")
-    strange = strange_character(text, lines=True)
+    strange = forbidden_character(text, lines=True)
     if strange is not None:
         row = line_of(text, strange.start())
         raise FormatError(

@@ -14,7 +14,7 @@ from robocal.files.csvtable import CsvTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Unread", "left_over", "named", "near_miss", "unread_remarks"]
+__all__ = ["Unread", "left_over", "near_miss", "remark_unknown_names", "unread_remarks"]
 
 SHOWN = 6  # columns that a sentence names; more are counted
 LOOKED = 200  # columns for which a known name is looked for
@@ -57,10 +57,12 @@ def unread_remarks(found: Iterable[Unread]) -> tuple[Remark, ...]:
             both = tuple(c for c in before.columns if c in one.columns)
             one = Unread(one.file, both, tuple(dict.fromkeys((*before.known, *one.known))))
         files[one.file] = one
-    return tuple(named(Code.COLUMNS_UNREAD, one.file, _guesses(one)) for one in files.values() if one.columns)
+    return tuple(
+        remark_unknown_names(Code.COLUMNS_UNREAD, one.file, _guesses(one)) for one in files.values() if one.columns
+    )
 
 
-def named(code: Code, file: object, found: Mapping[str, str | None]) -> Remark:
+def remark_unknown_names(code: Code, file: object, found: Mapping[str, str | None]) -> Remark:
     """A remark on words of a file that are not read, each with the known one that it looks like; these are named first."""
     found = {word if len(word) <= LONG else f"{word[: LONG - 3]}...": near for word, near in found.items()}
     missed = {word: near for word, near in found.items() if near is not None}

@@ -12,17 +12,17 @@ from typing import Any
 
 from robocal.arms.conventions import Convention
 from robocal.files.units import number
-from robocal.files.yamlio import Document, Path_
+from robocal.files.yamlio import Path_, YamlDocument
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["completed", "unstated", "unstated_remarks"]
+__all__ = ["complete_rows", "find_missing_keys", "missing_key_remarks"]
 
 Row = Mapping[str, Any]
 STILL = ("gain", "offset", "limits")  # of joints that move; a fixed row has none of them
 
 
-def unstated(rows: Sequence[Row], rule: Convention) -> Iterator[tuple[int, tuple[str, ...]]]:
+def find_missing_keys(rows: Sequence[Row], rule: Convention) -> Iterator[tuple[int, tuple[str, ...]]]:
     """The rows, by number, that leave out keys which all others state; `rows` are those of a file.
 
     A fixed row is no measure for joints that move; and the number to which the joint's own value is added is compared
@@ -57,17 +57,17 @@ def _default(rule: Convention, key: str, i: int) -> str:
     return number(float(default)) if isinstance(default, int | float) else str(default)
 
 
-def unstated_remarks(rows: Sequence[Row], rule: Convention, document: Document) -> tuple[Remark, ...]:
+def missing_key_remarks(rows: Sequence[Row], rule: Convention, document: YamlDocument) -> tuple[Remark, ...]:
     """One remark for each joint that leaves out what all others state."""
     out = []
-    for i, keys in unstated(rows, rule):
+    for i, keys in find_missing_keys(rows, rule):
         values = tuple(f"{key}: {_default(rule, key, i)}" for key in keys)
         name = str(rows[i].get("name") or f"j{i + 1}")
         out.append(_remark(document, ("joints", i), f"joint {name}", keys, values))
     return (*out, *_steps(rows, document))
 
 
-def _steps(rows: Sequence[Row], document: Document) -> Iterator[Remark]:
+def _steps(rows: Sequence[Row], document: YamlDocument) -> Iterator[Remark]:
     """The same for the transforms of rows that list them: one without a value is none, but for the joint's own."""
     listed = [
         (("joints", i, "elements", k), step)
@@ -82,17 +82,17 @@ def _steps(rows: Sequence[Row], document: Document) -> Iterator[Remark]:
             yield _remark(document, at, f"element {at[3]} of joint {at[1]}, counted from 0,", (key,), (value,))
 
 
-def _remark(document: Document, at: Path_, joint: str, keys: tuple[str, ...], values: tuple[str, ...]) -> Remark:
+def _remark(document: YamlDocument, at: Path_, joint: str, keys: tuple[str, ...], values: tuple[str, ...]) -> Remark:
     file, row = str(document.path), document.row(at)
     return Remark.of(Code.KEYS_UNSTATED, file=file, row=row, joint=joint, keys=keys, others="all others", values=values)
 
 
-def completed(given: Sequence[Row], made: Mapping[Path_, float | str], rule: Convention) -> dict[Path_, str]:
+def complete_rows(given: Sequence[Row], made: Mapping[Path_, float | str], rule: Convention) -> dict[Path_, str]:
     """The zeros of rows that would be the only ones without a key which a calibration gives to all others."""
-    forgotten = {(i, key) for i, keys in unstated(given, rule) for key in keys}
+    forgotten = {(i, key) for i, keys in find_missing_keys(given, rule) for key in keys}
     after = [dict(row) for row in given]
     for _, i, key, *_rest in (path for path in made if len(path) >= 3):
         if after[int(i)].get(str(key)) is None:
             after[int(i)][str(key)] = 1.0
-    late = [(i, key) for i, keys in unstated(after, rule) for key in keys]
+    late = [(i, key) for i, keys in find_missing_keys(after, rule) for key in keys]
     return {("joints", i, key): _default(rule, key, i) for i, key in late if (i, key) not in forgotten}

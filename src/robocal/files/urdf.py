@@ -18,8 +18,8 @@ from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.text import Source
 from robocal.files.units import number, same
-from robocal.files.unread import named, near_miss
-from robocal.files.unstated import unstated_remarks
+from robocal.files.unread import near_miss, remark_unknown_names
+from robocal.files.unstated import missing_key_remarks
 from robocal.files.urdftree import (
     MOVING,
     RESERVED,
@@ -33,7 +33,7 @@ from robocal.files.urdftree import (
     parse_tree,
     root_of,
 )
-from robocal.files.yamlio import Document, Path_
+from robocal.files.yamlio import Path_, YamlDocument
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -60,7 +60,7 @@ def joint_remarks(joints: Sequence[UrdfJoint], path: Path) -> tuple[Remark, ...]
     for joint in joints:
         _refuse_twice(joint)
         found.update(_unknown(joint))
-    unread = (named(Code.ELEMENTS_UNREAD, path, found),) if found else ()
+    unread = (remark_unknown_names(Code.ELEMENTS_UNREAD, path, found),) if found else ()
     return (*unread, *_absent(joints, path))
 
 
@@ -105,7 +105,7 @@ def _absent(joints: Sequence[UrdfJoint], path: Path) -> Iterator[Remark]:
                 values = tuple(f"{key}: 0" for key in keys)
                 where, name = (str(path), limit.row), f"joint {joint.name}"
                 yield Remark.of(Code.KEYS_UNSTATED, file=where[0], row=where[1], joint=name, keys=keys, values=values)
-    yield from unstated_remarks(rows, CONVENTIONS["urdf"], Document(path, "", "", {}, lines))
+    yield from missing_key_remarks(rows, CONVENTIONS["urdf"], YamlDocument(path, "", "", {}, lines))
 
 
 _ATTRIBUTE = re.compile(rb"([^\s=/>\"']+)\s*=\s*(\"[^\"]*\"|'[^']*')")

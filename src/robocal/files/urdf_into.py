@@ -29,7 +29,7 @@ from robocal.files.robot import Robot, open_robot
 from robocal.files.units import number
 from robocal.files.urdf import edit_urdf
 from robocal.geometry import se3, so3
-from robocal.geometry.path.joints import Joint
+from robocal.geometry.path.path_joints import Joint
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -60,9 +60,9 @@ def urdf_into(
         was = was @ origins[name]
         if name in moving:
             i = moving[name]
-            wanted = _moved(was, own[i], axes[i], points[i])
+            wanted = _align_axis(was, own[i], axes[i], points[i])
             if name == order[-1]:
-                wanted = _turned_to(wanted, axes[i], tool)
+                wanted = _orient_to_tool(wanted, axes[i], tool)
         elif name == last_fixed:
             wanted = tool
         else:
@@ -106,7 +106,7 @@ def _comparable(chain: Chain, urdf: Robot) -> tuple[Array, Array, Array, Array]:
     return axes, points, tool, axes2
 
 
-def _moved(frame: Array, own: Array, axis: Array, point: Array) -> Array:
+def _align_axis(frame: Array, own: Array, axis: Array, point: Array) -> Array:
     """A joint frame whose axis was `own`, turned and shifted by as little as puts it on the calibrated axis."""
     cross = np.cross(own, axis)
     sine = float(np.linalg.norm(cross))
@@ -118,7 +118,7 @@ def _moved(frame: Array, own: Array, axis: Array, point: Array) -> Array:
     return out
 
 
-def _turned_to(frame: Array, axis: Array, tool: Array) -> Array:
+def _orient_to_tool(frame: Array, axis: Array, tool: Array) -> Array:
     """A joint frame that ends the arm, turned about its axis and shifted along it until it is nearest to the tool."""
     m = tool[:3, :3] @ frame[:3, :3].T
     twice = np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])

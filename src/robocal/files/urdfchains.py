@@ -103,7 +103,7 @@ def other_links(robot: Robot, data: DataSet, doubt: Doubt, reread: Reread) -> tu
         if [(o.kind, len(o)) for o in read.observations] != sizes:
             continue
         left = left_of(other.chain, read, doubt)
-        if doubt.met(left):
+        if doubt.explains(left):
             found.append(Other(other, left))
     best = min((f.left for f in found), default=np.inf)
     return tuple(sorted((f for f in found if alike(f.left, best)), key=lambda f: f.left))

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from robocal.errors import FormatError, nearest, one_of
-from robocal.files.names import SAID, strange_character
+from robocal.files.names import FORBIDDEN, forbidden_character
 from robocal.files.text import Source
 
 __all__ = [
@@ -94,8 +94,8 @@ def parse_tree(text: str, path: Path | None) -> Node:
     def begin(tag: str, attributes: dict[str, str]) -> None:
         node = Node(tag, attributes, parser.CurrentByteIndex, parser.CurrentLineNumber, path)
         for name, value in attributes.items():
-            if strange_character(value):
-                node.fail(SAID, key=f"<{tag} {name}>", found=value)
+            if forbidden_character(value):
+                node.fail(FORBIDDEN, key=f"<{tag} {name}>", found=value)
         (stack[-1].children if stack else top).append(node)
         stack.append(node)
 

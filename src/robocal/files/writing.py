@@ -57,7 +57,7 @@ def write_files(
             temporary.append(target.with_name(f".{target.name}.{os.getpid()}-{secrets.token_hex(4)}.robocal"))
             write_through(temporary[-1], content.encode("utf-8") if isinstance(content, str) else content, "xb")
         gone = [home / name for name in remove if name not in files and (home / name).is_file()]
-        with _undisturbed():
+        with _block_interrupts():
             _clean(home, {*files, *remove})
             _replace_all(home, temporary, targets, gone, {*files, *remove})
             made = []
@@ -126,10 +126,10 @@ def _replace_all(
     unfinished = announce(folder, [p.name for p in (*targets, *gone)]) if several else []
     try:
         for source, target in zip(temporary, targets, strict=True):
-            old.append((target, _kept(target, source.name) if several else None))
+            old.append((target, _back_up(target, source.name) if several else None))
             os.replace(source, target)
         for target in gone:
-            old.append((target, _kept(target, f".{target.name}.{os.getpid()}-{secrets.token_hex(4)}.robocal")))
+            old.append((target, _back_up(target, f".{target.name}.{os.getpid()}-{secrets.token_hex(4)}.robocal")))
             target.unlink()
     except OSError:
         for target, before in old:
@@ -150,7 +150,7 @@ def _replace_all(
             before.unlink(missing_ok=True)
 
 
-def _kept(target: Path, name: str) -> Path | None:
+def _back_up(target: Path, name: str) -> Path | None:
     """The old content of a file under another name; the file itself stays where it is until it is replaced."""
     if not target.exists():
         return None
@@ -163,7 +163,7 @@ def _kept(target: Path, name: str) -> Path | None:
 
 
 @contextlib.contextmanager
-def _undisturbed() -> Iterator[None]:
+def _block_interrupts() -> Iterator[None]:
     """Holds Ctrl-C back while files are renamed: microseconds."""
     if not hasattr(signal, "pthread_sigmask"):
         yield

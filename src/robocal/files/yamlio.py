@@ -16,11 +16,11 @@ from typing import Any, NoReturn
 
 from robocal._version import __version__
 from robocal.errors import FormatError
-from robocal.files.names import SAID, strange_character
+from robocal.files.names import FORBIDDEN, forbidden_character
 from robocal.files.text import MEGABYTE, Source, line_of, read_text
 from robocal.files.units import Unit, number, parse_unit
 
-__all__ = ["Document", "edit", "load", "parse", "path_text", "quoted", "stamped"]
+__all__ = ["YamlDocument", "add_stamp", "edit", "load", "parse", "path_text", "quote"]
 
 SIZE_LIMIT = MEGABYTE
 DEPTH_LIMIT = 30
@@ -33,7 +33,7 @@ _TAG = "tag:yaml.org,2002:"
 
 
 @dataclass(frozen=True)
-class Document:
+class YamlDocument:
     """A YAML file: `data` as plain mappings, lists, numbers and texts, and the line of every key path."""
 
     path: Path
@@ -66,12 +66,12 @@ def path_text(path: Path_) -> str:
     return text
 
 
-def load(path: str | os.PathLike[str]) -> Document:
+def load(path: str | os.PathLike[str]) -> YamlDocument:
     """Reads a YAML file whose content is a mapping. Raises FileError or FormatError."""
     return parse(read_text(path, limit=SIZE_LIMIT))
 
 
-def parse(source: Source) -> Document:
+def parse(source: Source) -> YamlDocument:
     """The same from text that was read already."""
     root = _compose(source.text, source.path)
     lines: dict[Path_, int] = {}
@@ -80,10 +80,10 @@ def parse(source: Source) -> Document:
         raise FormatError(
             "the file is not a mapping", file=source.path, found=_kind(data), expected="lines such as `name: value`"
         )
-    return Document(source.path, source.text, source.sha256, data, lines)
+    return YamlDocument(source.path, source.text, source.sha256, data, lines)
 
 
-def stamped(text: str, origin: str, count: int) -> str:
+def add_stamp(text: str, origin: str, count: int) -> str:
     """The text of a calibrated robot below a line that says what it is, in place of an older one."""
     if text.startswith(CALIBRATED):
         text = text.partition("\n")[2]
@@ -288,17 +288,19 @@ def _scalar(node: Any, path: Path_, file: object) -> Any:
 
 
 def _refuse_strange(node: Any, path: Path_, file: object, *, lines: bool = False) -> None:
-    found = strange_character(node.value, lines=lines)
+    found = forbidden_character(node.value, lines=lines)
     if found is not None:
         row = node.start_mark.line + 1
-        raise FormatError(SAID, file=file, row=row, key=path_text(path), found=node.value, expected="one line of text")
+        raise FormatError(
+            FORBIDDEN, file=file, row=row, key=path_text(path), found=node.value, expected="one line of text"
+        )
 
 
 def _kind(data: object) -> str:
     return "a list" if isinstance(data, list) else "a text" if isinstance(data, str) else "a single value"
 
 
-def quoted(text: str) -> str:
+def quote(text: str) -> str:
     """A text as a YAML scalar: plain when it is one harmless word or phrase, else in double quotes."""
     import json
 

@@ -18,13 +18,13 @@ from robocal.estimate.problem import Problem
 from robocal.fit.fit import chosen_weights
 from robocal.fit.noise import apply_noise, assess
 from robocal.fit.starts import search as starts
-from robocal.fit.thin import thinned
+from robocal.fit.subsample import subsample
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, same_rows
 from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["Baseline", "baseline", "frame_names", "known_baseline", "renoised"]
+__all__ = ["Baseline", "baseline", "fit_baseline", "frame_names", "renew_baseline"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -48,7 +48,7 @@ def frame_names(model: Model, problem: Problem) -> tuple[str, ...]:
     return tuple(n for n in problem.table.free if n not in model.table or n in tool)
 
 
-def known_baseline(
+def fit_baseline(
     model: Model,
     data: DataSet,
     configurations: Ints,
@@ -62,7 +62,7 @@ def known_baseline(
     made = build(model, data).with_weights(chosen_weights(len(data.configurations), configurations))
     if watch:
         watch({"stage": "start"})
-    x, seen, converged = _remembered(model, data, configurations, made, near)
+    x, seen, converged = _recall_or_fit(model, data, configurations, made, near)
     if loss == "none":
         return Baseline(made, x, converged)
     first = made
@@ -85,8 +85,8 @@ def known_baseline(
 Placed = tuple[Array, tuple[str, ...], bool]
 
 
-def _remembered(model: Model, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
-    """As `_placed`. Where the search for gross rows marked none, what it began with is what is asked again: what rounding leaves in
+def _recall_or_fit(model: Model, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
+    """As `_fit_frames`. Where the search for gross rows marked none, what it began with is what is asked again: what rounding leaves in
     rows moves no fit."""
     memo, key = data.configurations.memo, ("baseline", configurations.tobytes())
     known = memo.get(key)
@@ -97,21 +97,21 @@ def _remembered(model: Model, data: DataSet, configurations: Ints, made: Problem
         and same_rows(known[1], data.observations, ("rounding",))
     ):
         return np.array(known[2][0]), known[2][1], known[2][2]
-    found = _placed(model, data, configurations, made, near)
+    found = _fit_frames(model, data, configurations, made, near)
     if near is None:
         memo[key] = model, data.observations, (np.array(found[0]), *found[1:])
     return found
 
 
-def _placed(model: Model, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
+def _fit_frames(model: Model, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
     """Frames and tool by plain least squares: x (1, P), the names that were seen, and whether the fit converged."""
     frames = frame_names(model, made)
-    few, own = thinned(model, data, configurations)
+    few, own = subsample(model, data, configurations)
     some = made if few is data else build(model, few).with_weights(chosen_weights(len(few.configurations), own))
-    candidates = starts.combined(model, few, own, some.with_free(frames))
+    candidates = starts.combine_starts(model, few, own, some.with_free(frames))
     # What can be seen of the frames is asked where they are believed to stand, not at the table's zeros.
     there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
-    seen = choose(there.with_free(frames), there.start).kept if frames else ()
+    seen = choose(there.with_free(frames), there.start).basis if frames else ()
     if few is data or not seen:
         x, converged = starts.refine(made, seen, [c for c in candidates if c])
     else:
@@ -121,7 +121,7 @@ def _placed(model: Model, data: DataSet, configurations: Ints, made: Problem, ne
     return x, seen, converged
 
 
-def renoised(
+def renew_baseline(
     model: Model,
     before: tuple[DataSet, Baseline],
     data: DataSet,
@@ -135,10 +135,10 @@ def renoised(
     pairs = [(a.sigma, b.sigma) for a, b in zip(stated.observations, data.observations, strict=True)]
     if all(a is b or (a is not None and b is not None and np.array_equal(a, b)) for a, b in pairs):
         return found
-    return known_baseline(model, data, configurations, loss, tuning, near=found.x)
+    return fit_baseline(model, data, configurations, loss, tuning, near=found.x)
 
 
 def baseline(model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
     """The same by plain least squares: the problem over all data, and x (1, P)."""
-    found = known_baseline(model, data, configurations, watch=watch)
+    found = fit_baseline(model, data, configurations, watch=watch)
     return found.problem, found.x

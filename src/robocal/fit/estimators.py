@@ -27,7 +27,7 @@ from robocal.fit.options import Options
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["ESTIMATORS", "Estimate", "Estimator", "batched", "ended", "estimator"]
+__all__ = ["ESTIMATORS", "Estimate", "Estimator", "can_batch", "describe_end", "estimator"]
 
 Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
@@ -79,10 +79,10 @@ def _least_squares(method: str) -> Run:
     return run
 
 
-def _held(problem: Problem, start: Array) -> tuple[Problem, Array]:
+def _filter_problem(problem: Problem, start: Array) -> tuple[Problem, Array]:
     """The problem as the filter sees it: a prior on every column, stated or wide around the start; and where it starts."""
     names = np.array(problem.free)
-    stated = problem.stated
+    stated = problem.has_prior
     x = np.array(start)
     # What has a prior starts at its mean, wherever the baseline put it.
     x[:, problem.index[stated]] = problem.table.values[problem.index[stated]]
@@ -100,7 +100,7 @@ def _filter(problem: Problem, start: Array, options: Options, watch: Watch | Non
     """
     from robocal.estimate.kalman import kalman
 
-    held, x = _held(problem, start)
+    held, x = _filter_problem(problem, start)
     first = kalman(held, x, passes=LOCAL_PASSES, watch=watch)
     history = [problem.normal(start).cost, problem.normal(first.x).cost]
     if options.max_iterations == 1:
@@ -120,7 +120,7 @@ def _particles(problem: Problem, start: Array, options: Options, watch: Watch | 
     from robocal.estimate.particle import particles
 
     before = _filter(problem, start, options, watch)
-    held, _ = _held(problem, start)
+    held, _ = _filter_problem(problem, start)
     rng = np.random.default_rng(options.seed)
     cloud = particles(held, before.solution.x, rng, count=options.particles, watch=watch)
     notes = list(before.notes)
@@ -135,7 +135,7 @@ def _particles(problem: Problem, start: Array, options: Options, watch: Watch | 
 
 def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
     """Chapter 4 of the seed: P0 = Q = R, all rows at once; the innovation is what is measured less what the model says."""
-    from robocal.estimate.kalman import stacked
+    from robocal.estimate.kalman import stack_filter
 
     p = np.diag([SEED.get(problem.table[n].unit, 1e-2) ** 2 for n in problem.free])
     weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
@@ -143,7 +143,9 @@ def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None)
         [_noise(t.scale, t.parts)[(weight[t.configuration] > 0) & t.used].ravel() for t in problem.terms]
     )
     passes, tolerance = options.max_iterations, options.tolerance
-    f = stacked(problem, start, covariance=p, process=p, noise=noise, passes=passes, tolerance=tolerance, watch=watch)
+    f = stack_filter(
+        problem, start, covariance=p, process=p, noise=noise, passes=passes, tolerance=tolerance, watch=watch
+    )
     reason = Reason.ITERATIONS if np.isfinite(f.x).all() else Reason.NOT_FINITE
     if f.within:
         reason = Reason.TOLERANCE
@@ -210,7 +212,7 @@ def estimator(name: str, loss: str = "none") -> Estimator:
     return found
 
 
-def batched(options: Options) -> bool:
+def can_batch(options: Options) -> bool:
     """Whether leave-one-out of this choice is one batch of least-squares problems: the estimator ends at their minimum."""
     found = estimator(options.method)
     # One pass of the filter is an estimate of its own, not the minimum that further passes settle at.
@@ -219,7 +221,7 @@ def batched(options: Options) -> bool:
     return found.minimises and not stops
 
 
-def ended(method: str, reason: Reason) -> tuple[str, bool]:
+def describe_end(method: str, reason: Reason) -> tuple[str, bool]:
     """How a method ended in words, and whether it stopped without converging."""
     if estimator(method).finite and reason != Reason.TOLERANCE:
         return "as many steps as were asked for", False

@@ -27,7 +27,7 @@ from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
 from robocal.fit.estimators import estimator
-from robocal.fit.noise import Group, apply_noise, assess, noise_dof, under
+from robocal.fit.noise import NoiseGroup, apply_noise, assess, noise_dof, under
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.base import problem as build
@@ -35,7 +35,7 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.remarks.remark import Remark
 
-__all__ = ["Fit", "chosen_weights", "fit", "near", "posed_again", "softly"]
+__all__ = ["Fit", "chosen_weights", "fit", "near", "search_poses_again", "soften"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -63,7 +63,7 @@ class Fit:
     problem: Problem
     solution: Solution
     identifiability: Identifiability
-    groups: tuple[Group, ...]
+    groups: tuple[NoiseGroup, ...]
     data: DataSet  # with the sigma that was used
     restarted: int = 0
     covariance: Array | None = None  # of the free columns, where the estimator has one of its own
@@ -72,15 +72,15 @@ class Fit:
     @property
     def uncertainty(self) -> Uncertainty:
         """Of the fitted columns, linearised at the solution."""
-        return self._told[0]
+        return self._uncertainties[0]
 
     @property
     def total(self) -> Total:
         """What the parameters may be off by, hidden partners included."""
-        return self._told[1]
+        return self._uncertainties[1]
 
     @cached_property
-    def _told(self) -> tuple[Uncertainty, Total]:
+    def _uncertainties(self) -> tuple[Uncertainty, Total]:
         problem, x = self.problem, self.solution.x
         every, lin = problem.with_free(self.identifiability.names), None
         if problem.loss == "none" and not problem.blocks and np.array_equal(self.identifiability.x, x):
@@ -114,11 +114,11 @@ def fit(
     first = build(model, stated).with_weights(weights).with_loss(options.loss, options.tuning)
     first = first if options.priors else first.with_priors(False)
 
-    def posed(tau: Tau) -> Problem:
+    def problem_at(tau: Tau) -> Problem:
         return under(first, stated, tau)
 
     tau: Tau = {}
-    candidate = posed(tau)
+    candidate = problem_at(tau)
     names = candidate.free
     if not names:
         raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
@@ -128,15 +128,15 @@ def fit(
         groups = assess(stated, candidate, solution.x, configurations, len(names))
         # A step taken blindly deserves a covariance in units of what it left behind.
         tau = {(g.name, g.unit): g.tau for g in groups if g.stated is None}
-        candidate = posed(tau)
+        candidate = problem_at(tau)
         return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), apply_noise(stated, tau))
-    tau, soft = _noise(posed, stated, configurations, start)
-    tau, soft = _large_errors(posed, stated, configurations, start, tau, soft)
+    tau, soft = _noise(problem_at, stated, configurations, start)
+    tau, soft = _large_errors(problem_at, stated, configurations, start, tau, soft)
     if watch:
         watch({"stage": "noise", "groups": len(tau)})
-    candidate = posed(tau)
+    candidate = problem_at(tau)
     seen = choose(candidate, soft)
-    kept = names if options.keep_all else seen.kept
+    kept = names if options.keep_all else seen.basis
     restarted = 0
     for _ in range(2):
         chosen = candidate.with_free(kept)
@@ -149,7 +149,7 @@ def fit(
         if set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 1e-3 * tau[k] for k in new):
             break
         tau = new
-        candidate = posed(tau)
+        candidate = problem_at(tau)
     chosen = candidate.with_free(kept)
     final = analyse(candidate, solution.x)
     if not options.keep_all:
@@ -166,12 +166,12 @@ def near(problem: Problem, start: Array) -> Array:
     return least_squares(problem.with_loss("huber"), start).x if problem.loss == "tukey" else start
 
 
-def softly(problem: Problem, start: Array) -> Problem:
+def soften(problem: Problem, start: Array) -> Problem:
     """The problem with every free column held at x (1, P), HOLD times as softly as its expected error."""
-    return problem.softly(start, HOLD)
+    return problem.soften(start, HOLD)
 
 
-def posed_again(problem: Problem, x: Array) -> Array:
+def search_poses_again(problem: Problem, x: Array) -> Array:
     """x (1, P), or x with configurations' own poses where they started alone, where a soft fit of everything free ends far cheaper
     from there: held at a nominal robot that is decimetres off, a pose may be cheaper upside down, and would stay so."""
     if not problem.families or problem.families[0].count != problem.configurations:
@@ -179,7 +179,7 @@ def posed_again(problem: Problem, x: Array) -> Array:
     place = problem.places[0]
     other = np.array(x)
     other[:, place] = problem.start[:, place]
-    ended = least_squares(softly(problem, x), np.concatenate([x, other]), max_iterations=CREEPING)
+    ended = least_squares(soften(problem, x), np.concatenate([x, other]), max_iterations=CREEPING)
     return other if ended.cost[1] < CLEARLY * ended.cost[0] else x
 
 
@@ -194,7 +194,7 @@ def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Int
     x = start
     for _ in range(SOFT_ROUNDS):
         made = posed(tau)
-        soft = softly(made, start)
+        soft = soften(made, start)
         # Where rows are weighed anew at every step, the way is longer without being a valley.
         ended = least_squares(soft, x, max_iterations=CREEPING if soft.loss == "none" else STEPS)
         x = ended.x
@@ -223,7 +223,7 @@ def _large_errors(
     if not tau:
         return tau, soft
     made = posed({})
-    kept = choose(made, start).kept
+    kept = choose(made, start).basis
     chosen = made.with_free(kept)
     if not kept or made.numbers[configurations].sum() < 2 * len(kept):
         return tau, soft

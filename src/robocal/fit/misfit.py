@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.rows import Residuals, Term
+from robocal.estimate.terms import ProblemTerm, Residuals
 
 __all__ = ["by_unit", "errors"]
 
@@ -31,7 +31,7 @@ def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:
     return np.concatenate(values, axis=-1), np.concatenate(configurations)
 
 
-def by_unit(terms: Sequence[Term | Residuals], values: Sequence[NDArray[Number]], unit: str) -> NDArray[Number]:
+def by_unit(terms: Sequence[ProblemTerm | Residuals], values: Sequence[NDArray[Number]], unit: str) -> NDArray[Number]:
     """What is known of the rows of every term, (m,) each, in the order of `errors`, (N,)."""
     out = [v for t, v in zip(terms, values, strict=True) for *_, u in t.parts if u == unit]
     return np.concatenate(out) if out else np.zeros(0, dtype=values[0].dtype if values else bool)

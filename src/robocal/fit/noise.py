@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Residuals
+from robocal.estimate.terms import Residuals
 from robocal.estimate.uncertainty import leverages
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet, Observations
 
-__all__ = ["Group", "apply_noise", "assess", "median", "noise_dof", "owners", "quantile", "under"]
+__all__ = ["NoiseGroup", "apply_noise", "assess", "median", "noise_dof", "owners", "quantile", "under"]
 
 Array = NDArray[np.float64]
 Key = tuple[str, str]  # (sensor group, SI unit)
@@ -34,7 +34,7 @@ FLOOR = {"m": 1e-12, "rad": 1e-12, "px": 1e-9}
 
 
 @dataclass(frozen=True)
-class Group:
+class NoiseGroup:
     """Rows of one instrument that share a unit: stated sigma (rms, or None), tau, chi2 against the stated sigma, dof,
     rms residual."""
 
@@ -61,7 +61,7 @@ class Group:
         return "stated" if self.tau == 0 else "stated, with model error added"
 
 
-def noise_dof(groups: Iterable[Group], dof: float) -> float:
+def noise_dof(groups: Iterable[NoiseGroup], dof: float) -> float:
     """Degrees of freedom of the noise: infinite where every sigma is stated and stands."""
     return np.inf if all(g.stated is not None and g.tau == 0 for g in groups) else max(float(dof), 1.0)
 
@@ -86,7 +86,7 @@ def _noisy(obs: Observations, tau: Mapping[Key, float]) -> Array | None:
 
 def assess(
     stated: DataSet, problem: Problem, x: Array, configurations: NDArray[np.int64], columns: float, level: float = 1e-3
-) -> list[Group]:
+) -> list[NoiseGroup]:
     """The groups at a solution x fitted to `configurations` with `columns` free parameters; `stated` is the data with its
     stated sigma."""
     chosen = np.zeros(problem.configurations, dtype=bool)
@@ -120,21 +120,21 @@ def assess(
         rms = float(np.sqrt(np.mean(value**2)))
         if name in unstated:
             # Without a degree of freedom residuals are zero whatever the noise: what was assumed stays.
-            spread = _spread(value, dof, resistant) if dof >= 1 else _assumed(*in_use[name, unit])
+            spread = _spread(value, dof, resistant) if dof >= 1 else _rms_sigma(*in_use[name, unit])
             tau = max(spread, FLOOR.get(unit, 1e-12))
-            groups.append(Group(name, kinds[name], unit, len(value), dof, None, rms, None, tau))
+            groups.append(NoiseGroup(name, kinds[name], unit, len(value), dof, None, rms, None, tau))
             continue
         chi2 = float(np.sum((value / sigma) ** 2))
         tau = 0.0
         if dof >= 1 and _exceeds(value / sigma, dof, level, resistant):
             tau = _solve(value, sigma, dof, resistant)
         groups.append(
-            Group(name, kinds[name], unit, len(value), dof, chi2, rms, float(np.sqrt(np.mean(sigma**2))), tau)
+            NoiseGroup(name, kinds[name], unit, len(value), dof, chi2, rms, float(np.sqrt(np.mean(sigma**2))), tau)
         )
     return groups
 
 
-def _assumed(r: Residuals, start: int, stop: int) -> float:
+def _rms_sigma(r: Residuals, start: int, stop: int) -> float:
     return float(np.sqrt(np.mean((1 / r.scale[r.used, start:stop]) ** 2)))
 
 

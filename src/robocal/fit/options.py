@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from robocal.fit.working_range import Region
+    from robocal.fit.working_range import JointRegion
 
 __all__ = ["Options"]
 
@@ -44,6 +44,6 @@ class Options:
     reselect: bool = False
     particles: int = 1000
     bootstrap: int | None = None
-    region: Region | None = None
+    region: JointRegion | None = None
     measured: bool = False
     tolerance: float | None = None

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Region"]
+__all__ = ["JointRegion"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Region:
+class JointRegion:
     """Joint configurations (m, n) that stand for a part of joint space, and its name."""
 
     joints: Array

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.errors import FileError, FormatError, ModelError, nearest
 from robocal.files.robot import Robot
-from robocal.files.text import Held
+from robocal.files.text import MemoryFile
 from robocal.files.units import UNITS
 from robocal.session.inputs import open_arm
 
@@ -76,9 +76,9 @@ class Measurements:
     text: str
 
     @property
-    def file(self) -> Held:
+    def file(self) -> MemoryFile:
         """The same as a file to read."""
-        return Held.of(NAME, self.text)
+        return MemoryFile.of(NAME, self.text)
 
     def save(self, path: Data) -> Path:
         """Writes the table as a CSV that `robocal identify` reads. Raises FileError where one exists."""
@@ -153,7 +153,7 @@ def table(columns: Mapping[str, ArrayLike] | Any) -> Measurements:
         if (twice := next((n for n in names if names.count(n) > 1), None)) is not None:
             raise FormatError("two columns have this header", column=str(twice), expected="each header once")
         columns = {str(name): columns[name] for name in names}
-    found = {str(k): _unmasked(v, str(k)) for k, v in columns.items()}
+    found = {str(k): _require_unmasked(v, str(k)) for k, v in columns.items()}
     lengths = {v.shape for v in found.values()}
     if len(lengths) != 1 or len(next(iter(lengths))) != 1:
         shapes = ", ".join(f"{k}: {v.shape}" for k, v in found.items())
@@ -170,7 +170,7 @@ def _unit(name: str, *dimensions: str) -> str:
     return name
 
 
-def _unmasked(given: ArrayLike, name: str) -> NDArray[Any]:
+def _require_unmasked(given: ArrayLike, name: str) -> NDArray[Any]:
     """An array. Raises FormatError where values are masked: what nobody read is no measurement."""
     if np.ma.is_masked(given):
         raise FormatError("some values are masked", column=name, expected="the rows that were measured, or NaN")
@@ -180,7 +180,7 @@ def _unmasked(given: ArrayLike, name: str) -> NDArray[Any]:
 def _numbers(given: ArrayLike, name: str, width: int | None = None) -> Array:
     """Finite numbers (m, width). Raises FormatError."""
     try:
-        out = _unmasked(given, name).astype(float, casting="same_kind" if np.iscomplexobj(given) else "unsafe")
+        out = _require_unmasked(given, name).astype(float, casting="same_kind" if np.iscomplexobj(given) else "unsafe")
     except (TypeError, ValueError):
         raise FormatError("these are no numbers", column=name, expected="an array (m, n)") from None
     if out.ndim != 2 or (width is not None and out.shape[1] != width):
@@ -191,7 +191,7 @@ def _numbers(given: ArrayLike, name: str, width: int | None = None) -> Array:
 def _spread(given: ArrayLike, rows: int, name: str) -> Array:
     """Standard deviations (m, 3) from a number, (3,) or (m, 3)."""
     try:
-        return np.broadcast_to(_unmasked(given, name).astype(float), (rows, 3))
+        return np.broadcast_to(_require_unmasked(given, name).astype(float), (rows, 3))
     except (TypeError, ValueError):
         raise FormatError(
             "wrong shape", column=name, found=np.shape(given), expected=f"a number, (3,) or ({rows}, 3)"

@@ -14,7 +14,7 @@ def __getattr__(name: str) -> Any:
     if name in CABLE:
         return import_module("robocal.front.calls").call(f"cable.{name}")
     if name in __all__:
-        return getattr(import_module("robocal.front.cables"), name)
+        return getattr(import_module("robocal.front.cable_arrays"), name)
     raise AttributeError(f"robocal.cable has no {name!r}; it has {', '.join(__all__)}")
 
 

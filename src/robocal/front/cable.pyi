@@ -3,11 +3,11 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from robocal.cables.inverse import Array as _inverse_Array
+from robocal.cables.cable_lengths import Array as _inverse_Array
 from robocal.front.arrays import Measurements
-from robocal.front.cables import CableArm as CableArm
-from robocal.front.cables import robot as robot
-from robocal.front.found import Found
+from robocal.front.cable_arrays import CableArm as CableArm
+from robocal.front.cable_arrays import robot as robot
+from robocal.front.verb_result import Found
 from robocal.session.cable.drift import Drifts as _drift_Drifts
 from robocal.verbs.cable.contact.result import Motions as _contact_Motions
 from robocal.verbs.cable.forward.result import Poses as _forward_Poses

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from robocal.errors import ModelError, nearest
-from robocal.files.text import Held
+from robocal.files.text import MemoryFile
 from robocal.front.arrays import Arm, Measurements
-from robocal.front.found import Found, Identified
-from robocal.verbs.option import Arg, Entry, Opt, entries
+from robocal.front.verb_result import Found, Identified
+from robocal.verbs.option import Arg, Option, OptionField, entries
 
-__all__ = ["call", "described"]
+__all__ = ["call", "docstring_of"]
 
 WATCH = "watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call."
 
@@ -39,37 +39,44 @@ def call(path: str) -> Callable[..., Any]:
     verb.__name__ = verb.__qualname__ = path.rpartition(".")[2]
     verb.__module__ = "robocal.cable" if "." in path else "robocal"
     verb.__signature__ = inspect.Signature(whole)  # type: ignore[attr-defined]
-    verb.__doc__ = described(path)
+    verb.__doc__ = docstring_of(path)
     return verb
 
 
-def described(path: str) -> str:
+def docstring_of(path: str) -> str:
     """The docstring of a verb: what it does, every option with unit, range and default, what it raises."""
     module = import_module(f"robocal.verbs.{path}")
     about = inspect.cleandoc(module.Options.__doc__ or "").split("\n\n\b")[0]
-    lines = [about, "", *(f"{e.python}: {_said(e)}" for e in entries(module.Options)), WATCH, "", "Raises InputError."]
+    lines = [
+        about,
+        "",
+        *(f"{e.python}: {_option_text(e)}" for e in entries(module.Options)),
+        WATCH,
+        "",
+        "Raises InputError.",
+    ]
     return "\n".join(lines)
 
 
-def _said(entry: Entry) -> str:
-    if isinstance(entry.told, Arg):
-        return entry.told.help.rstrip(".") + "."
-    return entry.told.text
+def _option_text(entry: OptionField) -> str:
+    if isinstance(entry.facts, Arg):
+        return entry.facts.help.rstrip(".") + "."
+    return entry.facts.text
 
 
-def _parameter(entry: Entry) -> inspect.Parameter:
-    plain = isinstance(entry.told, Arg)
+def _parameter(entry: OptionField) -> inspect.Parameter:
+    plain = isinstance(entry.facts, Arg)
     kind = inspect.Parameter.POSITIONAL_OR_KEYWORD if plain else inspect.Parameter.KEYWORD_ONLY
     return inspect.Parameter(entry.python, kind, default=inspect.Parameter.empty if entry.required else entry.default)
 
 
-def _unknown(options: dict[str, Any], told: dict[str, Entry]) -> dict[str, Any]:
+def _unknown(options: dict[str, Any], told: dict[str, OptionField]) -> dict[str, Any]:
     name = next(o for o in options if o not in told)
-    known = [name for name, e in told.items() if isinstance(e.told, Opt)]
+    known = [name for name, e in told.items() if isinstance(e.facts, Option)]
     raise ModelError("unknown option", key=name, expected=", ".join(known), suggestion=nearest(name, known))
 
 
-def _links(given: dict[str, Any], told: dict[str, Entry]) -> dict[str, Any]:
+def _links(given: dict[str, Any], told: dict[str, OptionField]) -> dict[str, Any]:
     """The links of a URDF, where an opened arm knows them."""
     arms = [v for v in given.values() if isinstance(v, Arm)]
     if not arms or "base" not in told:
@@ -84,7 +91,7 @@ def _links(given: dict[str, Any], told: dict[str, Entry]) -> dict[str, Any]:
     return {"base": arms[0].base, "tip": arms[0].tip} | given
 
 
-def _value(entry: Entry, given: Any) -> Any:
+def _value(entry: OptionField, given: Any) -> Any:
     """A value as the options want it: words and numbers as they are; several in a tuple; robots, tables and runs as files."""
     if entry.several:
         alone = not isinstance(given, Iterable) or isinstance(given, str | os.PathLike | Found | Mapping)
@@ -93,7 +100,7 @@ def _value(entry: Entry, given: Any) -> Any:
     return None if given is None and not entry.required else _one(entry, given)
 
 
-def _one(entry: Entry, given: Any) -> Any:
+def _one(entry: OptionField, given: Any) -> Any:
     if isinstance(opened := getattr(given, "opened", None), str):
         return opened  # an arm or a cable robot
     if isinstance(given, Measurements):
@@ -104,9 +111,9 @@ def _one(entry: Entry, given: Any) -> Any:
                 "this was not written", key=entry.python, expected="output=FOLDER, or save(FOLDER) and the folder"
             )
         given = given.written[0].parent
-    if isinstance(entry.told, Arg) and not isinstance(given, str | os.PathLike):
+    if isinstance(entry.facts, Arg) and not isinstance(given, str | os.PathLike):
         expected = "a file, rc.table(...), rc.measurements(...), a robot, or what identify gave and wrote"
         raise ModelError("not what this takes", key=entry.python, found=type(given).__name__, expected=expected)
-    if entry.kind is Path and not isinstance(given, Held):
+    if entry.kind is Path and not isinstance(given, MemoryFile):
         return Path(given)
-    return os.fspath(given) if isinstance(given, os.PathLike) and not isinstance(given, Held) else given
+    return os.fspath(given) if isinstance(given, os.PathLike) and not isinstance(given, MemoryFile) else given

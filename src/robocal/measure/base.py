@@ -15,12 +15,12 @@ from robocal._types import Array
 from robocal.errors import ModelError, nearest
 from robocal.estimate.families import Family
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Term
+from robocal.estimate.terms import ProblemTerm
 from robocal.measure.builder import Builder
 from robocal.measure.data import DataSet, Frame, same_rows
 from robocal.measure.machine import Model, Rig, freedom_of
 from robocal.measure.rows import KINDS, Kind, Rows, kind_of, register
-from robocal.parameters import Parameter, Table, Together
+from robocal.parameters import Parameter, ParameterTable, Together
 
 __all__ = [
     "KINDS",
@@ -51,7 +51,7 @@ def problem(
     `local_targets` names targets (markers) that are local blocks too, a family of their own, instead of free columns.
     """
     plain = free is None and values is None and not local_targets
-    if plain and (same := _made_before(machine, data)) is not None:
+    if plain and (same := _recall(machine, data)) is not None:
         return same
     rows: dict[str, Parameter] = {p.name: p for p in machine.table.rows}
     known: dict[str, tuple[Frame, bool]] = {}
@@ -81,7 +81,7 @@ def problem(
         families.append(_targets(data, local_targets))
     axes = families[-1].axes if local_targets else ()
     builder = Builder(machine, table, data.configurations, tuple(local_targets), axes)
-    terms: list[Term] = []
+    terms: list[ProblemTerm] = []
     for obs in data.observations:
         terms.extend(kind_of(obs).terms(builder, obs))
     made = Problem(
@@ -96,7 +96,7 @@ def problem(
     return made
 
 
-def _made_before(machine: Model, data: DataSet) -> Problem | None:
+def _recall(machine: Model, data: DataSet) -> Problem | None:
     """The last problem of these configurations, where it was made of the same rows and machine."""
     known = data.configurations.memo.get("problem")
     if known is None or known[0] is not machine or not same_rows(known[1], data.observations):
@@ -105,11 +105,11 @@ def _made_before(machine: Model, data: DataSet) -> Problem | None:
     return made
 
 
-def _table(data: DataSet, rows: tuple[Parameter, ...], together: tuple[Together, ...]) -> Table:
+def _table(data: DataSet, rows: tuple[Parameter, ...], together: tuple[Together, ...]) -> ParameterTable:
     """The table of these rows: where the last problem of these configurations had the same, that one, with all it knows."""
-    known: Table | None = data.configurations.memo.get("table")
+    known: ParameterTable | None = data.configurations.memo.get("table")
     if known is None or known.rows != rows or known.together != together:
-        known = data.configurations.memo["table"] = Table(rows, together)
+        known = data.configurations.memo["table"] = ParameterTable(rows, together)
     return known
 
 

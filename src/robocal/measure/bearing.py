@@ -50,7 +50,7 @@ class BearingRows(Rows):
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         t, j, jl = self.carrier.pose(x, first, rows, turn=False)
         found, slope = angles(t[:, :, :3, 3])
-        return wrap(found - self.measured(which, first, rows)), slope @ j, slope @ jl
+        return wrap(found - self.values_at(which, first, rows)), slope @ j, slope @ jl
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:

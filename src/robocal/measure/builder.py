@@ -11,12 +11,12 @@ from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.geometry.path.program import Element, Program, compile_path, frame_element
-from robocal.measure.carriers import Carrier, Gathered, Inverse, KnownPose, LocalPose, Path, Product
+from robocal.measure.carriers import Carrier, Gathered, Inverse, KnownPose, LocalPose, PathCarrier, Product
 from robocal.measure.data import Configurations, Frame, Observations
 from robocal.measure.machine import Mechanism, Model, freedom_of, joints_of
-from robocal.parameters import Table
+from robocal.parameters import ParameterTable
 
-__all__ = ["Builder", "gathered"]
+__all__ = ["Builder", "gather"]
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Builder:
     """Makes the carriers that kinds ask for."""
 
     machine: Model
-    table: Table
+    table: ParameterTable
     configurations: Configurations
     local_targets: tuple[str, ...] = ()  # targets that are local blocks
     target_axes: tuple[int, ...] = (0, 1, 2, 3, 4, 5)  # the components that are free of them
@@ -33,12 +33,12 @@ class Builder:
         """The table rows of some parameters."""
         return np.array([self.table.index[self.machine.row(name)] for name in names], dtype=np.int64)
 
-    def path(self, elements: Sequence[Element], configuration: Ints) -> Path:
+    def path(self, elements: Sequence[Element], configuration: Ints) -> PathCarrier:
         """A path of elements at some configurations."""
         program = compile_path(elements, self.table)
         if not program.columns:
             phi = np.zeros((1, len(configuration), 0))
-            return Path(program, phi, program.cosines(phi))
+            return PathCarrier(program, phi, program.cosines(phi))
         phi, trig = self._driven(program)
         if len(configuration) != phi.shape[1] or (configuration != np.arange(len(configuration))).any():
             phi, trig = (np.ascontiguousarray(a[:, configuration]) for a in (phi, trig))
@@ -48,7 +48,7 @@ class Builder:
             raise ModelError(
                 "a configuration lacks a value that the model needs", key=program.columns[column], found=place
             )
-        return Path(program, phi, trig)
+        return PathCarrier(program, phi, trig)
 
     @property
     def mechanism(self) -> Mechanism:
@@ -94,7 +94,7 @@ class Builder:
         given = self.configurations.start
         return np.zeros((len(self.configurations), 6)) if given is None else given
 
-    def held(self, thing: Frame | None, configuration: Ints, block: Ints | None = None) -> Carrier:
+    def carrier_of(self, thing: Frame | None, configuration: Ints, block: Ints | None = None) -> Carrier:
         """T_base_thing of a frame that the tool carries (None: the tool itself) or that stands on the base; `block` are those of a
         target that is one of many local blocks."""
         if thing is None:
@@ -122,12 +122,12 @@ class Builder:
     def target(self, obs: Observations, target: int, configuration: Ints, index: Ints) -> Carrier:
         """T_base_target of the targets of some rows, at any configurations."""
         thing = obs.targets[target] if obs.targets else None
-        return self.held(thing, configuration, self.blocks(obs, target, index))
+        return self.carrier_of(thing, configuration, self.blocks(obs, target, index))
 
     def between(self, place: Frame, obs: Observations, target: int, index: Ints) -> tuple[Carrier, Carrier]:
         """A place on the base, and the target that is measured against it."""
         configuration = obs.configuration[index]
-        return self.held(place, configuration), self.target(obs, target, configuration, index)
+        return self.carrier_of(place, configuration), self.target(obs, target, configuration, index)
 
     def second(self, obs: Observations, index: Ints) -> Ints:
         """The other configuration of rows that compare two. Raises ModelError when there is none."""
@@ -155,7 +155,7 @@ class Builder:
             if seen is None or seen.mount == "tool":
                 return self.tool(configuration, before=[own], after=after)
             return self.path([own, *after], configuration)
-        sensor = gathered(lambda where: Inverse(self.tool(where, after=[own])), configuration)
+        sensor = gather(lambda where: Inverse(self.tool(where, after=[own])), configuration)
         return Product(sensor, self.path(after, configuration)) if after else sensor
 
     def split(self, obs: Observations) -> list[tuple[int, Ints]]:
@@ -172,7 +172,7 @@ class Builder:
         return [(int(obs.target[index[0]]), index) for index in found if len(index)]
 
 
-def gathered(make: Callable[[Ints], Carrier], configuration: Ints) -> Carrier:
+def gather(make: Callable[[Ints], Carrier], configuration: Ints) -> Carrier:
     """The carrier of some rows (m,), computed once for each configuration where several rows share one."""
     where, which = np.unique(configuration, return_inverse=True)
     if 2 * len(where) > len(configuration):

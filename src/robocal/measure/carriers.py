@@ -18,7 +18,17 @@ from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry.path.program import Program
 
-__all__ = ["Carrier", "Gathered", "Inverse", "KnownPose", "LocalPose", "Path", "Product", "joined", "locals_of"]
+__all__ = [
+    "Carrier",
+    "Gathered",
+    "Inverse",
+    "KnownPose",
+    "LocalPose",
+    "PathCarrier",
+    "Product",
+    "join_blocks",
+    "locals_of",
+]
 
 NONE = np.empty(0, dtype=np.int64)
 Locals = tuple[Ints | None, Ints | None]
@@ -50,7 +60,7 @@ class Carrier(Protocol):
 
 
 @dataclass(frozen=True)
-class Path:
+class PathCarrier:
     """A compiled path of elements: an arm with the frames before and behind it, or frames alone."""
 
     program: Program
@@ -64,11 +74,11 @@ class Path:
     def moves(self) -> bool:
         return bool(self.program.columns)
 
-    def bind(self, column_of: Ints) -> Path:
+    def bind(self, column_of: Ints) -> PathCarrier:
         columns, entries = self.program.bound(column_of)
-        return Path(self.program, self.phi, self.trig, columns, entries, self.local)
+        return PathCarrier(self.program, self.phi, self.trig, columns, entries, self.local)
 
-    def hold(self, family: int) -> Path:
+    def hold(self, family: int) -> PathCarrier:
         return self
 
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
@@ -235,7 +245,7 @@ class Product:
         if not na and not lb.shape[3]:
             return out, both, both[..., :0]
         shared = np.concatenate([both[..., :ka], both[..., ka + na : ka + na + kb]], axis=3)
-        return out, shared, joined((self.a, self.b), both[..., ka : ka + na], both[..., ka + na + kb :])
+        return out, shared, join_blocks((self.a, self.b), both[..., ka : ka + na], both[..., ka + na + kb :])
 
 
 def locals_of(carriers: Sequence[Carrier]) -> Locals:
@@ -251,7 +261,7 @@ def locals_of(carriers: Sequence[Carrier]) -> Locals:
     return found[0][0] if found[0] else None, found[1][0] if found[1] else None
 
 
-def joined(carriers: Sequence[Carrier], a: Array, b: Array) -> Array:
+def join_blocks(carriers: Sequence[Carrier], a: Array, b: Array) -> Array:
     """Columns of the local blocks of two carriers, (..., l) and (..., q), the first family's first."""
     if not a.shape[-1] or not b.shape[-1]:
         return np.ascontiguousarray(a if a.shape[-1] else b)

@@ -37,14 +37,14 @@ PER_ROW = (
 @dataclass(frozen=True)
 class Frame:
     """A named frame with six parameters: an instrument, or a target. `expected` is how far its value may be off (m,
-    rad); `said` is false of one of which its file says no more than the name."""
+    rad); `described` is false of one of which its file says no more than the name."""
 
     name: str
     value: tuple[float, ...] = (0.0,) * 6
     free: tuple[bool, ...] = (False,) * 6
     mount: str = "base"
     expected: tuple[float, float] = (1.0, 1.0)
-    said: bool = field(default=True, compare=False)
+    described: bool = field(default=True, compare=False)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:

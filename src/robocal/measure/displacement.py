@@ -22,7 +22,7 @@ class DisplacementRows(Between):
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         d, j, jl = self.gap(x, first, rows)
-        return d - self.measured(which, first, rows), j, jl
+        return d - self.values_at(which, first, rows), j, jl
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:

@@ -32,7 +32,7 @@ class DistanceRows(Between):
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         length, j, jl = self.length(x, first, rows)
-        length = length - self.measured(which, first, rows) - x[:, self.numbers].sum(axis=1)[:, None, None]
+        length = length - self.values_at(which, first, rows) - x[:, self.numbers].sum(axis=1)[:, None, None]
         own = np.full((*j.shape[:3], len(self.own)), -1.0)
         return length, np.concatenate([j, own], axis=3), jl
 
@@ -54,7 +54,7 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
         first = obs.configuration[index]
         other = first if obs.second is None else builder.second(obs, index)
         if found:
-            pair = builder.held(found[0], first), builder.held(found[1], other)
+            pair = builder.carrier_of(found[0], first), builder.carrier_of(found[1], other)
         else:
             pair = builder.target(obs, t, first, index), builder.target(obs, t, other, index)
         out.append(DistanceRows(pair, obs, index, UNSTATED, own))

@@ -35,7 +35,7 @@ class InclinationRows(Rows):
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         t, j, jl = self.carrier.pose(x, first, rows)
         found, slope = inclinations(t[..., :3, :3])
-        return found - self.measured(which, first, rows), slope @ j[:, :, 3:], slope @ jl[:, :, 3:]
+        return found - self.values_at(which, first, rows), slope @ j[:, :, 3:], slope @ jl[:, :, 3:]
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:

@@ -19,16 +19,16 @@ from robocal._jit import as_kernel_array
 from robocal.cables.geometry import SYMBOLS, lengths
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
-from robocal.estimate.rows import Normal
+from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
+from robocal.measure.cable.cable_mechanism import cable_robot_of
 from robocal.measure.cable.material import Material
-from robocal.measure.cable.robot import cable_robot_of
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
 from robocal.measure.rows import Kind, Rows, register
 from robocal.parameters import Parameter
 
-__all__ = ["LENGTHS", "located", "owner", "zeros_at"]
+__all__ = ["LENGTHS", "locate_platform", "owner", "zeros_at"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -71,7 +71,7 @@ class LengthRows(Rows):
 
         assert self.sight is not None
         part = slice(first, first + rows)
-        own, value = self.sight[part], as_kernel_array(self.measured(which, first, rows))
+        own, value = self.sight[part], as_kernel_array(self.values_at(which, first, rows))
         lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
         t, j, jl = self.carrier.pose(x, lo, hi - lo)
         k = j.shape[3]
@@ -207,7 +207,7 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return [LengthRows(builder, obs, cables, np.argsort(number, kind="stable"))] if len(number) else []
 
 
-def located(machine: Model, obs: Observations, wanted: NDArray[np.bool_]) -> Array:
+def locate_platform(machine: Model, obs: Observations, wanted: NDArray[np.bool_]) -> Array:
     """T_base_platform (U, 4, 4) of the wanted configurations (U,) by forward kinematics, NaN where a length is missing or
     the lengths do not tell. Of fewer cables than the platform has freedoms it is where the platform would be without turning."""
     from robocal.cables.forward import forward
@@ -232,4 +232,4 @@ def located(machine: Model, obs: Observations, wanted: NDArray[np.bool_]) -> Arr
     return out
 
 
-LENGTHS = register(Kind("lengths", 1, terms, parameters, parts=((0, 1, "m"),), metric=True, made=("gain",)))
+LENGTHS = register(Kind("lengths", 1, terms, parameters, parts=((0, 1, "m"),), metric=True, manufactured=("gain",)))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError
 from robocal.geometry import so3
 from robocal.measure.builder import Builder
-from robocal.measure.cable.robot import cable_robot_of
+from robocal.measure.cable.cable_mechanism import cable_robot_of
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Number, Rows, number_names, numbers, register
 from robocal.parameters import Parameter
@@ -61,7 +61,7 @@ class LoadRows(Rows):
         jac = np.concatenate([by_pose @ j, by_number[..., self.own]], axis=3)
         local = by_pose @ jl
         return (
-            r[:, at, axis][..., None] - self.measured(which, first, rows),
+            r[:, at, axis][..., None] - self.values_at(which, first, rows),
             np.ascontiguousarray(jac[:, at, axis][:, :, None]),
             np.ascontiguousarray(local[:, at, axis][:, :, None]),
         )

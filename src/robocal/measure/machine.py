@@ -16,10 +16,10 @@ from typing import Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.geometry.path.joints import Joint, Zero
+from robocal.geometry.path.path_joints import Joint, Zero
 from robocal.geometry.path.program import Element, Program
 from robocal.geometry.path.unjointed import Unjointed
-from robocal.parameters import Table
+from robocal.parameters import ParameterTable
 from robocal.remarks.remark import Remark
 
 __all__ = ["Mechanism", "Model", "Rig", "freedom_of", "joints_of"]
@@ -36,7 +36,7 @@ class Model(Protocol):
         """What people call it."""
 
     @property
-    def table(self) -> Table:
+    def table(self) -> ParameterTable:
         """Its parameters, in SI."""
 
     def row(self, name: str, /) -> str:
@@ -45,7 +45,7 @@ class Model(Protocol):
     def with_values(self, values: Mapping[str, float], /) -> Self:
         """The same model with other parameter values."""
 
-    def with_table(self, table: Table, /) -> Self:
+    def with_table(self, table: ParameterTable, /) -> Self:
         """The same model with another table of the same names."""
 
     @property
@@ -122,7 +122,7 @@ class Rig(Unjointed):
     of whatever else belongs to it."""
 
     name: str = "rig"
-    table: Table = field(default_factory=Table)
+    table: ParameterTable = field(default_factory=ParameterTable)
     freedom: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
     geometric: tuple[str, ...] = ()
     lengths: tuple[str, ...] = ()
@@ -131,6 +131,6 @@ class Rig(Unjointed):
         """The same rig with other values."""
         return self.with_table(self.table.with_values(values))
 
-    def with_table(self, table: Table) -> Self:
+    def with_table(self, table: ParameterTable) -> Self:
         """The same rig with another table."""
         return replace(self, table=table)

@@ -13,7 +13,7 @@ import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.estimate.losses import Loss
-from robocal.estimate.rows import Normal
+from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Rows, register
@@ -57,7 +57,7 @@ class PixelRows(Rows):
         # d point = v + w x lever, so d uv = jp v + (lever x jp) w row by row.
         both = np.concatenate([jp, np.cross(lever[:, :, None, :], jp)], axis=-1)
         jac = np.concatenate([both @ j, ji[..., self.own]], axis=-1)
-        return uv - self.measured(which, first, rows), jac, both @ jl
+        return uv - self.values_at(which, first, rows), jac, both @ jl
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         from robocal.measure._kernels import accumulate_sights

@@ -57,7 +57,7 @@ class PlaneRows(Rows):
         t, j, jl = self.carrier.pose(x, first, rows, turn=False)
         n = self.normal[first : first + rows]
         height = np.einsum("mi,bmi->bm", n, t[:, :, :3, 3]) - self.offset[first : first + rows]
-        r = height[..., None] - x[:, self.numbers].sum(axis=1)[:, None, None] - self.measured(which, first, rows)
+        r = height[..., None] - x[:, self.numbers].sum(axis=1)[:, None, None] - self.values_at(which, first, rows)
         own = np.full((*t.shape[:2], 1, len(self.own)), -1.0)
         return r, np.concatenate([n[:, None] @ j, own], axis=3), n[:, None] @ jl
 

@@ -22,7 +22,7 @@ class PositionRows(Rows):
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         t, j, jl = self.carrier.pose(x, first, rows, turn=False)
-        return t[:, :, :3, 3] - self.measured(which, first, rows), j, jl
+        return t[:, :, :3, 3] - self.values_at(which, first, rows), j, jl
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:

@@ -35,7 +35,7 @@ def nominal_speed(obs: Observations) -> float:
     return float(speed)
 
 
-def known(obs: Observations) -> tuple[Number, Number]:
+def medium_numbers(obs: Observations) -> tuple[Number, Number]:
     """Speed and delay; five degrees of air temperature are 3 m/s, a delay of 10 us is 3 mm."""
     speed = nominal_speed(obs)
     return Number("medium", "speed", "m/s", speed, 0.01 * speed), Number("medium", "delay", "m", 0.0, 0.01)
@@ -45,7 +45,7 @@ class RangeRows(Between):
     """The distance stretched by the speed, plus the delay."""
 
     def __init__(self, builder: Builder, obs: Observations, target: int, index: Ints) -> None:
-        own = builder.rows(number_names(obs, known(obs)))
+        own = builder.rows(number_names(obs, medium_numbers(obs)))
         super().__init__(builder.between(place_of(obs), obs, target, index), obs, index, UNSTATED, own)
         self.speed = nominal_speed(obs)
         # Through a medium times are measured: its speed says how long they are, as a stated length does.
@@ -54,12 +54,12 @@ class RangeRows(Between):
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         length, j, jl = self.length(x, first, rows)
         if not len(self.numbers):
-            return length - self.measured(which, first, rows), j, jl
+            return length - self.values_at(which, first, rows), j, jl
         speed, delay = x[:, self.numbers, None, None].swapaxes(0, 1)
         stretch = self.speed / speed
         by_number = np.stack([-length * stretch / speed, np.ones_like(length)], axis=3)
         jac = np.concatenate([stretch[..., None] * j, by_number[..., self.own]], axis=3)
-        return stretch * length + delay - self.measured(which, first, rows), jac, stretch[..., None] * jl
+        return stretch * length + delay - self.values_at(which, first, rows), jac, stretch[..., None] * jl
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
@@ -69,7 +69,7 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
 
 def parameters(obs: Observations) -> Sequence[Parameter]:
     """Speed and delay of the medium, where it has a name."""
-    return numbers(obs, known(obs))
+    return numbers(obs, medium_numbers(obs))
 
 
 RANGE = register(Kind("range", 1, terms, parameters, ((0, 1, "m"),), frames=places_of, metric=True, owner="medium"))

@@ -14,7 +14,7 @@ from robocal.measure.builder import Builder
 from robocal.measure.data import Configurations
 from robocal.measure.machine import Mechanism, Model, freedom_of, joints_of
 
-__all__ = ["believed", "limits_of", "names_of", "nominal_poses", "places_by_joints", "reach"]
+__all__ = ["limits_of", "names_of", "nominal_poses", "place_is_known", "places_by_joints", "reach"]
 
 CHUNK = 2048  # configurations whose columns are held at once
 
@@ -56,7 +56,7 @@ def places_by_joints(machine: Mechanism, joints: Array) -> Array:
     return places
 
 
-def believed(machine: Model, configurations: Configurations) -> Bools | None:
+def place_is_known(machine: Model, configurations: Configurations) -> Bools | None:
     """Of which configurations (U,) it is known where the machine is believed to stand; None where of none."""
     c = configurations
     if c.joints is None and (freedom_of(machine) is None or c.start is None):
@@ -70,7 +70,7 @@ def believed(machine: Model, configurations: Configurations) -> Bools | None:
 def nominal_poses(machine: Model, configurations: Configurations) -> Array | None:
     """T_base_tool (U, 4, 4) where the machine is believed to stand, NaN where that is not known; None where it is of no
     configuration."""
-    c, known = configurations, believed(machine, configurations)
+    c, known = configurations, place_is_known(machine, configurations)
     if known is None:
         return None
     out = np.full((len(c), 4, 4), np.nan)

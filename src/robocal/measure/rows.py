@@ -15,9 +15,9 @@ import numpy as np
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError, one_of
 from robocal.estimate.losses import Loss
-from robocal.estimate.rows import Normal
+from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
-from robocal.measure.carriers import Carrier, joined, locals_of
+from robocal.measure.carriers import Carrier, join_blocks, locals_of
 from robocal.measure.data import Frame, Observations
 from robocal.measure.kinds import NAMES
 from robocal.parameters import Parameter
@@ -145,7 +145,7 @@ class Rows(ABC):
         own = self.sigma if sigma is None else sigma[self.index]
         return self._with(sigma=own, scale=np.ascontiguousarray(self.used[:, None] / own))
 
-    def measured(self, which: Ints, first: int, rows: int) -> Array:
+    def values_at(self, which: Ints, first: int, rows: int) -> Array:
         """The measured values of these problems and rows, (B or 1, m, d)."""
         value = self.value[:, first : first + rows]
         return value if len(value) == 1 else value[which]
@@ -173,7 +173,7 @@ class Between(Rows):
         a, b = self.carriers
         ta, ja, la = a.pose(x, first, rows, turn=False)
         tb, jb, lb = b.pose(x, first, rows, turn=False)
-        return tb[:, :, :3, 3] - ta[:, :, :3, 3], np.concatenate([-ja, jb], axis=3), joined(self.carriers, -la, lb)
+        return tb[:, :, :3, 3] - ta[:, :, :3, 3], np.concatenate([-ja, jb], axis=3), join_blocks(self.carriers, -la, lb)
 
     def length(self, x: Array, first: int, rows: int) -> tuple[Array, Array, Array]:
         """|d| (B, m, 1) with its Jacobians; the gradient is the unit vector along d."""
@@ -270,7 +270,7 @@ class Kind:
     metric: bool = False
     contact: bool = False  # the machine has to touch something, so not every configuration can be measured
     # Symbols of its own numbers that, like the machine's, somebody made: how far off they can be is known.
-    made: tuple[str, ...] = ()
+    manufactured: tuple[str, ...] = ()
     owner: str = ""  # the option, and the key in a data file, that names the owner of the kind's own numbers
 
 

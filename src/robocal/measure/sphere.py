@@ -31,7 +31,7 @@ class SphereRows(Between):
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         length, j, jl = self.length(x, first, rows)
-        length = length - self.measured(which, first, rows) - x[:, None, self.numbers]
+        length = length - self.values_at(which, first, rows) - x[:, None, self.numbers]
         return length, np.concatenate([j, np.full((*j.shape[:3], len(self.own)), -1.0)], axis=3), jl
 
 

@@ -40,7 +40,7 @@ class SphericalRows(Rows):
         far = np.linalg.norm(p, axis=-1, keepdims=True)
         turned, slope = angles(p)
         slope = np.concatenate([(p / np.where(far > 0, far, 1.0))[..., None, :], slope], axis=-2)
-        r = np.concatenate([far, turned], axis=-1) - self.measured(which, first, rows)
+        r = np.concatenate([far, turned], axis=-1) - self.values_at(which, first, rows)
         r[..., 0] -= x[:, self.numbers].sum(axis=1)[:, None]
         r[..., 1:] = wrap(r[..., 1:])
         own = np.zeros((*r.shape, len(self.own)))

@@ -17,8 +17,8 @@ from robocal.cables.geometry import WHEEL, CableRobot
 from robocal.errors import ModelError
 from robocal.measure.bearing import wrap
 from robocal.measure.builder import Builder
-from robocal.measure.cable.material import known
-from robocal.measure.cable.robot import cable_robot_of
+from robocal.measure.cable.cable_mechanism import cable_robot_of
+from robocal.measure.cable.material import material_parameters
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
 from robocal.measure.rows import Kind, Number, Rows, numbers, register
@@ -67,7 +67,7 @@ class Axes:
     """The swivel axes of a robot's pulleys as parameters: upright where a cable has no pulley."""
 
     def __init__(self, robot: CableRobot) -> None:
-        self.names, *self._which = known(robot, WHEEL[1:])
+        self.names, *self._which = material_parameters(robot, WHEEL[1:])
         self.cables = len(robot.cables)
         owner, symbol = np.divmod(np.arange(7 * self.cables), 7)
         # Of every number of the rows: whose it is, and which of a cable's ten.
@@ -114,7 +114,7 @@ class SwivelRows(Rows):
         lever = np.einsum("bmij,bmj->bmi", turn, number[..., 3:6])
         d = t[..., :3, 3] + lever - number[..., :3]
         angle, slope = swivels(d, one, two)
-        r = wrap(angle - number[..., 6] - self.measured(which, first, rows)[..., 0])[..., None]
+        r = wrap(angle - number[..., 6] - self.values_at(which, first, rows)[..., 0])[..., None]
         by_pose = np.concatenate([slope, np.cross(lever, slope)], axis=-1)[:, :, None]
         by_number = np.concatenate(
             [-slope, np.einsum("bmij,bmi->bmj", turn, slope), -np.ones((*slope.shape[:2], 1)), by_axis(d, n, one, two)], axis=-1
@@ -151,11 +151,13 @@ def _cables(obs: Observations) -> tuple[str, ...]:
 def parameters(obs: Observations) -> list[Parameter]:
     """The zero of every cable's encoder; all start from the one value that is stated, or are free from 0."""
     return [
-        p for c in _cables(obs) for p in numbers(_owned(obs, c), [Number("zero", SYMBOL, "rad", expected=ANYWHERE)])
+        p
+        for c in _cables(obs)
+        for p in numbers(_cable_rows(obs, c), [Number("zero", SYMBOL, "rad", expected=ANYWHERE)])
     ]
 
 
-def _owned(obs: Observations, cable: str) -> Observations:
+def _cable_rows(obs: Observations, cable: str) -> Observations:
     return Observations(obs.kind, obs.configuration, obs.value, options={**obs.options, "zero": cable}, group=obs.label)
 
 

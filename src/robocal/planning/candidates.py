@@ -22,7 +22,7 @@ from robocal.measure.base import Builder
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet, Observations
 
-__all__ = ["Region", "Template", "draw", "joint_range", "margins", "observed"]
+__all__ = ["Region", "Template", "draw", "joint_range", "margins", "observe"]
 
 Array = NDArray[np.float64]
 # Everything that is observed at one configuration: one or more instruments, one or more rows each.
@@ -66,7 +66,7 @@ def joint_range(chain: Chain) -> Array:
     return np.stack([low, high], axis=1)
 
 
-def observed(template: Template, q: Array, ids: tuple[str, ...], columns: Mapping[str, Array]) -> DataSet:
+def observe(template: Template, q: Array, ids: tuple[str, ...], columns: Mapping[str, Array]) -> DataSet:
     """What the template's instruments would observe at joint values (m, n): its rows at each of them, nothing measured
     yet. Columns of the configurations hold their median."""
     m = len(q)
@@ -141,7 +141,7 @@ def margins(
 ) -> dict[str, Array]:
     """How far inside each rule of the region joint values (m, n) are, by the rule's name, each (m,)."""
     ids = tuple(str(i) for i in range(len(q)))
-    data = observed(template, q, ids, columns or {})
+    data = observe(template, q, ids, columns or {})
     out: dict[str, Array] = {}
     c = data.configurations
     table = build(chain, data).table

@@ -23,9 +23,17 @@ from robocal.estimate.criteria import Criterion, criterion_of, information
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.planning.candidates import Template, observed
+from robocal.planning.candidates import Template, observe
 
-__all__ = ["Blocks", "blocks", "gathered", "posed", "predicted", "seen_directions", "within"]
+__all__ = [
+    "Blocks",
+    "blocks",
+    "criterion_and_blocks",
+    "observable_directions",
+    "predict_sigma",
+    "sum_information",
+    "within",
+]
 
 Array = NDArray[np.float64]
 DECIMETRE = 0.1
@@ -62,9 +70,9 @@ def blocks(
     """
     columns = columns or {}
     done = 0 if measured is None else len(measured.configurations)
-    new = observed(template, q, tuple(f"candidate {i}" for i in range(len(q))), columns)
+    new = observe(template, q, tuple(f"candidate {i}" for i in range(len(q))), columns)
     point = _point(template)
-    there = observed((point,), tests, tuple(f"test {i}" for i in range(len(tests))), columns)
+    there = observe((point,), tests, tuple(f"test {i}" for i in range(len(tests))), columns)
     data = new + there if measured is None else measured + new + there
     made = build(model, data, values=values)
     if not made.n:
@@ -117,13 +125,13 @@ def _without(rows: Array, gauge: NDArray[np.bool_]) -> Array:
     return np.asarray(rows - q @ (q.T @ rows))
 
 
-def predicted(tests: Array, m: Array) -> Array:
+def predict_sigma(tests: Array, m: Array) -> Array:
     """Standard deviation (m, three axes together) of the predicted point at every test, sqrt(trace T M^-1 T^T), (t,)."""
     c = np.linalg.inv(m)
     return np.asarray(np.sqrt(np.einsum("tdi,ij,tdj->t", tests, c, tests, optimize=True)))
 
 
-def seen_directions(b: Blocks, count: int) -> Array:
+def observable_directions(b: Blocks, count: int) -> Array:
     """Directions (n, r) that `count` poses of average worth would know better than what is expected beforehand."""
     average = information(b.candidates).mean(axis=0) * count + b.known - np.eye(len(b.names))
     values, vectors = np.linalg.eigh(average)
@@ -141,13 +149,13 @@ def within(b: Blocks, directions: Array) -> Blocks:
     )
 
 
-def posed(b: Blocks, name: str, count: int) -> tuple[Criterion, Blocks]:
+def criterion_and_blocks(b: Blocks, name: str, count: int) -> tuple[Criterion, Blocks]:
     """The criterion and the blocks that it looks at: where the weakest direction decides, only those that can be
     seen. Raises ModelError for an unknown one, and where nothing can be seen."""
     criterion = criterion_of(name, len(b.names), b.tests)
     if not criterion.weakest:
         return criterion, b
-    directions = seen_directions(b, count)
+    directions = observable_directions(b, count)
     if not directions.shape[1]:
         raise ModelError(
             "so few poses show nothing above the noise", key="count", found=f"{count} poses", expected="more poses"
@@ -156,7 +164,7 @@ def posed(b: Blocks, name: str, count: int) -> tuple[Criterion, Blocks]:
     return criterion_of(name, len(seen.names), seen.tests), seen
 
 
-def gathered(b: Blocks, chosen: Sequence[int]) -> Array:
+def sum_information(b: Blocks, chosen: Sequence[int]) -> Array:
     """The information matrix with some candidates measured."""
     rows = b.candidates[np.asarray(chosen, dtype=np.int64)].reshape(-1, len(b.names))
     return np.asarray(b.known + rows.T @ rows)

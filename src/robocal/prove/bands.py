@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Term, spread
+from robocal.estimate.terms import ProblemTerm, spread
 from robocal.estimate.uncertainty import LEVEL, Total, quantile
-from robocal.fit.noise import Group, apply_noise
+from robocal.fit.noise import NoiseGroup, apply_noise
 from robocal.measure.base import Model
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
@@ -31,12 +31,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Bands",
-    "claimed",
+    "bands_of_data",
     "coverage",
     "dense",
+    "find_identified",
     "mean_conditions",
-    "measured_bands",
-    "measured_range",
+    "range_of_joints",
     "row_bands",
     "total_of",
 ]
@@ -75,7 +75,7 @@ class Bands:
         return np.asarray(distance <= limit)
 
 
-def measured_range(configurations: Configurations) -> Array | None:
+def range_of_joints(configurations: Configurations) -> Array | None:
     """Smallest and largest value of every joint, (n, 2); None where none was recorded."""
     q = configurations.joints
     q = None if q is None else q[np.isfinite(q).all(axis=1)]
@@ -111,14 +111,14 @@ def row_bands(problem: Problem, x: Array, total: Total, configurations: Ints, bl
     return out
 
 
-def dense(term: Term, x: Array, first: int, last: int, n: int) -> Array:
+def dense(term: ProblemTerm, x: Array, first: int, last: int, n: int) -> Array:
     """The Jacobian of rows first .. last of one term over all columns, (m, d, n)."""
     _, narrow, _ = term.evaluate(np.atleast_2d(x), np.zeros(1, dtype=np.int64), first, last - first)
     return spread(narrow[0], term.columns, n)
 
 
-def measured_bands(
-    model: Model, data: DataSet, values: Mapping[str, float], total: Total, groups: Iterable[Group]
+def bands_of_data(
+    model: Model, data: DataSet, values: Mapping[str, float], total: Total, groups: Iterable[NoiseGroup]
 ) -> list[Bands]:
     """Bands of a data set that the fit has not seen: `values` by name are the identified ones, `groups` the noise as
     fitted (its tau joins the sigma that the data state)."""
@@ -151,7 +151,7 @@ def total_of(found: Fit) -> Total:
     return found.total
 
 
-def claimed(found: Fit, off: Total) -> frozenset[str]:
+def find_identified(found: Fit, off: Total) -> frozenset[str]:
     """The parameters that may be called identified: told by the data, with everything else unknown too, and known no less well
     than before anything was measured, whoever else is to blame; `off` is what they may be off by."""
     sigma, table = dict(zip(off.names, off.sigma, strict=True)), found.problem.table

@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import once
 from robocal.diagnose.finding import Finding, Level, of_remarks
 from robocal.diagnose.limits import BOOTSTRAP_DRAWS, BOOTSTRAP_PLACES
-from robocal.diagnose.registry import When, check
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.fit import Fit
@@ -87,13 +87,13 @@ def resample(fit: Fit, sigma: Array, draws: int, seed: int, watch: Watch | None 
             found=f"{len(values)} of {draws} draws",
         )
     low, high = np.percentile(values[:, problem.index], [2.5, 97.5], axis=0)
-    spread = _turned(values, x, problem.table.turns)[:, problem.index].std(axis=0, ddof=1)
+    spread = _differences(values, x, problem.table.turns)[:, problem.index].std(axis=0, ddof=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = spread / sigma
     return Resampled(problem.free, low, high, spread, ratio, len(values), draws, len(drawn))
 
 
-def _turned(values: Array, x: Array, turns: NDArray[np.int64]) -> Array:
+def _differences(values: Array, x: Array, turns: NDArray[np.int64]) -> Array:
     """How far x (B, P) are from x (1, P): rotations by the turn between them, of which the linear sigma speaks."""
     out = values - x
     for t in turns:
@@ -105,7 +105,7 @@ def _turned(values: Array, x: Array, turns: NDArray[np.int64]) -> Array:
 @once
 def bootstrap_of(context: Decision[Model]) -> Resampled | None:
     """That of the fit to everything, where it was asked for."""
-    options, fit = context.chosen, context.fitted
+    options, fit = context.chosen, context.need_fit
     if options.bootstrap is None:
         return None
     u = fit.uncertainty if fit.covariance is None else replace(fit.uncertainty, covariance=fit.covariance)

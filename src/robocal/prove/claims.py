@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from robocal.diagnose.check_registry import Given, When, check
 from robocal.diagnose.finding import Finding, Level, note, of_remarks, qualify, refuse
-from robocal.diagnose.implausible import implausible, unmade
+from robocal.diagnose.implausible import implausible, out_of_tolerance
 from robocal.diagnose.limits import (
     ANGLES_LEFT,
     ANGLES_SIGMA,
@@ -18,12 +19,11 @@ from robocal.diagnose.limits import (
     ROUNDING_MARGIN,
     UNEXPLAINED_SHARE,
 )
-from robocal.diagnose.registry import Given, When, check
 from robocal.fit.baseline import frame_names
 from robocal.fit.estimators import estimator
 from robocal.fit.misfit import errors
 from robocal.measure.machine import Model
-from robocal.prove.bands import claimed
+from robocal.prove.bands import find_identified
 from robocal.prove.decision import Decision, rms
 from robocal.prove.unseen import left_over
 from robocal.remarks.code import Code
@@ -49,19 +49,19 @@ def few_unseen(context: Decision[Model]) -> Iterator[Finding]:
 
 
 @check("unexplained-without-gain", When.PROOF, order=30, given=Given.NOTHING, needs=("evidence",))
-def unexplained_without_gain(context: Decision[Model]) -> Iterator[Finding]:
+def residual_without_gain(context: Decision[Model]) -> Iterator[Finding]:
     """Much is left and no gain is proven: nobody should hear that the nominal model may be as good as can be."""
     if not context.improvement:
         yield from left_over(context, UNEXPLAINED_SHARE)
 
 
 @check("unfinished", When.PROOF, order=40, given=Given.GAIN, needs=("proven",))
-def unfinished(context: Decision[Model]) -> Iterator[Finding]:
+def fits_without_convergence(context: Decision[Model]) -> Iterator[Finding]:
     """One of the fits behind the verdict did not converge."""
     assert context.proof is not None
     ended = {
-        "the baseline": context.started.converged and context.proof.before.converged,
-        "the fit to everything": context.fitted.solution.reasons[0].converged
+        "the baseline": context.need_baseline.converged and context.proof.before.converged,
+        "the fit to everything": context.need_fit.solution.reasons[0].converged
         or estimator(context.chosen.method).finite,
         "a round": context.proof.after.converged,
     }
@@ -72,10 +72,10 @@ def unfinished(context: Decision[Model]) -> Iterator[Finding]:
 @check("robot-identified", When.PROOF, order=50, given=Given.GAIN, needs=("proven",))
 def robot_identified(context: Decision[Model]) -> Iterator[Finding]:
     """Nothing of the robot itself was fitted, or nothing of it is known by itself."""
-    part = context.known.part
-    if not set(part.problem.free) - set(frame_names(context.model, context.known.base)):
+    part = context.need_proofs.part
+    if not set(part.problem.free) - set(frame_names(context.model, context.need_proofs.base)):
         yield qualify(Code.NOTHING_OF_ROBOT)
-    elif not claimed(part, part.total) & set(context.model.table.names):
+    elif not find_identified(part, part.total) & set(context.model.table.names):
         yield qualify(Code.NOTHING_IDENTIFIED)
 
 
@@ -83,8 +83,8 @@ def robot_identified(context: Decision[Model]) -> Iterator[Finding]:
 def numbers_of_a_round(context: Decision[Model]) -> Iterator[Finding]:
     """A round leaves too little to fit: that would be met exactly, and what was left out by what was known of it before."""
     assert context.proof is not None
-    problem, split = context.known.part.problem, context.proof.split
-    left, sought = int((split.fit @ problem.numbers).min()), problem.n - int(problem.stated.sum())
+    problem, split = context.need_proofs.part.problem, context.proof.split
+    left, sought = int((split.fit @ problem.numbers).min()), problem.n - int(problem.has_prior.sum())
     if len(split) > 1 and left <= sought:
         noun = "configuration" if split.how == "leave-one-out" else "fold"
         yield qualify(Code.FEW_NUMBERS, noun=noun, left=left, sought=sought)
@@ -93,20 +93,20 @@ def numbers_of_a_round(context: Decision[Model]) -> Iterator[Finding]:
 @check("bent", When.PROOF, order=70, given=Given.GAIN, needs=("proven",))
 def bent(context: Decision[Model]) -> Iterator[Finding]:
     """The model was bent to data that it still does not explain, or to what no making leaves."""
-    part = context.known.part
+    part = context.need_proofs.part
     changes = implausible(context.model, part)
     left = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
     if changes and left > BENT_LEAVES:
         yield refuse(Code.BENT, left=Quantity(left))
         yield from of_remarks(changes, Level.REFUSE)
     else:
-        yield from of_remarks(unmade(context.model, context.known.base, part), Level.REFUSE)
+        yield from of_remarks(out_of_tolerance(context.model, context.need_proofs.base, part), Level.REFUSE)
 
 
 @check("angles", When.PROOF, order=80, given=Given.GAIN, needs=("proven",))
 def angles(context: Decision[Model]) -> Iterator[Finding]:
     """Angles that were measured and are not explained."""
-    for g in context.known.part.groups:
+    for g in context.need_proofs.part.groups:
         if g.unit == "rad" and g.rms > max(ANGLES_LEFT, ANGLES_SIGMA * (g.stated or 0.0)):
             yield refuse(Code.ANGLES_UNEXPLAINED, group=g.name, left=Quantity(g.rms, "rad"))
             return
@@ -132,6 +132,6 @@ def exact(context: Decision[Model]) -> Iterator[Finding]:
 
 
 @check("proofs-not-made", When.FIT, order=250, needs=("proven",))
-def proofs_not_made(context: Decision[Model]) -> Iterator[Finding]:
+def missing_proofs(context: Decision[Model]) -> Iterator[Finding]:
     """A proof that was asked for and not made."""
-    yield from of_remarks(context.known.left_out, Level.NOTE)
+    yield from of_remarks(context.need_proofs.left_out, Level.NOTE)

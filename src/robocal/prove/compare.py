@@ -15,7 +15,7 @@ import numpy as np
 
 from robocal.diagnose.limits import HOLD_OUT_PLACES
 from robocal.errors import ModelError
-from robocal.fit.estimators import ended, estimator
+from robocal.fit.estimators import describe_end, estimator
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
@@ -24,14 +24,14 @@ from robocal.prove.identification import Identification
 from robocal.prove.identify import identify
 from robocal.prove.statistics import Statistic
 
-__all__ = ["DEFAULT", "Comparison", "Entry", "compare"]
+__all__ = ["DEFAULT", "MethodComparison", "MethodEntry", "compare"]
 
 Watch = Callable[[dict[str, object]], None]
 DEFAULT = ("lm", "ekf", "particle", "pinv", "lse", "ekf-100")
 
 
 @dataclass(frozen=True)
-class Entry:
+class MethodEntry:
     """One method: its errors (m, or the first unit that was measured), its verdict, the parameter that ends farthest from
     the reference in the reference's sigmas, and the seconds that the whole identification took; `failed` says why there is
     nothing."""
@@ -52,12 +52,12 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class MethodComparison:
     """The methods; the first is the reference. `before`, `held_out_before`, `leave_one_out_before` are the frames-only
     model, `constant` predicting the mean."""
 
     unit: str
-    methods: tuple[Entry, ...]
+    methods: tuple[MethodEntry, ...]
     before: Statistic | None
     held_out_before: Statistic | None
     leave_one_out_before: Statistic | None
@@ -78,7 +78,7 @@ def compare(
     *,
     known: tuple[Identification[Model], float] | None = None,
     watch: Watch | None = None,
-) -> Comparison:
+) -> MethodComparison:
     """Identifies with every method in turn; a method that cannot is told as failed. `known` is an identification that was
     done already, with its seconds. Raises ModelError for an unknown name, and when no method works."""
     # The bootstrap is told of the chosen method alone, and not every method knows it.
@@ -96,21 +96,21 @@ def compare(
             watch({"stage": "compare", "what": name})
         title = estimator(name).title
         try:
-            found, seconds = _timed(model, data, replace(options, method=name), known, watch)
+            found, seconds = _time_identification(model, data, replace(options, method=name), known, watch)
         except (ModelError, np.linalg.LinAlgError) as error:
-            entries.append(Entry(name, title, failed=str(error)))
+            entries.append(MethodEntry(name, title, failed=str(error)))
             continue
         first = first or found
         entries.append(_entry(found, first, title, seconds))
     if first is None:
         raise ModelError("none of these methods can identify this", key="--compare", found=entries[0].failed)
     s = first.stages[0]
-    return Comparison(
+    return MethodComparison(
         s.unit, tuple(entries), s.before, s.held_out_before, s.leave_one_out_before, s.constant, s.k_fold_before
     )
 
 
-def _timed(
+def _time_identification(
     model: Model,
     data: DataSet,
     options: Options,
@@ -129,14 +129,14 @@ def _timed(
     return found, time.perf_counter() - clock
 
 
-def _entry(found: Identification[Model], reference: Identification[Model], title: str, seconds: float) -> Entry:
+def _entry(found: Identification[Model], reference: Identification[Model], title: str, seconds: float) -> MethodEntry:
     farthest, sigmas = _farthest(found, reference) if found is not reference else ("", None)
     s = found.stages[0]
-    return Entry(
+    return MethodEntry(
         found.options.method,
         title,
         found.verdict.status,
-        *ended(found.options.method, found.reason),
+        *describe_end(found.options.method, found.reason),
         s.after,
         s.held_out,
         s.leave_one_out,

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import once
 from robocal.diagnose.finding import Finding, doubt, note
 from robocal.diagnose.limits import BAND_CHANCE
-from robocal.diagnose.registry import When, check
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
 from robocal.measure.machine import Model
@@ -29,7 +29,7 @@ WHOLE = {"position": "positions", "orientation": "orientations"}
 @once
 def unseen_coverage(context: Decision[Model]) -> tuple[Coverage, ...]:
     """That of the fit that was judged, on what was held out."""
-    return coverage_of(context.known.part, context.known.held)
+    return coverage_of(context.need_proofs.part, context.need_proofs.held_out)
 
 
 @check("narrow-bands", When.FIT, order=260, needs=("proven",))
@@ -43,9 +43,9 @@ def narrow_bands(context: Decision[Model]) -> Iterator[Finding]:
 
 
 @check("coverage", When.FIT, order=240, needs=("proven",))
-def unchecked_bands(context: Decision[Model]) -> Iterator[Finding]:
+def bands_without_check(context: Decision[Model]) -> Iterator[Finding]:
     """Why the bands were not checked, where they were not."""
-    part, held = context.known.part, context.known.held
+    part, held = context.need_proofs.part, context.need_proofs.held_out
     if estimator(context.chosen.method).blind or unseen_coverage(context):
         return
     if part.problem.blocks:

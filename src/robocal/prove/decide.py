@@ -23,17 +23,17 @@ from numpy.typing import NDArray
 from robocal.diagnose.gross import set_aside
 from robocal.diagnose.limits import HOLD_OUT_PLACES, HOLD_OUT_SHARE
 from robocal.errors import ModelError
-from robocal.fit.baseline import known_baseline, renoised
-from robocal.fit.fit import fit, posed_again
+from robocal.fit.baseline import fit_baseline, renew_baseline
+from robocal.fit.fit import fit, search_poses_again
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
-from robocal.fit.starts.own import placed
+from robocal.fit.starts.own import place_configurations
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.prove.decision import Decision
+from robocal.prove.joint_zeros import with_zeros
 from robocal.prove.prove import prove
 from robocal.prove.split import make_split
-from robocal.prove.zeros import with_zeros
 
 __all__ = ["decide"]
 
@@ -49,7 +49,7 @@ def decide(model: M, data: DataSet, options: Options | None = None, watch: Watch
     if not data.observations or not len(data.configurations):
         raise ModelError("the data set holds no measurement")
     _numbers(data)
-    data = placed(model, data)
+    data = place_configurations(model, data)
     count = len(np.unique(places(data.configurations)))
     if options.hold_out is None:
         options = replace(
@@ -59,13 +59,13 @@ def decide(model: M, data: DataSet, options: Options | None = None, watch: Watch
     split = make_split(data, options.hold_out, folds=options.folds, blocks=options.blocks, seed=options.seed)
     everyone = np.arange(len(data.configurations))
     clean, by = set_aside(model, data, everyone, watch), (options.loss, options.tuning)
-    begun = known_baseline(model, clean, everyone, *by, watch)
-    start = posed_again(begun.problem, begun.x)
+    begun = fit_baseline(model, clean, everyone, *by, watch)
+    start = search_poses_again(begun.problem, begun.x)
     whole = fit(model, clean, everyone, options, start, watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return decide(likelier, data, options, watch)
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
-    base = renoised(model, (clean, begun), whole.data, everyone, *by)
+    base = renew_baseline(model, (clean, begun), whole.data, everyone, *by)
     proven = prove(model, data, clean, split, options, base, whole, watch)
     return Decision(model, clean, base, whole, options, watch, start=start, proven=proven)
 

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.diagnose.context import Context, M_co
-from robocal.diagnose.digits import carried
 from robocal.diagnose.limits import FINEST_ERROR
+from robocal.diagnose.rounding import rounding_rms
 from robocal.fit.baseline import Baseline
 from robocal.fit.estimators import estimator
 from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
 from robocal.fit.options import Options
 from robocal.prove.evidence import Evidence, Gain
-from robocal.prove.judge import Proof, constant_of, drawn, located, units_of, unseen_of
+from robocal.prove.judge import Proof, absolute_observations, constant_of, drawn, units_of, unseen_of
 from robocal.prove.prove import Proven
 from robocal.prove.statistics import Statistic
 
@@ -38,10 +38,10 @@ class Decision(Context[M_co]):
     @property
     def proof(self) -> Proof | None:
         """The proof that the verdict takes."""
-        return self.known.best
+        return self.need_proofs.best
 
     @property
-    def known(self) -> Proven:
+    def need_proofs(self) -> Proven:
         """The proofs, where they were made."""
         assert self.proven is not None
         return self.proven
@@ -53,7 +53,7 @@ class Decision(Context[M_co]):
         return self.options
 
     @property
-    def started(self) -> Baseline:
+    def need_baseline(self) -> Baseline:
         """The baseline of all measurements."""
         assert self.base is not None
         return self.base
@@ -61,7 +61,7 @@ class Decision(Context[M_co]):
     @property
     def unit(self) -> str:
         """The SI unit in which the verdict is found: the first that was measured."""
-        return units_of(self.known.base)[0]
+        return units_of(self.need_proofs.base)[0]
 
     @cached_property
     def errors(self) -> tuple[Array, Array, Bools]:
@@ -75,22 +75,22 @@ class Decision(Context[M_co]):
         before, after, counted = self.errors
         if self.unit != "m" or min(rms(before[counted]), rms(after[counted])) >= FINEST_ERROR:
             return None
-        return carried(self.model, self.measured, self.known.part, counted)
+        return rounding_rms(self.model, self.need_data, self.need_proofs.part, counted)
 
     @cached_property
     def evidence(self) -> Evidence | None:
         """What unseen measurements say; None where nothing was measured there."""
-        proof, unit, part, base = self.proof, self.unit, self.known.part, self.known.base
+        proof, unit, part, base = self.proof, self.unit, self.need_proofs.part, self.need_proofs.base
         if proof is None or not self.errors[2].any():
             return None
         before, after, counted = self.errors
-        owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owners(self.measured, base)], unit)
+        owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owners(self.need_data, base)], unit)
         at = np.concatenate([r.configuration for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
         stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
         return Evidence(
             before[counted],
             after[counted],
-            constant_of(self.measured, base, proof) if unit == "m" else None,
+            constant_of(self.need_data, base, proof) if unit == "m" else None,
             drawn(proof.split, self.places, at[counted]),
             blind=part.identifiability.blind,
             # Some methods end after as many steps as were asked for.
@@ -100,7 +100,7 @@ class Decision(Context[M_co]):
             stated=float(np.sqrt(3) * stated[0]) if stated else None,
             unit=unit,
             everything=proof.errors(unit, everything=True) if proof.aside[unit].any() else None,
-            located=after[counted & np.isin(owner, located(self.measured))],
+            located=after[counted & np.isin(owner, absolute_observations(self.need_data))],
         )
 
     @property
@@ -120,7 +120,7 @@ class Decision(Context[M_co]):
 
     def unseen(self, unit: str) -> tuple[Statistic, Statistic] | None:
         """The errors, before and after, of what was held out, or else left out one by one; None where nothing was."""
-        proofs = self.known.proofs
+        proofs = self.need_proofs.proofs
         for name in ("held_out", "leave_one_out"):
             before, after = unseen_of(proofs[name], unit) if name in proofs else (None, None)
             if before is not None and after is not None:

@@ -69,7 +69,7 @@ def bootstrap_gain(
     total: Array = np.bincount(inverse, weights=gain).astype(np.float64)
     count = np.bincount(inverse).astype(float)
     n = len(labels)
-    ends = _expanded(total) if n >= MANY and bool((count == 1).all()) else None
+    ends = _cornish_fisher(total) if n >= MANY and bool((count == 1).all()) else None
     low, high = _drawn(total, count, seed, draws) if ends is None else ends
     mean = float(gain.mean())
     if n < 2:
@@ -91,7 +91,7 @@ def _drawn(total: Array, count: Array, seed: int, draws: int) -> tuple[float, fl
     return float(low), float(high)
 
 
-def _expanded(values: Array) -> tuple[float, float] | None:
+def _cornish_fisher(values: Array) -> tuple[float, float] | None:
     """The points to which those draws tend, from the first four cumulants of the values (Cornish and Fisher 1938); None where
     the last term kept is no longer small: a few values rule the mean."""
     n, away = len(values), values - values.mean()
@@ -145,7 +145,7 @@ class Evidence:
         return self.after if self.located is None else self.located
 
     @cached_property
-    def unexplained(self) -> tuple[float, float]:
+    def residual_share(self) -> tuple[float, float]:
         """Share of the variance that the model leaves, and the rms that is left; nothing where there is no mean to predict."""
         if self.constant is None or not len(self.constant) or not len(self.there):
             return 0.0, 0.0
@@ -153,9 +153,9 @@ class Evidence:
         return float(square / np.mean(self.constant**2)), float(np.sqrt(square))
 
     @property
-    def beyond_noise(self) -> bool:
+    def exceeds_noise(self) -> bool:
         """Whether what is left is far outside the stated noise."""
-        return self.unexplained[1] > UNEXPLAINED_SIGMA * (self.stated or 0.0)
+        return self.residual_share[1] > UNEXPLAINED_SIGMA * (self.stated or 0.0)
 
     @cached_property
     def gain(self) -> Gain:

@@ -23,13 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.diagnose.limits import FRAME_MOVES, FRAME_SEEN
-from robocal.estimate.choosing.choice import SEEN, choose
+from robocal.estimate.choosing.choice import OBSERVABLE, choose
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import frame_names
 from robocal.fit.fit import near
+from robocal.fit.free_poses import own_poses
 from robocal.fit.misfit import errors
-from robocal.fit.poses import own_poses
 from robocal.measure.machine import Model
 from robocal.prove.split import Split
 
@@ -102,11 +102,11 @@ def unseen(
             if names:
                 profiled[some] = True
                 for b, k in enumerate(some):
-                    found[b], factor[b] = profile(problem, found[b : b + 1], split.held[k], names)
+                    found[b], factor[b] = profile(problem, found[b : b + 1], split.held_out[k], names)
             mine = None
             if problem.blocks:
                 profiled[some] = True
-                found, mine, placed = own_poses(problem, found, split.held[some])
+                found, mine, placed = own_poses(problem, found, split.held_out[some])
                 converged &= placed
             collect(out, problem, found, factor, split, some, mine)
             ends[some] = found
@@ -136,7 +136,7 @@ def proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: S
     frames = part.with_free(local)
     at = part.column_of[frames.index]
     scale = np.outer(frames.scales, frames.scales)
-    rounds = np.flatnonzero(_open(frames, a[:, at[:, None], at], SEEN))
+    rounds = np.flatnonzero(_open(frames, a[:, at[:, None], at], OBSERVABLE))
     if not len(rounds):
         return
     sees, _ = terms_of(problem, frames.free)
@@ -144,7 +144,7 @@ def proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: S
     for b in rounds:
         own = np.tril(a[b][at[:, None], at]) * scale
         values, vectors = np.linalg.eigh(own)  # of the lower triangle
-        loose = vectors[:, values < SEEN**2]
+        loose = vectors[:, values < OBSERVABLE**2]
         full = whole + np.tril(whole, -1).T
         missed = loose[:, np.einsum("ik,ij,jk->k", loose, full, loose) > FRAME_SEEN**2]
         factor[b, sees[(np.abs(missed) > FRAME_MOVES).any(axis=1)].any(axis=0)] = np.nan
@@ -210,7 +210,7 @@ def alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[tu
     rows = np.zeros((len(problem.terms), problem.configurations))
     for t, term in enumerate(problem.terms):
         rows[t, term.configuration] = 1
-    held, fit = rows @ split.held.T > 0, rows @ split.fit.T > 0  # (terms, K)
+    held, fit = rows @ split.held_out.T > 0, rows @ split.fit.T > 0  # (terms, K)
     alone = (sees @ held) & ~((sees & anchors) @ fit)  # (names, K)
     patterns, which = np.unique(alone, axis=1, return_inverse=True)
     return [
@@ -228,7 +228,7 @@ def profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) -> 
     for used in (touching & anchors, touching):
         some = replace(weighted, terms=tuple(t for t, u in zip(problem.terms, used, strict=True) if u))
         numbers = int(some.numbers[held].sum())
-        kept = choose(some.with_free(names), x).kept if numbers else ()
+        kept = choose(some.with_free(names), x).basis if numbers else ()
         if len(kept) == len(names):
             break
     if not kept:

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from robocal.diagnose.finding import Finding
 from robocal.diagnose.outliers import Outlier
 from robocal.diagnose.scale import Scale
-from robocal.diagnose.scatter import Kept
+from robocal.diagnose.scatter import WhitenedRows
 from robocal.estimate.identifiability import Identifiability
 from robocal.estimate.least_squares import Reason
 from robocal.estimate.uncertainty import Total
-from robocal.fit.noise import Group
+from robocal.fit.noise import NoiseGroup
 from robocal.fit.options import Options
 from robocal.measure.machine import Model
-from robocal.parameters import Table
+from robocal.parameters import ParameterTable
 from robocal.prove.bootstrap import Resampled
 from robocal.prove.linear import Linearity
 from robocal.prove.offsets import OffsetsAlone
@@ -80,7 +80,7 @@ class RowTable:
     """One row per observation, SI: what residuals.csv and the pictures are made of."""
 
     configuration: tuple[str, ...]
-    held: NDArray[np.bool_]
+    held_out: NDArray[np.bool_]
     group: tuple[str, ...]
     kind: tuple[str, ...]
     target: tuple[str, ...]
@@ -100,16 +100,16 @@ class Identification(Generic[M_co]):
 
     nominal: M_co
     corrected: M_co
-    table: Table  # of the whole problem, at the solution
+    table: ParameterTable  # of the whole problem, at the solution
     options: Options
     parameters: tuple[ParameterResult, ...]
     identifiability: Identifiability
     stages: tuple[Stages, ...]
-    groups: tuple[Group, ...]
+    groups: tuple[NoiseGroup, ...]
     verdict: Verdict
     rows: RowTable
     fit_ids: tuple[str, ...]
-    held_ids: tuple[str, ...]
+    held_out_ids: tuple[str, ...]
     iterations: int
     reason: Reason
     history: tuple[float, ...]
@@ -124,7 +124,7 @@ class Identification(Generic[M_co]):
     how: str = ""  # in words, how the unseen measurements were chosen
     extra: Mapping[str, object] = field(default_factory=dict)
     total: Total | None = None  # what the parameters may be off by, hidden partners included
-    baseline: Table | None = None  # the nominal model with frames and tool fitted
+    baseline: ParameterTable | None = None  # the nominal model with frames and tool fitted
     coverage: tuple[Coverage, ...] = ()  # of the bands, on what was held out
     joints: Array | None = None  # (n, 2) the range in which each joint was measured
     linearity: Linearity | None = None  # what one linear step would have done
@@ -134,7 +134,7 @@ class Identification(Generic[M_co]):
     offsets: OffsetsAlone | None = None  # the joint offsets alone; None where no joint's zero may move
     holds: Holds | None = None  # over the working range
     scale: Scale | None = None  # of the fitted lengths, all together
-    kept: Kept | None = None  # the rows at the solution, for a comparison with another run
+    whitened_rows: WhitenedRows | None = None  # the rows at the solution, for a comparison with another run
 
     @property
     def warnings(self) -> tuple[Remark, ...]:

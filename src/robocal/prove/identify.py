@@ -11,18 +11,18 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-from robocal.diagnose.registry import DIAGNOSE, PROVE, When, run
+from robocal.diagnose.check_registry import DIAGNOSE, PROVE, When, run
 from robocal.diagnose.scale import common_scale
-from robocal.diagnose.scatter import kept_rows
+from robocal.diagnose.scatter import whiten_fit
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import uncertainty
 from robocal.fit.baseline import baseline, frame_names
-from robocal.fit.estimators import batched
+from robocal.fit.estimators import can_batch
 from robocal.fit.options import Options
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
-from robocal.prove.bands import mean_conditions, measured_range
+from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.bootstrap import bootstrap_of
 from robocal.prove.covered import unseen_coverage
 from robocal.prove.decide import decide
@@ -46,19 +46,21 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
     """Identifies a model from data; see the module for the steps. Raises ModelError when nothing is free, nothing was
     measured, or a measurement is no number."""
     options = options or Options()
-    if options.bootstrap is not None and not batched(options):
+    if options.bootstrap is not None and not can_batch(options):
         words = "the bootstrap takes a method that minimises the cost"
         method = options.method if options.tolerance is None else f"{options.method}, which stops at a tolerance"
         raise ModelError(words, key="method", found=method, expected="lm")
     made = decide(model, data, options, watch)
-    found = _handed_back(made, watch)
-    return replace(found, offsets=offsets_alone(made.model, made.started.x, made.fitted, made.known, options.seed))
+    found = _build_identification(made, watch)
+    return replace(
+        found, offsets=offsets_alone(made.model, made.need_baseline.x, made.need_fit, made.need_proofs, options.seed)
+    )
 
 
-def _handed_back(made: Decision[M], watch: Watch | None) -> Identification[M]:
+def _build_identification(made: Decision[M], watch: Watch | None) -> Identification[M]:
     """Everything that is told of what was decided."""
-    model, data, options, whole, proven = made.model, made.measured, made.chosen, made.fitted, made.known
-    base, base_x, part, held = proven.base, proven.base_x, proven.part, proven.held
+    model, data, options, whole, proven = made.model, made.need_data, made.chosen, made.need_fit, made.need_proofs
+    base, base_x, part, held = proven.base, proven.base_x, proven.part, proven.held_out
     best, off = proven.best, made.total
     u = whole.uncertainty
     if whole.covariance is not None:
@@ -98,12 +100,12 @@ def _handed_back(made: Decision[M], watch: Watch | None) -> Identification[M]:
         total=off,
         baseline=base.table.with_values(base_x[0, : len(base.table)]),
         coverage=unseen_coverage(made),
-        joints=measured_range(data.configurations),
+        joints=range_of_joints(data.configurations),
         linearity=linearity_of(made),
         outliers=outliers(made),
         conditions=mean_conditions(data.configurations),
         resampled=bootstrap_of(made),
         holds=range_of(made),
         scale=common_scale(made),
-        kept=kept_rows(made),
+        whitened_rows=whiten_fit(made),
     )

@@ -25,7 +25,7 @@ from robocal.prove.folds import Unseen
 from robocal.prove.split import Split, leave_one_out_rounds
 from robocal.prove.statistics import Fold, Stages, Statistic
 
-__all__ = ["Proof", "best", "constant_of", "drawn", "located", "stages", "units_of", "unseen_of"]
+__all__ = ["Proof", "absolute_observations", "best", "constant_of", "drawn", "stages", "units_of", "unseen_of"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -48,7 +48,7 @@ class Proof:
         return before, after, told if everything else told & ~self.aside[unit]
 
     @property
-    def starved(self) -> bool:
+    def short_of_rows(self) -> bool:
         """Whether enough rows were unseen, but too many of them are gross."""
         some = [[int(self.errors(u, everything)[2].sum()) for everything in (False, True)] for u in self.aside]
         return bool(some) and some[0][0] < PROOF_PLACES <= some[0][1]
@@ -130,10 +130,10 @@ def _folds(proof: Proof, unit: str, at: Ints, everything: bool) -> tuple[Fold, .
 def best(proofs: Mapping[str, Proof]) -> Proof | None:
     """The proof that the verdict takes: the first that there is, unless gross rows left it too little to prove anything."""
     known = [n for n in ("held_out", "k_fold", "leave_one_out") if n in proofs]
-    return next((proofs[n] for n in known if not proofs[n].starved), proofs[known[0]] if known else None)
+    return next((proofs[n] for n in known if not proofs[n].short_of_rows), proofs[known[0]] if known else None)
 
 
-def located(data: DataSet) -> list[int]:
+def absolute_observations(data: DataSet) -> list[int]:
     """The observations that have a mean to predict: positions in the coordinates of an instrument."""
     return [i for i, o in enumerate(data.observations) if o.kind in ABSOLUTE and o.value.ndim == 2]
 
@@ -141,7 +141,7 @@ def located(data: DataSet) -> list[int]:
 def constant_of(data: DataSet, base: Problem, proof: Proof | None, everything: bool = False) -> Array | None:
     """What predicting the mean would miss of the rows that prove something, of each target by each instrument that measured
     positions; None where none did."""
-    found = located(data)
+    found = absolute_observations(data)
     split = proof.split if proof is not None else leave_one_out_rounds(data)
     if not found or (len(split) < 2 and proof is None):
         return None

@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import once
 from robocal.diagnose.finding import Finding, doubt, note
 from robocal.diagnose.limits import CURVATURE, STEP_MISLEADS
-from robocal.diagnose.registry import When, check
 from robocal.estimate.linearity import Curvature, Step, curvature, one_step
 from robocal.estimate.uncertainty import Uncertainty
 from robocal.fit.fit import Fit
@@ -84,11 +84,11 @@ def linearity(fit: Fit, start: Array, u: Uncertainty, units: tuple[str, ...]) ->
 @once
 def linearity_of(context: Decision[Model]) -> Linearity | None:
     """Of the fit to everything, with the covariance of its method where that has one of its own."""
-    fit, u = context.fitted, context.fitted.uncertainty
+    fit, u = context.need_fit, context.need_fit.uncertainty
     if fit.covariance is not None:
         u = replace(u, covariance=fit.covariance)
     assert context.start is not None
-    return linearity(fit, context.start, u, units_of(context.known.base))
+    return linearity(fit, context.start, u, units_of(context.need_proofs.base))
 
 
 @check("linearity", When.FIT, order=190, needs=("proven",))

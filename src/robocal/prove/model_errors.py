@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from robocal.estimate.choosing.choice import choose
 from robocal.fit.baseline import baseline, frame_names
+from robocal.fit.free_poses import own_poses
 from robocal.fit.misfit import errors
-from robocal.fit.poses import own_poses
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 
@@ -50,7 +50,7 @@ def model_errors(model: Model, data: DataSet, watch: Watch | None = None, *, too
     fixed = model.with_table(model.table.with_free(free))
     problem, x = baseline(fixed, data, np.arange(len(data.configurations)), watch)
     frames = frame_names(fixed, problem)
-    fitted = choose(problem.with_free(frames), x).kept if frames else ()
+    fitted = choose(problem.with_free(frames), x).basis if frames else ()
     taken = np.ones((1, problem.configurations))
     if problem.blocks:
         x, taken, _ = own_poses(problem, x, np.ones((1, problem.configurations), dtype=bool))

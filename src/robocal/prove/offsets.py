@@ -26,7 +26,7 @@ from robocal.estimate.uncertainty import Total, quantile, total, uncertainty, un
 from robocal.fit.baseline import frame_names
 from robocal.fit.fit import Fit
 from robocal.fit.repeats import places
-from robocal.geometry.path.joints import Zero
+from robocal.geometry.path.path_joints import Zero
 from robocal.measure.machine import Model, joints_of
 from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.folds import local_names, unseen
@@ -102,7 +102,7 @@ def offsets_alone(model: Model, base_x: Array, whole: Fit, proven: Proven, seed:
     zeros = () if model.mechanism is None else model.mechanism.open_zeros
     if not zeros:
         return None
-    found = _fitted(model, whole, base_x, zeros)
+    found = _fit_zeros(model, whole, base_x, zeros)
     offsets = _offsets(model, found, zeros)
     # Of the proofs that were made, the one with the most places: a mean of ten errors says little of the next thousand.
     main, unit = proven.proofs.get("leave_one_out", proven.best), units_of(whole.problem)[0]
@@ -110,14 +110,14 @@ def offsets_alone(model: Model, base_x: Array, whole: Fit, proven: Proven, seed:
         return OffsetsAlone(offsets, False, Remark.of(Code.NOTHING_HELD_OUT), unit)
     part, home = found, base_x
     if proven.proofs.get("held_out") is main:
-        part, home = _fitted(model, proven.part, proven.base_x, zeros), proven.base_x
+        part, home = _fit_zeros(model, proven.part, proven.base_x, zeros), proven.base_x
     local = [n for n in local_names(model, found.problem) if n in found.problem.free]
     alone = _unseen(part, base_x, home, local, main)
     converged = part.converged and found.converged and alone.after.converged and alone.before.converged
-    return _judged(whole, main, alone, offsets, converged, unit, seed)
+    return _assess_gain(whole, main, alone, offsets, converged, unit, seed)
 
 
-def _fitted(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found:
+def _fit_zeros(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found:
     """The zeros fitted from a baseline x (1, P), with the rows, the noise and the loss of a fit."""
     names = [*frame_names(model, fit.problem), *(z.parameter for z in zeros)]
     every = fit.problem.with_free(names)
@@ -127,9 +127,9 @@ def _fitted(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found:
     lin = every.linearize(start)
     for _ in range(ROUNDS):
         seen = analyse(every, start, noise=noise, lin=lin)
-        if seen.kept == kept:
+        if seen.basis == kept:
             break
-        kept = seen.kept
+        kept = seen.basis
         chosen = every.with_free(kept)
         # A loss that forgets large residuals would forget all of them at a start that is millimetres away.
         near = least_squares(chosen.with_loss("huber"), x).x if chosen.loss == "tukey" else x
@@ -181,7 +181,7 @@ def _unseen(part: _Found, base_x: Array, home: Array, local: Sequence[str], main
     return replace(main, after=unseen(part.problem, x, main.split, units_of(part.problem), local, begins))
 
 
-def _judged(
+def _assess_gain(
     whole: Fit, main: Proof, alone: Proof, offsets: tuple[JointOffset, ...], converged: bool, unit: str, seed: int
 ) -> OffsetsAlone:
     """The gain of offsets alone and whether it is proven, by the rule of the main verdict."""

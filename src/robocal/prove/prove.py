@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from robocal.diagnose.gross import neither, set_aside
 from robocal.diagnose.limits import HOLD_OUT_PLACES, LEAVE_ONE_OUT_PLACES
 from robocal.estimate.problem import Problem
-from robocal.fit.baseline import Baseline, frame_names, known_baseline, renoised
-from robocal.fit.estimators import batched, estimator
-from robocal.fit.fit import Fit, fit, posed_again
+from robocal.fit.baseline import Baseline, fit_baseline, frame_names, renew_baseline
+from robocal.fit.estimators import can_batch, estimator
+from robocal.fit.fit import Fit, fit, search_poses_again
+from robocal.fit.free_poses import own_poses
 from robocal.fit.misfit import by_unit
 from robocal.fit.options import Options
-from robocal.fit.poses import own_poses
 from robocal.fit.repeats import places
-from robocal.fit.starts.own import placed
+from robocal.fit.starts.own import place_configurations
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.prove.folds import (
@@ -84,7 +84,7 @@ class Proven:
     base_x: Array
     part: Fit
     fitted: Ints
-    held: Ints
+    held_out: Ints
     embargoed: Ints  # neither fitted nor held out
     left_out: tuple[Remark, ...]  # a proof that was not made
 
@@ -112,13 +112,13 @@ def prove(
     if options.folds is not None:
         if watch:
             watch({"stage": "folds", "configurations": len(split)})
-        quick = batched(options) and not options.reselect
+        quick = can_batch(options) and not options.reselect
         proofs.made["k_fold"] = _rounds(model, data, clean, base, whole, split, options, watch, quick)
     # By itself where it is one batch, or where nothing else proves anything; who asks for it gets it from any method, by
     # refits.
     blind = estimator(options.method).blind
     cheap = options.folds is None and (
-        count <= LEAVE_ONE_OUT_PLACES if batched(options) else count < HOLD_OUT_PLACES and not blind
+        count <= LEAVE_ONE_OUT_PLACES if can_batch(options) else count < HOLD_OUT_PLACES and not blind
     )
     if (cheap if options.leave_one_out is None else options.leave_one_out) and count > 2:
 
@@ -126,10 +126,10 @@ def prove(
             if watch:
                 watch({"stage": "leave-one-out", "configurations": count})
             rounds = leave_one_out_rounds(data)
-            return _rounds(model, data, clean, base, whole, rounds, options, watch, batched(options))
+            return _rounds(model, data, clean, base, whole, rounds, options, watch, can_batch(options))
 
         proofs.later("leave_one_out", one_by_one)
-    missed = "leave_one_out" not in proofs and not batched(options) and options.leave_one_out is None
+    missed = "leave_one_out" not in proofs and not can_batch(options) and options.leave_one_out is None
     left_out = (Remark.of(Code.LEAVE_ONE_OUT_LEFT),) if missed and not blind and options.folds is None else ()
     everyone = np.arange(len(data.configurations))
     if options.folds is not None or not len(split):
@@ -137,7 +137,7 @@ def prove(
     fitted, held = split.configurations(0)
     one = trial(model, data, split, 0, options, told, base.x, watch)
     proofs.made["held_out"] = Proof(split, one.before, one.after, _units(base.problem, one.aside))
-    embargoed = np.flatnonzero(~(split.fit[0] | split.held[0]))
+    embargoed = np.flatnonzero(~(split.fit[0] | split.held_out[0]))
     return Proven(proofs, one.base, one.base_x, one.part, fitted, held, embargoed, left_out)
 
 
@@ -217,26 +217,26 @@ def trial(
     """One round done from the beginning: start, noise and selection know its fitted configurations only. `start` (1, P) is where
     frames that they cannot see are looked for."""
     fitted, held = split.configurations(k)
-    one = Split(split.held[k : k + 1], split.fit[k : k + 1], split.names[k : k + 1], split.how)
+    one = Split(split.held_out[k : k + 1], split.fit[k : k + 1], split.names[k : k + 1], split.how)
     # Gross rows are looked for among the rows that are fitted: the others are not known here.
     clean = set_aside(model, data, fitted, watch)
     by = (options.loss, options.tuning)
-    begun = known_baseline(model, clean, fitted, *by, watch)
-    part = fit(model, clean, fitted, options, posed_again(begun.problem, begun.x), watch)
+    begun = fit_baseline(model, clean, fitted, *by, watch)
+    part = fit(model, clean, fitted, options, search_poses_again(begun.problem, begun.x), watch)
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
-    known = renoised(model, (clean, begun), part.data, fitted, *by)
+    known = renew_baseline(model, (clean, begun), part.data, fitted, *by)
     if known.problem.blocks:
         # What nobody fitted has no place yet: it is placed by its own rows before anything is said of them.
         # From where the identified machine has it as well: one that is decimetres off may have it upside down.
         names = part.problem.table.names
         ended = zip(names, map(float, part.solution.x[0]), strict=False)
         better = model.with_values({n: v for n, v in ended if n in model.table})
-        other = placed(
+        other = place_configurations(
             better, replace(clean, configurations=replace(clean.configurations, start=None))
         ).configurations.start
-        known = replace(known, x=own_poses(known.problem, known.x, one.held, other)[0])
+        known = replace(known, x=own_poses(known.problem, known.x, one.held_out, other)[0])
         part = replace(
-            part, solution=replace(part.solution, x=own_poses(part.problem, part.solution.x, one.held, other)[0])
+            part, solution=replace(part.solution, x=own_poses(part.problem, part.solution.x, one.held_out, other)[0])
         )
     base, base_x = known.problem, known.x
     aside = neither(model, clean, known, part, fitted)
@@ -253,8 +253,8 @@ def trial(
             continue
         at = [base.table.index[n] for n in names]
         x[:, at] = solved[:, at] = start[:, at]
-        x[0], before = profile(base, x, one.held[0], names)
-        solved[0], after = profile(part.problem, solved, one.held[0], names)
+        x[0], before = profile(base, x, one.held_out[0], names)
+        solved[0], after = profile(part.problem, solved, one.held_out[0], names)
         profiled = np.ones(1, dtype=bool)
         break
     else:
@@ -262,8 +262,8 @@ def trial(
         profiled = np.zeros(1, dtype=bool)
     mine: list[Array | None] = [None, None]
     if base.blocks:
-        x, mine[0], _ = own_poses(base, x, one.held)
-        solved, mine[1], _ = own_poses(part.problem, solved, one.held)
+        x, mine[0], _ = own_poses(base, x, one.held_out)
+        solved, mine[1], _ = own_poses(part.problem, solved, one.held_out)
         profiled = np.ones(1, dtype=bool)
     part = replace(part, solution=replace(part.solution, x=solved))
     found, told = [], np.ones((1, len(base.terms)))

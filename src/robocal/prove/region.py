@@ -28,20 +28,20 @@ import scipy
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.check_registry import Given, When, check
 from robocal.diagnose.context import once
 from robocal.diagnose.finding import Finding, qualify
 from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, WORSE_CHANCE
-from robocal.diagnose.registry import Given, When, check
 from robocal.diagnose.scale import common_scale
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, band
-from robocal.fit.working_range import Region
+from robocal.fit.working_range import JointRegion
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import reach
-from robocal.prove.bands import mean_conditions, measured_range
+from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.decision import Decision
-from robocal.prove.workspace import motion_field, parameters_of, sample_joints
+from robocal.prove.place_bands import motion_field, parameters_of, sample_joints
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from robocal.fit.fit import Fit
     from robocal.prove.split import Split
 
-__all__ = ["REGION", "Holds", "beside", "limited", "range_of", "spanned", "where_it_holds"]
+__all__ = ["REGION", "Holds", "beside", "range_of", "region_between_poses", "region_of_limits", "where_it_holds"]
 
 Array = NDArray[np.float64]
 SAMPLES = 500  # grid: configurations of a range
@@ -79,12 +79,12 @@ class Holds:
         return "working" if self.band <= self.moved and sure else "measured"
 
 
-def limited(chain: Model, data: DataSet) -> Region:
+def region_of_limits(chain: Model, data: DataSet) -> JointRegion:
     """The joint limits of a chain; the measured range where a limit is infinite."""
-    return Region(*sample_joints(chain, measured_range(data.configurations), SAMPLES))
+    return JointRegion(*sample_joints(chain, range_of_joints(data.configurations), SAMPLES))
 
 
-def spanned(chain: Model, data: DataSet) -> Region:
+def region_between_poses(chain: Model, data: DataSet) -> JointRegion:
     """Configurations on the way from one measured one to another.
 
     A box of the measured joints would hold what nobody measured or meant: where a grid was measured with the tool held
@@ -93,11 +93,11 @@ def spanned(chain: Model, data: DataSet) -> Region:
     q = data.configurations.joints
     q = np.zeros((0, len(joints_of(chain)))) if q is None else q[np.isfinite(q).all(axis=1)]
     if not len(q):
-        return limited(chain, data)
+        return region_of_limits(chain, data)
     rng = np.random.default_rng(0)
     one, other = q[rng.integers(0, len(q), (2, SAMPLES))]
     share = rng.uniform(size=(SAMPLES, 1))
-    return Region(one + share * (other - one), SPAN)
+    return JointRegion(one + share * (other - one), SPAN)
 
 
 def _shape(
@@ -133,7 +133,7 @@ def where_it_holds(
     whole: Fit,
     off: Total,
     base: tuple[Problem, Array],
-    region: Region | None,
+    region: JointRegion | None,
     scale: Scale | None,
     split: Split | None = None,
 ) -> Holds | None:
@@ -141,8 +141,8 @@ def where_it_holds(
     it. None where nothing was fitted or no joints were recorded."""
     if data.configurations.joints is None or not whole.identifiability.names:
         return None
-    named, region = region is not None, region or spanned(model, data)
-    scaled = scale is None or scale.seen or not scale.stated
+    named, region = region is not None, region or region_between_poses(model, data)
+    scaled = scale is None or scale.observable or not scale.stated
     jac, covariance, moved = _shape(model, data, whole, off, region.joints, base, scaled)
     far, square = float(np.mean(band(jac, covariance) ** 2)), float(np.mean(np.sum(moved**2, axis=1)))
     along = np.einsum("mai,ma->i", jac, moved) / len(moved)
@@ -160,7 +160,7 @@ def beside(joints: Array, split: Split) -> bool:
     place = np.nan_to_num(joints / np.where((spread := np.nanstd(joints, axis=0)) > 0, spread, 1.0))
     near = BESIDE_NEAR * float(np.sqrt(2 * (spread > 0).sum()))
     found = []
-    for held, fit in zip(split.held, split.fit, strict=True):
+    for held, fit in zip(split.held_out, split.fit, strict=True):
         if fit.any():
             found.append(scipy.spatial.cKDTree(place[fit]).query(place[held])[0] < near)
     return bool(found) and float(np.mean(np.concatenate(found))) > BESIDE_SHARE
@@ -169,9 +169,9 @@ def beside(joints: Array, split: Split) -> bool:
 @once
 def range_of(context: Decision[Model]) -> Holds | None:
     """Where the correction of the fit to everything holds."""
-    proven = context.known
+    proven = context.need_proofs
     base, split = (proven.base, proven.base_x), None if context.proof is None else context.proof.split
-    known = context.model, context.measured, context.fitted, context.total, base
+    known = context.model, context.need_data, context.need_fit, context.total, base
     return where_it_holds(*known, context.chosen.region, common_scale(context), split)
 
 

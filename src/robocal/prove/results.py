@@ -10,28 +10,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import once
 from robocal.diagnose.finding import Finding, note
 from robocal.diagnose.limits import PARTNERS_WIDER
-from robocal.diagnose.registry import When, check
 from robocal.estimate.choosing.choice import together
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Residuals
+from robocal.estimate.terms import Residuals
 from robocal.estimate.uncertainty import Total, Uncertainty, band, quantile
 from robocal.fit.estimators import estimator
 from robocal.fit.noise import owners
-from robocal.fit.working_range import Region
+from robocal.fit.working_range import JointRegion
 from robocal.geometry import so3
 from robocal.measure.base import KINDS, Rows
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
 from robocal.measure.fingerprint import fingerprints
 from robocal.measure.machine import Model
-from robocal.parameters import Table
-from robocal.prove.bands import claimed, mean_conditions
+from robocal.parameters import ParameterTable
+from robocal.prove.bands import find_identified, mean_conditions
 from robocal.prove.decision import Decision
 from robocal.prove.identification import Band, ParameterResult, RowTable
-from robocal.prove.region import limited
+from robocal.prove.region import region_of_limits
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -66,7 +66,7 @@ def parameter_results(
         for name, _ in combination.partners:
             hidden.setdefault(name, []).append(combination.name)
     by_name = {c.name: c for c in seen.combinations}
-    told = claimed(fit, off)
+    told = find_identified(fit, off)
     delta = values - start
     out = []
     for i, row in enumerate(table.rows):
@@ -116,7 +116,7 @@ def parameter_results(
     return tuple(out)
 
 
-def _nearest_turns(table: Table, values: Array, start: Array) -> Array:
+def _nearest_turns(table: ParameterTable, values: Array, start: Array) -> Array:
     """The same values with each rotation vector v in the form nearest to its nominal one: v (1 - 2 pi / |v|) is the same
     rotation, and half a turn may come out as either."""
     out = np.array(values)
@@ -129,7 +129,7 @@ def _nearest_turns(table: Table, values: Array, start: Array) -> Array:
     return out
 
 
-def _components(table: Table, names: Sequence[str], covariance: Array, values: Array) -> dict[str, float]:
+def _components(table: ParameterTable, names: Sequence[str], covariance: Array, values: Array) -> dict[str, float]:
     """Standard deviation of every free parameter from a covariance in the tangent: of a rotation vector v, whose components
     are told, by dv = Jinv(v) w; the covariance speaks of turns w."""
     out = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
@@ -178,8 +178,8 @@ def row_table(
         _repeat([r.kind for r in before], count),
         _repeat([t.target for t in part.problem.terms if isinstance(t, Rows)], count),
         np.concatenate(place),
-        np.concatenate([_told(r) for r in before]),
-        np.concatenate([_told(r) for r in after]),
+        np.concatenate([_row_residuals(r) for r in before]),
+        np.concatenate([_row_residuals(r) for r in after]),
         tuple(p for r, n in zip(before, count, strict=True) for p in [r.parts] * n),
         np.concatenate(unseen),
         np.concatenate(turned),
@@ -192,7 +192,7 @@ def _repeat(words: list[str], count: list[int]) -> tuple[str, ...]:
     return tuple(w for w, n in zip(words, count, strict=True) for _ in range(n))
 
 
-def _told(r: Residuals) -> Array:
+def _row_residuals(r: Residuals) -> Array:
     """The residual of every row, padded with NaN to six columns; the first is the whole error where a lever makes one."""
     out = np.full((len(r.value), 6), np.nan)
     out[:, : r.value.shape[1]] = r.value[:, :6]
@@ -201,7 +201,9 @@ def _told(r: Residuals) -> Array:
     return out
 
 
-def prediction_band(model: Model, data: DataSet, fit: Fit, off: Total, region: Region | None = None) -> Band | None:
+def prediction_band(
+    model: Model, data: DataSet, fit: Fit, off: Total, region: JointRegion | None = None
+) -> Band | None:
     """One standard deviation of the error of the predicted position over joint space: of the model, with hidden
     parameters as uncertain as expected, and of what it leaves at every pose.
 
@@ -214,7 +216,7 @@ def prediction_band(model: Model, data: DataSet, fit: Fit, off: Total, region: R
     found = [o for o in data.observations if o.kind in ("position", "pose")]
     if data.configurations.joints is None or not found or not fit.identifiability.names:
         return None
-    region = region or limited(model, data)
+    region = region or region_of_limits(model, data)
     count = len(region.joints)
     template = replace(
         found[0],
@@ -246,7 +248,7 @@ def prediction_band(model: Model, data: DataSet, fit: Fit, off: Total, region: R
 @once
 def prediction_of(context: Decision[Model]) -> Band | None:
     """That of the fit to everything, over the range that was asked for."""
-    known = context.model, context.measured, context.fitted, context.total
+    known = context.model, context.need_data, context.need_fit, context.total
     return prediction_band(*known, context.chosen.region)
 
 

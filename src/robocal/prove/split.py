@@ -25,7 +25,7 @@ from robocal.errors import ModelError
 from robocal.fit.repeats import places
 from robocal.measure.data import Configurations, DataSet
 
-__all__ = ["Split", "groups_of", "leave_one_out_rounds", "make_split", "stratified"]
+__all__ = ["Split", "groups_of", "leave_one_out_rounds", "make_split", "stratify"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -38,27 +38,27 @@ class Split:
     """Rounds of holding out; see the module. `how` says in words how they were drawn, `together` (U,) the block or group
     of each configuration where whole ones are held out."""
 
-    held: Bools  # (K, U)
+    held_out: Bools  # (K, U)
     fit: Bools  # (K, U)
     names: tuple[str, ...]
     how: str
     together: Ints | None = None
 
     def __len__(self) -> int:
-        return len(self.held)
+        return len(self.held_out)
 
     @property
     def round_of(self) -> Ints:
         """The (first) round that holds out each configuration, or -1, (U,)."""
         return (
-            np.where(self.held.any(axis=0), self.held.argmax(axis=0), -1)
+            np.where(self.held_out.any(axis=0), self.held_out.argmax(axis=0), -1)
             if len(self)
-            else np.full(self.held.shape[1], -1)
+            else np.full(self.held_out.shape[1], -1)
         )
 
     def configurations(self, k: int) -> tuple[Ints, Ints]:
         """Fitted and held-out configurations of one round."""
-        return np.flatnonzero(self.fit[k]), np.flatnonzero(self.held[k])
+        return np.flatnonzero(self.fit[k]), np.flatnonzero(self.held_out[k])
 
     @classmethod
     def of(cls, data: DataSet, held: Bools, names: tuple[str, ...], how: str, together: Ints | None = None) -> Split:
@@ -66,7 +66,7 @@ class Split:
         out nothing are dropped."""
         told: Bools = np.asarray(held.any(axis=1))
         held, names = held[told], tuple(n for n, t in zip(names, told, strict=True) if t)
-        configuration, place = _touched(data)
+        configuration, place = _place_pairs(data)
         tied = np.zeros_like(held)
         for row, out in zip(tied, held, strict=True):
             seen = (
@@ -83,7 +83,7 @@ def _stood(configurations: Configurations) -> Bools:
     return np.ones(len(configurations), dtype=bool) if joints is None else np.asarray(np.isfinite(joints).all(axis=1))
 
 
-def _touched(data: DataSet) -> tuple[Ints, Ints]:
+def _place_pairs(data: DataSet) -> tuple[Ints, Ints]:
     """Which places each configuration touches, its own and the ends of its rows, without hubs: configurations and places, one by one."""
     label = places(data.configurations)
     pairs = [(o.configuration, o.second) for o in data.observations if o.second is not None]
@@ -156,7 +156,7 @@ def make_split(
         label = np.where(_stood(where), _dealt(where, folds, seed), -1)
         return _rounds(data, label, folds, seed, "fold", tuple(f"fold {i + 1}" for i in range(folds)), ordered=True)
     held = np.zeros((1, len(where)), dtype=bool)
-    held[0, stratified(where, how, seed)[1]] = True
+    held[0, stratify(where, how, seed)[1]] = True
     held &= _stood(where)
     return Split.of(data, held, ("held out",), "held out")
 
@@ -226,7 +226,7 @@ def _cells(configurations: Configurations, rng: np.random.Generator, stop: int, 
     return list(cells.values()), label
 
 
-def stratified(configurations: Configurations, fraction: float, seed: int) -> tuple[Ints, Ints]:
+def stratify(configurations: Configurations, fraction: float, seed: int) -> tuple[Ints, Ints]:
     """Fit and held-out configurations: space is halved along its widest direction until a cell holds about 1 / fraction places,
     one of each is held out, with all of its repeats.
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.quantities import Amount, Share, ShownUnit
+from robocal.quantities import Amount, DisplayUnit, Share
 
 __all__ = ["Coverage", "Fold", "Stages", "Statistic"]
 
@@ -57,7 +57,7 @@ class Stages:
     """The error of one quantity at every stage: baseline (before) and identified (after), on fitted and on unseen configurations;
     constant is predicting the mean."""
 
-    unit: ShownUnit
+    unit: DisplayUnit
     before: Statistic | None = None
     after: Statistic | None = None
     held_out: Statistic | None = None

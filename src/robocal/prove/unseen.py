@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from robocal.diagnose.check_registry import Given, When, check
 from robocal.diagnose.finding import Finding, qualify, refuse
 from robocal.diagnose.gross import share
 from robocal.diagnose.limits import GROSS_SHARE, MEAN_RIVAL, PROOF_PLACES, ROUNDING_MARGIN, UNEXPLAINED_MOST
-from robocal.diagnose.registry import Given, When, check
 from robocal.measure.machine import Model
 from robocal.prove.decision import Decision, rms
 from robocal.remarks.code import Code
@@ -26,9 +26,9 @@ def one_place(context: Decision[Model]) -> Iterator[Finding]:
 
 
 @check("excluded-share", When.UNSEEN, order=20, given=Given.NOTHING, needs=("proven",))
-def excluded_share(context: Decision[Model]) -> Iterator[Finding]:
+def share_of_excluded(context: Decision[Model]) -> Iterator[Finding]:
     """So many rows are excluded that they are no outliers. A fit that did not see all rows may see more clearly which are gross."""
-    excluded = max(share(context.measured), context.known.part.problem.aside)
+    excluded = max(share(context.need_data), context.need_proofs.part.problem.aside)
     if excluded > GROSS_SHARE:
         yield refuse(Code.TOO_MANY_ASIDE, share=excluded, most=GROSS_SHARE)
 
@@ -75,7 +75,7 @@ def mean_rival(context: Decision[Model]) -> Iterator[Finding]:
 
 
 @check("unexplained", When.UNSEEN, order=70, given=Given.NOTHING, needs=("evidence",))
-def unexplained(context: Decision[Model]) -> Iterator[Finding]:
+def residual_finding(context: Decision[Model]) -> Iterator[Finding]:
     """The model leaves so much that it does not describe this robot."""
     yield from left_over(context, UNEXPLAINED_MOST)
 
@@ -83,7 +83,7 @@ def unexplained(context: Decision[Model]) -> Iterator[Finding]:
 def left_over(context: Decision[Model], most: float) -> Iterator[Finding]:
     """What is left beyond the stated noise, where it is more than a share of the variance."""
     assert context.evidence is not None
-    part, left = context.evidence.unexplained
-    if part > most and context.evidence.beyond_noise:
+    part, left = context.evidence.residual_share
+    if part > most and context.evidence.exceeds_noise:
         noise = Quantity(context.evidence.stated) if context.evidence.stated else None
         yield refuse(Code.UNEXPLAINED, explained=1 - part, rms=Quantity(left), stated=noise)

@@ -18,7 +18,7 @@ from typing import Any, Protocol, TypeAlias
 
 from robocal.remarks import english
 
-__all__ = ["Number", "Quantity", "Remark", "Said", "documents", "percent", "sentences", "spoken", "told"]
+__all__ = ["Message", "Number", "Quantity", "Remark", "documents", "full_text", "percent", "remark_fields", "sentences"]
 
 # Factor from SI, and the unit in which people read it.
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px")}
@@ -63,12 +63,12 @@ class Remark:
     @property
     def sentence(self) -> str:
         """The sentence, without a full stop."""
-        return _filled(english.words_of(self.code).sentence, self.numbers)
+        return _fill(english.phrase_of(self.code).sentence, self.numbers)
 
     @property
     def advice(self) -> str:
         """What to do about it; empty where there is nothing to do."""
-        return _filled(english.words_of(self.code).advice, self.numbers)
+        return _fill(english.phrase_of(self.code).advice, self.numbers)
 
     @property
     def document(self) -> dict[str, Any]:
@@ -88,7 +88,7 @@ class Remark:
         return self.sentence
 
 
-class Said(Protocol):
+class Message(Protocol):
     """What can be shown: a remark, or what result.json keeps of one."""
 
     @property
@@ -102,7 +102,7 @@ class Said(Protocol):
         ...
 
 
-def spoken(said: Said) -> str:
+def full_text(said: Message) -> str:
     """Sentence and advice as one text."""
     return f"{said.sentence}. {said.advice}" if said.advice else said.sentence
 
@@ -117,20 +117,20 @@ def documents(remarks: Iterable[Remark]) -> list[dict[str, Any]]:
     return [r.document for r in dict.fromkeys(remarks)]
 
 
-def told(remarks: Iterable[Remark], word: str = "warnings") -> dict[str, Any]:
+def remark_fields(remarks: Iterable[Remark], word: str = "warnings") -> dict[str, Any]:
     """What a document says of remarks: their sentences under `word`, the same as data under "remarks"."""
     once = tuple(dict.fromkeys(remarks))
     return {word: sentences(once), "remarks": documents(once)}
 
 
-def _filled(template: str, numbers: Mapping[str, Number]) -> str:
-    known = {k: _told(v) for k, v in numbers.items() if v is not None}
+def _fill(template: str, numbers: Mapping[str, Number]) -> str:
+    known = {k: _shorten_number(v) for k, v in numbers.items() if v is not None}
 
-    def kept(part: re.Match[str]) -> str:
+    def keep_part(part: re.Match[str]) -> str:
         names = {name for _, name, _, _ in Formatter().parse(part[1]) if name}
         return part[1] if names <= set(known) else ""
 
-    return _Spoken().format(_OPTIONAL.sub(kept, template), **known)
+    return _Spoken().format(_OPTIONAL.sub(keep_part, template), **known)
 
 
 class _Spoken(Formatter):
@@ -145,7 +145,7 @@ def percent(share: float, spec: str = ".0%") -> str:
     return f"{format(share, spec)[:-1]} %"
 
 
-def _told(value: Number) -> Number:
+def _shorten_number(value: Number) -> Number:
     """What a sentence says of a number: of many names the first and the last, of a long name its ends."""
     if isinstance(value, str):
         return _brief(value, LONGEST)

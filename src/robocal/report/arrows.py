@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.report.numbers import fixed, plain, significant
+from robocal.report.numbers import plain, significant, with_decimals
 from robocal.report.sections import Figure, Mark
 from robocal.report.series import is_aside, is_held_out, numbers
 from robocal.report.svg import drawing, label, num
@@ -85,7 +85,9 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
     }
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     pictures = [_panel(k, at, errors[k], out, bounds, scale, magnification[k]) for k in (0, 1)]
-    box = ", ".join(f"{a} from {fixed(u, 0)} to {fixed(v, 0)}" for a, u, v in zip("xyz", low, high, strict=True))
+    box = ", ".join(
+        f"{a} from {with_decimals(u, 0)} to {with_decimals(v, 0)}" for a, u, v in zip("xyz", low, high, strict=True)
+    )
     share = f"Of {every} rows one in {step} is drawn, and those with the largest errors. " if step > 1 else ""
     svg = (
         f'<div id="arrows"><div class="pair"><div>{pictures[0]}</div><div>{pictures[1]}</div></div>{CONTROLS}'

@@ -23,18 +23,18 @@ from robocal.report.sections import (
     table,
 )
 
-__all__ = ["fitted", "recipe"]
+__all__ = ["fit_sections", "recipe"]
 
 
-def fitted(result: Any) -> Iterator[Section]:
+def fit_sections(result: Any) -> Iterator[Section]:
     """Convergence, correlations, sensors."""
     fit, found = result.fit, result.correlation
-    yield Section.of("", Detail(lambda: _converged(fit)), title="Convergence", key="convergence")
+    yield Section.of("", Detail(lambda: _convergence(fit)), title="Convergence", key="convergence")
     yield Section.of("", Detail(lambda: _correlation(found)), title="Correlation of parameters", key="correlation")
     yield Section.of("", Detail(lambda: _sensors(fit)), title="Sensors and their noise", key="groups")
 
 
-def _converged(fit: Any) -> Iterator[Block]:
+def _convergence(fit: Any) -> Iterator[Block]:
     yield Text.of(
         f"{fit.iterations} iteration{'' if fit.iterations == 1 else 's'}{f'; {fit.reason}' if fit.reason else ''}."
     )

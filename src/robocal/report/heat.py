@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from robocal.report.numbers import finite, significant, with_unit
 from robocal.report.series import column
-from robocal.report.svg import Scale, drawing, label, line, log_ticks, nice_ticks, num, tick_text
+from robocal.report.svg import AxisScale, drawing, label, line, log_ticks, nice_ticks, num, tick_text
 
 __all__ = ["heat"]
 
@@ -49,8 +49,8 @@ def heat(columns: Columns) -> str:
         low, high = min(c.v for c in cells) - cells[0].side, max(c.v for c in cells) + cells[0].side
         height = WIDTH * (high - low) / (2 * half)
         for k in (0, 1):
-            x = Scale(-half, half, LEFT + k * (WIDTH + GAP), LEFT + k * (WIDTH + GAP) + WIDTH)
-            parts.append(_panel(name, cells, k, scale, x, Scale(low, high, y + height, y), _level(columns, name)))
+            x = AxisScale(-half, half, LEFT + k * (WIDTH + GAP), LEFT + k * (WIDTH + GAP) + WIDTH)
+            parts.append(_panel(name, cells, k, scale, x, AxisScale(low, high, y + height, y), _level(columns, name)))
         y += height + 62
     said = " ".join(
         f"{title}: up to {with_unit(significant(max(c.values[k] for c in everything)), 'mm')}, mean "
@@ -82,15 +82,15 @@ def _level(columns: Columns, name: str) -> float:
     return next((v for v in found if v is not None), 0.0)
 
 
-def _scale(values: Sequence[float]) -> Scale:
+def _scale(values: Sequence[float]) -> AxisScale:
     """From values to steps of colour, 0 to their number; four decades at most."""
     top = max(values)
     positive = [v for v in values if v > top * 1e-4]
     low, high = (min(positive), top) if positive else (1.0, 10.0)
-    return Scale(low, max(high, 1.2 * low), 0.0, float(len(COLOURS)), log=True)
+    return AxisScale(low, max(high, 1.2 * low), 0.0, float(len(COLOURS)), log=True)
 
 
-def _panel(name: str, cells: Sequence[Cell], k: int, scale: Scale, x: Scale, y: Scale, level: float) -> str:
+def _panel(name: str, cells: Sequence[Cell], k: int, scale: AxisScale, x: AxisScale, y: AxisScale, level: float) -> str:
     u, v, w = SLICES[name]
     marks: dict[int, list[str]] = {}
     for c in cells:
@@ -121,7 +121,7 @@ def _panel(name: str, cells: Sequence[Cell], k: int, scale: Scale, x: Scale, y: 
     return "".join(parts)
 
 
-def _legend(scale: Scale) -> str:
+def _legend(scale: AxisScale) -> str:
     """The one scale of colours."""
     left, step = LEFT, (2 * WIDTH + GAP) / len(COLOURS)
     parts = [

@@ -23,7 +23,7 @@ from robocal.report.sections import (
     Table,
     Text,
     Tiles,
-    Verdict,
+    VerdictBlock,
     Written,
 )
 
@@ -82,9 +82,9 @@ def _block(block: Block, heading: str) -> Iterator[str]:
         case Table():
             yield _table(block.full, heading)
         case Remarks():
-            said = (f"<li>{escape(s.sentence)}{_soft(s.advice)}</li>" for s in block.said)
+            said = (f"<li>{escape(s.sentence)}{_soft(s.advice)}</li>" for s in block.messages)
             yield f"<ul>{''.join(said)}</ul>"
-        case Verdict():
+        case VerdictBlock():
             yield _verdict(block)
         case Tiles():
             yield f'<div class="tiles" role="group" aria-label="The numbers to see first">{"".join(_tiles(block))}</div>'
@@ -109,7 +109,7 @@ def _block(block: Block, heading: str) -> Iterator[str]:
             assert_never(block)
 
 
-def _verdict(block: Verdict) -> str:
+def _verdict(block: VerdictBlock) -> str:
     kind, sign = SIGNS.get(block.style, UNKNOWN)
     icon = f'<svg viewBox="0 0 24 24" aria-hidden="true"><circle cx="12" cy="12" r="10"/>{sign}</svg>'
     lists = (

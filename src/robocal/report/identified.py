@@ -15,15 +15,15 @@ from typing import Any, NamedTuple
 
 from robocal.remarks.remark import percent
 from robocal.report.compared import comparison, groups, layer, linear
-from robocal.report.errors import errors, strange, tiles
-from robocal.report.fitted import fitted, recipe
+from robocal.report.error_tables import errors, outlier_blocks, tiles
+from robocal.report.fitted import fit_sections, recipe
 from robocal.report.heat import heat
 from robocal.report.page import page
-from robocal.report.parameters import hidden, parameters
+from robocal.report.parameter_tables import hidden, parameters
 from robocal.report.proof import verdict
 from robocal.report.sections import Block, Detail, Figure, Section, Text, Written, ends, quiet
 
-__all__ = ["ended", "identified", "report"]
+__all__ = ["closing_section", "identification_sections", "report"]
 
 Columns = Mapping[str, Sequence[object]]
 HEAT = (
@@ -52,7 +52,9 @@ def report(result: Any, rows: Columns | None, cells: Columns | None) -> str:
         ("robocal", result.provenance.version),
     )
     name, version = result.robot.name or "Unnamed robot", result.provenance.version
-    return page(name, identified(result, rows, lambda: cells), kind="Calibration report", facts=facts, made=version)
+    return page(
+        name, identification_sections(result, rows, lambda: cells), kind="Calibration report", facts=facts, made=version
+    )
 
 
 def _moment(value: str) -> str:
@@ -63,7 +65,7 @@ def _moment(value: str) -> str:
         return value
 
 
-def identified(
+def identification_sections(
     result: Any, rows: Columns | None = None, cells: Callable[[], Columns | None] = lambda: None
 ) -> Iterator[Section]:
     """The whole story of one identification; `rows` are the columns of residuals.csv, `cells` makes those of accuracy_map.csv."""
@@ -102,8 +104,8 @@ def identified(
         if part:
             yield Section.of("", *part, title=title, key=key)
     if result.outliers:
-        yield strange(result.outliers)
-    yield from fitted(result)
+        yield outlier_blocks(result.outliers)
+    yield from fit_sections(result)
     # Results of earlier versions have sentences alone.
     known = result.remarks or [Sentence(w) for w in dict.fromkeys(result.warnings)]
     yield from ends(known, key="warnings")
@@ -115,7 +117,7 @@ def _map(cells: Columns | None) -> Iterator[Block]:
         yield Figure(svg, HEAT)
 
 
-def ended(result: Any, written: Sequence[Path], left_out: Sequence[str]) -> Section:
+def closing_section(result: Any, written: Sequence[Path], left_out: Sequence[str]) -> Section:
     """The verdict once more, where the files are and what one of them cannot hold, what to do next, and the page as the last
     line: what stands at the end of a long output is what people see."""
     head = verdict(result, brief=True)

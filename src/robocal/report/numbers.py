@@ -10,13 +10,13 @@ __all__ = [
     "align",
     "decimals",
     "finite",
-    "fixed",
     "instrument_frames",
     "plain",
     "ranges",
     "scientific",
     "significant",
     "unit_text",
+    "with_decimals",
     "with_unit",
 ]
 
@@ -44,7 +44,7 @@ def decimals(size: float, digits: int = 2) -> int:
     return min(max(digits - 1 - exponent, 0), 12)
 
 
-def fixed(value: object, places: int) -> str:
+def with_decimals(value: object, places: int) -> str:
     """A number with that many decimals; what rounds to zero carries no sign; what no column could hold becomes
     scientific."""
     number = finite(value)
@@ -65,7 +65,7 @@ def significant(value: object, digits: int = 3) -> str:
         return MISSING
     if number != 0 and not 1e-5 <= abs(number) < 1e7:
         return scientific(number, digits - 1)
-    return fixed(number, decimals(number, digits))
+    return with_decimals(number, decimals(number, digits))
 
 
 def scientific(number: float, places: int) -> str:

@@ -19,7 +19,7 @@ from robocal._version import __version__
 from robocal.report.html import html
 from robocal.report.sections import Section, Text
 
-__all__ = ["embedded", "page"]
+__all__ = ["embed", "page"]
 
 # What no page may hold: control characters but line feeds and tabs.
 UNSEEN = re.compile("[\x00-\x08\x0b-\x1f]")
@@ -44,7 +44,7 @@ def page(
     """The text of a page with a title, the kind of document above it, and facts below it; `made` is robocal's version, `recipe` the
     provenance of its document: the command, and the files that were read. The same input gives the same text."""
     told = tuple(sections)
-    first, body = html((_untitled(s, title) for s in told[:1]), "head"), html(told[1:])
+    first, body = html((_drop_title(s, title) for s in told[:1]), "head"), html(told[1:])
     scripts = ["".join(map(_asset, names)) for names, sign in SCRIPTS.items() if sign in first + body]
     hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(t.encode()).digest()).decode()}'" for t in scripts)
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
@@ -74,7 +74,7 @@ def _recipe(made: Mapping[str, Any]) -> str:
     return "".join(f"<p>{escape(line)}</p>\n" for line in lines)
 
 
-def _untitled(section: Section, title: str) -> Section:
+def _drop_title(section: Section, title: str) -> Section:
     """The first section of a page without the title, which stands above it."""
     match section.blocks:
         case (Text(parts=((word, "strong"), str(rest))) as line, *others) if word == title:
@@ -82,7 +82,7 @@ def _untitled(section: Section, title: str) -> Section:
     return section
 
 
-def embedded(sections: Iterable[Section], key: str) -> str:
+def embed(sections: Iterable[Section], key: str) -> str:
     """Sections for a page that is not ours, such as a notebook: their style is nested, so it concerns nothing else, and `key`
     begins all identifiers, so that several results, or one twice, stand on one page."""
     style = _asset("style.css").replace(":root", "&")

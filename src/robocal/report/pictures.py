@@ -10,7 +10,7 @@ import numpy as np
 from robocal.report.numbers import significant, unit_text, with_unit
 from robocal.report.proof import times_smaller
 from robocal.report.series import ASIDE, Series, pairs
-from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
+from robocal.report.svg import AxisScale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
 
 __all__ = ["before_after", "convergence", "drawn_of", "histogram", "per_pose"]
 
@@ -30,7 +30,7 @@ text{font:12.5px system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-se
 """
 
 
-def _spoken(series: Sequence[Series], unit: str) -> str:
+def _describe(series: Sequence[Series], unit: str) -> str:
     return (
         "; ".join(
             f"{s.name}: {len(s.values)} values"
@@ -49,7 +49,7 @@ def histogram(series: Sequence[Series], quantity: str = "", unit: str = "mm") ->
         return ""
     width, left, right, row, bins = 460.0, 8.0, 452.0, 78.0, 44
     height = 14 + row * len(series) + 44
-    x = Scale(*around, left, right, log=True)
+    x = AxisScale(*around, left, right, log=True)
     parts = [bottom_axis(x, height - 44, 10, f"error, {unit_text(unit)}, logarithmic")]
     for k, s in enumerate(series):
         foot = 14 + row * (k + 1)
@@ -73,7 +73,7 @@ def histogram(series: Sequence[Series], quantity: str = "", unit: str = "mm") ->
                 line(at, foot - row + 38, at, foot, f"mean {s.key}"),
                 label(right, foot - row + 28, mean, "strong", "end"),
             ]
-    said = "Histograms on one logarithmic axis. " + _spoken(series, unit)
+    said = "Histograms on one logarithmic axis. " + _describe(series, unit)
     key = f"hist-{quantity.strip('_') or 'distance'}"
     return drawing(width, height, parts, title="Histogram of errors", text=said, key=key)
 
@@ -131,9 +131,9 @@ def _scatter(
     left, right, bottom, top = box
     low, high = _around(series) or (0.1, 1.0)
     last = max(int(s.at.max()) for s in series)
-    x = Scale(0.5, last + 0.5, left, right)
-    y = Scale(low, high, bottom, top, log=True)
-    whole = [t for t in Scale(1, max(last, 2), left, right).ticks if 1 <= t <= last and t == int(t)]
+    x = AxisScale(0.5, last + 0.5, left, right)
+    y = AxisScale(low, high, bottom, top, log=True)
+    whole = [t for t in AxisScale(1, max(last, 2), left, right).ticks if 1 <= t <= last and t == int(t)]
     parts = [
         left_axis(y, left, right, f"error, {unit_text(unit)}, logarithmic"),
         line(left, bottom, right, bottom, "axis"),
@@ -166,7 +166,7 @@ def _scatter(
     for s in shown:
         up = np.where(s.values > 0, y.many(s.values), bottom)
         parts.append(points(x.many(s.at).tolist(), up.tolist(), s.key))
-    said = "Errors on a logarithmic axis over configurations, with dashed lines at their means. " + _spoken(
+    said = "Errors on a logarithmic axis over configurations, with dashed lines at their means. " + _describe(
         series, unit
     )
     return parts, f"{said} {share}".strip()
@@ -182,8 +182,8 @@ def convergence(costs: Sequence[float]) -> str:
         return ""
     low, high = around
     width, height, left, right, bottom, head = 460.0, 250.0, 62.0, 446.0, 206.0, 34.0
-    x = Scale(0, len(costs) - 1, left + 10, right - 8)
-    y = Scale(low, high, bottom, head, log=True)
+    x = AxisScale(0, len(costs) - 1, left + 10, right - 8)
+    y = AxisScale(low, high, bottom, head, log=True)
     at = [(x(i), y(c)) for i, c in enumerate(costs)]
     ticks = [t for t in x.ticks if t == int(t)]
     parts = [left_axis(y, left, right, "cost, logarithmic"), line(left, bottom, right, bottom, "axis")]

@@ -7,15 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from robocal.quantities import Listing
 from robocal.report.numbers import finite, significant
 from robocal.report.sections import Block, Figure, Pair, Text
-from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
+from robocal.report.svg import AxisScale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
 
-__all__ = ["accuracy_picture", "foretold", "place_pictures", "places"]
+__all__ = ["accuracy_forecast", "accuracy_picture", "place_pictures", "places"]
 
 Points = Sequence[Sequence[float]]
 CURVES = (("random", "curve random", "random poses"), ("p95", "curve p95", "95 %"), ("mean", "curve", "mean"))
 
 
-def foretold(forecast: Listing, n: int, asked: float | None) -> Iterator[Block]:
+def accuracy_forecast(forecast: Listing, n: int, asked: float | None) -> Iterator[Block]:
     """What is predicted of n poses, in a sentence and a picture: of every number of poses the mean error, that at 95 % of the tests, and
     that of random poses, in mm; `asked` is what shall be reached."""
     mean, wide, random = (f"{significant(forecast[k].values[n])} mm" for k in ("mean", "p95", "random"))
@@ -51,7 +51,7 @@ def accuracy_picture(forecast: Listing, n: int, asked: float | None) -> str:
         return ""
     at = [float(r["poses"]) for r in shown]
     left, right, bottom, top = 56.0, 922.0, 300.0, 34.0
-    x, y = Scale(0.0, at[-1] * 1.04, left, right), Scale(*around, bottom, top, log=True)
+    x, y = AxisScale(0.0, at[-1] * 1.04, left, right), AxisScale(*around, bottom, top, log=True)
     parts = [
         bottom_axis(x, bottom, top, "poses measured"),
         left_axis(y, left, right, "foretold error, mm, logarithmic"),
@@ -92,8 +92,8 @@ def place_pictures(places: Mapping[str, Points]) -> list[tuple[str, str]]:
         high = [max(p[a] for p in every) for a in (i, j)]
         half = max(h - w for h, w in zip(high, low, strict=True)) / 2 * 1.05 or 1.0
         middle = [(h + w) / 2 for h, w in zip(high, low, strict=True)]
-        x = Scale((middle[0] - half) * 1e3, (middle[0] + half) * 1e3, 52, 452)
-        y = Scale((middle[1] - half) * 1e3, (middle[1] + half) * 1e3, 434, 34)
+        x = AxisScale((middle[0] - half) * 1e3, (middle[0] + half) * 1e3, 52, 452)
+        y = AxisScale((middle[1] - half) * 1e3, (middle[1] + half) * 1e3, 434, 34)
         parts = [bottom_axis(x, 434, 34, f"{'xyz'[i]}, mm"), left_axis(y, 52, 452, f"{'xyz'[j]}, mm")]
         dots = "".join(
             f"M{num(x(p[i] * 1e3) - 1)} {num(y(p[j] * 1e3) - 1)}h2v2h-2z" for p in places.get("candidates", ())

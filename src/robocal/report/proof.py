@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from robocal.report.sections import Style, Verdict, figure
+from robocal.report.sections import Style, VerdictBlock, figure
 
 __all__ = ["proof", "times_smaller", "verdict"]
 
-Told = tuple[str, Style, str]
-VERDICTS: dict[str, Told] = {
+VerdictText = tuple[str, Style, str]
+VERDICTS: dict[str, VerdictText] = {
     "improved": (
         "improved",
         "good",
@@ -31,16 +31,18 @@ VERDICTS: dict[str, Told] = {
 }  # fmt: skip
 
 
-def verdict(result: Any, brief: bool = False) -> Verdict:
+def verdict(result: Any, brief: bool = False) -> VerdictBlock:
     """The verdict of a result, with what to do where it is not `improved`, each advice once; `brief`: its first reason alone."""
     said = result.verdict
     measured = said.status == "improved" and said.region == "measured"
     status = "improved where measured" if measured else str(said.status)
     word, style, meaning = VERDICTS[status]
     if brief:
-        return Verdict(word, style, tuple(said.reasons[:1]))
+        return VerdictBlock(word, style, tuple(said.reasons[:1]))
     advice = [] if status == "improved" else [r.advice for r in said.remarks if r.advice]
-    return Verdict(word, style, tuple(said.reasons), tuple(dict.fromkeys(advice)), meaning, proof(result.residuals))
+    return VerdictBlock(
+        word, style, tuple(said.reasons), tuple(dict.fromkeys(advice)), meaning, proof(result.residuals)
+    )
 
 
 def times_smaller(before: float | None, after: float | None) -> str:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from robocal.quantities import Column, Listing
-from robocal.remarks.remark import Said
+from robocal.remarks.remark import Message
 
 __all__ = [
     "SPREAD",
@@ -33,11 +33,11 @@ __all__ = [
     "Text",
     "Tile",
     "Tiles",
-    "Verdict",
+    "VerdictBlock",
     "Written",
     "ends",
     "figure",
-    "listed",
+    "listing_table",
     "quiet",
     "spread",
     "strong",
@@ -130,11 +130,11 @@ class Figure:
 class Remarks:
     """What is worth knowing: sentences, each with what to do about it."""
 
-    said: tuple[Said, ...]
+    messages: tuple[Message, ...]
 
 
 @dataclass(frozen=True)
-class Verdict:
+class VerdictBlock:
     """A judgement: its word, what it means, what was proven, why, and what to do next."""
 
     word: str
@@ -209,7 +209,7 @@ class Detail:
     make: Callable[[], Iterable[Block | None]]
 
 
-Block: TypeAlias = "Text | Table | Figure | Remarks | Verdict | Tiles | Facts | Written | Pair | Folded | Detail"
+Block: TypeAlias = "Text | Table | Figure | Remarks | VerdictBlock | Tiles | Facts | Written | Pair | Folded | Detail"
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,7 @@ class Section:
         return Section(self.heading, tuple(b.short if isinstance(b, Table) else b for b in kept))
 
 
-def ends(remarks: Sequence[Said] = (), written: Sequence[Path] = (), key: str = "") -> Iterator[Section]:
+def ends(remarks: Sequence[Message] = (), written: Sequence[Path] = (), key: str = "") -> Iterator[Section]:
     """What stands at the end: what is worth knowing, and the files that were written."""
     if remarks:
         yield Section.of("Worth knowing", Remarks(tuple(remarks)), key=key)
@@ -269,7 +269,7 @@ def table(
     return Table(columns, made, tuple(right), title, tuple(styles), caption, tuple(detail), tuple(terse), brief)
 
 
-def listed(listing: Listing, *, title: str = "", most: int | None = None, styles: Sequence[Style] = ()) -> Table:
+def listing_table(listing: Listing, *, title: str = "", most: int | None = None, styles: Sequence[Style] = ()) -> Table:
     """A table of a listing, or of its first rows, as the columns say that they are shown."""
     values = [c.plain[:most] for c in listing.columns]
     numbers = tuple(i for i, column in enumerate(values) if any(isinstance(v, int | float) for v in column))

@@ -16,7 +16,7 @@ from robocal.report.numbers import plain, scientific
 
 __all__ = [
     "MARKS",
-    "Scale",
+    "AxisScale",
     "bottom_axis",
     "drawing",
     "label",
@@ -107,7 +107,7 @@ def points(xs: Sequence[float], ys: Sequence[float], series: str) -> str:
 
 
 @dataclass(frozen=True)
-class Scale:
+class AxisScale:
     """Maps low..high to start..end, linearly or by the logarithm."""
 
     low: float
@@ -178,7 +178,7 @@ def tick_text(value: float) -> str:
     return power if mantissa == "1" else f"{mantissa}·{power}"
 
 
-def bottom_axis(scale: Scale, y: float, top: float, title: str = "") -> str:
+def bottom_axis(scale: AxisScale, y: float, top: float, title: str = "") -> str:
     """Ticks, numbers and grid lines below a plot."""
     parts = [line(scale.start, y, scale.end, y, "axis")]
     for t in scale.ticks:
@@ -189,7 +189,7 @@ def bottom_axis(scale: Scale, y: float, top: float, title: str = "") -> str:
     return "".join(parts)
 
 
-def left_axis(scale: Scale, x: float, right: float, title: str = "") -> str:
+def left_axis(scale: AxisScale, x: float, right: float, title: str = "") -> str:
     """Ticks, numbers and grid lines left of a plot; the title stands above."""
     parts = []
     for t in scale.ticks:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from robocal.report.contour import contour
 from robocal.report.svg import (
     MARKS,
-    Scale,
+    AxisScale,
     bottom_axis,
     drawing,
     label,
@@ -43,38 +43,38 @@ class Axis:
 
     title: str
     values: Array
-    words: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
 
-    def scale(self, start: float, end: float) -> Scale:
+    def scale(self, start: float, end: float) -> AxisScale:
         """By the logarithm where the values span much."""
         v = self.values
-        if self.words:
-            return Scale(-0.5, len(v) - 0.5, start, end)
+        if self.labels:
+            return AxisScale(-0.5, len(v) - 0.5, start, end)
         log = float(v.min()) > 0 and float(v.max()) > WIDE * float(v.min())
         air = 0.0 if log or v.max() == v.min() else 0.04 * float(v.max() - v.min())
-        return Scale(float(v.min()) - air, float(v.max()) + air, start, end, log)
+        return AxisScale(float(v.min()) - air, float(v.max()) + air, start, end, log)
 
-    def below(self, scale: Scale, y: float, top: float) -> str:
+    def below(self, scale: AxisScale, y: float, top: float) -> str:
         """The axis under a panel."""
-        if not self.words:
+        if not self.labels:
             return bottom_axis(scale, y, top, self.title)
-        told = [label(scale(i) + 4, y + 16, word, "tick", "end", -TURN) for i, word in enumerate(self.words)]
+        told = [label(scale(i) + 4, y + 16, word, "tick", "end", -TURN) for i, word in enumerate(self.labels)]
         title = label(scale.end + 14, y + 4, self.title, "axis-title")
         return "".join([line(scale.start, y, scale.end, y, "axis"), *told, title])
 
     @property
-    def room(self) -> float:
+    def label_space(self) -> float:
         """What the axis takes below a panel: turned words, about as wide as half their height."""
-        return 44.0 + (3.6 * max(map(len, self.words)) if self.words else 0.0)
+        return 44.0 + (3.6 * max(map(len, self.labels)) if self.labels else 0.0)
 
-    def joined(self, x: Scale, y: Scale, values: Array) -> str:
+    def line(self, x: AxisScale, y: AxisScale, values: Array) -> str:
         """Finite values in order as a line; of words, each as a short stroke: nothing lies between them."""
         order = np.argsort(self.values, kind="stable")
         fine = order[np.isfinite(values[order])]
         if y.log:
             fine = fine[values[fine] >= y.low]
         at = list(zip(x.many(self.values[fine]).tolist(), y.many(values[fine]).tolist(), strict=True))
-        if self.words:
+        if self.labels:
             return "".join(f"M{num(a - STROKE)} {num(b)}h{num(2 * STROKE)}" for a, b in at)
         text = "L".join(f"{num(a)} {num(b)}" for a, b in at)
         return f"M{text}" if text else ""
@@ -86,13 +86,13 @@ class Curve:
 
     name: str
     values: Array
-    told: Array | None = None
+    theory: Array | None = None
 
 
 def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> str:
     """A picture (SVG): values with a mark at each, predicted ones as a dotted line. Below it, the
     difference of found and predicted ones, where there are some. Nothing ("") where no value is above zero."""
-    every = np.concatenate([np.concatenate([c.values, c.told if c.told is not None else []]) for c in found])
+    every = np.concatenate([np.concatenate([c.values, c.theory if c.theory is not None else []]) for c in found])
     known = every[np.isfinite(every)]
     room = span(v for v in known.tolist() if v > NOTHING * known.max())
     if room is None:
@@ -100,13 +100,13 @@ def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> 
     low, high = room
     log = high > WIDE * 1.25**2 * low
     bottom = HEAD + UPPER
-    across, y = x.scale(LEFT, RIGHT), Scale(low if log else 0.0, high, bottom, HEAD, log)
+    across, y = x.scale(LEFT, RIGHT), AxisScale(low if log else 0.0, high, bottom, HEAD, log)
     parts = [left_axis(y, LEFT, RIGHT, title)]
-    told = any(c.told is not None for c in found)
+    told = any(c.theory is not None for c in found)
     below = bottom + 58  # where the lower panel begins
     if told:
         # Grids lie under the marks.
-        parts += [line(across(v), bottom, across(v), HEAD, "grid") for v in ([] if x.words else across.ticks)]
+        parts += [line(across(v), bottom, across(v), HEAD, "grid") for v in ([] if x.labels else across.ticks)]
         parts += [line(LEFT, bottom, RIGHT, bottom, "axis"), x.below(across, below + LOWER, below)]
     else:
         parts.append(x.below(across, bottom, HEAD))
@@ -114,39 +114,41 @@ def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> 
     names = _apart([_end(c, y) for c in found])
     for i, (c, at) in enumerate(zip(found, names, strict=True)):
         shape = SHAPES[i % len(SHAPES)]
-        if c.told is not None:
-            parts.append(path(x.joined(across, y, c.told), "curve p95"))
+        if c.theory is not None:
+            parts.append(path(x.line(across, y, c.theory), "curve p95"))
         seen = np.isfinite(c.values) & (c.values > (NOTHING * known.max() if log else -np.inf))
-        if not x.words:
-            parts.append(path(x.joined(across, y, c.values), f"mean {shape}"))
+        if not x.labels:
+            parts.append(path(x.line(across, y, c.values), f"mean {shape}"))
         xs, ys = across.many(x.values[seen]).tolist(), y.many(c.values[seen]).tolist()
         parts += [points(xs, ys, shape), points([RIGHT + 14], [at - 4], shape), label(RIGHT + 24, at, c.name, "name")]
-    height = bottom + x.room
+    height = bottom + x.label_space
     if told:
-        off = [(c, 100 * (c.values / np.where(c.told > 0, c.told, np.nan) - 1)) for c in found if c.told is not None]
+        off = [
+            (c, 100 * (c.values / np.where(c.theory > 0, c.theory, np.nan) - 1)) for c in found if c.theory is not None
+        ]
         off = [(c, np.where(c.values > NOTHING * known.max(), o, np.nan)) for c, o in off]
         parts.append(_below(x, across, off, below))
-        height = below + LOWER + x.room
+        height = below + LOWER + x.label_space
     return drawing(WIDTH, height, parts, title=title, text=said, key=key)
 
 
-def _below(x: Axis, across: Scale, off: Sequence[tuple[Curve, Array]], top: float) -> str:
+def _below(x: Axis, across: AxisScale, off: Sequence[tuple[Curve, Array]], top: float) -> str:
     """The panel of differences, in percent."""
     every = np.concatenate([o[np.isfinite(o)] for _, o in off])
     if not len(every):
         return label(LEFT, top + 12, "nothing to compare", "tick")
-    y = Scale(min(-1.0, float(every.min()) * 1.15), max(1.0, float(every.max()) * 1.15), top + LOWER, top)
+    y = AxisScale(min(-1.0, float(every.min()) * 1.15), max(1.0, float(every.max()) * 1.15), top + LOWER, top)
     parts = [left_axis(y, LEFT, RIGHT, "found over foretold [%]"), line(LEFT, top + LOWER, LEFT, top, "axis")]
     parts += [line(LEFT, top + LOWER, RIGHT, top + LOWER, "axis"), line(LEFT, y(0.0), RIGHT, y(0.0), "mid")]
     for i, (_, o) in enumerate(off):
         shape, seen = SHAPES[i % len(SHAPES)], np.isfinite(o)
-        if not x.words:
-            parts.append(path(x.joined(across, y, o), f"mean {shape}"))
+        if not x.labels:
+            parts.append(path(x.line(across, y, o), f"mean {shape}"))
         parts.append(points(across.many(x.values[seen]).tolist(), y.many(o[seen]).tolist(), shape))
     return "".join(parts)
 
 
-def _end(curve: Curve, y: Scale) -> float:
+def _end(curve: Curve, y: AxisScale) -> float:
     """Where a name stands: at the height of the last value that is one."""
     fine = curve.values[np.isfinite(curve.values)]
     return y(min(max(float(fine[-1]), y.low), y.high)) + 4 if len(fine) else y.start

@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from robocal.report.sections import Block, Figure, Mark, Table, figure, quiet, table
-from robocal.report.svg import Scale, bottom_axis, drawing, left_axis, points, span
+from robocal.report.svg import AxisScale, bottom_axis, drawing, left_axis, points, span
 
 __all__ = ["standing"]
 
-Found = Mapping[str, Any]
+Document = Mapping[str, Any]
 MOST = 60  # rows of a table in the page; validation.json has all
 
 
-def standing(iso: Found, compared: bool) -> Iterator[Block | None]:
+def standing(iso: Document, compared: bool) -> Iterator[Block | None]:
     """Tables of places and of distances, and a picture of these."""
     places, distances = (((iso.get(part) or {}).get("rows") or ()) for part in ("pose", "distance"))
     yield from _table(places, "Place by place, in mm and degrees")
@@ -26,7 +26,7 @@ def standing(iso: Found, compared: bool) -> Iterator[Block | None]:
     yield from _table(distances, f"Distances with the largest errors, in mm: {pairs}")
 
 
-def _table(rows: Sequence[Found], title: str) -> Iterator[Block]:
+def _table(rows: Sequence[Document], title: str) -> Iterator[Block]:
     """Rows whose keys may differ; what another robot has stands behind."""
     if not rows:
         return
@@ -52,7 +52,7 @@ def _cell(value: object) -> str:
     return figure(value) if isinstance(value, float) else "" if value is None else str(value)
 
 
-def _picture(rows: Sequence[Found]) -> str:
+def _picture(rows: Sequence[Document]) -> str:
     """|AD| against the commanded distance, of both robots; empty text for less than three."""
     at = {
         key: [(row["commanded"], abs(row[name])) for row in rows if row.get(name) is not None]
@@ -62,8 +62,8 @@ def _picture(rows: Sequence[Found]) -> str:
     if across is None or up is None or len(at["after"]) < 3:
         return ""
     width, height = 640.0, 260.0
-    x = Scale(0.0, across[1], 58, width - 10)
-    y = Scale(0.0, up[1], height - 44, 30)
+    x = AxisScale(0.0, across[1], 58, width - 10)
+    y = AxisScale(0.0, up[1], height - 44, 30)
     parts = [left_axis(y, 58, width - 10, "|AD|, mm"), bottom_axis(x, height - 44, 30, "commanded distance, mm")]
     for key in ("before", "after"):
         parts.append(points([x(v) for v, _ in at[key]], [y(v) for _, v in at[key]], key))

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PLANES", "Box", "View", "best", "fitted"]
+__all__ = ["PLANES", "Box", "View", "best", "fit_view"]
 
 Array = NDArray[np.float64]
 Box = tuple[float, float, float, float]  # left, top, right, bottom, px
@@ -74,7 +74,7 @@ def best(middle: Array, start: Array, end: Array) -> View:
     return max(found, key=lambda pair: pair[0])[1]
 
 
-def fitted(view: View, groups: list[tuple[Array, Box]], perspective: bool) -> View:
+def fit_view(view: View, groups: list[tuple[Array, Box]], perspective: bool) -> View:
     """The view with the greatest scale at which all points (n, 3) m of each group stay inside the group's box."""
     every = np.concatenate([points for points, _ in groups])
     radius = float(np.linalg.norm(every - view.middle, axis=1).max()) or 1.0

@@ -62,15 +62,15 @@ class OpenedArm(Opened[Chain]):
 
     def simulator(self, request: Request) -> Simulator[Chain]:
         """An arm before an instrument."""
-        from robocal.session.simulate import ArmSimulator
+        from robocal.session.simulated_robot import ArmSimulator
 
         return ArmSimulator(self.file, request)
 
     def predict(self, rows: Path, absolute: bool) -> Prediction:
         """The tool's poses at joint values."""
-        from robocal.session.predict import predicted
+        from robocal.session.pose_prediction import predict_poses
 
-        return predicted(Path(self.given), self.file, rows, absolute)
+        return predict_poses(Path(self.given), self.file, rows, absolute)
 
     @property
     def yaml(self) -> str:
@@ -89,8 +89,8 @@ def open_arm(name: str | os.PathLike[str], *, base: str | None = None, tip: str 
     place = Path(name)
     run = find_run(place)
     if place.is_dir():
-        return _opened(place, run, base, tip)
-    arm = _doubted(open_robot(name, base=base, tip=tip), run)
+        return _open_calibrated(place, run, base, tip)
+    arm = _add_warnings(open_robot(name, base=base, tip=tip), run)
     if place.name == "calibrated.urdf" and run is not None:
         lost = _with_result(arm, run).left_out
         if lost:
@@ -99,7 +99,7 @@ def open_arm(name: str | os.PathLike[str], *, base: str | None = None, tip: str 
     return arm
 
 
-def _opened(folder: Path, run: Run | None, base: str | None, tip: str | None) -> Robot:
+def _open_calibrated(folder: Path, run: Run | None, base: str | None, tip: str | None) -> Robot:
     """The calibrated robot of a folder."""
     calibrated = next((folder / f for f in ROBOTS if (folder / f).is_file()), None)
     if calibrated is None:
@@ -107,7 +107,7 @@ def _opened(folder: Path, run: Run | None, base: str | None, tip: str | None) ->
     said = {} if run is None else run.result.provenance.options
     base, tip = (given or (word if isinstance(word := said.get(key), str) else None)
                  for given, key in ((base, "base"), (tip, "tip")))  # fmt: skip
-    arm = _doubted(open_robot(calibrated, base=base, tip=tip), run)
+    arm = _add_warnings(open_robot(calibrated, base=base, tip=tip), run)
     if arm.format != "urdf":
         return arm  # a robot.yaml holds everything that was fitted; a URDF does not
     if run is None:
@@ -115,8 +115,8 @@ def _opened(folder: Path, run: Run | None, base: str | None, tip: str | None) ->
     return _with_result(arm, run)
 
 
-def _doubted(arm: Robot, run: Run | None) -> Robot:
-    return arm if run is None else replace(arm, warnings=(*arm.warnings, *run.doubts))
+def _add_warnings(arm: Robot, run: Run | None) -> Robot:
+    return arm if run is None else replace(arm, warnings=(*arm.warnings, *run.remarks))
 
 
 def _with_result(arm: Robot, run: Run) -> Robot:
@@ -125,9 +125,9 @@ def _with_result(arm: Robot, run: Run) -> Robot:
     # What lies beyond geometry has no place in a URDF at all.
     grown = arm.chain
     if found.beyond:
-        from robocal.files.groups import added
+        from robocal.files.group_block import add_groups
 
-        grown = added(grown, [(g.name, g.options) for g in found.beyond])
+        grown = add_groups(grown, [(g.name, g.options) for g in found.beyond])
     arm, table = replace(arm, chain=grown), grown.table
     values = {
         p.name: parse_unit(p.unit, file=place, key=p.name).to_si(p.identified)

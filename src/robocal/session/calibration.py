@@ -10,10 +10,10 @@ from robocal.errors import FileError
 from robocal.files.covariance import COVARIANCE, Knowledge
 from robocal.files.runfolder import Run, open_run
 from robocal.files.text import InputFile, read_text
-from robocal.session.cable.calibrated import calibrated
+from robocal.session.cable.calibrated import open_calibrated
 from robocal.session.inputs import open_machine
 from robocal.session.opened import Opened
-from robocal.session.predict import known_of
+from robocal.session.pose_prediction import knowledge_of
 
 __all__ = ["Calibration", "open_calibration"]
 
@@ -41,10 +41,10 @@ def open_calibration(place: Path) -> Calibration:
     run = open_run(place)
     opened = open_machine(place)
     if opened.arm is not None:
-        known = known_of(place, opened.arm)
+        known = knowledge_of(place, opened.arm)
         own = InputFile(place / COVARIANCE, read_text(place / COVARIANCE).sha256)
         return Calibration(run, opened, known, (*opened.inputs, own))
-    read = calibrated(str(place))
+    read = open_calibrated(str(place))
     if read.knowledge is None:
         raise FileError(
             "this run does not say how far its parameters may be off", file=place,

@@ -10,13 +10,13 @@ from typing import Any, TypeVar
 
 from robocal.errors import FormatError, InputError, ModelError, nearest
 from robocal.files.kinds.registry import READERS, reader_of
-from robocal.files.opened import machine_kind
+from robocal.files.opened_file import machine_kind
 from robocal.files.robot import Robot
 from robocal.files.runfolder import ROBOTS
 from robocal.files.yamlio import load
 from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Model
-from robocal.parameters import Table
+from robocal.parameters import ParameterTable
 from robocal.session.arm import OpenedArm, open_arm, robot_files
 from robocal.session.opened import Inputs, Opened, every_frame
 from robocal.session.watching import Watch
@@ -33,7 +33,7 @@ def _arm(name: Name, base: str | None, tip: str | None) -> Opened[Any]:
 
 
 def _cable(name: Name, base: str | None, tip: str | None) -> Opened[Any]:
-    from robocal.session.cable.opened import open_cable
+    from robocal.session.cable.cable_opened import open_cable
 
     return open_cable(name)
 
@@ -106,7 +106,7 @@ def _refuse_other_kind(name: str | os.PathLike[str], kinds: Container[object], m
 # --- what a person chooses for one run ------------------------------------------------------------------------------
 
 
-def split_words(words: Sequence[str]) -> tuple[str, ...]:
+def split_names(words: Sequence[str]) -> tuple[str, ...]:
     """Names given one by one or separated by commas."""
     return tuple(w for word in words for part in word.split(",") if (w := part.strip()))
 
@@ -122,7 +122,7 @@ def choose(
     for option, words in (("--free", free), ("--fix", fix)):
         if any(not part.strip() for word in words for part in word.split(",")):
             raise ModelError("a name is missing", key=option, found=",".join(words), expected=_names(table))
-    free, fix = split_words(free), split_words(fix)
+    free, fix = split_names(free), split_names(fix)
     if free:
         table = table.with_free(
             {n for word in free if word not in frames for n in _select(word, machine, frames, "--free")}
@@ -178,7 +178,7 @@ def _select(word: str, chain: Model, frames: Mapping[str, object], option: str) 
     return tuple(n for n in hits if n.rpartition(".")[0] not in ("base", "home", "tool")) or hits
 
 
-def _names(table: Table, *frames: str) -> str:
+def _names(table: ParameterTable, *frames: str) -> str:
     """What can be selected, in a few words."""
     symbols = dict.fromkeys(n.rpartition(".")[2] for n in table.names if n.partition(".")[0] not in ("base", "tool"))
     owners = dict.fromkeys(n.rpartition(".")[0] for n in table.names)
@@ -192,7 +192,7 @@ def _frames(data: DataSet, fixed: set[str], loose: set[str]) -> DataSet:
     for obs in data.observations:
         sees = reader_of(obs.kind).free
 
-        def renewed(frame: Frame, flags: tuple[bool, ...] = (True,) * 6) -> Frame:
+        def set_free(frame: Frame, flags: tuple[bool, ...] = (True,) * 6) -> Frame:
             if frame.name in loose:
                 return replace(frame, free=flags)
             return replace(frame, free=(False,) * 6) if frame.name in fixed else frame
@@ -200,9 +200,9 @@ def _frames(data: DataSet, fixed: set[str], loose: set[str]) -> DataSet:
         options = dict(obs.options)
         for key, value in obs.options.items():
             if isinstance(value, Frame):
-                options[key] = renewed(value, sees)
+                options[key] = set_free(value, sees)
             elif isinstance(value, tuple) and all(isinstance(v, Frame) for v in value):
-                options[key] = tuple(renewed(v, sees) for v in value)
-        frame = None if obs.frame is None else renewed(obs.frame)
-        out.append(replace(obs, frame=frame, targets=tuple(map(renewed, obs.targets)), options=options))
+                options[key] = tuple(set_free(v, sees) for v in value)
+        frame = None if obs.frame is None else set_free(obs.frame)
+        out.append(replace(obs, frame=frame, targets=tuple(map(set_free, obs.targets)), options=options))
     return DataSet(data.configurations, tuple(out))

@@ -8,7 +8,7 @@ from typing import Any
 
 from robocal.apply.accuracy import accuracy_map
 from robocal.errors import ModelError
-from robocal.files.accuracy import accuracy_columns, accuracy_text
+from robocal.files.accuracy_map import accuracy_columns, accuracy_text
 from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
 from robocal.files.runfolder import ACCURACY
 from robocal.fit.estimators import estimator
@@ -29,10 +29,12 @@ def knowledge(found: Identification[Model]) -> Knowledge:
     nominal = {n: by_name[n].nominal for n in found.total.names}
     # The first instrument of a unit speaks for new measurements in it.
     noise = {g.unit: g.sigma for g in reversed(found.groups) if math.isfinite(g.sigma)}
-    return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, _placed(found), found.kept)
+    return Knowledge(
+        found.total, values, nominal, found.joints, found.conditions, noise, _base_is_known(found), found.whitened_rows
+    )
 
 
-def _placed(found: Identification[Model]) -> bool:
+def _base_is_known(found: Identification[Model]) -> bool:
     """Whether an instrument stood still on the base: no frame was free, and of a platform on cables one of the instruments is no part
     of the robot."""
     assert found.total is not None

@@ -1,6 +1,6 @@
 """A machine that was opened, whichever it is: its file, how its data are read, and what it lacks.
 
-What only one machine has hangs on a class of its own, beside that machine: `session/arm.py`, `session/cable/opened.py`. This class
+What only one machine has hangs on a class of its own, beside that machine: `session/arm.py`, `session/cable/cable_opened.py`. This class
 serves every other machine, from Python too: `Opened(Bare(machine))`.
 """
 
@@ -14,14 +14,14 @@ from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from robocal.errors import FormatError, ModelError
 from robocal.files.dataset import Reading, read_datasets
-from robocal.files.opened import MachineFile, Speaks, parameter_text
+from robocal.files.opened_file import MachineFile, Speaks, parameter_text
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
-from robocal.fit.starts.own import placed
+from robocal.fit.starts.own import place_configurations
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model, freedom_of
-from robocal.parameters import Table
+from robocal.parameters import ParameterTable
 from robocal.prove.identification import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -144,7 +144,7 @@ class Opened(Generic[M]):
                     "this option is for arms", key=f"--{name}", found=str(choices[name]), expected=expected
                 )
 
-    def with_table(self, table: Table) -> Self:
+    def with_table(self, table: ParameterTable) -> Self:
         """The same machine with another table of parameters."""
         return self.with_machine(self.machine.with_table(table))
 
@@ -159,7 +159,7 @@ class Opened(Generic[M]):
         reading = read_datasets(data, self.machine, group=group, exclude=exclude)
         one_frame_per_name(reading)
         if freedom_of(self.machine) is not None:
-            reading = replace(reading, dataset=placed(self.machine, reading.dataset.by_id()))
+            reading = replace(reading, dataset=place_configurations(self.machine, reading.dataset.by_id()))
         return self.inputs_of(reading)
 
     def inputs_of(self, reading: Reading, *remarks: Remark) -> Inputs:

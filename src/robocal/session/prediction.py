@@ -9,7 +9,7 @@ from robocal.estimate.uncertainty import LEVEL
 from robocal.files.parts import Document, InputHash, hashes
 from robocal.files.text import InputFile
 from robocal.quantities import Listing
-from robocal.remarks.remark import Remark, told
+from robocal.remarks.remark import Remark, remark_fields
 
 __all__ = ["Prediction", "PredictionDocument"]
 
@@ -50,6 +50,6 @@ class Prediction:
             relative_to=self.relative_to,
             poses=self.poses,
             inputs=hashes(self.inputs),
-            **told(self.warnings),
+            **remark_fields(self.warnings),
             written=[str(p) for p in self.written],
         )

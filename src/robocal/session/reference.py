@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from robocal.arms.chain import Chain
 from robocal.arms.zeros import with_offsets
 from robocal.errors import ModelError
-from robocal.files.offsets import OffsetFile, read_offsets
+from robocal.files.offset_file import OffsetFile, read_offsets
 from robocal.files.robot import Robot
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark

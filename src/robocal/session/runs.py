@@ -9,18 +9,18 @@ from robocal.files.runfolder import find_run
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["measured_files", "run_doubts", "run_result", "shared_files", "verdict_remarks"]
+__all__ = ["run_doubts", "run_result", "shared_files", "tables_by_hash", "verdict_remarks"]
 
 
-def measured_files(result: Result) -> dict[str, str]:
+def tables_by_hash(result: Result) -> dict[str, str]:
     """The tables that a run was made of: their names by SHA-256."""
     return {i.sha256: Path(i.file).name for i in result.provenance.inputs if i.file.lower().endswith(".csv")}
 
 
 def shared_files(one: Result, other: Result) -> tuple[str, ...]:
     """The tables that both runs were made of, as the other names them."""
-    first = measured_files(one)
-    return tuple(name for sha, name in measured_files(other).items() if sha in first)
+    first = tables_by_hash(one)
+    return tuple(name for sha, name in tables_by_hash(other).items() if sha in first)
 
 
 def verdict_remarks(result: Result | None, name: str) -> tuple[Remark, ...]:

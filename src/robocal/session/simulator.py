@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 import numpy as np
 
 from robocal.errors import ModelError, nearest
-from robocal.files.opened import Speaks
+from robocal.files.opened_file import Speaks
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 

@@ -3,8 +3,8 @@ the scale."""
 
 from __future__ import annotations
 
-from robocal.files import evidence as files
-from robocal.files.shown import shown
+from robocal.files import evidence_parts as files
+from robocal.files.display import to_display
 from robocal.fit.estimators import estimator
 from robocal.measure.machine import Model
 from robocal.prove.identification import Identification
@@ -23,7 +23,7 @@ def prediction_part(found: Identification[Model]) -> files.Prediction | None:
     shares = list(found.coverage)
     if found.band is None:
         return files.Prediction(unit="mm", n=0, region="", coverage=shares) if shares else None
-    return shown(files.Prediction, found.band, coverage=shares)
+    return to_display(files.Prediction, found.band, coverage=shares)
 
 
 def range_part(found: Identification[Model]) -> files.WorkingRange | None:
@@ -39,14 +39,14 @@ def range_part(found: Identification[Model]) -> files.WorkingRange | None:
         chance=h.chance,
         scale=None if h.sized else "scale",
     )
-    return shown(files.WorkingRange, h, text=said.sentence)
+    return to_display(files.WorkingRange, h, text=said.sentence)
 
 
-def scale_part(found: Identification[Model]) -> files.Scale | None:
+def scale_part(found: Identification[Model]) -> files.ScaleSummary | None:
     """The common scale, and in words where a stated length is all that gives it."""
     s = found.scale
     if s is None:
         return None
-    told = s.seen or s.beyond
+    told = s.observable or s.implausible
     said = Remark.of(Code.SCALE_SEEN, factor=s.factor, sigma=s.sigma).sentence if s.stated and told else ""
-    return shown(files.Scale, s, factor=s.factor if told else None, text=said)
+    return to_display(files.ScaleSummary, s, factor=s.factor if told else None, text=said)

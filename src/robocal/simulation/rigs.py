@@ -133,7 +133,7 @@ def _where(q: Array, prefix: str = "p") -> Configurations:
     return Configurations(tuple(f"{prefix}{i + 1:0{digits}d}" for i in range(len(q))), q)
 
 
-def _seen(*unit: str, name: str, away: float = 0.0) -> Rig:
+def _rig_with_frame(*unit: str, name: str, away: float = 0.0) -> Rig:
     """One row per configuration by an instrument with a frame."""
 
     def rig(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
@@ -203,7 +203,7 @@ def _beside(s: Scene) -> Array:
     return np.asarray(middle + 1.1 * out[np.argmax(np.linalg.norm(out, axis=1))])
 
 
-def _reached(s: Scene, count: int, apart: float) -> list[Array]:
+def _reachable_places(s: Scene, count: int, apart: float) -> list[Array]:
     """Places that the arm reaches easily, on a grid of millimetres: above its foot, where it comes, neither near nor far
     from the middle, about `apart` (m) from each other."""
     low, high = span(s.truth, s.q)
@@ -241,18 +241,18 @@ def _contacts(kind: str, frames: Callable[[Scene], list[Frame]], options: dict[s
 
 def _sockets(s: Scene) -> list[Frame]:
     """Two sockets."""
-    return [_spot(n, p) for n, p in zip("ab", _reached(s, 2, 0.3), strict=True)]
+    return [_spot(n, p) for n, p in zip("ab", _reachable_places(s, 2, 0.3), strict=True)]
 
 
 def _spheres(s: Scene) -> list[Frame]:
     """Two spheres."""
-    return [_spot(f"sphere{i + 1}", p) for i, p in enumerate(_reached(s, 2, 0.3))]
+    return [_spot(f"sphere{i + 1}", p) for i, p in enumerate(_reachable_places(s, 2, 0.3))]
 
 
 def _plates(s: Scene) -> list[Frame]:
     """Three plates that are not parallel."""
     turns = ((0.05, -0.04, 0.0), (1.1, 0.1, 0.0), (0.1, -1.2, 0.0))
-    places = _reached(s, 3, 0.4)
+    places = _reachable_places(s, 3, 0.4)
     return [
         Frame(f"plate{i + 1}", (*map(float, p), *turn), ACROSS)
         for i, (p, turn) in enumerate(zip(places, turns, strict=True))
@@ -262,7 +262,7 @@ def _plates(s: Scene) -> list[Frame]:
 def _apart(rig: Rig) -> Rig:
     """Two places whose distance is known from their drawing: without it nothing says how long a metre is."""
 
-    def known(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
+    def rig_with_distance(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
         where, parts = rig(s)
         ends = tuple(o.options["place"] for o in parts)
         if len(ends) != 2 or where.joints is None:
@@ -277,7 +277,7 @@ def _apart(rig: Rig) -> Rig:
         nothing = np.full(where.joints.shape[1], np.nan)
         return Configurations((*where.ids, label), np.vstack([where.joints, nothing])), (*parts, distance)
 
-    return known
+    return rig_with_distance
 
 
 def _camera(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
@@ -301,10 +301,10 @@ def _camera(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
 
 
 RIGS: dict[str, Rig] = {
-    "position": _seen("m", "m", "m", name="tracker"),
-    "pose": _seen("m", "m", "m", "rad", "rad", "rad", name="tracker"),
-    "spherical": _seen("m", "rad", "rad", name="tracker", away=2.0),
-    "bearing": _seen("rad", "rad", name="theodolite", away=2.0),
+    "position": _rig_with_frame("m", "m", "m", name="tracker"),
+    "pose": _rig_with_frame("m", "m", "m", "rad", "rad", "rad", name="tracker"),
+    "spherical": _rig_with_frame("m", "rad", "rad", name="tracker", away=2.0),
+    "bearing": _rig_with_frame("rad", "rad", name="theodolite", away=2.0),
     "range": _ranges,
     "distance": _bar,
     "displacement": _pairs("m", "m", "m", framed=True),

@@ -18,8 +18,8 @@ from robocal.prove.identify import identify
 from robocal.prove.verdict import verdict_of
 from robocal.simulation.hiding import hidden
 from robocal.simulation.rigs import STANDS, Instrument, measure
-from robocal.studies.poses import ArmPoses
-from robocal.studies.truth import coverage, elsewhere
+from robocal.studies.arm_poses import ArmPoses
+from robocal.studies.true_robots import coverage, elsewhere
 
 __all__ = ["ArmTrials"]
 
@@ -52,23 +52,23 @@ class ArmTrials:
         """The outputs of so many trials, (count,)."""
         out = {name: np.full(count, np.nan) for name in UNITS}
         for i, own in enumerate(rng.spawn(count)):
-            truth, frame, data = self._measured(own)
+            truth, frame, data = self._measure(own)
             found = decide(self.arm.chain, data, self.options)
             out["improved"][i] = verdict_of(found, over_range=False).status == "improved"
             if (unseen := found.unseen("m")) is not None:
                 out["before"][i], out["after"][i] = (errors.mean for errors in unseen)
             # Streams of their own: what is judged does not change what is measured.
             if "elsewhere" in self.outputs:
-                out["elsewhere"][i] = elsewhere(found, truth, self.poses.judged(own.spawn(1)[0]), frame)
+                out["elsewhere"][i] = elsewhere(found, truth, self.poses.draw_tests(own.spawn(1)[0]), frame)
             if "coverage" in self.outputs:
                 out["coverage"][i] = coverage(identify(self.arm.chain, data, self.options), truth, frame)
         return {name: out[name] for name in self.outputs}
 
-    def _measured(self, rng: np.random.Generator) -> tuple[Chain, Frame, DataSet]:
+    def _measure(self, rng: np.random.Generator) -> tuple[Chain, Frame, DataSet]:
         """A true arm, where the tracker stands, and what is handed in of what it measured."""
         p = self.point
         truth = self._true(rng)
-        q = self.poses.measured(rng)
+        q = self.poses.draw_joints(rng)
         data = measure(truth, q, self.tracker, rng)
         bad = rng.uniform(size=len(q)) < p["gross.share"]
         along = rng.normal(size=(len(q), 3))

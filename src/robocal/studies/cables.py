@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from robocal._jit import as_kernel_array
 from robocal.cables.calibration.per_cable import per_cable
-from robocal.cables.calibration.propagation import Design, Noise, rms
+from robocal.cables.calibration.propagation import ErrorPropagation, Noise, rms
 from robocal.cables.geometry import CableRobot
 from robocal.cables.pulley import Pulleys
-from robocal.files.cable.lists import read_platform_poses
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
+from robocal.files.cable.pose_lists import read_platform_poses
 from robocal.files.studyfile import Point
 from robocal.geometry import se3, so3
 
@@ -80,7 +80,7 @@ class CableTrials:
         found_of = {"anchors": np.where(good, anchors, np.nan), "zeros": np.where(good, zeros, np.nan)}
         return {name: found_of[name] for name in self.outputs}
 
-    def foretold(self, rng: np.random.Generator) -> dict[str, float]:
+    def theory(self, rng: np.random.Generator) -> dict[str, float]:
         """The same by linear theory: root mean squares over trials."""
         noise = Noise(self.point["noise.length"], self.point["noise.position"], self.point["noise.orientation"])
         if not (self.sigma.any() or self.bias.any()):
@@ -88,9 +88,9 @@ class CableTrials:
         squares = []
         for pose in self._poses(1 if self._listed is not None else LISTS, rng):
             t = se3.compose(so3.exp(pose[:, 3:]), pose[:, :3])
-            design, squared = Design(self.robot, t), self.point["residual"] == "squared"
-            of = np.square(design.expected(design.covariance(noise, squared=squared)))
-            a, z = design.moved(lengths=self.bias[6], places=self.bias[:3], turns=self.bias[3:6], squared=squared)
+            design, squared = ErrorPropagation(self.robot, t), self.point["residual"] == "squared"
+            of = np.square(design.rms_errors(design.covariance(noise, squared=squared)))
+            a, z = design.propagate(lengths=self.bias[6], places=self.bias[:3], turns=self.bias[3:6], squared=squared)
             if squared:
                 more = design.bias_of_squares(noise)
                 a, z = a + more[0], z + more[1]

@@ -11,7 +11,7 @@ from typing import Any
 
 from robocal.errors import FileError
 from robocal.files.writing import write_bytes
-from robocal.studies.work import Work, computed
+from robocal.studies.work import Work, compute
 
 __all__ = ["Cluster", "on_cluster"]
 
@@ -50,7 +50,7 @@ def on_cluster(left: Sequence[Work], cluster: Cluster) -> Iterator[int]:
             f"no scheduler answers: {error}", file=cluster.address, expected="tcp://HOST:PORT, or tls://"
         ) from None
     try:
-        futures = {client.submit(computed, work, pure=False): work for work in left}
+        futures = {client.submit(compute, work, pure=False): work for work in left}
         for future in as_completed(list(futures), loop=client.loop):
             work = futures.pop(future)
             write_bytes(work.place, future.result())

@@ -19,10 +19,10 @@ from robocal.files.alone import LOCK
 from robocal.files.studyfile import Study
 from robocal.files.writing import write_text
 from robocal.studies.cluster import Cluster, on_cluster
-from robocal.studies.work import Work, chunks, do, drawn, trials_of, unpacked
+from robocal.studies.work import Work, chunks, do, drawn, trials_of, unpack
 from robocal.studies.worker import Died, Worker
 
-__all__ = ["Found", "clear", "conduct", "parts_of"]
+__all__ = ["StudyOutputs", "clear", "conduct", "parts_of"]
 
 Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
@@ -31,13 +31,13 @@ ABOUT = "study.json"
 
 
 @dataclass(frozen=True)
-class Found:
+class StudyOutputs:
     """Every output of every trial, (points, trials), its SI unit, and its prediction by theory at every point where there is one."""
 
     study: Study
     outputs: dict[str, Array]
     units: dict[str, str]
-    foretold: tuple[dict[str, float], ...]
+    theory: tuple[dict[str, float], ...]
 
 
 def parts_of(result: Path) -> Path:
@@ -53,7 +53,7 @@ def conduct(
     resume: bool,
     cluster: Cluster | None = None,
     watch: Watch | None = None,
-) -> Found:
+) -> StudyOutputs:
     """Runs what is missing of a study, in so many processes or on a cluster; chunks are kept beside `result` until all are there.
 
     Who calls has the folder of the chunks for itself (`files.alone`). Raises FileError where chunks of another study, or without
@@ -67,7 +67,7 @@ def conduct(
     left = [w for w in every if not _whole(w, names)]
     done, total = sum(w.count for w in every) - sum(w.count for w in left), sum(w.count for w in every)
     try:
-        for count in _worked(left, workers) if cluster is None else on_cluster(left, cluster):
+        for count in _work_through(left, workers) if cluster is None else on_cluster(left, cluster):
             done += count
             if watch:
                 watch({"stage": "trials", "done": done, "total": total})
@@ -76,13 +76,13 @@ def conduct(
             clear(result)
     outputs: dict[str, list[Array]] = {}
     for work in every:
-        for name, values in unpacked(work.place).items():
+        for name, values in unpack(work.place).items():
             outputs.setdefault(name, []).append(values)
     shape = (len(study.points), study.trials)
     trials = [trials_of(study, p) for p in range(len(study.points))]
-    theory = tuple(t.foretold(drawn(study.seed)) if hasattr(t, "foretold") else {} for p, t in enumerate(trials))
+    theory = tuple(t.theory(drawn(study.seed)) if hasattr(t, "theory") else {} for p, t in enumerate(trials))
     whole = {name: np.concatenate(values).reshape(shape) for name, values in outputs.items()}
-    return Found(study, whole, dict(trials[0].outputs), theory)
+    return StudyOutputs(study, whole, dict(trials[0].outputs), theory)
 
 
 def _ready(study: Study) -> None:
@@ -125,13 +125,13 @@ def _whole(work: Work, names: tuple[str, ...]) -> bool:
     if not work.place.is_file():
         return False
     try:
-        found = unpacked(work.place)
+        found = unpack(work.place)
     except FileError:
         return False
     return set(found) == set(names) and all(v.shape == (work.count,) for v in found.values())
 
 
-def _worked(left: list[Work], workers: int) -> Iterator[int]:
+def _work_through(left: list[Work], workers: int) -> Iterator[int]:
     """The numbers of trials of chunks as they get done, here or by processes; the chunk of one that dies is given to another."""
     if workers == 1 or len(left) < 2:
         for work in left:
@@ -161,11 +161,11 @@ def _serve(waiting: deque[Work], ended: SimpleQueue[int | BaseException], stop: 
     """Has one process after the other work until nothing waits; what was asked of one that died is asked of the next."""
     worker, died = Worker(), 0
 
-    def hushed() -> None:
+    def wait_and_end() -> None:
         stop.wait()
         worker.end()
 
-    threading.Thread(target=hushed, daemon=True).start()
+    threading.Thread(target=wait_and_end, daemon=True).start()
     while not stop.is_set():
         try:
             work = waiting.popleft()

@@ -19,7 +19,7 @@ from robocal.files.studyfile import Point, Study
 from robocal.files.text import read_text
 from robocal.files.writing import write_bytes
 
-__all__ = ["Setting", "Work", "chunks", "computed", "do", "drawn", "packed", "trials_of", "unpacked"]
+__all__ = ["Setting", "Work", "chunks", "compute", "do", "drawn", "pack", "trials_of", "unpack"]
 
 Array = NDArray[np.float64]
 THEORY = 1 << 30  # the chunk whose stream draws the lists of which theory is asked
@@ -81,10 +81,10 @@ def _trials(setting: Setting) -> Any:
 
 def trials_of(study: Study, point: int) -> Any:
     """The trials of a point of a study. Raises InputError for a robot, a list or settings of which there are none."""
-    return _located(_setting(study, point))
+    return _trials_or_error(_setting(study, point))
 
 
-def _located(setting: Setting) -> Any:
+def _trials_or_error(setting: Setting) -> Any:
     try:
         return _trials(setting)
     except ModelError as error:
@@ -107,19 +107,19 @@ def drawn(seed: int, chunk: int = THEORY) -> np.random.Generator:
 
 def do(work: Work) -> Path:
     """Runs the trials of a chunk and writes them whole, or not at all."""
-    return write_bytes(work.place, computed(work))
+    return write_bytes(work.place, compute(work))
 
 
-def computed(work: Work) -> bytes:
+def compute(work: Work) -> bytes:
     """The trials of a chunk as an .npz. Raises FormatError for settings of the study with which nothing can be worked out."""
-    trials = _located(work.setting)
+    trials = _trials_or_error(work.setting)
     try:
-        return packed(trials.run(work.count, drawn(work.setting.seed, work.chunk)))
+        return pack(trials.run(work.count, drawn(work.setting.seed, work.chunk)))
     except ModelError as error:
         raise _of(work.setting, error) from None
 
 
-def packed(arrays: dict[str, Array]) -> bytes:
+def pack(arrays: dict[str, Array]) -> bytes:
     """Arrays as the bytes of an .npz, the same for the same numbers."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as file:
@@ -130,7 +130,7 @@ def packed(arrays: dict[str, Array]) -> bytes:
     return out.getvalue()
 
 
-def unpacked(place: Path) -> dict[str, Array]:
+def unpack(place: Path) -> dict[str, Array]:
     """The arrays of an .npz. Raises FileError for what is none: whatever a damaged file makes numpy say."""
     try:
         with zipfile.ZipFile(place) as file:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from robocal.files.parts import CableDocument
 from robocal.report.sections import Section, Text, Written
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, arg, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class ModelDocument(CableDocument):
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Write a model of CASPR as robot.yaml, with one of its cable sets.
 
     It is the same robot that every verb reads from the model itself.
@@ -42,7 +42,7 @@ class Options(Told):
     """
 
     model: str = arg(..., "MODEL", "CASPR's X_cables.xml, with X_bodies.xml beside it.")
-    cables: str | None = opt(
+    cables: str | None = option(
         None, "The cable set to read, by its id", metavar="SET", otherwise="the model's default set, or its only one"
     )
     output: w.OutputFile = None
@@ -57,7 +57,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ca
     from robocal.files.cable.show import describe_cable
     from robocal.files.text import ROBOT_LIMIT, read_text
     from robocal.files.writing import refuse_existing
-    from robocal.session.cable.load import cable_document, robot_inputs
+    from robocal.session.cable.statics_options import cable_document, robot_inputs
 
     refuse_existing(o.output, (), o.force)
     made = open_caspr(read_text(o.model, limit=ROBOT_LIMIT), o.cables)
@@ -77,7 +77,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ca
 
 def sections(made: Outcome[Caspr]) -> Iterator[Section]:
     """Robot and cable set, every cable as CASPR and as robot.yaml call it, and where the file is."""
-    from robocal.session.cable.summed import summary
+    from robocal.session.cable.summary import summary
 
     found: Caspr = made.result
     robot = found.file.robot

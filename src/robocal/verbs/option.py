@@ -23,7 +23,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from robocal.errors import ModelError, nearest
 
-__all__ = ["Arg", "Entry", "Opt", "Told", "arg", "entries", "opt"]
+__all__ = ["Arg", "BaseOptions", "Option", "OptionField", "arg", "entries", "option"]
 
 KINDS = {bool: "True or False", int: "a whole number", float: "a number", str: "a word"}
 FILE_UNITS = ("length", "angle", "mass", "force")
@@ -38,7 +38,7 @@ class Arg:
 
 
 @dataclass(frozen=True)
-class Opt:
+class Option:
     """A named option. `name`: where it is not the field's; `short`: "-n"; `unit`: a dimension of the robot file ("length") or a
     unit; `least` and `most`: the range, both ends included, `above` without its end; `wrong`: what is said outside; `numbers`:
     a word of so many numbers, named between commas; `otherwise`: in words, what happens without it; `negative`: the option that
@@ -91,13 +91,13 @@ def arg(default: Any, metavar: str, help: str) -> Any:
     return field(default=MISSING if default is ... else default, metadata={"told": Arg(metavar, help)})
 
 
-def opt(default: Any, help: str, **facts: Any) -> Any:
-    """The field of an option, with the facts of `Opt`; ... where it must be given."""
-    return field(default=MISSING if default is ... else default, metadata={"told": Opt(help, **facts)})
+def option(default: Any, help: str, **facts: Any) -> Any:
+    """The field of an option, with the facts of `Option`; ... where it must be given."""
+    return field(default=MISSING if default is ... else default, metadata={"told": Option(help, **facts)})
 
 
 @dataclass(frozen=True)
-class Entry:
+class OptionField:
     """One field of an Options class: its name, kind of value (str, int, float, bool, Path), whether it may be left out (None),
     whether it may be repeated, its default, what is told of it, and whether a word may as well be a number."""
 
@@ -106,21 +106,21 @@ class Entry:
     optional: bool
     several: bool
     default: Any
-    told: Arg | Opt
+    facts: Arg | Option
     numeric: bool = False
 
     @property
     def word(self) -> str:
         """What people call it: --angle-noise, or ROBOT."""
-        if isinstance(self.told, Arg):
-            return self.told.metavar
-        return self.told.name or "--" + self.name.replace("_", "-")
+        if isinstance(self.facts, Arg):
+            return self.facts.metavar
+        return self.facts.name or "--" + self.name.replace("_", "-")
 
     @property
     def python(self) -> str:
         """What calls from Python say: the command line's word, where Python has none of its own (--format, --list): angle_noise."""
         word = self.word.lstrip("-").replace("-", "_")
-        return self.name if isinstance(self.told, Arg) or hasattr(builtins, word) else word
+        return self.name if isinstance(self.facts, Arg) or hasattr(builtins, word) else word
 
     @property
     def required(self) -> bool:
@@ -129,14 +129,14 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Told:
+class BaseOptions:
     """Options that check themselves: ranges and choices hold however they were given. Raises ModelError."""
 
     def __post_init__(self) -> None:
         kind: Any = type(self)
         for entry in entries(kind):
-            if isinstance(entry.told, Opt):
-                if entry.told.listed:
+            if isinstance(entry.facts, Option):
+                if entry.facts.listed:
                     words = (w.strip() for given in getattr(self, entry.name) for w in str(given).split(","))
                     object.__setattr__(self, entry.name, tuple(w for w in words if w))
                 object.__setattr__(self, entry.name, _plain(getattr(self, entry.name)))
@@ -145,7 +145,7 @@ class Told:
                         "this option needs a value", key=entry.word, expected=KINDS.get(entry.kind, "a path")
                     )
                 for value in _values(getattr(self, entry.name)):
-                    _check(entry, entry.told, value)
+                    _check(entry, entry.facts, value)
         self._apart()
 
     def _apart(self) -> None:
@@ -178,13 +178,13 @@ class Told:
 
 
 @cache
-def entries(options: Any) -> tuple[Entry, ...]:
+def entries(options: Any) -> tuple[OptionField, ...]:
     """What a class of options tells, in its order."""
     hints = get_type_hints(options, include_extras=True)
     return tuple(_entry(f, hints[f.name]) for f in fields(options))
 
 
-def _entry(field: Field[Any], hint: Any) -> Entry:
+def _entry(field: Field[Any], hint: Any) -> OptionField:
     told = field.metadata.get("told")
     kind, told = (hint, told) if told is not None else get_args(hint)
     optional, several = False, False
@@ -196,7 +196,7 @@ def _entry(field: Field[Any], hint: Any) -> Entry:
     if get_origin(kind) is tuple:
         kind, several = get_args(kind)[0], True
     default = field.default if field.default_factory is MISSING else field.default_factory()
-    return Entry(field.name, kind, optional, several, default, told, numeric)
+    return OptionField(field.name, kind, optional, several, default, told, numeric)
 
 
 def _values(value: Any) -> Iterator[Any]:
@@ -212,7 +212,7 @@ def _plain(value: Any) -> Any:
     return scalar() if callable(scalar) else value
 
 
-def _check(entry: Entry, told: Opt, value: Any) -> None:
+def _check(entry: OptionField, told: Option, value: Any) -> None:
     flag, number = isinstance(value, bool), isinstance(value, int | float)
     right = {bool: flag, int: isinstance(value, int) and not flag, float: number and not flag}
     right[str] = isinstance(value, str | os.PathLike) or (entry.numeric and number and not flag)
@@ -228,17 +228,17 @@ def _check(entry: Entry, told: Opt, value: Any) -> None:
         raise ModelError(told.wrong, key=entry.word, found=value, expected=", ".join(w for w in words if w))
 
 
-def _in_si(entry: Entry, value: Any, units: Any) -> Any:
-    if isinstance(entry.told, Arg) or value is None:
+def _in_si(entry: OptionField, value: Any, units: Any) -> Any:
+    if isinstance(entry.facts, Arg) or value is None:
         return value
     if isinstance(value, tuple):
         return tuple(_in_si(entry, v, units) for v in value)
-    if entry.told.numbers:
+    if entry.facts.numbers:
         import numpy as np
 
         from robocal.files.units import numbers_of
 
-        value = np.array(numbers_of(value, entry.told.numbers, key=entry.word))
+        value = np.array(numbers_of(value, entry.facts.numbers, key=entry.word))
     # What several numbers or words may stand for, whoever reads them converts.
-    plain = isinstance(value, str) or entry.told.unit not in FILE_UNITS
-    return value if plain else getattr(units, entry.told.unit).to_si(value)
+    plain = isinstance(value, str) or entry.facts.unit not in FILE_UNITS
+    return value if plain else getattr(units, entry.facts.unit).to_si(value)

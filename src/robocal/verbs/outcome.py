@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from robocal.remarks.remark import Said
+from robocal.remarks.remark import Message
 
 if TYPE_CHECKING:
     from robocal.quantities import Listing
@@ -39,7 +39,7 @@ class Outcome(Generic[T]):
     result: T
     document: Callable[[], Any]
     trusted: bool = True
-    remarks: tuple[Said, ...] = ()
+    remarks: tuple[Message, ...] = ()
     text: str | None = None
     note: str = ""
     written: tuple[Path, ...] = ()
@@ -56,7 +56,7 @@ class Outcome(Generic[T]):
         files = () if place is None or self.text is None else (write_text(place, self.text),)
         return self._with(files, str(files[0]) if files else None)
 
-    def paged(
+    def with_page(
         self,
         folder: Path | None,
         told: Iterable[Section],
@@ -72,7 +72,9 @@ class Outcome(Generic[T]):
         from robocal.report import page as report
 
         recipe = plain(self.document()).get("provenance")
-        return self.kept(write_files(folder, {**texts(), page: report.page(sections=told, recipe=recipe, **head)}))
+        return self.with_files(
+            write_files(folder, {**texts(), page: report.page(sections=told, recipe=recipe, **head)})
+        )
 
     def recorded(self, place: Path | None, text: str | None) -> Outcome[T]:
         """The same with a file that grows, such as a history, written anew where there is a text."""
@@ -80,9 +82,9 @@ class Outcome(Generic[T]):
             return self
         from robocal.files.writing import write_text
 
-        return self.kept((*self.written, write_text(place, text)))
+        return self.with_files((*self.written, write_text(place, text)))
 
-    def kept(self, written: tuple[Path, ...]) -> Outcome[T]:
+    def with_files(self, written: tuple[Path, ...]) -> Outcome[T]:
         """The same with the files that were written, which the document lists too."""
         return self._with(written, [str(p) for p in written])
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robocal.report.sections import Section, Text, ends, listed, quiet
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, arg, opt
+from robocal.report.sections import Section, Text, ends, listing_table, quiet
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ MOST = 40
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Predict the pose of the tool at given joint values, with 95 % bands; of a cable robot its lengths at poses, or its poses at lengths.
 
     There are two bands: of the model's prediction, and of a new measurement there. The second adds the noise and the
@@ -36,7 +36,7 @@ class Options(Told):
     poses: Path = arg(
         ..., "POSES", "A CSV with units in its headers: q1 [deg], ...; of a cable robot x [m], ..., or c1 [m], ..."
     )
-    absolute: bool = opt(False, "Include the uncertainty of the base's place")
+    absolute: bool = option(False, "Include the uncertainty of the base's place")
     output: w.OutputFile = None
     force: w.Force = False
 
@@ -62,7 +62,7 @@ def sections(made: Outcome[Prediction]) -> Iterator[Section]:
     yield Section.of("", Text.of((found.name, "strong"), f"   {found.what}"))
     lines = [f"... and {len(found.poses) - MOST} more; -o FILE writes all"] if len(found.poses) > MOST else []
     right = tuple(range(1, len(found.table.columns)))
-    yield Section.of("", replace(listed(found.table, most=MOST), right=right), *quiet(*lines, found.notes))
+    yield Section.of("", replace(listing_table(found.table, most=MOST), right=right), *quiet(*lines, found.notes))
     yield from ends(made.remarks)
     if made.written:
         yield Section.of("", Text.of(f"Written: {made.written[0]}"))

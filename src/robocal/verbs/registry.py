@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["CABLE", "VERBS", "WORDS"]
+__all__ = ["CABLE", "COMMAND_NAMES", "VERBS"]
 
 VERBS: Mapping[str, str] = MappingProxyType({
     "demo": "Calibrate three example arms.",
@@ -35,4 +35,4 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "drift": "Which anchor moved between calibrations?",
 })  # fmt: skip
 # What the command line calls a verb whose word Python keeps for itself: module and function have another name.
-WORDS: Mapping[str, str] = MappingProxyType({"import_model": "import"})
+COMMAND_NAMES: Mapping[str, str] = MappingProxyType({"import_model": "import"})

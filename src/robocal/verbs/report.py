@@ -7,24 +7,24 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from robocal.report.sections import Section, Text
-from robocal.verbs.option import Told, arg, opt
+from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Write report.html again, from result.json, residuals.csv and accuracy_map.csv of a run folder."""
 
     folder: Path = arg(..., "RUN", "A run folder with result.json and residuals.csv.")
-    output: Path | None = opt(None, "The page", short="-o", metavar="FILE", otherwise="RUN/report.html")
+    output: Path | None = option(None, "The page", short="-o", metavar="FILE", otherwise="RUN/report.html")
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Path]:
     """Writes the page of a run folder. Raises FileError or FormatError."""
     from robocal.errors import FileError
-    from robocal.files.accuracy import read_accuracy
+    from robocal.files.accuracy_map import read_accuracy
     from robocal.files.residuals import read_residuals
     from robocal.files.runfolder import ACCURACY, REPORT, RESIDUALS, open_run
     from robocal.files.writing import write_text

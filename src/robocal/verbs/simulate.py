@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from robocal.files.parts import SCHEMA
 from robocal.quantities import UnitValue
 from robocal.report.sections import Section, Text
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class SimulatedDocument:
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Simulate measurements of a robot that differs from its model: data, and the true robot to compare with.
 
     \b
@@ -49,8 +49,8 @@ class Options(Told):
     """
 
     robot: w.Robot
-    output: Path = opt(..., "Folder for robot, data and truth", short="-o", metavar="DIR")
-    poses: int = opt(
+    output: Path = option(..., "Folder for robot, data and truth", short="-o", metavar="DIR")
+    poses: int = option(
         80,
         "Configurations drawn within the joint limits, or within the frame",
         short="-n",
@@ -58,12 +58,12 @@ class Options(Told):
         least=1,
         most=1_000_000,
     )
-    at: str | None = opt(
+    at: str | None = option(
         None,
         "Take the joint values of this data file or list of poses, or the platform's poses",
         metavar="FILE",
     )
-    kind: str | None = opt(
+    kind: str | None = option(
         None,
         "What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, "
         "pixels; of a cable robot position or pose, beside its lengths",
@@ -71,13 +71,13 @@ class Options(Told):
         otherwise="position; pose of a platform that turns",
     )
     noise: w.Noise = None
-    angle_noise: float | None = opt(
+    angle_noise: float | None = option(
         None, "The same for orientations", metavar="SIGMA", unit="angle", least=0, otherwise="0.1 mrad, converted"
     )
-    cable_noise: float | None = opt(
+    cable_noise: float | None = option(
         None, "Of the lengths of cables", metavar="SIGMA", unit="length", least=0, otherwise="0.5 mm, converted"
     )
-    length_error: float | None = opt(
+    length_error: float | None = option(
         None,
         "Standard deviation of true lengths around nominal ones",
         metavar="SIGMA",
@@ -85,14 +85,14 @@ class Options(Told):
         least=0,
         otherwise="0.3 mm, converted; 10 mm of a cable robot's anchors and zeros",
     )
-    angle_error: float | None = opt(
+    angle_error: float | None = option(
         None, "The same for angles", metavar="SIGMA", unit="angle", least=0, otherwise="1 mrad, converted"
     )
-    settings: tuple[str, ...] = opt(
+    settings: tuple[str, ...] = option(
         (), "A true value, in the robot file's units; may be repeated", name="--set", metavar="NAME=VALUE"
     )
     frame: w.Frame = "auto"
-    fresh: int = opt(
+    fresh: int = option(
         0, "As many more configurations of the same robot, to validate with", metavar="N", least=0, most=1_000_000
     )
     seed: w.Seed = 0

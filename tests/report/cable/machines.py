@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robocal.cables.boundary import Surface, directions, joined
+from robocal.cables.boundary import Surface, directions, triangulate_directions
 from robocal.cables.geometry import CableRobot, cable_robot
 
 LIMITS = (20.0, 125.0)
@@ -29,4 +29,4 @@ def robot_of(
 def ball(count: int, radius: float = 0.8) -> Surface:
     """A sphere as `boundary.surface` would give it, with a flat top."""
     start, way = np.array([0.0, 0.0, 1.5]), directions(count)
-    return Surface(start, start + radius * way, joined(way))
+    return Surface(start, start + radius * way, triangulate_directions(way))

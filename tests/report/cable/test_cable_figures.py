@@ -11,16 +11,16 @@ from report.cable.drawn import inside, of_class, parsed
 from report.cable.machines import LIMITS, ball, robot_of
 
 from robocal.cables.boundary import Outline, Surface
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import cable_robot
-from robocal.cables.inverse import inverse
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
-from robocal.report.cable.solids import courses, hull_loops, thinned, wheels
+from robocal.report.cable.solids import courses, decimate, hull_loops, wheels
 from robocal.report.page import page
-from robocal.report.view import View, best, fitted
+from robocal.report.view import View, best, fit_view
 
 
 @pytest.mark.parametrize("m", range(3, 13))
@@ -102,7 +102,7 @@ def test_what_is_wrong_with_a_tension_is_seen() -> None:
 
 def test_surfaces_are_thinned_to_what_a_page_holds() -> None:
     robot, whole = robot_of(8), ball(4000)
-    vertices, faces = thinned(whole)
+    vertices, faces = decimate(whole)
     assert 1000 < len(faces) <= 1500
     assert abs(Surface(whole.start, vertices, faces).volume / whole.volume - 1) < 0.02
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
@@ -197,7 +197,7 @@ def test_cables_go_round_their_pulleys(rng: np.random.Generator) -> None:
 
 def test_views_keep_what_they_promise(rng: np.random.Generator) -> None:
     points = rng.normal(size=(50, 3)) * [3, 2, 1]
-    view = fitted(View(-60.0, 20.0, points.mean(axis=0)), [(points, (100.0, 50.0, 700.0, 400.0))], perspective=True)
+    view = fit_view(View(-60.0, 20.0, points.mean(axis=0)), [(points, (100.0, 50.0, 700.0, 400.0))], perspective=True)
     xy, near = view.flat(points)
     assert (xy.min(0) >= [100 - 1e-6, 50 - 1e-6]).all() and (xy.max(0) <= [700 + 1e-6, 400 + 1e-6]).all()
     assert np.isclose(np.ptp(xy[:, 0]), 600, atol=0.01) or np.isclose(np.ptp(xy[:, 1]), 350, atol=0.01)

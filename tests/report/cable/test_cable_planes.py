@@ -11,12 +11,12 @@ from report.cable.machines import robot_of
 
 from robocal.cables.boundary import Outline
 from robocal.cables.interference import Contacts
-from robocal.cables.poses import PoseBox, PoseList
+from robocal.cables.pose_list import PoseBox, PoseList
 from robocal.cables.workspace import Grid
 from robocal.errors import ModelError
-from robocal.report.cable.lists import reached
-from robocal.report.cable.sections import section
-from robocal.report.cable.series import tensions
+from robocal.report.cable.list_picture import draw_reach
+from robocal.report.cable.plane_sections import section
+from robocal.report.cable.tension_series import tensions
 from robocal.report.contour import contour
 
 START = np.array([0.1, -0.2, 1.5])
@@ -148,7 +148,7 @@ def test_figure_3_6_counts_what_it_shows(rng: np.random.Generator) -> None:
     far = np.minimum(0.8 / np.linalg.norm(v, axis=1), 1.0)
     contacts = Contacts(far, np.zeros(n, np.int64), np.full((n, 2), -1), np.full(n, np.inf), 1e-6)
     listing = PoseList(start, v, np.zeros((n, 3)), 0.95 * far, far, np.where(far < 1, 1, 0), contacts)
-    root = parsed(reached(circle((0, 1)), listing, box=box))
+    root = parsed(draw_reach(circle((0, 1)), listing, box=box))
     assert inside(root)
     wished, found = (of_class(root, name)[0].attrib["d"] for name in ("wished", "found"))
     assert wished.count("M") == n and len(re.findall(r"M\S+ \S+l", found)) == n
@@ -164,8 +164,8 @@ def test_figure_3_6_counts_what_it_shows(rng: np.random.Generator) -> None:
     np.testing.assert_allclose(crosses - middle, (dots - middle) * listing.fraction[:, None], atol=0.3)
     # x goes right and y up.
     assert np.corrcoef(dots[:, 0], v[:, 0])[0, 1] > 0.999 and np.corrcoef(dots[:, 1], v[:, 1])[0, 1] < -0.999
-    assert f"{100 * listing.reached:.0f} % reached" in "".join(root.itertext())
-    bare = parsed(reached(None, listing, (0, 2)))
+    assert f"{100 * listing.reach_share:.0f} % reached" in "".join(root.itertext())
+    bare = parsed(draw_reach(None, listing, (0, 2)))
     assert inside(bare) and not of_class(bare, "zbox") and not of_class(bare, "space")
 
 

@@ -9,15 +9,15 @@ import pytest
 from cables.cable_robots import box
 from cli.runs import robocal
 
-from robocal.report.cable.ruler import METRE, Ruler
+from robocal.report.cable.length_unit import METRE, LengthUnit
+from robocal.report.cable.plane_sections import section
 from robocal.report.cable.scene import scene
-from robocal.report.cable.sections import section
 
-MM = Ruler("mm", 1e-3)
+MM = LengthUnit("mm", 1e-3)
 
 
 def test_a_length_in_its_unit():
-    assert (METRE.text(1.23456), MM.text(1.23456), Ruler("in", 0.0254).text(0.0254)) == ("1.235", "1235", "1.0")
+    assert (METRE.text(1.23456), MM.text(1.23456), LengthUnit("in", 0.0254).text(0.0254)) == ("1.235", "1235", "1.0")
     assert (METRE.point([1, 2, -0.5]), MM.short(0.0123)) == ("(1.000, 2.000, −0.500) m", "12.3 mm")
     assert (METRE.title("x"), MM.title("y"), MM.tick(0.5)) == ("x, m", "y, mm", "500")
 

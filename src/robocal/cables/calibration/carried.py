@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.cables.geometry import CableRobot
 from robocal.cables.gradient import by_parameters
 
-__all__ = ["carried"]
+__all__ = ["pose_covariance"]
 
 Array = NDArray[np.float64]
 
 
-def carried(
+def pose_covariance(
     robot: CableRobot,
     pose: ArrayLike,
     names: Sequence[str],

@@ -19,18 +19,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import as_kernel_array, as_kernel_indices
 from robocal.cables.calibration.exact import flat
-from robocal.cables.calibration.wrapped import refined
+from robocal.cables.calibration.wrapped import refine_over_pulleys
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError, nearest
 
-__all__ = ["RESIDUALS", "Fit", "per_cable"]
+__all__ = ["RESIDUALS", "CableFits", "per_cable"]
 
 Array = NDArray[np.float64]
 RESIDUALS = ("length", "squared")
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class CableFits:
     """Of B lists: frame anchors (B, m, 3) and zeros (B, m) in m, half the weighted sum of squares (B, m), iterations (B, m), whether
     each fit arrived (B, m), and the normal matrices (B, m, k, k) over the `axes` of the anchor and the zero; `numbers` (B, m) were
     read of each cable."""
@@ -66,7 +66,7 @@ def per_cable(
     tensions: ArrayLike | None = None,
     residual: str = "length",
     start: ArrayLike | None = None,
-) -> Fit:
+) -> CableFits:
     """Frame anchors and zeros of every cable of `robot` from poses and what its sensors showed.
 
     poses (n, 4, 4), or of every list (B, n, 4, 4), T_base_platform in m; readings (n, m) or (B, n, m) in m, NaN where none was taken;
@@ -110,9 +110,11 @@ def per_cable(
         _refuse(robot, t, read, axes, *lost[0])
     numbers = np.broadcast_to(read.sum(axis=1), (batch, m))
     if robot.pulleys is not None:
-        x, cost, info, arrived = refined(robot, t, np.where(read, y, 0.0), 1 / (1 + strain), weight, x, axes)
-        return Fit(x[..., :3], x[..., 3], cost, count, arrived, info, axes, numbers)
-    return Fit(x[..., :3], x[..., 3], cost, count, reason == kernels.SETTLED, info, axes, numbers)
+        x, cost, info, arrived = refine_over_pulleys(
+            robot, t, np.where(read, y, 0.0), 1 / (1 + strain), weight, x, axes
+        )
+        return CableFits(x[..., :3], x[..., 3], cost, count, arrived, info, axes, numbers)
+    return CableFits(x[..., :3], x[..., 3], cost, count, reason == kernels.SETTLED, info, axes, numbers)
 
 
 def _lists(array: ArrayLike, rank: int, what: str) -> Array:

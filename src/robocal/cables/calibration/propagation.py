@@ -23,7 +23,7 @@ from robocal.cables.geometry import CableRobot, straight
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
-__all__ = ["Design", "Noise", "rms"]
+__all__ = ["ErrorPropagation", "Noise", "rms"]
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def rms(anchors: ArrayLike, zeros: ArrayLike) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class ErrorPropagation:
     """A robot at a list of poses (n, 4, 4): everything that the error model needs of them."""
 
     robot: CableRobot
@@ -99,7 +99,7 @@ class Design:
             )
         return np.asarray(np.linalg.solve(a, (w * d).swapaxes(1, 2)))
 
-    def moved(
+    def propagate(
         self, *, lengths: ArrayLike = 0.0, places: ArrayLike = 0.0, turns: ArrayLike = 0.0, squared: bool = False
     ) -> tuple[Array, Array]:
         """By how much given errors move anchors (..., m, 3) and zeros (..., m): of readings (..., n, m), of places (..., n, 3) in m
@@ -137,7 +137,7 @@ class Design:
         info = np.einsum("npq,npk,nql->pkql", w, self.rows, self.rows, optimize=True).reshape(m * k, m * k)
         return np.linalg.inv(info)
 
-    def expected(self, covariance: Array) -> tuple[float, float]:
+    def rms_errors(self, covariance: Array) -> tuple[float, float]:
         """The root mean square error, (3.39), of anchors and zeros that a covariance (m k, m k) predicts, in m: over three components,
         those that are not sought without error."""
         k = self.rows.shape[-1]

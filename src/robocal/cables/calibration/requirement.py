@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.calibration.propagation import Design, Noise
+from robocal.cables.calibration.propagation import ErrorPropagation, Noise
 from robocal.errors import ModelError, nearest
 
 __all__ = ["ESTIMATORS", "WHAT", "Expected", "Requirement"]
@@ -44,7 +44,7 @@ class Expected:
 class Requirement:
     """A list of poses, the noise of what is measured at them, and the estimator that is to be used."""
 
-    design: Design
+    design: ErrorPropagation
     noise: Noise
     estimator: str = ESTIMATORS[0]
 
@@ -66,9 +66,9 @@ class Requirement:
         return self.design.covariance(self.noise) if alone else self.design.bound(self.noise)
 
     @cached_property
-    def expected(self) -> Expected:
+    def rms_errors(self) -> Expected:
         """The errors that are to be expected."""
-        return Expected(*self.design.expected(self.covariance), *self._poses())
+        return Expected(*self.design.rms_errors(self.covariance), *self._poses())
 
     def _poses(self) -> tuple[float, float]:
         axes = list(self.design.robot.axes)
@@ -118,7 +118,7 @@ class Requirement:
     def _error(self, what: str) -> float:
         if what not in WHAT:
             raise ModelError("no such error", found=what, expected=" or ".join(WHAT), suggestion=nearest(what, WHAT))
-        return float(getattr(self.expected, what))
+        return float(getattr(self.rms_errors, what))
 
     def contour(self, what: str, accuracy: float, pair: tuple[str, str], count: int = 46) -> Array:
         """Pairs of noises (count, 2), the third zero, with which the error of `what` is `accuracy` when every cable is fitted by

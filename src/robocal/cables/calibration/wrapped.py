@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot, lengths
 
-__all__ = ["refined"]
+__all__ = ["refine_over_pulleys"]
 
 Array = NDArray[np.float64]
 ROUNDS, END = 60, 1e-14
 AX, L0 = 0, 6
 
 
-def refined(
+def refine_over_pulleys(
     robot: CableRobot, t: Array, y: Array, share: Array, weight: Array, x: Array, axes: tuple[int, ...]
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
     """x (B, m, 4), cost (B, m), normal matrices (B, m, k, k) and whether each fit arrived (B, m).

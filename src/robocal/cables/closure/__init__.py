@@ -30,7 +30,7 @@ class Dexterity:
     length: float
 
     @property
-    def closed(self) -> NDArray[np.bool_]:
+    def in_closure(self) -> NDArray[np.bool_]:
         """Whether cables that pull, as strongly as it takes, can balance any wrench, (k,)."""
         return np.asarray(self.tension_factor > CLOSED)
 
@@ -45,7 +45,7 @@ def tension_factor(structure: ArrayLike) -> Array:
     """
     from robocal.cables.closure._kernels import factor_kernel
 
-    w = _entered(structure)
+    w = _structure_array(structure)
     out = np.zeros(len(w))
     if w.shape[2] > w.shape[1]:
         factor_kernel(w, out)
@@ -57,7 +57,7 @@ def condition_number(structure: ArrayLike, length: ArrayLike = 1.0) -> Array:
 
     structure (k, d, m); length one number, or of every row (d,), 1 for forces. Raises ModelError for another shape.
     """
-    w = _entered(structure)
+    w = _structure_array(structure)
     if w.shape[2] < w.shape[1]:
         return np.full(len(w), np.inf)
     sizes = np.linalg.svd(w * row_weights(w.shape[1], length)[:, None], compute_uv=False)
@@ -71,7 +71,7 @@ def dexterity(structure: ArrayLike, length: ArrayLike = 1.0) -> Dexterity:
     return Dexterity(tension_factor(structure), condition_number(structure, length), float(np.max(length)))
 
 
-def _entered(structure: ArrayLike) -> Array:
+def _structure_array(structure: ArrayLike) -> Array:
     w = as_kernel_array(structure)
     if w.ndim != 3 or not np.isfinite(w).all():
         raise ModelError("structure matrices are an array (k, d, m) of finite numbers", found=w.shape)

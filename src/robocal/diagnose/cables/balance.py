@@ -35,7 +35,7 @@ class Balance:
     shifted: int | None = None
 
     @property
-    def held(self) -> bool:
+    def plausible(self) -> bool:
         """Whether what is left may be that of the geometry."""
         return self.left <= self.allowed
 
@@ -48,7 +48,9 @@ def balance(robot: CableRobot, poses: ArrayLike, tensions: ArrayLike) -> Balance
     allowed = TENSION_DIRECTIONS * float(np.sqrt(np.mean(np.sum(pull**2, axis=1))))
     exchanged = shifted = None
     if left > allowed:
-        tried = {pair: _left(w, unit, _exchanged(pull, *pair))[1] for pair in combinations(range(pull.shape[1]), 2)}
+        tried = {
+            pair: _left(w, unit, _exchange_columns(pull, *pair))[1] for pair in combinations(range(pull.shape[1]), 2)
+        }
         late = {by: _left(w, unit, np.roll(pull, by, axis=0))[1] for by in SHIFTS if len(pull) > 2 * abs(by)}
         pair, row = min(tried, key=tried.__getitem__), min(late, key=late.__getitem__, default=None)
         if tried[pair] < TENSION_CLEARLY * left:
@@ -65,7 +67,7 @@ def _by_body(robot: CableRobot, poses: Array) -> Array:
     return np.stack([still, *(gravity_wrench(poses, 1.0, e) - still for e in np.eye(3))], axis=-1)[:, rows]
 
 
-def _exchanged(pull: Array, i: int, j: int) -> Array:
+def _exchange_columns(pull: Array, i: int, j: int) -> Array:
     out = pull.copy()
     out[:, [i, j]] = pull[:, [j, i]]
     return out

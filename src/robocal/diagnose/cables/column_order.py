@@ -17,7 +17,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.diagnose.limits import COLUMN_CLEARLY, COLUMN_LEAVES, COLUMN_POSES
 from robocal.errors import ModelError
 
-__all__ = ["Exchange", "exchanged"]
+__all__ = ["Exchange", "find_exchange"]
 
 Array = NDArray[np.float64]
 
@@ -33,12 +33,12 @@ class Exchange:
     anchors: bool
 
     @property
-    def moved(self) -> tuple[int, ...]:
+    def wrong_columns(self) -> tuple[int, ...]:
         """The columns that hold another cable."""
         return tuple(j for j, i in enumerate(self.of) if i != j)
 
 
-def exchanged(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> Exchange | None:
+def find_exchange(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> Exchange | None:
     """The exchange that explains poses (n, 4, 4), in anybody's coordinates, and readings (n, m) in m, NaN where there is none; None
     where as stated is as good, and where the list cannot tell."""
     from scipy.optimize import linear_sum_assignment

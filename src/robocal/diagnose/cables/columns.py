@@ -7,12 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.cables.geometry import CableRobot
-from robocal.diagnose.cables.column_order import exchanged
-from robocal.diagnose.cables.pose_axes import turned
+from robocal.diagnose.cables.column_order import find_exchange
+from robocal.diagnose.cables.pose_axes import find_pose_axes
+from robocal.diagnose.check_registry import Given, When, check
 from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, refuse
 from robocal.diagnose.limits import AXES_SIMPLER
-from robocal.diagnose.registry import Given, When, check
 from robocal.geometry import se3
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
@@ -39,7 +39,7 @@ LENGTHS = declare(
 @check("columns", When.READ, order=30, given=Given.ACCEPTED, needs=("data",))
 def columns(context: Context[CableRobot]) -> Iterator[Finding]:
     """Wrong axes are one mistake, exchanged cables are several: the former may leave somewhat more."""
-    robot, data = context.model, context.measured
+    robot, data = context.model, context.need_data
     lengths = [o for o in data.observations if o.kind == "lengths"]
     poses = [o for o in data.observations if o.kind == "pose" and not (o.frame is not None and o.frame.mount == "tool")]
     if len(lengths) != 1 or len(poses) != 1:
@@ -54,7 +54,7 @@ def columns(context: Context[CableRobot]) -> Iterator[Finding]:
     y = np.full((len(data.configurations), len(robot.cables)), np.nan)
     y[read.configuration, read.extra["cable"].astype(np.int64)] = read.value[:, 0]
     known = np.isfinite(t).all(axis=(1, 2))
-    order, axes = exchanged(robot, t[known], y[known]), turned(robot, t[known], y[known])
+    order, axes = find_exchange(robot, t[known], y[known]), find_pose_axes(robot, t[known], y[known])
     if axes is not None and (order is None or axes.left <= AXES_SIMPLER * order.left):
         amounts = {"stated": Quantity(axes.stated), "left": Quantity(axes.left)}
         yield refuse(AXES[axes.kind], source=pose.source, what=axes.what, **amounts)
@@ -62,7 +62,7 @@ def columns(context: Context[CableRobot]) -> Iterator[Finding]:
         yield refuse(
             ANCHORS if order.anchors else LENGTHS,
             source=read.source,
-            names=" and ".join(robot.cables[j] for j in order.moved),
+            names=" and ".join(robot.cables[j] for j in order.wrong_columns),
             right=", ".join(robot.cables[i] for i in order.of),
             stated=Quantity(order.stated),
             left=Quantity(order.left),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robocal.diagnose.check_registry import Given, When, check
 from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, refuse
 from robocal.diagnose.limits import CABLE_COPIES
-from robocal.diagnose.registry import Given, When, check
 from robocal.measure.machine import Model
 from robocal.remarks.english import declare
 
@@ -21,7 +21,7 @@ COPIED = declare(
 @check("copies", When.READ, order=10, given=Given.ACCEPTED, needs=("data",))
 def copies(context: Context[Model]) -> Iterator[Finding]:
     """Of one length a coarse encoder may show the same twice, of eight and a pose it does not."""
-    data = context.measured
+    data = context.need_data
     parts: dict[int, list[bytes]] = {}
     for obs in data.observations:
         for c, value in zip(obs.configuration.tolist(), obs.value, strict=True):

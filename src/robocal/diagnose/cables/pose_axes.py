@@ -14,7 +14,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.diagnose.limits import COLUMN_CLEARLY, COLUMN_LEAVES, COLUMN_POSES
 from robocal.errors import ModelError
 
-__all__ = ["Turned", "turned"]
+__all__ = ["Turned", "find_pose_axes"]
 
 Array = NDArray[np.float64]
 Kind = Literal["position", "pose", "orientation"]
@@ -35,7 +35,7 @@ class Turned:
     left: float
 
 
-def turned(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> Turned | None:
+def find_pose_axes(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> Turned | None:
     """The other axes in which poses (n, 4, 4) explain readings (n, m), NaN where there is none; None where they do as they are, or where
     nothing does."""
     t, y = np.asarray(poses, float), np.asarray(readings, float)

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.diagnose.cables.balance import Balance, balance
+from robocal.diagnose.check_registry import Given, When, check
 from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, Level, doubt, refuse
 from robocal.diagnose.limits import CELL_UNIT_NEAR, TENSION_FARTHER, TENSION_MASS, TENSION_POSES
-from robocal.diagnose.registry import Given, When, check
-from robocal.fit.starts.own import placed
+from robocal.fit.starts.own import place_configurations
 from robocal.geometry import se3
 from robocal.measure.data import Observations
 from robocal.remarks.code import Code
@@ -48,13 +48,13 @@ CELLS = declare(
 @check("rest", When.READ, order=40, given=Given.ACCEPTED, needs=("data",))
 def rest(context: Context[CableRobot]) -> Iterator[Finding]:
     """The tensions of every instrument that read them, at the poses from which a fit starts."""
-    robot, data = context.model, context.measured
+    robot, data = context.model, context.need_data
     start: Array | None = None
     for obs in data.observations:
         if "tension" not in obs.extra or obs.options.get("tension") is not None:
             continue
         if start is None:
-            start = placed(robot, data).configurations.start
+            start = place_configurations(robot, data).configurations.start
         assert start is not None
         at, tension = _complete(robot, obs)
         if len(at) < TENSION_POSES or len(robot.cables) < len(robot.axes):

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.cables.geometry import CableRobot
+from robocal.diagnose.check_registry import Given, When, check
 from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, refuse
 from robocal.diagnose.limits import SIZE_CONFIGURATIONS, SIZES_APART
-from robocal.diagnose.registry import Given, When, check
-from robocal.measure.lengths import located
+from robocal.measure.lengths import locate_platform
 from robocal.remarks.english import declare
 
 __all__ = ["TWO_SIZES", "sizes"]
@@ -27,10 +27,10 @@ TWO_SIZES = declare(
 def sizes(context: Context[CableRobot]) -> Iterator[Finding]:
     """The scatter of measured positions beside that of the lengths; the one that is farther from the size of the robot is likelier to be
     wrong."""
-    robot, data = context.model, context.measured
+    robot, data = context.model, context.need_data
     read = [o for o in data.observations if o.kind == "lengths"]
     every = np.ones(len(data.configurations), dtype=bool)
-    places = [located(robot, o, every)[:, :3, 3] for o in read]
+    places = [locate_platform(robot, o, every)[:, :3, 3] for o in read]
     for obs in data.observations:
         if not places or obs.kind not in ("position", "pose"):
             continue

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.cables.geometry import CableRobot
+from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, note
-from robocal.diagnose.registry import When, check
 from robocal.measure.data import Observations
 from robocal.measure.lengths import owner
 from robocal.remarks.code import Code
@@ -23,7 +23,7 @@ COMPUTED = "computed"  # tensions that hold the platform's weight, instead of re
 @check("stretch", When.DATA, order=10, needs=("data",))
 def stretch(context: Context[CableRobot]) -> Iterator[Finding]:
     """Of every instrument that read lengths, with the tensions that are to be used."""
-    for obs in context.measured.observations:
+    for obs in context.need_data.observations:
         if obs.kind == "lengths":
             yield from _of_lengths(context.model, obs)
 

@@ -69,7 +69,7 @@ class Change:
     def _mine(self, obs: Observations) -> bool:
         return not self.sources or obs.source in self.sources
 
-    def _placed(self, target: Frame) -> Frame:
+    def _exchange_target(self, target: Frame) -> Frame:
         """The other one of two targets that change places."""
         names = [t.name for t in self.swapped]
         return self.swapped[1 - names.index(target.name)] if target.name in names else target
@@ -106,7 +106,7 @@ class Change:
             order = order[::-1] if self.what == What.REVERSED else np.roll(order, int(self.amount))
             return replace(obs, configuration=obs.configuration[order])
         if self.what == What.TARGETS:
-            return replace(obs, targets=tuple(self._placed(t) for t in obs.targets))
+            return replace(obs, targets=tuple(self._exchange_target(t) for t in obs.targets))
         value = value.copy()
         if self.what == What.LENGTH_UNIT:
             value[:, list(self.at)] *= np.array(self.factors)

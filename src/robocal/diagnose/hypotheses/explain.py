@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.diagnose.hypotheses.changes import Both, Change, What, pairs
-from robocal.diagnose.hypotheses.lockstep import Held, fitted, reach_of
+from robocal.diagnose.hypotheses.lockstep import SoftPrior, fit_trials, reach_of
 from robocal.diagnose.hypotheses.sights import Sights, sights, usable
 from robocal.diagnose.limits import (
     EXPLAINED_CLEARLY,
@@ -32,7 +32,7 @@ from robocal.diagnose.limits import (
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 
-__all__ = ["Doubt", "Explanation", "Trial", "alike", "doubted", "explain", "left_of", "rows_of", "taken"]
+__all__ = ["Doubt", "Explanation", "Trial", "alike", "assess_misfit", "explain", "left_of", "rows_of", "taken"]
 
 Array = NDArray[np.float64]
 Trial = Change | Both
@@ -62,12 +62,12 @@ class Doubt:
     reach: float
     few: bool
 
-    def met(self, left: float) -> bool:
+    def explains(self, left: float) -> bool:
         """Whether this is little enough to explain the data."""
         return left <= MAKING_LEAVES * self.reach and left * EXPLAINED_CLEARLY <= min(self.stated, self.lost)
 
 
-def doubted(chain: Mechanism, data: DataSet) -> Doubt | None:
+def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
     """Whether the misfit asks for a change; None where it does not or nobody can tell."""
     rows = rows_of(data)
     if rows is None:
@@ -77,28 +77,28 @@ def doubted(chain: Mechanism, data: DataSet) -> Doubt | None:
         return None
     reach = reach_of(chain, stated)
     with np.errstate(all="ignore"):
-        soft = Held.softly(chain, SOFT)
-        left = float(min(fitted(chain, stated, soft).left[0], fitted(chain, stated).left[0]))
+        soft = SoftPrior.of_chain(chain, SOFT)
+        left = float(min(fit_trials(chain, stated, soft).left[0], fit_trials(chain, stated).left[0]))
         if left <= MISFIT_ASKS * reach:
             return None
-        return Doubt(rows, left, _lost(chain, stated, left), reach, stated.places < HYPOTHESIS_PLACES)
+        return Doubt(rows, left, _rms_without_mastering(chain, stated, left), reach, stated.places < HYPOTHESIS_PLACES)
 
 
 def explain(
     chain: Mechanism, data: DataSet, changes: Sequence[Change], doubt: Doubt | None = None
 ) -> Explanation | None:
     """The changes that explain the data; None where nothing asks for one, or none does."""
-    doubt = doubt or doubted(chain, data)
+    doubt = doubt or assess_misfit(chain, data)
     if doubt is None or doubt.few:
         return None
     small = taken(data, doubt.rows)
     with np.errstate(all="ignore"):
         for trials in (list(changes), pairs(list(changes))):
-            found = _best(chain, data, small, doubt.rows, trials, Held.softly(chain, SOFT))
+            found = _best(chain, data, small, doubt.rows, trials, SoftPrior.of_chain(chain, SOFT))
             if found is None:
                 continue
             order, left = found
-            if not order or not doubt.met(float(left[order[0]])):
+            if not order or not doubt.explains(float(left[order[0]])):
                 continue
             best = float(left[order[0]])
             return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
@@ -116,12 +116,12 @@ def left_of(chain: Mechanism, data: DataSet, doubt: Doubt) -> float:
     if seen is None or not np.isfinite(seen.joints).all() or seen.places < HYPOTHESIS_PLACES:
         return math.inf
     with np.errstate(all="ignore"):
-        return float(fitted(chain, seen, Held.softly(chain, SOFT)).left[0])
+        return float(fit_trials(chain, seen, SoftPrior.of_chain(chain, SOFT)).left[0])
 
 
-def _lost(chain: Mechanism, stated: Sights, as_stated: float) -> float:
+def _rms_without_mastering(chain: Mechanism, stated: Sights, as_stated: float) -> float:
     """What is left with the joints' zeros free; where these end near right angles, that is no lost mastering."""
-    free = fitted(chain, stated, Held.softly(chain, LOST), rounds=20)
+    free = fit_trials(chain, stated, SoftPrior.of_chain(chain, LOST), rounds=20)
     turning = np.array([j.type != "prismatic" for j in chain.joints])
     zeros = free.zeros[0][turning]
     quarter = np.abs(zeros - np.round(zeros / (math.pi / 2)) * (math.pi / 2))
@@ -130,7 +130,12 @@ def _lost(chain: Mechanism, stated: Sights, as_stated: float) -> float:
 
 
 def _best(
-    chain: Mechanism, data: DataSet, small: DataSet, rows: list[NDArray[np.int64]], trials: Sequence[Trial], soft: Held
+    chain: Mechanism,
+    data: DataSet,
+    small: DataSet,
+    rows: list[NDArray[np.int64]],
+    trials: Sequence[Trial],
+    soft: SoftPrior,
 ) -> tuple[list[int], Array] | None:
     """The few best of a batch in order, and what each of the batch leaves; inf where it was not looked at again."""
     if not trials:
@@ -138,10 +143,10 @@ def _best(
     made = [taken(t.apply(data), rows) if any(p.what in WHOLE for p in t.parts) else t.apply(small) for t in trials]
     seen = sights(chain, made)
     assert seen is not None
-    rough = fitted(chain, seen, rounds=3).left
+    rough = fit_trials(chain, seen, rounds=3).left
     few = np.argsort(rough, kind="stable")[:BEST]
     left = np.full(len(trials), np.inf)
-    again = fitted(chain, seen.take(few), soft)
+    again = fit_trials(chain, seen.take(few), soft)
     # Readings made so small that anything meets them are explained by nothing.
     left[few] = np.where(again.left <= 2 * MAKING_LEAVES * again.spread, again.left, np.inf)
     return [int(i) for i in np.argsort(left, kind="stable") if np.isfinite(left[i])], left

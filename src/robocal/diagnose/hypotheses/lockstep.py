@@ -21,7 +21,7 @@ from robocal.geometry.path.program import compile_path
 from robocal.measure.machine import Mechanism
 from robocal.measure.reach import reach
 
-__all__ = ["Held", "Outcome", "fitted", "reach_of"]
+__all__ = ["SoftPrior", "TrialOutcome", "fit_trials", "reach_of"]
 
 Array = NDArray[np.float64]
 ROUNDS = 10
@@ -30,7 +30,7 @@ LOOSE = 3.0  # expected errors: how softly the arm's own numbers are held
 
 
 @dataclass(frozen=True)
-class Held:
+class SoftPrior:
     """How far the arm's own numbers may go: names of the table with standard deviations (g,), and those of the joints'
     zeros (n,)."""
 
@@ -39,7 +39,7 @@ class Held:
     zeros: Array
 
     @classmethod
-    def softly(cls, chain: Mechanism, zeros: float) -> Held:
+    def of_chain(cls, chain: Mechanism, zeros: float) -> SoftPrior:
         """Every number of the geometry by thrice what is expected, the joints' zeros by `zeros` rad (or dm)."""
         names = tuple(n for n in chain.geometric if not chain.table[n].turn)
         sigma = LOOSE * np.array([chain.table[n].scale for n in names])
@@ -48,7 +48,7 @@ class Held:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class TrialOutcome:
     """What each trial leaves: the median error of a reading (m), with what the arm had to give way for it; the joints'
     zeros that it took (B, n); and how far the places that were read spread (m)."""
 
@@ -64,7 +64,7 @@ def reach_of(chain: Mechanism, trials: Sights) -> float:
     return max(float(np.linalg.norm(places, axis=1).max()), 0.05)
 
 
-def fitted(chain: Mechanism, trials: Sights, held: Held | None = None, rounds: int = ROUNDS) -> Outcome:
+def fit_trials(chain: Mechanism, trials: Sights, held: SoftPrior | None = None, rounds: int = ROUNDS) -> TrialOutcome:
     """Every trial after frames, things and, with `held`, the arm were fitted."""
     state = _State(chain, trials, held)
     state.start()
@@ -77,13 +77,13 @@ def fitted(chain: Mechanism, trials: Sights, held: Held | None = None, rounds: i
         best = np.where(better, left, best)
         zeros[better] = state.zeros[better]
     away = trials.place - np.median(trials.place, axis=1, keepdims=True)
-    return Outcome(best, zeros, np.asarray(np.median(np.linalg.norm(away, axis=-1), axis=1)))
+    return TrialOutcome(best, zeros, np.asarray(np.median(np.linalg.norm(away, axis=-1), axis=1)))
 
 
 class _State:
     """Where the iteration of all trials stands."""
 
-    def __init__(self, chain: Mechanism, trials: Sights, held: Held | None) -> None:
+    def __init__(self, chain: Mechanism, trials: Sights, held: SoftPrior | None) -> None:
         self.chain, self.trials, self.held = chain, trials, held
         b, k, n = trials.joints.shape
         self.size = b, k
@@ -127,7 +127,7 @@ class _State:
         kept = self.w.copy(), self.x.copy()
         for oriented in (True, False) if self.trials.turned.any() else (False,):
             self.w, self.x = kept[0].copy(), kept[1].copy()
-            self._closed(t, oriented)
+            self._close_frames(t, oriented)
             for _ in range(2):
                 self._things(t)
             left = self.left()
@@ -139,7 +139,7 @@ class _State:
             best = np.minimum(best, left)
         self.w, self.x = won
 
-    def _closed(self, t: Array, oriented: bool) -> None:
+    def _close_frames(self, t: Array, oriented: bool) -> None:
         """Every free frame, from the rows of its most frequent thing."""
         data = self.trials
         for f in range(len(data.frames)):

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from robocal.diagnose.check_registry import Given, Machines, When, check
 from robocal.diagnose.context import once
 from robocal.diagnose.finding import Finding, doubt, refuse
-from robocal.diagnose.hypotheses.explain import Explanation, doubted, explain
+from robocal.diagnose.hypotheses.explain import Explanation, assess_misfit, explain
 from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
-from robocal.diagnose.hypotheses.remounted import remounted
-from robocal.diagnose.registry import Given, Machines, When, check
+from robocal.diagnose.hypotheses.remounted import find_remount
 from robocal.measure.machine import Mechanism
 from robocal.remarks.code import Code
 from robocal.remarks.english import declare
@@ -39,10 +39,10 @@ class Mistake:
 def mistake(context: ReadContext[Mechanism]) -> Mistake | None:
     """What explains a misfit that asks for it; None where nothing does."""
     assert context.changes is not None
-    asked = doubted(context.model, context.measured)
+    asked = assess_misfit(context.model, context.need_data)
     if asked is None:
         return None
-    found = explain(context.model, context.measured, context.changes(), asked)
+    found = explain(context.model, context.need_data, context.changes(), asked)
     others = () if context.others is None else context.others(asked)
     best = min([o.left for o in others] + ([found.left] if found else []), default=None)
     return None if best is None else Mistake(found, others, asked.stated, best)
@@ -59,9 +59,9 @@ def one_change(context: ReadContext[Mechanism]) -> Iterator[Finding]:
 @check("remounted", When.READ, order=40, machines=Machines.JOINTED, given=Given.ACCEPTED, needs=("data", "changes"))
 def remounted_targets(context: ReadContext[Mechanism]) -> Iterator[Finding]:
     """A target that was put on anew between files; refused where that alone explains what no making leaves."""
-    found = remounted(context.model, context.measured)
+    found = find_remount(context.model, context.need_data)
     if found is None:
         return
     files = tuple(s.replace("\\", "/").rpartition("/")[2] for s in found.sources)
-    amounts = {"together": Quantity(found.together), "apart": Quantity(found.apart)}
+    amounts = {"together": Quantity(found.together), "apart": Quantity(found.separate)}
     yield (refuse if found.alone else doubt)(Code.REMOUNTED, target=found.target, files=files, **amounts)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robocal.diagnose.hypotheses.explain import SOFT, rows_of, taken
-from robocal.diagnose.hypotheses.lockstep import Held, fitted, reach_of
+from robocal.diagnose.hypotheses.lockstep import SoftPrior, fit_trials, reach_of
 from robocal.diagnose.hypotheses.sights import Sights, sights, usable
 from robocal.diagnose.limits import (
     EXPLAINED_CLEARLY,
@@ -24,7 +24,7 @@ from robocal.diagnose.limits import (
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 
-__all__ = ["Remounted", "remounted"]
+__all__ = ["Remounted", "find_remount"]
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ class Remounted:
     target: str
     sources: tuple[str, ...]
     together: float
-    apart: float
+    separate: float
     alone: bool
 
 
-def remounted(chain: Mechanism, data: DataSet) -> Remounted | None:
+def find_remount(chain: Mechanism, data: DataSet) -> Remounted | None:
     """Whether the one target that several files share was put on anew between them; None where it was not, or nobody can
     tell."""
     shared = [o for o in data.observations if usable(o)]
@@ -80,4 +80,4 @@ def remounted(chain: Mechanism, data: DataSet) -> Remounted | None:
 
 
 def _left(chain: Mechanism, trial: Sights) -> float:
-    return float(fitted(chain, trial, Held.softly(chain, SOFT)).left[0])
+    return float(fit_trials(chain, trial, SoftPrior.of_chain(chain, SOFT)).left[0])

@@ -8,11 +8,11 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.check_registry import Given, Machines, When, check
 from robocal.diagnose.finding import Finding, Level, of_remarks, refuse
 from robocal.diagnose.hypotheses.other_units import OtherUnit
 from robocal.diagnose.hypotheses.reading import ReadContext
 from robocal.diagnose.limits import UNIT_BETTER, UNIT_GAIN, UNIT_MISFIT, UNIT_SPARE
-from robocal.diagnose.registry import Given, Machines, When, check
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import baseline, frame_names
 from robocal.fit.misfit import errors
@@ -38,7 +38,7 @@ WRONG_UNIT = declare(
 def units(context: ReadContext[Model]) -> Iterator[Finding]:
     """Every suspected unit: refused where other units lower the misfit tenfold and then fit, else a doubt."""
     doubts = context.suspicions[:6]
-    sample = _sample(context.measured)
+    sample = _sample(context.need_data)
     as_read = misfit(context.model, sample)
     bad = not as_read <= UNIT_MISFIT and not np.isnan(as_read)
     if not doubts and not bad:
@@ -85,7 +85,7 @@ def misfit(chain: Model, data: DataSet) -> float:
     little that frames alone meet it in any unit.
     """
     problem, x = baseline(chain, data, np.arange(len(data.configurations)))
-    if _told(data, problem) < len(frame_names(chain, problem)) + UNIT_SPARE:
+    if _count_measured(data, problem) < len(frame_names(chain, problem)) + UNIT_SPARE:
         return float("nan")
     left = {unit: errors(problem.residuals(x), unit)[0] for unit in ("m", "rad", "px")}
     unit = next((u for u, v in left.items() if len(v)), None)
@@ -105,7 +105,7 @@ def misfit(chain: Model, data: DataSet) -> float:
     return rms / spread if spread > 0 else float("inf")
 
 
-def _told(data: DataSet, problem: Problem) -> float:
+def _count_measured(data: DataSet, problem: Problem) -> float:
     """How many numbers were measured, a repeat of a place not counted: it says nothing new of the geometry."""
     used = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(t.configuration for t in problem.terms)]))
     new = len(np.unique(places(data.configurations)[used])) / max(len(used), 1)

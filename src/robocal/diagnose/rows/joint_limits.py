@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.finding import Finding, doubt
-from robocal.diagnose.registry import When, check
 from robocal.diagnose.rows.table import TableContext
 from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import limits_of

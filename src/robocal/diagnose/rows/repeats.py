@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.finding import Finding, Level, of_remarks
 from robocal.diagnose.limits import COPY_CHANCE, QUIETEST, REPEAT_SIGMA
-from robocal.diagnose.registry import When, check
 from robocal.diagnose.rows.table import TableContext
 from robocal.measure.base import kind_of
 from robocal.measure.data import Configurations, Observations
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 @check("repeats", When.FILE, order=20, needs=("data",))
 def repeats(context: TableContext[Model]) -> Iterator[Finding]:
     """Copies and repeats that differ, of every instrument."""
-    data = context.measured
+    data = context.need_data
     for obs in data.observations:
         yield from of_remarks(repeat_remarks(obs, data.configurations, context.file), Level.DOUBT)
 

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from robocal.diagnose.check_registry import Given, Machines, When, check
 from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, refuse
 from robocal.diagnose.limits import STILL_MOVED, STILL_PLACES
-from robocal.diagnose.registry import Given, Machines, When, check
 from robocal.measure.base import kind_of
 from robocal.measure.machine import Model
 from robocal.remarks.english import declare
@@ -27,10 +27,10 @@ STILL = declare(
 @check("still", When.READ, order=10, machines=Machines.JOINTED, given=Given.ACCEPTED, needs=("data",))
 def still(context: Context[Model]) -> Iterator[Finding]:
     """A bar of fixed length may read so, and so may a contact."""
-    joints = context.measured.configurations.joints
+    joints = context.need_data.configurations.joints
     if joints is None:
         return
-    for obs in context.measured.observations:
+    for obs in context.need_data.observations:
         if obs.kind not in PLACED or obs.rows is None or len(obs) < STILL_PLACES:
             continue
         where = joints[obs.configuration]

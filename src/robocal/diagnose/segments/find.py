@@ -34,10 +34,10 @@ from robocal.diagnose.limits import (
     SEGMENT_SMALL,
     SEGMENT_ZERO_SIZE,
 )
-from robocal.diagnose.segments.model import Found, SegmentModel, spread
+from robocal.diagnose.segments.candidate_rows import runs
 from robocal.diagnose.segments.posed import ZERO
-from robocal.diagnose.segments.rows import runs
-from robocal.diagnose.segments.run import Run
+from robocal.diagnose.segments.robust_model import SegmentFit, SegmentModel, spread
+from robocal.diagnose.segments.row_sequence import RowSequence
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
@@ -94,7 +94,7 @@ def find_segments(
         if best is None:
             break
         after = state.with_segment(best)
-        told = _judged(state, best, after, tried)
+        told = _assess_segment(state, best, after, tried)
         if told is None:
             break
         out.append(told)
@@ -121,7 +121,7 @@ def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
     return tuple(out)
 
 
-def _best(state: SegmentModel, among: list[Run]) -> Found | None:
+def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     """The segment that explains most. Its cause is the one that leaves least, once it is in the model."""
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
     # More columns explain more by chance.
@@ -136,14 +136,14 @@ def _best(state: SegmentModel, among: list[Run]) -> Found | None:
     return replace(rivals[best], either=len(causes) > 1)
 
 
-def _left_of(model: SegmentModel, best: Found) -> float:
+def _left_of(model: SegmentModel, best: SegmentFit) -> float:
     """What a model leaves of the rows of a segment, in units of the noise as it was fitted."""
     i = model.number(best.run)
     left = model.left[i][best.a : best.b]
     return float(np.prod([model.unit[i][a] * spread(left[:, a:b]) for a, b, _ in best.run.parts]))
 
 
-def _reset(state: SegmentModel, among: list[Run]) -> tuple[Segment, SegmentModel] | None:
+def _reset(state: SegmentModel, among: list[RowSequence]) -> tuple[Segment, SegmentModel] | None:
     """A zero that is another one in a whole file, as after sensors were switched on again: with its rows given it need only be sure.
     The segment, and the model with it; None where there is none."""
     tried = [
@@ -158,11 +158,13 @@ def _reset(state: SegmentModel, among: list[Run]) -> tuple[Segment, SegmentModel
     if best is None or special.chdtrc(1, best.gain) * len(tried) > SEGMENT_CHANCE:
         return None
     after = state.with_segment(best)
-    told = _judged(state, best, after, len(tried), whole=True)
+    told = _assess_segment(state, best, after, len(tried), whole=True)
     return None if told is None else (told, after)
 
 
-def _judged(state: SegmentModel, best: Found, after: SegmentModel, tried: float, whole: bool = False) -> Segment | None:
+def _assess_segment(
+    state: SegmentModel, best: SegmentFit, after: SegmentModel, tried: float, whole: bool = False
+) -> Segment | None:
     """The segment for people, or None where it is not sure, large and abrupt; `after` has it in the model. A whole file that is
     off need only be sure."""
     i, c = state.number(best.run), best.candidate
@@ -171,7 +173,7 @@ def _judged(state: SegmentModel, best: Found, after: SegmentModel, tried: float,
     looked[c.rows] = True
     mine = looked.copy()
     mine[: best.a] = mine[best.b :] = False
-    effect = best.column @ best.held
+    effect = best.column @ best.unexplained
     strength = 0.0
     for first, stop, _ in best.run.parts:
         noise = unit[first] * max(1.0, spread(left[mine, first:stop]))
@@ -179,14 +181,14 @@ def _judged(state: SegmentModel, best: Found, after: SegmentModel, tried: float,
     # The share that the model does not answer, over the fewer rows: a step in most rows is one in the others.
     own = float(np.sum(state.weight[i][:, None] * (effect / state.unit[i]) ** 2))
     few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
-    moved = _moved(best, mine)
+    moved = _motion_size(best, mine)
     seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
     large = strength >= (SEGMENT_SIZE if c.cause != ZERO else SEGMENT_ZERO_SIZE) and seen >= SEGMENT_SEEN
     if not whole and (not large or _together(best, left, unit, mine) < SEGMENT_MAJORITY):
         return None
     if all(v <= SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items()):
         return None
-    inflation = _correlated(np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked]))
+    inflation = _correlation_factor(np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked]))
     q = c.column.shape[2]
     dof = max((int(looked.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
     gain = best.gain * max(1.0, float(np.min(state.unit[i] / unit)) ** 2)
@@ -202,7 +204,7 @@ def _judged(state: SegmentModel, best: Found, after: SegmentModel, tried: float,
     )  # fmt: skip
 
 
-def _together(best: Found, left: Array, unit: Array, mine: NDArray[np.bool_]) -> float:
+def _together(best: SegmentFit, left: Array, unit: Array, mine: NDArray[np.bool_]) -> float:
     """The share of the rows that are nearer to the model with the step than without: gross rows do not all move alike."""
     step = (best.column @ best.step / unit)[mine]
     after = left[mine]
@@ -213,16 +215,16 @@ def _together(best: Found, left: Array, unit: Array, mine: NDArray[np.bool_]) ->
     )
 
 
-def _size(best: Found, effect: Array, mine: NDArray[np.bool_]) -> float:
+def _size(best: SegmentFit, effect: Array, mine: NDArray[np.bool_]) -> float:
     """What a segment does to a reading that sees it, rms in its standard deviations."""
     plain = best.candidate.plain
     if plain is None:
         return float(np.sqrt(np.mean(effect**2)))
     felt = (plain.column != 0).any(axis=2) & mine[:, None]
-    return float(np.sqrt(np.mean((plain.column @ best.held)[felt] ** 2)))
+    return float(np.sqrt(np.mean((plain.column @ best.unexplained)[felt] ** 2)))
 
 
-def _moved(best: Found, mine: NDArray[np.bool_]) -> dict[str, float]:
+def _motion_size(best: SegmentFit, mine: NDArray[np.bool_]) -> dict[str, float]:
     """How far what was measured moved, rms over the rows, in every unit of its kinds, the farthest."""
     plain = best.candidate.plain
     effect, sigma, parts = best.column @ best.step, best.run.sigma, best.run.parts
@@ -236,7 +238,7 @@ def _moved(best: Found, mine: NDArray[np.bool_]) -> dict[str, float]:
     return out
 
 
-def _abrupt(state: SegmentModel, best: Found) -> bool:
+def _abrupt(state: SegmentModel, best: SegmentFit) -> bool:
     """Whether a step explains at least as much as any ramp about the same place."""
     rows = best.candidate.rows
     k = len(rows)
@@ -258,7 +260,7 @@ def _profile(k: int, first: int, last: int, width: int) -> Array:
     return np.asarray(np.minimum(rise, fall))
 
 
-def _correlated(score: Array) -> float:
+def _correlation_factor(score: Array) -> float:
     """By how much serial correlation widens the spread of a sum of scores (k, q): Bartlett's window, never below 1."""
     k = len(score)
     centred = score - score.mean(axis=0)

@@ -16,15 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.diagnose.limits import SEGMENT_COMPLETE
-from robocal.diagnose.segments.run import Candidate, Plain, Run
+from robocal.diagnose.segments.row_sequence import Candidate, Plain, RowSequence
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import spread
+from robocal.estimate.terms import spread
 from robocal.measure.base import Kind, Rows, kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["ZERO", "posed"]
+__all__ = ["ZERO", "runs_of_poses"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -32,7 +32,7 @@ ZERO = "zero"
 FELT = 1e-9  # tolerance: of a number's own standard deviation: what is less is nothing
 
 
-def posed(machine: Model, problem: Problem, data: DataSet, x: Array) -> list[Run]:
+def runs_of_poses(machine: Model, problem: Problem, data: DataSet, x: Array) -> list[RowSequence]:
     """One run of all configurations in their order, at x (1, P); none where nothing may have moved."""
     own = {
         p for p in problem.free if p in machine.table and p not in machine.geometric and problem.table[p].unit == "m"
@@ -59,7 +59,9 @@ def posed(machine: Model, problem: Problem, data: DataSet, x: Array) -> list[Run
     left = (beside @ r[..., None])[..., 0]
     whole = ((0, left.shape[1], "1"),)
     return [
-        Run(data.observations[0], np.ones_like(left), left, jac, tuple(candidates), whole, _origin(data, len(left)))
+        RowSequence(
+            data.observations[0], np.ones_like(left), left, jac, tuple(candidates), whole, _origin(data, len(left))
+        )
     ]
 
 

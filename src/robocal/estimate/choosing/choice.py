@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 
 from robocal.estimate.elimination import squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Linear
+from robocal.estimate.terms import Linear
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["PARTNER", "SEEN", "STRUCTURAL", "Choice", "Combination", "choose", "chosen", "together"]
+__all__ = ["OBSERVABLE", "PARTNER", "STRUCTURAL", "Choice", "Combination", "choose", "chosen", "together"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 # With s = 1 the expected error of a column and the standard deviation with which it would be estimated are equal: below, freeing
 # it adds more variance than the bias that it removes.
-SEEN = 1.0  # tolerance: see above
+OBSERVABLE = 1.0  # tolerance: see above
 # Exactly dependent to first order, in units of the largest singular value of the column-normalised matrix.
 STRUCTURAL = 1e-9  # tolerance: see above
 NAMED = 6  # partners that are named
@@ -88,12 +88,12 @@ class Choice:
 
     problem: Problem
     x: Array
-    told: Array
+    scaled: Array
     at: tuple[int, ...]
     left: tuple[int, ...]
 
     @property
-    def kept(self) -> tuple[str, ...]:
+    def basis(self) -> tuple[str, ...]:
         """The names that are kept."""
         return tuple(self.problem.free[i] for i in self.at)
 
@@ -106,8 +106,8 @@ class Choice:
     def combinations(self) -> tuple[Combination, ...]:
         """What takes the place of every dropped name."""
         names, kept = self.problem.free, list(self.at)
-        found = tuple(_hiding(self.told, self.problem.scales, names, kept, i) for i in self.left)
-        return _absorbed(self.problem, self.x, found)
+        found = tuple(_hiding(self.scaled, self.problem.scales, names, kept, i) for i in self.left)
+        return _attribute_to_blocks(self.problem, self.x, found)
 
 
 def choose(
@@ -116,7 +116,7 @@ def choose(
     *,
     noise: float = 1.0,
     always: Sequence[str] = (),
-    seen: float = SEEN,
+    seen: float = OBSERVABLE,
     lin: Linear | None = None,
 ) -> Choice:
     """Which free columns of a problem are kept at x; see `identifiability.analyse`."""
@@ -124,17 +124,17 @@ def choose(
     return chosen(problem, x, squares(problem.with_loss("none"), x, lin).root / noise, always, seen)
 
 
-def chosen(problem: Problem, x: Array, r: Array, always: Sequence[str] = (), seen: float = SEEN) -> Choice:
+def chosen(problem: Problem, x: Array, r: Array, always: Sequence[str] = (), seen: float = OBSERVABLE) -> Choice:
     """The same from a root r (n, n) of what the data say."""
     scaled = r * problem.scales
-    told = np.vstack([r, problem.prior_root]) * problem.scales if problem.stated.any() else scaled
+    told = np.vstack([r, problem.prior_root]) * problem.scales if problem.has_prior.any() else scaled
     # Without noise everything is above it; then only what rounding lets through counts.
     least = max(seen, STRUCTURAL * float(np.linalg.norm(scaled, axis=0).max(initial=0.0)))
     # Its own row, of length one and nobody else's, keeps what has a prior; rounding must not say otherwise.
-    held = problem.believed
+    held = problem.prior_informs
     tolerance = np.where(held, 0.0, least)
     sure = {i for i, name in enumerate(problem.free) if held[i] or name in always}
-    kept, left = _preferred(told, *_pivot(told, tolerance), problem.preference, sure, tolerance)
+    kept, left = _exchange_for_preferred(told, *_pivot(told, tolerance), problem.preference, sure, tolerance)
     kept += [i for i in left if i in sure]
     return Choice(problem, np.atleast_2d(x), told, tuple(sorted(kept)), tuple(sorted(i for i in left if i not in sure)))
 
@@ -158,7 +158,7 @@ def _shares(kept: Array, asked: Array) -> Array:
     return np.asarray(np.linalg.lstsq(kept, asked, rcond=None)[0], float)
 
 
-def _preferred(
+def _exchange_for_preferred(
     scaled: Array, kept: list[int], left: list[int], preference: Ints, sure: set[int], tolerance: Array
 ) -> tuple[list[int], list[int]]:
     """Kept and left columns after every exchange of a kept column for a preferred one that says the same.
@@ -205,7 +205,7 @@ def _hiding(scaled: Array, scale: Array, names: tuple[str, ...], kept: list[int]
     return Combination(names[column], partners)
 
 
-def _absorbed(problem: Problem, x: Array, found: tuple[Combination, ...]) -> tuple[Combination, ...]:
+def _attribute_to_blocks(problem: Problem, x: Array, found: tuple[Combination, ...]) -> tuple[Combination, ...]:
     """The same, where what moves the rows and yet has no partners is told to be what local blocks take up."""
     if not problem.blocks or all(c.partners for c in found):
         return found

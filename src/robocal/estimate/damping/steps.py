@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Normal
+from robocal.estimate.terms import Normal
 
 __all__ = ["Steps"]
 
@@ -86,7 +86,7 @@ class Steps:
             cost, normal.g[b], normal.a[b], value, self.lower, self.upper, self.scales, self.damp[b], held
         )
         for i in (0, 1):
-            worst = scale_blocks(normal.family(i)[0][b], normal.family(i)[1][b], self.damp_local[i][b], worst)
+            worst = scale_blocks(normal.of_family(i)[0][b], normal.of_family(i)[1][b], self.damp_local[i][b], worst)
         if not away[b] and worst <= self.tolerances[1] * np.sqrt(2.0 * cost) + 1e-300:
             reason[b] = GRADIENT
             return
@@ -100,7 +100,7 @@ class Steps:
         least = self.tolerances[2]
         parts = [promised(self.step[b], normal.g[b], lam[b], self.damp[b], self.scales, least)]
         parts += [
-            promised(steps[i].ravel(), normal.family(i)[0][b].ravel(), lam[b], local[i].ravel(), ONE, least)
+            promised(steps[i].ravel(), normal.of_family(i)[0][b].ravel(), lam[b], local[i].ravel(), ONE, least)
             for i in (0, 1)
         ]
         far, gain = (float(sum(part[i] for part in parts)) for i in (0, 1))

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError
-from robocal.estimate.generalised.rows import Correlated
+from robocal.estimate.generalised.correlated_rows import Correlated
 from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Term
+from robocal.estimate.terms import ProblemTerm
 
-__all__ = ["ENOUGH", "Generalised", "generalised", "generalised_least_squares"]
+__all__ = ["ENOUGH", "Generalised", "correlate_rows", "generalised_least_squares"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -55,7 +55,7 @@ class _Shared:
     root: Array
 
 
-def generalised(problem: Problem, x: Array | None = None) -> Problem:
+def correlate_rows(problem: Problem, x: Array | None = None) -> Problem:
     """The problem without its local blocks, which stay where x (B, P) has them: rows that touched one are correlated, linearised
     in the blocks there.
 
@@ -64,11 +64,11 @@ def generalised(problem: Problem, x: Array | None = None) -> Problem:
     """
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     term = _touching(problem)
-    _, _, offset, shared = _linearised(problem, term, x)
-    held = problem.with_held(0)
+    _, _, offset, shared = _linearise(problem, term, x)
+    held = problem.with_fixed_blocks(0)
     here = problem.terms.index(term)
     free, alone = held.terms[here], term.local[0] >= 0
-    parts: list[Term] = [free.without(alone)] if (term.used & ~alone).any() else []
+    parts: list[ProblemTerm] = [free.without(alone)] if (term.used & ~alone).any() else []
     for s in shared:
         every = np.ones(len(s.order), dtype=np.bool_)
         parts.append(Correlated(free, s.order, np.ascontiguousarray(offset[:, s.order]), s.info, every))
@@ -79,12 +79,12 @@ def generalised_least_squares(problem: Problem, x: Array | None = None, *, passe
     """Fits the shared columns by generalised least squares from x (B, P), the table's values by default, until a pass moves
     nothing by more than `ENOUGH` sigma; where `passes` are not enough, the free blocks are fitted, and `exact` says so.
 
-    Raises ModelError as `generalised` does.
+    Raises ModelError as `correlate_rows` does.
     """
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     moved, before, count = np.full(len(x), np.inf), None, 0
     while count < max(1, passes) and not (moved <= ENOUGH).all():
-        found = least_squares(generalised(problem, x), x)
+        found = least_squares(correlate_rows(problem, x), x)
         covariance = _covariance(problem, found)
         if before is not None:
             sigma = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
@@ -103,7 +103,7 @@ def follow(problem: Problem, x: Array) -> Array:
     from robocal.estimate.generalised._kernels import place
 
     term = _touching(problem)
-    r, jloc, _, shared = _linearised(problem, term, x)
+    r, jloc, _, shared = _linearise(problem, term, x)
     family = problem.families[0]
     off, hold = family.prior.rows(problem.values_of(0, x)) if family.prior else (np.zeros(0), np.zeros(0))
     step = np.zeros((len(x), family.count, family.size))
@@ -113,7 +113,7 @@ def follow(problem: Problem, x: Array) -> Array:
     return problem.retract(x, np.zeros((len(x), problem.n)), step)
 
 
-def _touching(problem: Problem) -> Term:
+def _touching(problem: Problem) -> ProblemTerm:
     """The one term that touches blocks."""
     terms = [t for t in problem.terms if any(t.touches)]
     if problem.loss != "none":
@@ -129,7 +129,7 @@ def _touching(problem: Problem) -> Term:
     return terms[0]
 
 
-def _linearised(problem: Problem, term: Term, x: Array) -> tuple[Array, Array, Array, list[_Shared]]:
+def _linearise(problem: Problem, term: ProblemTerm, x: Array) -> tuple[Array, Array, Array, list[_Shared]]:
     """Residuals (B, N), Jacobians by the blocks (B, N, l), J_p (m - p) (B, N), and what is shared, at x (B, P)."""
     from robocal.estimate.generalised._kernels import marginal
 

@@ -16,26 +16,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.rows import Normal
-from robocal.parameters import Table
+from robocal.estimate.terms import Normal
+from robocal.parameters import ParameterTable
 
-__all__ = ["Pull", "add_shared", "covariance_root", "shared_root"]
+__all__ = ["PriorTerms", "add_shared", "covariance_root", "shared_root"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-def covariance_root(table: Table, names: Sequence[str], scales: Array) -> Array:
+def covariance_root(table: ParameterTable, names: Sequence[str], scales: Array) -> Array:
     """S (n, n) with S S^T the covariance expected without data: `scales` (n,) on the diagonal, and what parameters share where
     all of it is believed."""
     out = np.diag(scales)
     for at, covariance in _shared(table, names):
-        if all(table[names[i]].believed for i in at):
+        if all(table[names[i]].prior_informs for i in at):
             out[np.ix_(at, at)] = np.linalg.cholesky(covariance)
     return out
 
 
-def shared_root(table: Table, names: Sequence[str]) -> Array:
+def shared_root(table: ParameterTable, names: Sequence[str]) -> Array:
     """R (n, n) with R^T R the information of the stated priors of these columns; a row of zeros where none is stated."""
     stated = table.priors[[table.index[n] for n in names]]
     out = np.diag(np.divide(1.0, stated, out=np.zeros(len(stated)), where=stated != 0))
@@ -45,7 +45,7 @@ def shared_root(table: Table, names: Sequence[str]) -> Array:
     return out
 
 
-def _shared(table: Table, names: Sequence[str]) -> list[tuple[Ints, Array]]:
+def _shared(table: ParameterTable, names: Sequence[str]) -> list[tuple[Ints, Array]]:
     """Columns and covariance of every prior that at least two of them share."""
     at = {n: i for i, n in enumerate(names)}
     out = []
@@ -57,7 +57,7 @@ def _shared(table: Table, names: Sequence[str]) -> list[tuple[Ints, Array]]:
 
 
 @dataclass(frozen=True)
-class Pull:
+class PriorTerms:
     """What priors of shared columns add, whatever the step: root (n, n), the information, whole and in its lower triangle, and the
     columns (3,) of rotation vectors for which the step is bent."""
 
@@ -67,14 +67,14 @@ class Pull:
     bent: tuple[Ints, ...]
 
     @classmethod
-    def of(cls, root: Array, turns: Ints) -> Pull:
+    def of(cls, root: Array, turns: Ints) -> PriorTerms:
         """Of a root (n, n) and the columns of rotation vectors, (k, 3) or -1."""
         info = root.T @ root
         # Alone on their columns and equal on all axes: Jinv^T d = d.
         return cls(root, info, np.tril(info), tuple(c for c in turns if (c >= 0).all() and not _even(info, c)))
 
 
-def add_shared(pull: Pull, d: Array, out: Normal) -> None:
+def add_shared(pull: PriorTerms, d: Array, out: Normal) -> None:
     """Adds the priors of shared columns to the normal equations, the matrix in its lower triangle; d (B, n) is the step from their
     means."""
     root = pull.root

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.rows import Normal
+from robocal.estimate.terms import Normal
 
 __all__ = ["Information", "information"]
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
-from robocal.estimate.rows import Normal
+from robocal.estimate.terms import Normal
 
 __all__ = ["System", "structure"]
 
@@ -36,7 +36,7 @@ class System:
     out: int
     n: int
     eliminated: tuple[int, int]  # blocks and columns of a block
-    kept: tuple[int, int]
+    retained: tuple[int, int]
     start: Ints
     slots: Ints
     pair: Ints
@@ -44,12 +44,12 @@ class System:
     offset: Ints
     order: Ints | None  # of the kept blocks, where they are a band, and how many columns lie beside its diagonal
     band: int
-    room: tuple[Array, ...]  # work space: the system, its border, its right-hand side, what `back` needs
+    buffers: tuple[Array, ...]  # work space: the system, its border, its right-hand side, what `back` needs
 
     @property
     def base(self) -> int:
         """Where the free columns begin."""
-        return self.kept[0] * self.kept[1]
+        return self.retained[0] * self.retained[1]
 
     @property
     def size(self) -> int:
@@ -64,12 +64,12 @@ class System:
         positive."""
         from robocal.estimate.schur._kernels import back, eliminate, fill, hold
 
-        ge, ae, se = (part[b] for part in normal.family(self.out))
-        gk, ak, sk = (part[b] for part in normal.family(1 - self.out))
+        ge, ae, se = (part[b] for part in normal.of_family(self.out))
+        gk, ak, sk = (part[b] for part in normal.of_family(1 - self.out))
         beside = local[1 - self.out]
         if self.order is not None:
             gk, ak, sk, beside = (part[self.order] for part in (gk, ak, sk, beside))
-        s, border, v, root, half, store = self.room
+        s, border, v, root, half, store = self.buffers
         s[:] = 0.0
         border[:] = 0.0
         within = self._within(s)
@@ -81,12 +81,12 @@ class System:
             return False
         if held.any():
             hold(held, self.base, border, v)
-        if self.size and not (self._banded(s, border, v) if self.band else _dense(s, v)):
+        if self.size and not (self._solve_band(s, border, v) if self.band else _dense(s, v)):
             return False
         step[:] = v[self.base :]
-        kept = v[: self.base].reshape(self.kept)
+        kept = v[: self.base].reshape(self.retained)
         steps[1 - self.out][slice(None) if self.order is None else self.order] = kept
-        back(self.base, self.start, self.slots, self.offset, root, half, store, self.kept[1], v, steps[self.out])
+        back(self.base, self.start, self.slots, self.offset, root, half, store, self.retained[1], v, steps[self.out])
         return True
 
     def _within(self, s: Array) -> Array:
@@ -97,7 +97,7 @@ class System:
         places = s.reshape(-1)[self.band :]
         return as_strided(places, (self.base, self.base), (self.band * s.itemsize, s.itemsize))
 
-    def _banded(self, s: Array, border: Array, v: Array) -> bool:
+    def _solve_band(self, s: Array, border: Array, v: Array) -> bool:
         """Solves with the band for the border and the right-hand side, then for the free columns, into v."""
         from scipy.linalg.lapack import dpbtrf, dpbtrs, dposv
 
@@ -138,7 +138,7 @@ def _eliminating(out: int, n: int, sizes: tuple[tuple[int, int], tuple[int, int]
     base = others * wide
     met, order, band = pairs[:, 1 - out], None, 0
     if base >= MANY:
-        order, reach = _banded_order(pairs[:, out], met, count, others)
+        order, reach = _band_order(pairs[:, out], met, count, others)
         band = (reach + 1) * wide - 1
         if band < NARROW * base:
             rank = np.empty(others, dtype=np.int64)
@@ -166,7 +166,7 @@ def _eliminating(out: int, n: int, sizes: tuple[tuple[int, int], tuple[int, int]
     )  # fmt: skip
 
 
-def _banded_order(mine: Ints, met: Ints, count: int, others: int) -> tuple[Ints, int]:
+def _band_order(mine: Ints, met: Ints, count: int, others: int) -> tuple[Ints, int]:
     """An order of the kept blocks in which those that an eliminated block meets together lie close, and how far apart they are at
     most."""
     from scipy.sparse import csr_matrix

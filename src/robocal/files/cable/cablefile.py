@@ -10,14 +10,14 @@ from typing import Self
 from robocal.cables.check import check
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
-from robocal.files.cable.lists import COLUMNS
+from robocal.files.cable.pose_lists import COLUMNS
 from robocal.files.cable.values import CableUnits
 from robocal.files.text import InputFile
 from robocal.files.units import Unit
-from robocal.files.yamlio import Document, Path_, path_text
+from robocal.files.yamlio import Path_, YamlDocument, path_text
 from robocal.remarks.remark import Remark
 
-__all__ = ["CableFile", "checked", "place_of"]
+__all__ = ["CableFile", "place_of", "robot_remarks"]
 
 Place = tuple[Path_, Unit]
 
@@ -57,7 +57,9 @@ class CableFile:
         return self.robot.sources.get("", "")
 
 
-def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | None = None) -> tuple[Remark, ...]:
+def robot_remarks(
+    robot: CableRobot, document: YamlDocument, where: Mapping[str, Path_] | None = None
+) -> tuple[Remark, ...]:
     """What `cables.check` says of a robot, located in its file; `where` says under which keys another format has mass,
     tension and whatever else it has for all cables at once."""
     for name in robot.cables:
@@ -75,7 +77,7 @@ def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | 
         raise error.of_file(document.path, row=document.row(path), key=path_text(path) or error.key) from None
 
 
-def place_of(key: str, robot: CableRobot, document: Document, where: Mapping[str, Path_]) -> Path_:
+def place_of(key: str, robot: CableRobot, document: YamlDocument, where: Mapping[str, Path_]) -> Path_:
     """The key path that a complaint of the model speaks of."""
     owner, _, what = key.partition(".")
     if (what or key) in where:

@@ -17,7 +17,7 @@ from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FileError, FormatError, ModelError, nearest
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.casprtree import Node, parse_caspr, unheld, unread_elements
+from robocal.files.cable.casprtree import CasprNode, parse_caspr, unheld, unread_elements
 from robocal.files.cable.values import CableUnits
 from robocal.files.outside import discreet
 from robocal.files.text import ROBOT_LIMIT, InputFile, Source, read_text
@@ -109,13 +109,13 @@ def open_caspr(source: Source, cable_set: str | None = None) -> Caspr:
             doubts.append(Remark.of(Code.SAID_OF_SOME, what=what))
     if any(row.pulley[0] > 0 for row in rows):
         known["pulleys"] = Pulleys(*(np.array([row.pulley[i] for row in rows]) for i in (0, 1)))
-    called = chosen.said("id") or ""
+    called = chosen.attribute("id") or ""
     known["sources"] = {"": f"CASPR, {name}{f' (cable set {called})' if called else ''} and {beside.name}"}
     robot = cable_robot(name.removesuffix(CABLES), [r.a for r in rows], [r.b for r in rows], **known)
     _plane(robot, home, cables)
     odd = (*(doubt.of_file(source.path) for doubt in doubts), *unread_elements(top), *unread_elements(bodies))
     file = CableFile(
-        robot, CableUnits(), source.path, source.text, source.sha256, "caspr", (*odd, *_checked(robot, chosen, links)),
+        robot, CableUnits(), source.path, source.text, source.sha256, "caspr", (*odd, *_robot_remarks(robot, chosen, links)),
         beside=(InputFile(beside, its.sha256),),
     )  # fmt: skip
     names = tuple(node.attributes.get("name", "") for node in chosen.children)
@@ -127,7 +127,7 @@ def bodies_of(cables: Path) -> Path:
     return cables.with_name(cables.name.removesuffix(CABLES) + "_bodies.xml")
 
 
-def _checked(robot: CableRobot, chosen: Node, links: Node) -> tuple[Remark, ...]:
+def _robot_remarks(robot: CableRobot, chosen: CasprNode, links: CasprNode) -> tuple[Remark, ...]:
     """What is odd about the robot, of the file of its cables. Raises FormatError at the element that says what no robot has."""
     try:
         return tuple(doubt.of_file(chosen.file) for doubt in check(robot))
@@ -139,7 +139,7 @@ def _checked(robot: CableRobot, chosen: Node, links: Node) -> tuple[Remark, ...]
 
 
 def _unheld(
-    file: CableFile, chosen: Node, others: tuple[str, ...], home: np.ndarray, top: Node, bodies: Node
+    file: CableFile, chosen: CasprNode, others: tuple[str, ...], home: np.ndarray, top: CasprNode, bodies: CasprNode
 ) -> tuple[Remark, ...]:
     """Remarks on what a robot.yaml cannot hold: the other cable sets, where the body's coordinates are counted from, and
     whatever else is said that has no key."""
@@ -156,7 +156,7 @@ def _unheld(
     return tuple(out)
 
 
-def _plane(robot: CableRobot, home: np.ndarray, cables: Node) -> None:
+def _plane(robot: CableRobot, home: np.ndarray, cables: CasprNode) -> None:
     """A planar body moves in the plane of the frame anchors, or its cables would be slanted."""
     across = [i for i in range(3) if robot.planar and i not in robot.axes]
     off = (home - robot.a.mean(axis=0))[across]
@@ -168,7 +168,7 @@ def _plane(robot: CableRobot, home: np.ndarray, cables: Node) -> None:
         )
 
 
-def _open(source: Source, expected: str) -> tuple[Node, Node]:
+def _open(source: Source, expected: str) -> tuple[CasprNode, CasprNode]:
     """The whole tree, and its element of this tag. Raises FormatError."""
     top = parse_caspr(source)
     # Bodies stand in <links>, or since 2017 one level down.
@@ -180,13 +180,13 @@ def _open(source: Source, expected: str) -> tuple[Node, Node]:
     return top, found
 
 
-def _chosen(cables: Node, name: str | None) -> tuple[Node, tuple[str, ...]]:
+def _chosen(cables: CasprNode, name: str | None) -> tuple[CasprNode, tuple[str, ...]]:
     """The set of this name, and the names of the others; without a name the set that is called the default, or the only one
     where none is."""
-    default = cables.said("default_cable_set")
+    default = cables.attribute("default_cable_set")
     wanted = default if name is None else name
     sets = cables.all("cable_set")
-    found = sets if wanted is None and len(sets) == 1 else [s for s in sets if s.said("id") == wanted]
+    found = sets if wanted is None and len(sets) == 1 else [s for s in sets if s.attribute("id") == wanted]
     for other in sets:
         other.aside = other not in found
     names = [s.attributes.get("id", "") for s in sets]
@@ -198,7 +198,7 @@ def _chosen(cables: Node, name: str | None) -> tuple[Node, tuple[str, ...]]:
     return found[0], tuple(n for s, n in zip(sets, names, strict=True) if s is not found[0])
 
 
-def _body(links: Node) -> dict[str, Any]:
+def _body(links: CasprNode) -> dict[str, Any]:
     """Degrees of freedom, mass, centre of mass, inertia about it; where the body stands at zero, and what is odd."""
     bodies = [b for b in links.every() if b.tag.startswith("link")]
     if len(bodies) != 1 or bodies[0].tag != "link_rigid":
@@ -207,7 +207,7 @@ def _body(links: Node) -> dict[str, Any]:
                    expected="one <link_rigid>")  # fmt: skip
     body = bodies[0]
     if body.all("joint"):
-        joint = body.one("joint").said("type") or ""
+        joint = body.one("joint").attribute("type") or ""
     else:
         joint = body.one("joint_type").text.strip()
     if joint not in JOINTS:
@@ -216,8 +216,8 @@ def _body(links: Node) -> dict[str, Any]:
     physical = body.one("physical")
     tensor = physical.one("inertia")
     xx, yy, zz, xy, xz, yz = (tensor.one(f"I{k}").numbers(1)[0] for k in ("xx", "yy", "zz", "xy", "xz", "yz"))
-    if (tensor.said("ref") or "com").lower() != "com":
-        tensor.fail("the inertia is about another point", found=tensor.said("ref"), expected="com")
+    if (tensor.attribute("ref") or "com").lower() != "com":
+        tensor.fail("the inertia is about another point", found=tensor.attribute("ref"), expected="com")
     inertia, doubts = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), []
     if degrees != "3R3T" and not _solid(inertia):
         # A planar model needs one moment only, and zeros are written for the others.
@@ -231,7 +231,7 @@ def _body(links: Node) -> dict[str, Any]:
     return {"degrees": degrees, "plane": plane, "mass": mass, "com": com, "home": home, "doubts": doubts, **known}
 
 
-def _stands(parent: Node) -> np.ndarray:
+def _stands(parent: CasprNode) -> np.ndarray:
     """Where the body stands at zero. Raises FormatError where it hangs on another body."""
     if parent.all("num") and parent.one("num").numbers(1) != [0.0]:
         parent.one("num").fail("a platform hangs on the base", found=parent.one("num").text.strip(), expected="0")
@@ -244,7 +244,7 @@ def _solid(inertia: np.ndarray) -> bool:
     return bool(low > 0 and high <= (low + middle) * (1 + PRINTED))
 
 
-def _cable(node: Node, com: np.ndarray) -> Cable:
+def _cable(node: CasprNode, com: np.ndarray) -> Cable:
     if node.tag not in ("cable_ideal", "cable_linear_spring"):
         why = "nobody drives this one" if PASSIVE in node.tag else "this kind of actuator is not read"
         node.fail(f"a cable robot pulls on cables: {why}", expected="<cable_ideal> or <cable_linear_spring>")
@@ -259,7 +259,7 @@ def _cable(node: Node, com: np.ndarray) -> Cable:
     if links != [0, 1]:
         shown = f"links [{', '.join(f'{v:g}' for v in links)}]"
         node.fail("a cable runs from the base (0) to the body (1)", found=shown, expected="links 0 and 1")
-    reference = node.said("attachment_reference")
+    reference = node.attribute("attachment_reference")
     if reference not in ("joint", "com") and (reference or com.any()):
         node.fail("the reference point of the attachments is not specified", found=reference, expected="joint, com")
     a, pulley = _from(ends[0])
@@ -276,7 +276,7 @@ def _cable(node: Node, com: np.ndarray) -> Cable:
     return Cable(a, b, pulley, limits, elasticity, diameter)
 
 
-def _from(end: Node) -> tuple[np.ndarray, tuple[float, np.ndarray]]:
+def _from(end: CasprNode) -> tuple[np.ndarray, tuple[float, np.ndarray]]:
     """Frame anchor and pulley; an eyelet is a pulley of no radius."""
     if end.tag == "attachment":
         return np.array(end.one("location").numbers(3)), (0.0, np.array([0.0, 0.0, 1.0]))

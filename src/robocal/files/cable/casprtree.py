@@ -12,13 +12,13 @@ from typing import Any, NoReturn
 import numpy as np
 
 from robocal.errors import FormatError
-from robocal.files.names import SAID, strange_character
+from robocal.files.names import FORBIDDEN, forbidden_character
 from robocal.files.text import Source, line_of
-from robocal.files.unread import named, near_miss
+from robocal.files.unread import near_miss, remark_unknown_names
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Node", "parse_caspr", "unheld", "unread_elements"]
+__all__ = ["CasprNode", "parse_caspr", "unheld", "unread_elements"]
 
 # What CASPR writes for simulations of other things; a cable robot is the same without.
 SILENT = {"end_location", "num", "operational_spaces", "operational_set", "end_effectors"}
@@ -28,7 +28,7 @@ _ENTITY = re.compile(r"&(?!(?:amp|lt|gt|quot|apos);|#)[^;\s<&]*;?")
 
 
 @dataclass(eq=False)
-class Node:
+class CasprNode:
     """An element with its text, on line `row`; `asked` are the tags and attributes that somebody wanted of it, `aside` says
     that nobody wants any of it."""
 
@@ -37,21 +37,21 @@ class Node:
     row: int
     file: Path
     text: str = ""
-    children: list[Node] = field(default_factory=list)
+    children: list[CasprNode] = field(default_factory=list)
     asked: set[str] = field(default_factory=set)
     aside: bool = False
 
-    def all(self, tag: str) -> list[Node]:
+    def all(self, tag: str) -> list[CasprNode]:
         """Its children of this tag."""
         self.asked.add(tag)
         return [c for c in self.children if c.tag == tag]
 
-    def every(self) -> list[Node]:
+    def every(self) -> list[CasprNode]:
         """All its children, in order."""
         self.asked |= {c.tag for c in self.children}
         return self.children
 
-    def one(self, tag: str) -> Node:
+    def one(self, tag: str) -> CasprNode:
         """Its child of this tag. Raises FormatError when there is none, or more than one."""
         found = self.all(tag)
         if not found:
@@ -62,7 +62,7 @@ class Node:
             found[1].fail(f"<{self.tag}> has more than one <{tag}>", found=f"rows {rows}", expected="one")
         return found[0]
 
-    def inside(self, tag: str) -> Node | None:
+    def inside(self, tag: str) -> CasprNode | None:
         """The first element of this tag anywhere inside, None where there is none: to say where something stands."""
         stack = self.children[::-1]  # depth is the file's, which a call in a call could not follow
         while stack:
@@ -72,7 +72,7 @@ class Node:
             stack.extend(reversed(node.children))
         return None
 
-    def said(self, name: str) -> str | None:
+    def attribute(self, name: str) -> str | None:
         """An attribute, None where it is absent."""
         self.asked.add(f"@{name}")
         return self.attributes.get(name)
@@ -93,25 +93,25 @@ class Node:
         raise FormatError(message, file=self.file, row=self.row, key=f"<{self.tag}>", **facts)
 
 
-def parse_caspr(source: Source) -> Node:
+def parse_caspr(source: Source) -> CasprNode:
     """The tree of elements. A document type is skipped (CASPR writes one), an entity is refused: where it is declared in
     another file, a parser drops it without a word. Raises FormatError."""
     from xml.parsers import expat
 
     parser = expat.ParserCreate("utf-8")
-    top: list[Node] = []
-    stack: list[Node] = []
+    top: list[CasprNode] = []
+    stack: list[CasprNode] = []
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
-        node = Node(tag, attributes, parser.CurrentLineNumber, source.path)
-        if (strange := next(filter(strange_character, attributes.values()), None)) is not None:
-            node.fail(SAID, found=strange)
+        node = CasprNode(tag, attributes, parser.CurrentLineNumber, source.path)
+        if (strange := next(filter(forbidden_character, attributes.values()), None)) is not None:
+            node.fail(FORBIDDEN, found=strange)
         (stack[-1].children if stack else top).append(node)
         stack.append(node)
 
     pieces: dict[int, list[str]] = {}
 
-    def said(text: str) -> None:
+    def on_text(text: str) -> None:
         if stack:
             pieces.setdefault(id(stack[-1]), []).append(text)
 
@@ -126,7 +126,7 @@ def parse_caspr(source: Source) -> Node:
 
     parser.StartElementHandler = begin
     parser.EndElementHandler = end
-    parser.CharacterDataHandler = said
+    parser.CharacterDataHandler = on_text
     parser.EntityDeclHandler = refuse
     try:
         parser.Parse(source.text.encode("utf-8"), True)
@@ -142,10 +142,10 @@ def parse_caspr(source: Source) -> Node:
     return top[0]
 
 
-def unread_elements(top: Node) -> tuple[Remark, ...]:
+def unread_elements(top: CasprNode) -> tuple[Remark, ...]:
     """One remark on the elements of a file that nobody asked for, and on attributes that look like one that was wanted."""
     found: dict[str, str | None] = {}
-    for node in _visited(top):
+    for node in _elements_read(top):
         there = {c.tag for c in node.children}
         wanted = [tag for tag in node.asked if not tag.startswith("@") and tag not in there]
         for tag in dict.fromkeys(c.tag for c in node.children if c.tag not in node.asked and c.tag not in SILENT):
@@ -155,14 +155,14 @@ def unread_elements(top: Node) -> tuple[Remark, ...]:
             near = None if f"@{name}" in node.asked else near_miss(name, missing)
             if near is not None:
                 found[name] = near
-    return (named(Code.ELEMENTS_UNREAD, top.file, found),) if found else ()
+    return (remark_unknown_names(Code.ELEMENTS_UNREAD, top.file, found),) if found else ()
 
 
-def unheld(top: Node) -> tuple[str, ...]:
+def unheld(top: CasprNode) -> tuple[str, ...]:
     """What a file says beside a cable robot, each once: elements for simulations of other things, and attributes that nobody
     asked for (names, ranges of joints, what a window shows)."""
     found: dict[str, None] = {}
-    for node in _visited(top):
+    for node in _elements_read(top):
         here = dict.fromkeys(c.tag for c in node.children if c.tag in SILENT - node.asked)
         found |= {f"<{tag}>": None for tag in here if tag != NUMBER}
         found |= {
@@ -173,7 +173,7 @@ def unheld(top: Node) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _visited(top: Node) -> Iterator[Node]:
+def _elements_read(top: CasprNode) -> Iterator[CasprNode]:
     """The elements of which something was read."""
     stack = [top]
     while stack:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from robocal.cables.geometry import cable_robot
-from robocal.files.cable.cablefile import CableFile, checked
-from robocal.files.cable.values import CableUnits, Values
-from robocal.files.schema import Model, validate
-from robocal.files.yamlio import Document
+from robocal.files.cable.cablefile import CableFile, robot_remarks
+from robocal.files.cable.values import CableUnits, CableValues
+from robocal.files.schema import FileModel, validate
+from robocal.files.yamlio import YamlDocument
 
 __all__ = ["read_published"]
 
@@ -25,7 +25,7 @@ WHERE = {
 }
 
 
-class MaterialModel(Model):
+class MaterialModel(FileModel):
     """cable: what it is made of."""
 
     diameter_m: Any = None
@@ -33,7 +33,7 @@ class MaterialModel(Model):
     weight_N_per_m: Any = None
 
 
-class PublishedModel(Model):
+class PublishedModel(FileModel):
     """The YAML of a published robot: units are in the keys."""
 
     name: str
@@ -48,12 +48,12 @@ class PublishedModel(Model):
     platform_anchors: list[Any]
 
 
-def read_published(document: Document) -> CableFile:
+def read_published(document: YamlDocument) -> CableFile:
     """A robot of ../shared/data/cable-robots: keys carry units, `# assumed` behind a key marks what was chosen, the
     comments above are the source. Raises FormatError."""
     model = validate(PublishedModel, document)
     unit = document.unit(model.length_unit, "m", ("length_unit",))
-    own, si = Values(document, CableUnits(length=unit)), Values(document, CableUnits())
+    own, si = CableValues(document, CableUnits(length=unit)), CableValues(document, CableUnits())
     a = [own.vector(raw, ("frame_anchors", i), "m") for i, raw in enumerate(model.frame_anchors)]
     b = [own.vector(raw, ("platform_anchors", i), "m") for i, raw in enumerate(model.platform_anchors)]
     zeros = [si.number(v, ("initial_lengths_m", i), "m") for i, v in enumerate(model.initial_lengths_m or [])]
@@ -85,15 +85,15 @@ def read_published(document: Document) -> CableFile:
         np.array(b),
         zeros or None,
         sources={"": said} if said else {},
-        assumed=_assumed(document, m),
+        assumed=_find_assumed(document, m),
         **known,
     )
-    warnings = checked(robot, document, WHERE)
+    warnings = robot_remarks(robot, document, WHERE)
     units = CableUnits(length=unit)
     return CableFile(robot, units, document.path, document.text, document.sha256, "published", warnings)
 
 
-def _comments(document: Document) -> str:
+def _comments(document: YamlDocument) -> str:
     """The comment lines at the top."""
     head = []
     for line in document.text.splitlines():
@@ -103,7 +103,7 @@ def _comments(document: Document) -> str:
     return " ".join(head)
 
 
-def _assumed(document: Document, m: int) -> tuple[str, ...]:
+def _find_assumed(document: YamlDocument, m: int) -> tuple[str, ...]:
     """Names of values behind whose key `# assumed` is written."""
     lines = document.text.splitlines()
     each = {"frame_anchors": "a", "platform_anchors": "b", "initial_lengths_m": "zero", "tension_limits_N": "tension"}

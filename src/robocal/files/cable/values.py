@@ -12,9 +12,9 @@ import numpy as np
 from robocal._types import Array
 from robocal.errors import one_of
 from robocal.files.units import UNITS, Unit
-from robocal.files.yamlio import Document, Path_, path_text
+from robocal.files.yamlio import Path_, YamlDocument, path_text
 
-__all__ = ["CableUnits", "Values"]
+__all__ = ["CableUnits", "CableValues"]
 
 KEYS = ("value", "unit", "source", "assumed")
 
@@ -44,10 +44,10 @@ class CableUnits:
 
 
 @dataclass
-class Values:
+class CableValues:
     """Reads values at key paths into SI and notes which were said to come from somewhere, or to be assumed."""
 
-    document: Document
+    document: YamlDocument
     units: CableUnits
     sources: dict[str, str] = field(default_factory=dict)
     assumed: list[str] = field(default_factory=list)

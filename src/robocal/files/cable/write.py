@@ -10,12 +10,12 @@ import numpy as np
 
 from robocal.cables.geometry import PLATFORM, CableRobot
 from robocal.errors import FormatError, ModelError, nearest
+from robocal.files.cable.cable_robot import parse_cable
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.robot import parse_cable
 from robocal.files.cable.show import describe_cable
 from robocal.files.text import Source
 from robocal.files.units import number, same
-from robocal.files.yamlio import Path_, edit, path_text, stamped
+from robocal.files.yamlio import Path_, add_stamp, edit, path_text
 
 __all__ = ["render_cable"]
 
@@ -69,7 +69,7 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
     if left_out and (listed := _with_zeros(text, file, after_values)) is not None:
         text, left_out = listed, tuple(n for n in left_out if not n.endswith(ZERO))
     origin = file.path.name if file.path else file.robot.name
-    return stamped(text, origin, len(changed) - len(left_out)), left_out
+    return add_stamp(text, origin, len(changed) - len(left_out)), left_out
 
 
 def _with_zeros(text: str, file: CableFile, values: Mapping[str, float]) -> str | None:

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from robocal.diagnose.check_registry import HYPOTHESES, ROWS, When, run
 from robocal.diagnose.finding import Finding, Level
 from robocal.diagnose.hypotheses.explain import Doubt
 from robocal.diagnose.hypotheses.one_change import CHANGED, mistake
 from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
 from robocal.diagnose.hypotheses.units import WRONG_UNIT
-from robocal.diagnose.registry import HYPOTHESES, ROWS, When, run
 from robocal.diagnose.rows.still import STILL
 from robocal.errors import FormatError
-from robocal.files.causes.naming import change_error, target_error, tried
+from robocal.files.causes.naming import candidate_changes, change_error, target_error
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
 from robocal.remarks.code import Code
-from robocal.remarks.english import words_of
+from robocal.remarks.english import phrase_of
 from robocal.remarks.remark import Remark
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def data_remarks(robot: Robot, reading: Reading, reread: Reread, watch: Watch | 
         suspicions=reading.suspicions,
         alternatives=reading.alternatives,
         forgotten=tuple(w for w in robot.warnings if w.code == Code.KEYS_UNSTATED),
-        changes=lambda: tried(robot, reading),
+        changes=lambda: candidate_changes(robot, reading),
         others=others,
     )
     findings = run(When.READ, context, ROWS, HYPOTHESES)
@@ -71,7 +71,7 @@ def refuse_input(finding: Finding) -> None:
         )
     if finding.code == WRONG_UNIT:
         raise FormatError(
-            words_of(WRONG_UNIT).sentence.format(**n),  # whole, however long the names of files are
+            phrase_of(WRONG_UNIT).sentence.format(**n),  # whole, however long the names of files are
             file=n["source"],
             key=f"{n['part']}.unit",
             found=n["stated"],

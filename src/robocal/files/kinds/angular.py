@@ -13,12 +13,12 @@ import numpy as np
 
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, ScalarModel, ValueModel
-from robocal.files.kinds.base import (
+from robocal.files.kinds.kind import (
     Around,
     KindFile,
+    KindOutput,
     Part,
     Values,
-    Written,
     columns,
     quantity,
     refuse_one_sigma,
@@ -28,7 +28,7 @@ from robocal.files.kinds.base import (
     whole,
 )
 from robocal.files.units import Units
-from robocal.files.yamlio import Document
+from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
 
 __all__ = ["BEARING", "SPHERICAL"]
@@ -51,7 +51,7 @@ class SphericalModel(BearingModel):
     zero: ScalarModel | None = None
 
 
-def read_bearing(model: BearingModel, table: CsvTable, document: Document) -> Values:
+def read_bearing(model: BearingModel, table: CsvTable, document: YamlDocument) -> Values:
     """Azimuth and elevation (k, 2) in rad."""
     value, sigma, units = quantity(model.bearing, table, document, ("bearing",), ("rad", "rad"), ANGLES)
     named, elevation = model.bearing.columns or ANGLES, value[:, 1]
@@ -65,7 +65,7 @@ def read_bearing(model: BearingModel, table: CsvTable, document: Document) -> Va
     return Values(value, sigma, angle=units[0])
 
 
-def read_spherical(model: SphericalModel, table: CsvTable, document: Document) -> Values:
+def read_spherical(model: SphericalModel, table: CsvTable, document: YamlDocument) -> Values:
     """Range in m, azimuth and elevation in rad, (k, 3)."""
     far, spread, units = quantity(model.range, table, document, ("range",), ("m",), ("range",))
     table.insist(far > 0, model.range.columns or ("range",), "a range must be above 0", units[0].from_si(far))
@@ -82,13 +82,13 @@ def parts(model: SphericalModel, values: Values, around: Around) -> Sequence[Par
     return whole(model, replace(values, options=options), around)
 
 
-def write_bearing(obs: Observations, units: Units) -> Written:
+def write_bearing(obs: Observations, units: Units) -> KindOutput:
     """Two columns and their sigmas."""
     made = columns(ANGLES, ANGLE_SIGMAS, [units.angle] * 2, obs)
-    return Written(made, (section("bearing", ANGLES, ANGLE_SIGMAS, obs),))
+    return KindOutput(made, (section("bearing", ANGLES, ANGLE_SIGMAS, obs),))
 
 
-def write_spherical(obs: Observations, units: Units) -> Written:
+def write_spherical(obs: Observations, units: Units) -> KindOutput:
     """Three columns and their sigmas."""
     far = columns(("range",), ("s_range",), [units.length], obs)
     turned = columns(ANGLES, ANGLE_SIGMAS, [units.angle] * 2, obs, 1)
@@ -96,7 +96,7 @@ def write_spherical(obs: Observations, units: Units) -> Written:
         section("range", ("range",), ("s_range",), obs),
         section("bearing", ANGLES, ANGLE_SIGMAS, obs),
     )
-    return Written((*far, *turned), (*lines, *show_scalar("zero", obs.options, "zero", units.length)))
+    return KindOutput((*far, *turned), (*lines, *show_scalar("zero", obs.options, "zero", units.length)))
 
 
 BEARING_KEYS = """bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.002}}    # elevation above the horizon

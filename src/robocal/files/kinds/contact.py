@@ -16,26 +16,26 @@ from robocal._types import Array
 from robocal.errors import one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import ScalarModel, ValueModel, column_model
-from robocal.files.kinds.base import (
+from robocal.files.kinds.kind import (
     DEVIATIONS,
     FULL,
     SPREADS,
     Around,
     KindFile,
+    KindOutput,
     Part,
     Values,
-    Written,
     columns,
     contact,
     quantity,
     scalar,
     show_scalar,
-    words,
+    yaml_names,
 )
 from robocal.files.kinds.places import BetweenModel, PlacedModel, between, each_place
-from robocal.files.schema import Model
+from robocal.files.schema import FileModel
 from robocal.files.units import UNITS, Units
-from robocal.files.yamlio import Document
+from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
 
 __all__ = ["PLANE", "POINT", "SPHERE"]
@@ -68,7 +68,7 @@ class SphereModel(PointModel):
     radius: ScalarModel | None = None
 
 
-class CubeModel(Model):
+class CubeModel(FileModel):
     """A datum cube: the column with the touched face (+x, -x, ...), and its edge."""
 
     column: str | int
@@ -84,12 +84,12 @@ class PlaneModel(ContactModel):
     offset: Annotated[Any, BeforeValidator(lambda v: v if v is None else column_model(v))] = None
 
 
-def read_point(model: PointModel, table: CsvTable, document: Document) -> Values:
+def read_point(model: PointModel, table: CsvTable, document: YamlDocument) -> Values:
     """Deviations in m, normally 0: (k, 3) of a point, (k, 1) of a sphere."""
     return Values(*contact(model.contact, table, document, "contact", 1 if isinstance(model, SphereModel) else 3))
 
 
-def read_plane(model: PlaneModel, table: CsvTable, document: Document) -> Values:
+def read_plane(model: PlaneModel, table: CsvTable, document: YamlDocument) -> Values:
     """Deviations (k, 1) in m, normally 0; normals (k, 3) and offsets (k,) where they differ by row."""
     value, sigma, unit = contact(model.contact, table, document, "contact", 1)
     if model.cube is not None and (model.normal is not None or model.offset is not None):
@@ -159,19 +159,19 @@ def plane_parts(model: PlaneModel, values: Values, around: Around) -> Sequence[P
     return [part for part, _ in each_place(model, shared, FULL, around)]
 
 
-def _contact(obs: Observations, units: Units) -> Written:
+def _contact(obs: Observations, units: Units) -> KindOutput:
     """The sigma, and deviations where there are any."""
     size = obs.value.shape[1]
     names, spread = DEVIATIONS[size], SPREADS[size]
-    made, stated = columns(names, spread, [units.length] * size, obs), f"columns: {words(names)}"
+    made, stated = columns(names, spread, [units.length] * size, obs), f"columns: {yaml_names(names)}"
     if not obs.value.any():
         made, stated = made[size:], f"unit: {units.length.name}"
     if obs.sigma is not None:
-        stated += f", sigma: {{columns: {words(spread)}}}"
-    return Written(made, (f"contact: {{{stated}}}",))
+        stated += f", sigma: {{columns: {yaml_names(spread)}}}"
+    return KindOutput(made, (f"contact: {{{stated}}}",))
 
 
-def write_plane(obs: Observations, units: Units) -> Written:
+def write_plane(obs: Observations, units: Units) -> KindOutput:
     """Contact, normals and offsets."""
     made = _contact(obs, units)
     extra, lines = list(made.columns), list(made.lines)
@@ -181,13 +181,13 @@ def write_plane(obs: Observations, units: Units) -> Written:
     if "offset" in obs.extra:
         extra.append(("offset", units.length, obs.extra["offset"]))
         lines.append("offset: offset")
-    return Written(tuple(extra), (*lines, *show_scalar("radius", obs.options, "radius", units.length)))
+    return KindOutput(tuple(extra), (*lines, *show_scalar("radius", obs.options, "radius", units.length)))
 
 
-def write_sphere(obs: Observations, units: Units) -> Written:
+def write_sphere(obs: Observations, units: Units) -> KindOutput:
     """Contact and radius."""
     made = _contact(obs, units)
-    return Written(made.columns, (*made.lines, *show_scalar("radius", obs.options, "radius", units.length)))
+    return KindOutput(made.columns, (*made.lines, *show_scalar("radius", obs.options, "radius", units.length)))
 
 
 POINT_KEYS = """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball sits

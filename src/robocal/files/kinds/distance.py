@@ -13,13 +13,13 @@ from pydantic import Field
 
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, ScalarModel, SecondModel, ValueModel
-from robocal.files.frames import frame_vector
-from robocal.files.kinds.base import (
+from robocal.files.frame_block import frame_vector
+from robocal.files.kinds.kind import (
     Around,
     KindFile,
+    KindOutput,
     Part,
     Values,
-    Written,
     columns,
     contact,
     quantity,
@@ -30,7 +30,7 @@ from robocal.files.kinds.base import (
 from robocal.files.kinds.places import PlaceModel, frame_line
 from robocal.files.schema import Name
 from robocal.files.units import Units
-from robocal.files.yamlio import Document
+from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Frame, Observations
 
 __all__ = ["DISTANCE"]
@@ -53,7 +53,7 @@ class DistanceModel(DataModel):
     second: SecondModel | None = None
 
 
-def read_distance(model: DistanceModel, table: CsvTable, document: Document) -> Values:
+def read_distance(model: DistanceModel, table: CsvTable, document: YamlDocument) -> Values:
     """Distances (k, 1) in m; zero where a bar of fixed length has no reading."""
     if len(model.ends) not in (0, 2):
         document.fail("a bar has two ends", ("ends",), found=len(model.ends), expected="2")
@@ -91,17 +91,17 @@ def _end(name: str, given: EndModel, around: Around) -> Frame:
     if given.free is not None:
         flags = POINT if given.free is True else given.free_flags(True)
     expected = (0.01, 0.05) if given.given and given.mount == "tool" else (0.1, 0.1) if given.given else (3.0, 3.0)
-    return Frame(name, frame_vector(given, around.units), flags, given.mount, expected, given.said)
+    return Frame(name, frame_vector(given, around.units), flags, given.mount, expected, given.has_details)
 
 
-def write_distance(obs: Observations, units: Units) -> Written:
+def write_distance(obs: Observations, units: Units) -> KindOutput:
     """One column, the ends and the length."""
     ends = obs.options.get("ends", ())
     lines = [section("distance", ("distance",), ("s_distance",), obs)]
     if isinstance(ends, tuple) and ends:
         lines += ["ends:", *(f"  {frame_line(e, units, mount=True)}" for e in ends)]
     lines += show_scalar("length", obs.options, "length", units.length)
-    return Written(columns(("distance",), ("s_distance",), [units.length], obs), tuple(lines))
+    return KindOutput(columns(("distance",), ("s_distance",), [units.length], obs), tuple(lines))
 
 
 DISTANCE_KEYS = """distance: {{columns: [distance], unit: {length}, sigma: 0.005}}    # a fixed bar: {{unit: {length}, sigma: 0.005}}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, ValueModel
-from robocal.files.kinds.base import KindFile, Values, Written, columns, quantity, section
+from robocal.files.kinds.kind import KindFile, KindOutput, Values, columns, quantity, section
 from robocal.files.units import Units
-from robocal.files.yamlio import Document
+from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
 
 __all__ = ["INCLINATION"]
@@ -21,7 +21,7 @@ class InclinationModel(FramedModel):
     inclination: ValueModel = ValueModel()
 
 
-def read_inclination(model: InclinationModel, table: CsvTable, document: Document) -> Values:
+def read_inclination(model: InclinationModel, table: CsvTable, document: YamlDocument) -> Values:
     """Inclinations (k, 2) in rad."""
     value, sigma, units = quantity(model.inclination, table, document, ("inclination",), ("rad", "rad"), TILTS)
     named = model.inclination.columns or TILTS
@@ -30,10 +30,10 @@ def read_inclination(model: InclinationModel, table: CsvTable, document: Documen
     return Values(value, sigma, angle=units[0])
 
 
-def write_inclination(obs: Observations, units: Units) -> Written:
+def write_inclination(obs: Observations, units: Units) -> KindOutput:
     """Two columns and their sigmas."""
     made = columns(TILTS, TILT_SIGMAS, [units.angle] * 2, obs)
-    return Written(made, (section("inclination", TILTS, TILT_SIGMAS, obs),))
+    return KindOutput(made, (section("inclination", TILTS, TILT_SIGMAS, obs),))
 
 
 INCLINATION_KEYS = """inclination: {{columns: [tilt_x, tilt_y], unit: {angle}, sigma: 0.05}}    # of the sensor's x and y above the horizon

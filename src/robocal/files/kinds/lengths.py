@@ -13,10 +13,10 @@ from pydantic import Field
 from robocal.errors import ModelError
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, ScalarModel, ValueModel
-from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, quantity, scalar
+from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, Values, quantity, scalar
 from robocal.files.schema import Name
 from robocal.files.units import Units
-from robocal.files.yamlio import Document
+from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
 
 __all__ = ["COMPUTED", "LENGTHS", "LOAD", "SWIVEL"]
@@ -54,7 +54,9 @@ class LoadModel(DataModel):
     free: list[Literal["mass", "cx", "cy", "cz"]] = Field(default_factory=list)
 
 
-def _each(given: ValueModel, table: CsvTable, document: Document, key: str, si: str) -> tuple[Values, tuple[str, ...]]:
+def _each(
+    given: ValueModel, table: CsvTable, document: YamlDocument, key: str, si: str
+) -> tuple[Values, tuple[str, ...]]:
     """Numbers (k, cables) of a quantity, and the names of their columns."""
     if given.columns is None:
         document.fail("a key is missing", (key, "columns"), expected="a column for each cable of the robot")
@@ -69,7 +71,7 @@ def _each(given: ValueModel, table: CsvTable, document: Document, key: str, si: 
     return Values(value, sigma, length, angle, options={"columns": names}), names
 
 
-def read_lengths(model: LengthsModel, table: CsvTable, document: Document) -> Values:
+def read_lengths(model: LengthsModel, table: CsvTable, document: YamlDocument) -> Values:
     """Lengths (k, cables) in m."""
     values, names = _each(model.lengths, table, document, "lengths", "m")
     if model.zeros is not None:
@@ -85,7 +87,7 @@ def read_lengths(model: LengthsModel, table: CsvTable, document: Document) -> Va
     return replace(values, extra={"tension": pull.value})
 
 
-def read_swivel(model: SwivelModel, table: CsvTable, document: Document) -> Values:
+def read_swivel(model: SwivelModel, table: CsvTable, document: YamlDocument) -> Values:
     """Angles (k, cables) in rad."""
     return _each(model.swivel, table, document, "swivel", "rad")[0]
 
@@ -100,7 +102,7 @@ def length_parts(model: LengthsModel, values: Values, around: Around) -> Sequenc
     return parts(model, replace(values, options=options), around)
 
 
-def read_load(model: LoadModel, table: CsvTable, document: Document) -> Values:
+def read_load(model: LoadModel, table: CsvTable, document: YamlDocument) -> Values:
     """Tensions (k, cables) in N."""
     values, names = _each(model.load, table, document, "load", "N")
     table.insist(values.value >= 0, names, "a cable does not push", values.value, expected="a tension of 0 or above")
@@ -126,7 +128,7 @@ def parts(model: DataModel, values: Values, around: Around) -> Sequence[Part]:
     return [Part(each, values.value.reshape(-1, 1), sigma, extra, values.options, targeted=False)]
 
 
-def write_each(obs: Observations, units: Units) -> Written:
+def write_each(obs: Observations, units: Units) -> KindOutput:
     """Raises ModelError: such a table has one row for each place, not for each cable."""
     raise ModelError("this kind cannot be written to a table", found=obs.kind)
 

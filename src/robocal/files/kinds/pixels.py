@@ -14,10 +14,10 @@ from pydantic import BeforeValidator, FiniteFloat
 from robocal.errors import one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, ValueModel
-from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, columns, quantity, section
-from robocal.files.schema import Model, Name, refuse
+from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, Values, columns, quantity, section
+from robocal.files.schema import FileModel, Name, refuse
 from robocal.files.units import UNITS, Units, number
-from robocal.files.yamlio import Document
+from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
 from robocal.vision.camera import SYMBOLS
 
@@ -39,7 +39,7 @@ def _free(value: Any) -> Any:
     return tuple(dict.fromkeys(parts))
 
 
-class CameraModel(Model):
+class CameraModel(FileModel):
     """A camera's intrinsics in pixels, its distortion, and what of them is identified."""
 
     name: Name = "camera"
@@ -55,7 +55,7 @@ class CameraModel(Model):
     free: Annotated[Any, BeforeValidator(_free)] = ()
 
 
-class CornersModel(Model):
+class CornersModel(FileModel):
     """Corners of a square marker: the column with their number from 0, and the length of an edge."""
 
     column: str | int = "corner"
@@ -71,7 +71,7 @@ class PixelsModel(FramedModel):
     camera: CameraModel
 
 
-def read_pixels(model: PixelsModel, table: CsvTable, document: Document) -> Values:
+def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> Values:
     """Pixels (k, 2), and the points (k, 3) in m in the target's frame."""
     given = model.pixels
     if given.unit is None and all(table.unit(c) is None for c in given.columns or UV):
@@ -111,7 +111,7 @@ def parts(model: PixelsModel, values: Values, around: Around) -> Sequence[Part]:
     return [Part(np.arange(len(values.value)), values.value, values.sigma, extra, options)]
 
 
-def write_pixels(obs: Observations, units: Units) -> Written:
+def write_pixels(obs: Observations, units: Units) -> KindOutput:
     """Pixels, points and the camera."""
     made = columns(UV, UV_SIGMA, [UNITS["px"]] * 2, obs)
     made += tuple((n, units.length, obs.extra["point"][:, i]) for i, n in enumerate(POINT))
@@ -120,7 +120,7 @@ def write_pixels(obs: Observations, units: Units) -> Written:
     words = [f"{s}: {number(float(v))}" for s, v in zip(SYMBOLS, values, strict=True)]
     camera = f"camera: {{name: {obs.options['camera']}, {', '.join(words)}, free: [{', '.join(free)}]}}"
     lines = (section("pixels", UV, UV_SIGMA, obs), "points: {columns: [point_x, point_y, point_z]}", camera)
-    return Written(made, lines)
+    return KindOutput(made, lines)
 
 
 PIXELS_KEYS = """pixels: {{columns: [u, v], sigma: 0.2}}

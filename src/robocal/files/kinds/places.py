@@ -15,11 +15,11 @@ from pydantic import BeforeValidator, Field, FiniteFloat
 from robocal._types import Ints
 from robocal.errors import one_of
 from robocal.files.datamodel import ColumnModel, DataModel, Sigma, column_model
-from robocal.files.frames import frame_vector
-from robocal.files.kinds.base import Around, Part, Values
-from robocal.files.schema import FrameModel, Model, Name, refuse
+from robocal.files.frame_block import frame_vector
+from robocal.files.kinds.kind import Around, Part, Values
+from robocal.files.schema import FileModel, FrameModel, Name, refuse
 from robocal.files.units import Units, number
-from robocal.files.yamlio import quoted
+from robocal.files.yamlio import quote
 from robocal.measure.data import Frame
 from robocal.parameters import FRAME_SYMBOLS
 
@@ -29,9 +29,9 @@ __all__ = [
     "PlacedModel",
     "between",
     "each_place",
+    "frame_keys",
     "frame_line",
     "frame_of",
-    "frame_words",
     "place_frames",
 ]
 
@@ -61,7 +61,7 @@ def _pair(value: Any) -> Any:
     return value
 
 
-class BetweenModel(Model):
+class BetweenModel(FileModel):
     """Two places a known distance apart."""
 
     places: Annotated[Any, BeforeValidator(_pair)]
@@ -78,15 +78,15 @@ def frame_of(name: str, given: PlaceModel, free: Sequence[bool], around: Around,
     flags = tuple(free) if given.free in (None, True) else given.free_flags(True)
     # Stated by hand it is right to a few centimetres; unknown it is anywhere in reach.
     expected = (0.1, 0.1) if given.given else (3.0, 3.0)
-    return Frame(name, frame_vector(given, around.units), flags, "base", expected, given.said)
+    return Frame(name, frame_vector(given, around.units), flags, "base", expected, given.has_details)
 
 
 def frame_line(frame: Frame, units: Units, mount: bool = False) -> str:
     """A frame as one line of YAML: its name, what is not zero, and what is free."""
-    return f"{quoted(frame.name)}: {{{frame_words(frame, units)}{f', mount: {frame.mount}' if mount else ''}}}"
+    return f"{quote(frame.name)}: {{{frame_keys(frame, units)}{f', mount: {frame.mount}' if mount else ''}}}"
 
 
-def frame_words(frame: Frame, units: Units) -> str:
+def frame_keys(frame: Frame, units: Units) -> str:
     """The keys of a frame, without its name and mount."""
     words = []
     for word, unit, part in (("xyz", units.length, frame.value[:3]), ("rotation_vector", units.angle, frame.value[3:])):
@@ -163,7 +163,7 @@ def between(
         unit = around.units.length
         if given.unit is not None:
             unit = around.document.unit(given.unit, "m", (*at, "unit"), "between.unit")
-        if isinstance(given.sigma, Model):
+        if isinstance(given.sigma, FileModel):
             around.document.fail("not a standard deviation", (*at, "sigma"), expected="a number above 0")
         sigma = None if given.sigma is None else np.array([[unit.to_si(given.sigma)]])
         yield Part(

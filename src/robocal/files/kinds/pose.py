@@ -11,10 +11,19 @@ from robocal._types import Array
 from robocal.files import orientation
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import OrientationModel, SigmaModel
-from robocal.files.kinds.base import KindFile, Values, Written, column_units, columns, refuse_one_sigma, section, sigmas
+from robocal.files.kinds.kind import (
+    KindFile,
+    KindOutput,
+    Values,
+    column_units,
+    columns,
+    refuse_one_sigma,
+    section,
+    sigmas,
+)
 from robocal.files.kinds.position import XYZ, XYZ_SIGMA, PositionModel, matrix_columns, position
 from robocal.files.units import UNITS, Unit, Units
-from robocal.files.yamlio import Document, Path_
+from robocal.files.yamlio import Path_, YamlDocument
 from robocal.geometry import so3
 from robocal.measure.data import Observations
 
@@ -31,7 +40,7 @@ class PoseModel(PositionModel):
     orientation: OrientationModel
 
 
-def _rotations(model: OrientationModel, table: CsvTable, document: Document) -> tuple[Array, Array, Unit | None]:
+def _rotations(model: OrientationModel, table: CsvTable, document: YamlDocument) -> tuple[Array, Array, Unit | None]:
     """R (k, 3, 3); E (k, 3, 3) that takes standard deviations of the file's angles to small rotations; the angles'
     unit."""
     columns = matrix_columns(model, table)
@@ -83,7 +92,7 @@ def _from_matrix(numbers: Array, table: CsvTable, columns: Sequence[str | int]) 
     return so3.project(r)
 
 
-def read_pose(model: Any, table: CsvTable, document: Document) -> Values:
+def read_pose(model: Any, table: CsvTable, document: YamlDocument) -> Values:
     """Frame vectors (k, 6) in m and rad; sigma of the rotation about the instrument's axes."""
     place, sigma, length, digits = position(model, table, document)
     r, axes, angle = _rotations(model.orientation, table, document)
@@ -106,11 +115,11 @@ def read_pose(model: Any, table: CsvTable, document: Document) -> Values:
     return Values(np.hstack([place, so3.log(r)]), both, length, angle, digits=written)
 
 
-def write_pose(obs: Observations, units: Units) -> Written:
+def write_pose(obs: Observations, units: Units) -> KindOutput:
     """Position and rotation vector, and their sigmas."""
     made = columns((*XYZ, *TURN), (*XYZ_SIGMA, *TURN_SIGMA), [units.length] * 3 + [units.angle] * 3, obs)
     turn = section("orientation", TURN, TURN_SIGMA, obs, ", form: rotation_vector")
-    return Written(made, (section("position", XYZ, XYZ_SIGMA, obs), turn))
+    return KindOutput(made, (section("position", XYZ, XYZ_SIGMA, obs), turn))
 
 
 POSE_KEYS = """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out

@@ -9,9 +9,9 @@ import numpy as np
 from robocal._types import Array
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, OrientationModel, PlaceValuesModel
-from robocal.files.kinds.base import KindFile, Values, Written, columns, quantity, section
+from robocal.files.kinds.kind import KindFile, KindOutput, Values, columns, quantity, section
 from robocal.files.units import Unit, Units
-from robocal.files.yamlio import Document, Path_
+from robocal.files.yamlio import Path_, YamlDocument
 from robocal.measure.data import Observations
 
 __all__ = ["POSITION", "PositionModel", "matrix_columns", "place_columns", "position"]
@@ -47,7 +47,7 @@ def place_columns(model: Any, table: CsvTable) -> list[str | int]:
     return [matrix[i] for i in TRANSLATION.get(len(matrix), ())]
 
 
-def position(model: Any, table: CsvTable, document: Document) -> tuple[Array, Array | None, Unit, Array]:
+def position(model: Any, table: CsvTable, document: YamlDocument) -> tuple[Array, Array | None, Unit, Array]:
     """Positions (k, 3), their standard deviations, the unit, and what one unit in the last digit means (k, 3), in m."""
     value = model.position or PlaceValuesModel()
     at: Path_ = ("position",)
@@ -65,15 +65,15 @@ def position(model: Any, table: CsvTable, document: Document) -> tuple[Array, Ar
     return numbers if value.sign is None else numbers * np.array(value.sign), sigma, units[0], digits
 
 
-def read_position(model: PositionModel, table: CsvTable, document: Document) -> Values:
+def read_position(model: PositionModel, table: CsvTable, document: YamlDocument) -> Values:
     """Positions (k, 3) in m."""
     value, sigma, unit, digits = position(model, table, document)
     return Values(value, sigma, length=unit, digits=digits)
 
 
-def write_position(obs: Observations, units: Units) -> Written:
+def write_position(obs: Observations, units: Units) -> KindOutput:
     """Three columns and their sigmas."""
-    return Written(columns(XYZ, XYZ_SIGMA, [units.length] * 3, obs), (section("position", XYZ, XYZ_SIGMA, obs),))
+    return KindOutput(columns(XYZ, XYZ_SIGMA, [units.length] * 3, obs), (section("position", XYZ, XYZ_SIGMA, obs),))
 
 
 POSITION_KEYS = """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out

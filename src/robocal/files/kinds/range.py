@@ -11,11 +11,11 @@ from pydantic import BeforeValidator, FiniteFloat
 
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import SigmaModel, ValueModel
-from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, agreed, columns, section, sigmas
+from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, Values, agree_unit, columns, section, sigmas
 from robocal.files.kinds.places import PlacedModel, each_place, place_frames
-from robocal.files.schema import Model, Name, refuse
+from robocal.files.schema import FileModel, Name, refuse
 from robocal.files.units import UNITS, Unit, Units, number
-from robocal.files.yamlio import Document
+from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
 
 __all__ = ["RANGE"]
@@ -32,7 +32,7 @@ def _symbols(value: Any) -> Any:
     return tuple(parts)
 
 
-class MediumModel(Model):
+class MediumModel(FileModel):
     """What the signal runs through: its speed in m/s, a delay as a length, and which of the two is identified."""
 
     name: Name = "medium"
@@ -48,7 +48,7 @@ class RangeModel(PlacedModel):
     medium: MediumModel = MediumModel()
 
 
-def read_range(model: RangeModel, table: CsvTable, document: Document) -> Values:
+def read_range(model: RangeModel, table: CsvTable, document: YamlDocument) -> Values:
     """Apparent ranges in m (k, number of receivers): a time is multiplied by the nominal speed."""
     if model.medium.speed <= 0:
         document.fail("not a speed", ("medium", "speed"), found=model.medium.speed, expected="m/s, above 0")
@@ -70,7 +70,7 @@ def read_range(model: RangeModel, table: CsvTable, document: Document) -> Values
 
 
 def _unit(
-    model: RangeModel, column: str | int, table: CsvTable, document: Document, fallback: Unit | None = None
+    model: RangeModel, column: str | int, table: CsvTable, document: YamlDocument, fallback: Unit | None = None
 ) -> Unit:
     """The unit of a column that may hold times or lengths, as a length."""
     header, stated = table.unit(column), model.range.unit
@@ -80,7 +80,7 @@ def _unit(
             return fallback
         document.fail("the unit is missing", ("range", "unit"), column=label, expected="us, s, mm, m, ...")
     told = None if stated is None else document.unit(stated, None, ("range", "unit"))
-    found = agreed(told, header, None, table, label)
+    found = agree_unit(told, header, None, table, label)
     if found.si == "s":
         return Unit(found.name, "m", found.factor * model.medium.speed)
     if found.si != "m":
@@ -116,7 +116,7 @@ def parts(model: RangeModel, values: Values, around: Around) -> Sequence[Part]:
     return out
 
 
-def write_range(obs: Observations, units: Units) -> Written:
+def write_range(obs: Observations, units: Units) -> KindOutput:
     """One column; the place is in another."""
     values, free = obs.options.get("values", {}), obs.options.get("free", ())
     assert isinstance(values, dict) and isinstance(free, tuple)
@@ -124,7 +124,7 @@ def write_range(obs: Observations, units: Units) -> Written:
     delay = number(units.length.from_si(values.get("delay", 0.0)))
     medium = f"name: {obs.options['medium']}, speed: {number(speed)}, delay: {delay}, free: [{', '.join(free)}]"
     made = columns(("range",), ("s_range",), [units.length], obs)
-    return Written(made, (section("range", ("range",), ("s_range",), obs), f"medium: {{{medium}}}"))
+    return KindOutput(made, (section("range", ("range",), ("s_range",), obs), f"medium: {{{medium}}}"))
 
 
 RANGE_KEYS = """range: {{columns: [range], unit: {length}, sigma: 0.2}}    # or times: unit: us; or one column per receiver

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 
-from robocal.files.kinds.base import KindFile
+from robocal.files.kinds.kind import KindFile
 from robocal.measure.machine import Model
 
 __all__ = ["READERS", "reader_of", "readers_of"]

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, FramedModel, OrientationModel, PlaceValuesModel, SecondModel, ValueModel
-from robocal.files.kinds.base import KindFile, Values, Written, columns, quantity, section
+from robocal.files.kinds.kind import KindFile, KindOutput, Values, columns, quantity, section
 from robocal.files.kinds.pose import read_pose, write_pose
 from robocal.files.units import Units
-from robocal.files.yamlio import Document
+from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
 
 __all__ = ["DISPLACEMENT", "RELATIVE_POSE"]
@@ -35,16 +35,16 @@ class DisplacementModel(FramedModel):
     second: SecondModel = SecondModel()
 
 
-def read_displacement(model: DisplacementModel, table: CsvTable, document: Document) -> Values:
+def read_displacement(model: DisplacementModel, table: CsvTable, document: YamlDocument) -> Values:
     """Displacements (k, 3) in m."""
     value, sigma, units = quantity(model.displacement, table, document, ("displacement",), ("m",) * 3, STEP)
     return Values(value, sigma, units[0])
 
 
-def write_displacement(obs: Observations, units: Units) -> Written:
+def write_displacement(obs: Observations, units: Units) -> KindOutput:
     """Three columns and their sigmas."""
     made = columns(STEP, STEP_SIGMA, [units.length] * 3, obs)
-    return Written(made, (section("displacement", STEP, STEP_SIGMA, obs),))
+    return KindOutput(made, (section("displacement", STEP, STEP_SIGMA, obs),))
 
 
 RELATIVE_POSE_KEYS = """second: {{columns: [{second}], unit: {joint_unit}}}    # the joints of the other configuration of a row

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.fit.starts.frames import poses
-from robocal.fit.starts.seen import Seen, named, outside, start
+from robocal.fit.starts.target_rows import TargetRows, frame_values, outside, start
 from robocal.geometry import se3, so3
 from robocal.measure.bearing import directions
 from robocal.measure.pixels import rays
@@ -84,15 +84,15 @@ def _cube() -> Array:
 
 
 @start("bearing")
-def _bearing(seen: Seen) -> list[dict[str, float]]:
+def _bearing(seen: TargetRows) -> list[dict[str, float]]:
     frame = seen.obs.frame
     if frame is None or not outside(seen):
         return []
-    return [named(frame.name, found) for found in resect(seen.points, directions(seen.value))]
+    return [frame_values(frame.name, found) for found in resect(seen.points, directions(seen.value))]
 
 
 @start("pixels")
-def _pixels(seen: Seen) -> list[dict[str, float]]:
+def _pixels(seen: TargetRows) -> list[dict[str, float]]:
     frame = seen.obs.frame
     if frame is None or not any(frame.free):
         return []
@@ -102,7 +102,7 @@ def _pixels(seen: Seen) -> list[dict[str, float]]:
     if outside(seen):
         held = seen.at(seen.machine)
         out += [
-            named(frame.name, t)
+            frame_values(frame.name, t)
             for t in resect(np.einsum("mij,mj->mi", held[:, :3, :3], point) + held[:, :3, 3], along)
         ]
     places = [

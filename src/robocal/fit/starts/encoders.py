@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from robocal.fit.starts.seen import Seen, start
+from robocal.fit.starts.target_rows import TargetRows, start
 from robocal.measure import lengths, swivel
 
 __all__: list[str] = []
 
 
 @start("swivel")
-def _swivel(seen: Seen) -> list[dict[str, float]]:
+def _swivel(seen: TargetRows) -> list[dict[str, float]]:
     return [swivel.zeros_at(seen.model, seen.obs, seen.index, seen.machine)]
 
 
 @start("lengths")
-def _lengths(seen: Seen) -> list[dict[str, float]]:
+def _lengths(seen: TargetRows) -> list[dict[str, float]]:
     return [lengths.zeros_at(seen.model, seen.obs, seen.index, seen.machine)] if lengths.owner(seen.obs) else []

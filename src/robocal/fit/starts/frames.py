@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.fit.starts.seen import Seen, named, outside, start
+from robocal.fit.starts.target_rows import TargetRows, frame_values, outside, start
 from robocal.geometry import fits, se3, so3
 from robocal.measure.bearing import directions
 
@@ -70,52 +70,54 @@ def relative_hand(machine: Array, measured: Array) -> Array:
 # --- what the registry calls --------------------------------------------------------------------------------------------
 
 
-def _watched(seen: Seen, points: Array) -> list[dict[str, float]]:
+def _tracker_starts(seen: TargetRows, points: Array) -> list[dict[str, float]]:
     """An instrument that measured points (k, 3) in its own frame."""
     frame = seen.obs.frame
     assert frame is not None
     out = []
     for offset in (True, False) if seen.loose else (False,):
         found, c = point_start(points, seen.at(seen.machine), offset)
-        out.append({**named(frame.name, found), **(seen.moved(se3.compose(np.eye(3), c)) if offset else {})})
+        out.append(
+            {**frame_values(frame.name, found), **(seen.shift_target(se3.compose(np.eye(3), c)) if offset else {})}
+        )
     return out
 
 
 @start("position")
-def _position(seen: Seen) -> list[dict[str, float]]:
-    return _watched(seen, seen.value[:, :3]) if outside(seen) else []
+def _position(seen: TargetRows) -> list[dict[str, float]]:
+    return _tracker_starts(seen, seen.value[:, :3]) if outside(seen) else []
 
 
 @start("spherical")
-def _spherical(seen: Seen) -> list[dict[str, float]]:
-    return _watched(seen, seen.value[:, :1] * directions(seen.value[:, 1:])) if outside(seen) else []
+def _spherical(seen: TargetRows) -> list[dict[str, float]]:
+    return _tracker_starts(seen, seen.value[:, :1] * directions(seen.value[:, 1:])) if outside(seen) else []
 
 
 @start("displacement")
-def _displacement(seen: Seen) -> list[dict[str, float]]:
+def _displacement(seen: TargetRows) -> list[dict[str, float]]:
     frame = seen.obs.frame
     if frame is None or seen.other is None or not outside(seen):
         return []
     moved = seen.at(seen.other)[:, :3, 3] - seen.points
     r = so3.project(np.einsum("mi,mj->ij", seen.value, moved))
     # Where the instrument stands is not seen, and keeps its stated value.
-    return [named(frame.name, se3.compose(r, frame.value[:3]))]
+    return [frame_values(frame.name, se3.compose(r, frame.value[:3]))]
 
 
 @start("relative_pose")
-def _relative(seen: Seen) -> list[dict[str, float]]:
+def _relative(seen: TargetRows) -> list[dict[str, float]]:
     if seen.other is None or not seen.loose:
         return []
     change = se3.inverse(seen.at(seen.machine)) @ seen.at(seen.other)
-    return [seen.moved(relative_hand(change, se3.from_vector(seen.value)))]
+    return [seen.shift_target(relative_hand(change, se3.from_vector(seen.value)))]
 
 
 @start("pose")
-def _pose(seen: Seen) -> list[dict[str, float]]:
+def _pose(seen: TargetRows) -> list[dict[str, float]]:
     return poses(seen, se3.from_vector(seen.value), seen.machine)
 
 
-def poses(seen: Seen, measured: Array, machine: Array) -> list[dict[str, float]]:
+def poses(seen: TargetRows, measured: Array, machine: Array) -> list[dict[str, float]]:
     """An instrument that measured poses of its target, (k, 4, 4), with the tool at machine (k, 4, 4)."""
     frame = seen.obs.frame
     if frame is None or not any(frame.free):
@@ -127,18 +129,20 @@ def poses(seen: Seen, measured: Array, machine: Array) -> list[dict[str, float]]
     for offset in (True, False) if seen.loose else (False,):
         if offset:
             found, shift = hand_eye(measured, machine)
-            out.append({**named(frame.name, found), **seen.moved(shift)})
+            out.append({**frame_values(frame.name, found), **seen.shift_target(shift)})
             continue
         r = so3.project(np.einsum("mij,mkj->ik", measured[:, :3, :3], machine[:, :3, :3]))
-        out.append(named(frame.name, se3.compose(r, (measured[:, :3, 3] - machine[:, :3, 3] @ r.T).mean(axis=0))))
+        out.append(
+            frame_values(frame.name, se3.compose(r, (measured[:, :3, 3] - machine[:, :3, 3] @ r.T).mean(axis=0)))
+        )
     return out
 
 
-def _in_hand(seen: Seen, measured: Array, machine: Array) -> list[dict[str, float]]:
+def _in_hand(seen: TargetRows, measured: Array, machine: Array) -> list[dict[str, float]]:
     """A camera in hand that measures poses of a target on the base: Y^-1 = T_base_target^-1 T_i X, hand-eye again."""
     frame, target = seen.obs.frame, seen.target
     assert frame is not None
     if frame.mount != "tool" or target is None or target.mount != "base":
         return []
     away, hand = hand_eye(se3.inverse(measured), machine)
-    return [{**named(frame.name, hand), **named(target.name, se3.inverse(away))}]
+    return [{**frame_values(frame.name, hand), **frame_values(target.name, se3.inverse(away))}]

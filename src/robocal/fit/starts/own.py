@@ -21,7 +21,7 @@ from robocal.geometry import se3
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model, freedom_of
 
-__all__ = ["placed"]
+__all__ = ["place_configurations"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -29,7 +29,7 @@ Bools = NDArray[np.bool_]
 TURNS = (3, 4, 5)
 
 
-def placed(model: Model, data: DataSet) -> DataSet:
+def place_configurations(model: Model, data: DataSet) -> DataSet:
     """The data with a start for the pose of every configuration that has one of its own and none stated; components that
     the machine does not have are zero. What shows nothing starts in the middle of the others."""
     freedom = freedom_of(model)
@@ -61,9 +61,9 @@ def _first(obs: Observations, lacking: Bools) -> Ints:
 
 
 def _lengths(model: Model, obs: Observations, lacking: Bools) -> Array:
-    from robocal.measure.lengths import located
+    from robocal.measure.lengths import locate_platform
 
-    return located(model, obs, lacking)
+    return locate_platform(model, obs, lacking)
 
 
 def _base(obs: Observations, target: Frame | None, seen: Array) -> Array:

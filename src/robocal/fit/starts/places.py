@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.fit.starts.seen import Seen, named, start
+from robocal.fit.starts.target_rows import TargetRows, frame_values, start
 from robocal.geometry import fits, se3, so3
 from robocal.measure.data import Frame
 from robocal.measure.plane import normals
@@ -101,7 +101,7 @@ def cube(points: Array, normal: Array, offset: Array) -> Array | None:
 # --- what the registry calls --------------------------------------------------------------------------------------------
 
 
-def _number(seen: Seen, option: str, symbol: str) -> tuple[str, float | None]:
+def _number(seen: TargetRows, option: str, symbol: str) -> tuple[str, float | None]:
     """The name of one of a kind's own numbers, and its value; None where it is to be found."""
     from robocal.measure.base import kind_of
 
@@ -111,31 +111,31 @@ def _number(seen: Seen, option: str, symbol: str) -> tuple[str, float | None]:
     return "", 0.0
 
 
-def _shifted(place: Frame, s: Array) -> dict[str, float]:
+def _shift_place(place: Frame, s: Array) -> dict[str, float]:
     """A place moved to s, turned as stated."""
-    return named(place.name, se3.compose(se3.from_vector(place.value)[:3, :3], s))
+    return frame_values(place.name, se3.compose(se3.from_vector(place.value)[:3, :3], s))
 
 
 @start("point")
-def _point(seen: Seen) -> list[dict[str, float]]:
+def _point(seen: TargetRows) -> list[dict[str, float]]:
     place = place_of(seen.obs)
     shift = seen.value.mean(axis=0)
-    out = [_shifted(place, seen.points.mean(axis=0) - shift)]
+    out = [_shift_place(place, seen.points.mean(axis=0) - shift)]
     if seen.loose:
         c, s = pivot(seen.at(seen.machine))
-        out.insert(0, {**_shifted(place, s - shift), **seen.moved(se3.compose(np.eye(3), c))})
+        out.insert(0, {**_shift_place(place, s - shift), **seen.shift_target(se3.compose(np.eye(3), c))})
     return out
 
 
 @start("sphere")
-def _sphere(seen: Seen) -> list[dict[str, float]]:
+def _sphere(seen: TargetRows) -> list[dict[str, float]]:
     place = place_of(seen.obs)
     name, radius = _number(seen, "radius", "radius")
-    return [{**_shifted(place, s), name: r} for s, r in reach(seen.points, seen.value[:, 0], radius)]
+    return [{**_shift_place(place, s), name: r} for s, r in reach(seen.points, seen.value[:, 0], radius)]
 
 
 @start("range")
-def _range(seen: Seen) -> list[dict[str, float]]:
+def _range(seen: TargetRows) -> list[dict[str, float]]:
     place = place_of(seen.obs)
     name, delay = _number(seen, "medium", "delay")
     known = None if delay is None else -delay
@@ -143,11 +143,11 @@ def _range(seen: Seen) -> list[dict[str, float]]:
     if delay is None:
         # A delay is small, and a poor geometry makes much of it.
         found += reach(seen.points, seen.value[:, 0], 0.0)
-    return [{**_shifted(place, s), **({name: -length} if name else {})} for s, length in found]
+    return [{**_shift_place(place, s), **({name: -length} if name else {})} for s, length in found]
 
 
 @start("distance")
-def _distance(seen: Seen) -> list[dict[str, float]]:
+def _distance(seen: TargetRows) -> list[dict[str, float]]:
     """A ballbar's socket, or the length of a bar between two configurations."""
     ends = seen.obs.options.get("ends", ())
     assert isinstance(ends, tuple)
@@ -163,11 +163,11 @@ def _distance(seen: Seen) -> list[dict[str, float]]:
     machine = seen.machine if carried is ends[0] or seen.other is None else seen.other
     points = (machine @ se3.from_vector(carried.value))[:, :3, 3]
     found = reach(points, seen.value[:, 0], length)
-    return [{**_shifted(fixed, s), **({name: far} if name else {})} for s, far in found]
+    return [{**_shift_place(fixed, s), **({name: far} if name else {})} for s, far in found]
 
 
 @start("plane")
-def _plane(seen: Seen) -> list[dict[str, float]]:
+def _plane(seen: TargetRows) -> list[dict[str, float]]:
     place = place_of(seen.obs)
     name, radius = _number(seen, "radius", "radius")
     normal, offset = (v[seen.index] for v in normals(seen.obs))
@@ -176,7 +176,7 @@ def _plane(seen: Seen) -> list[dict[str, float]]:
     values = {} if not name or radius is not None else {name: 0.0}
     if np.ptp(normal, axis=0).max() > 1e-6:
         found = cube(seen.points, normal, apart)
-        return [] if found is None else [{**named(place.name, found), **values}]
+        return [] if found is None else [{**frame_values(place.name, found), **values}]
     n = stated[:3, :3] @ normal[0]
     # Contacts less their heights lie in one plane, to first order whichever way it looks.
     m, c, _ = fits.plane(seen.points - (apart - apart.mean())[:, None] * n)
@@ -188,7 +188,7 @@ def _plane(seen: Seen) -> list[dict[str, float]]:
     gap = c - float(apart.mean()) - float(m @ stated[:3, 3])
     # Where only its height is free, the plane is met above the stated place; a wall is met where it is nearest.
     s = stated[:3, 3] + (np.array([0.0, 0.0, gap / m[2]]) if abs(m[2]) > UPRIGHT else gap * m)
-    return [{**named(place.name, se3.compose(r, s)), **values}]
+    return [{**frame_values(place.name, se3.compose(r, s)), **values}]
 
 
 def _turn(a: Array, b: Array) -> Array:

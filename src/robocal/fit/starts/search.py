@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
-from robocal.fit.starts.seen import STARTS, Seen, Start
+from robocal.fit.starts.target_rows import STARTS, Start, TargetRows
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model
-from robocal.measure.reach import believed, nominal_poses
+from robocal.measure.reach import nominal_poses, place_is_known
 
-__all__ = ["closed_form", "combined", "frames_of", "refine"]
+__all__ = ["analytic_starts", "combine_starts", "frames_of", "refine"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -38,11 +38,11 @@ def start_of(kind: str) -> Start | None:
     return STARTS.get(kind)
 
 
-def closed_form(model: Model, data: DataSet, obs: Observations, configurations: Ints) -> list[dict[str, float]]:
+def analytic_starts(model: Model, data: DataSet, obs: Observations, configurations: Ints) -> list[dict[str, float]]:
     """Starting values by name for what one instrument needs: its frame or place, its target, its own numbers; empty
     where nothing is free or nothing is known."""
     start = start_of(obs.kind)
-    known = believed(model, data.configurations) if start else None
+    known = place_is_known(model, data.configurations) if start else None
     if start is None or known is None:
         return []
     usable = np.zeros(len(known), dtype=bool)
@@ -65,23 +65,23 @@ def closed_form(model: Model, data: DataSet, obs: Observations, configurations: 
     machine = nominal_poses(model, data.configurations.take(met))
     assert machine is not None
     other = None if obs.second is None else machine[at[len(one) :]]
-    return start(Seen(model, obs, index, value, target, machine[at[: len(one)]], other))
+    return start(TargetRows(model, obs, index, value, target, machine[at[: len(one)]], other))
 
 
-def combined(model: Model, data: DataSet, configurations: Ints, problem: Problem) -> list[dict[str, float]]:
+def combine_starts(model: Model, data: DataSet, configurations: Ints, problem: Problem) -> list[dict[str, float]]:
     """Every combination of the instruments' starts; where there are many, those that fit best as they are. `problem`
     has the columns free that may be set."""
     out: list[dict[str, float]] = [{}]
     for obs in data.observations:
-        found = closed_form(model, data, obs, configurations) or [{}]
+        found = analytic_starts(model, data, obs, configurations) or [{}]
         out = [{**a, **b} for a in out for b in found]
         if len(out) > MOST:
-            cost = problem.normal(_placed(problem, out)).cost
+            cost = problem.normal(_start_matrix(problem, out)).cost
             out = [out[i] for i in np.argsort(np.where(np.isfinite(cost), cost, np.inf), kind="stable")[:MOST]]
     return out
 
 
-def _placed(problem: Problem, starts: list[dict[str, float]]) -> Array:
+def _start_matrix(problem: Problem, starts: list[dict[str, float]]) -> Array:
     """x (B, P) of every start; a held component keeps its stated value."""
     x = np.repeat(problem.start, len(starts), axis=0)
     for row, values in zip(x, starts, strict=True):
@@ -97,7 +97,7 @@ def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, flo
     if not frames and not problem.blocks:
         return problem.start, True
     free = problem.with_free(frames)
-    solution = least_squares(free, _placed(free, [{}, *starts]))
+    solution = least_squares(free, _start_matrix(free, [{}, *starts]))
     cost = np.where(np.isfinite(solution.cost), solution.cost, np.inf)
     best = int(np.argmin(cost))
     return solution.x[[best]], solution.settled(best)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError, nearest
-from robocal.parameters import FRAME_SYMBOLS, Table
+from robocal.parameters import FRAME_SYMBOLS, ParameterTable
 
 __all__ = ["AXES", "Element", "Program", "Term", "compile_path", "frame_element"]
 
@@ -162,12 +162,12 @@ class Program:
         pose = np.empty((theta.shape[0], m, 4, 4))
         jac = np.empty((theta.shape[0], m, 6 if turn else 3, width))
         e, f = entries if entries is not None else _NO_ENTRIES
-        kernel, parts = self._compiled
+        kernel, parts = self._kernel_and_arrays
         kernel(*parts, theta, phi, self.cosines(phi) if trig is None else trig, self.turning[1], e, f, first, pose, jac)
         return pose, jac
 
     @cached_property
-    def _compiled(self) -> tuple[Callable[..., None], tuple[NDArray[Any], ...]]:
+    def _kernel_and_arrays(self) -> tuple[Callable[..., None], tuple[NDArray[Any], ...]]:
         """The kernel and the arrays of the program that it reads."""
         from robocal.geometry.path._kernels import path_kernel
 
@@ -177,17 +177,17 @@ class Program:
 _NO_ENTRIES = (np.empty((0, 5), dtype=np.int64), np.empty(0))
 
 
-def compile_path(elements: Iterable[Element], table: Table) -> Program:
+def compile_path(elements: Iterable[Element], table: ParameterTable) -> Program:
     """Turns elements into arrays against a parameter table. Raises ModelError for a parameter that the table lacks."""
     try:
-        return _compiled(tuple(elements), table.names)
+        return _compile(tuple(elements), table.names)
     except KeyError as missing:
         _ = table[missing.args[0]]
         raise
 
 
 @lru_cache(maxsize=64)
-def _compiled(elements: tuple[Element, ...], names: tuple[str, ...]) -> Program:
+def _compile(elements: tuple[Element, ...], names: tuple[str, ...]) -> Program:
     """One identification asks for the same few paths dozens of times."""
     index = {name: i for i, name in enumerate(names)}
     kinds, constants, screws, start, terms, factors = [], [], [], [0], [], []

@@ -8,7 +8,7 @@ from typing import Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.geometry.path.joints import Joint, Zero
+from robocal.geometry.path.path_joints import Joint, Zero
 from robocal.geometry.path.program import Element, Program
 from robocal.remarks.remark import Remark
 

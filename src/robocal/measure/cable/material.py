@@ -10,12 +10,12 @@ from robocal._types import Array, Ints
 from robocal.cables.geometry import STRETCH, WHEEL, CableRobot
 from robocal.cables.pulley import Pulleys, by_wheel, run
 
-__all__ = ["Material", "known"]
+__all__ = ["Material", "material_parameters"]
 
 EVERY = slice(None)
 
 
-def known(robot: CableRobot, symbols: Sequence[str]) -> tuple[list[str], Ints, Ints]:
+def material_parameters(robot: CableRobot, symbols: Sequence[str]) -> tuple[list[str], Ints, Ints]:
     """The parameters that stand for such numbers of the cables, where a cable has one: names, whose each is (n,), and which of the
     symbols (n,)."""
     every = [(i, s) for i, _ in enumerate(robot.cables) for s, _ in enumerate(symbols)]
@@ -33,7 +33,7 @@ class Material:
 
     def __init__(self, robot: CableRobot, tension: Array | None, cable: Ints) -> None:
         symbols = WHEEL if tension is None else (*WHEEL, STRETCH)
-        self.names, self.owner, self.symbol = known(robot, symbols)
+        self.names, self.owner, self.symbol = material_parameters(robot, symbols)
         self.stated = np.array([robot.table[n].value for n in self.names])
         self.cables, self.cable = len(robot.cables), cable
         self.tension = np.zeros(len(cable)) if tension is None else tension

@@ -73,7 +73,7 @@ def learn(joints: tuple[str, ...], turning: tuple[bool, ...], q: Array, y: Array
     size = np.sqrt(np.mean(y**2, axis=0))
     size = np.where(size > 0, size, 1.0)
     some = _spread(len(q), SUBSET)
-    lengths, noise = _likely(distances(q[some], q[some], turns), y[some] / size, turns, np.ptp(q, axis=0))
+    lengths, noise = _maximise_likelihood(distances(q[some], q[some], turns), y[some] / size, turns, np.ptp(q, axis=0))
     kept = _spread(len(q), points)
     kernel = np.exp(-distances(q[kept], q[kept], turns) @ lengths**-2.0)
     # size is that of signal and noise together: s^2 (1 + noise^2) = size^2.
@@ -88,7 +88,7 @@ def _spread(count: int, most: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
 
 
-def _likely(apart: Array, y: Array, turning: Bools, span: Array) -> tuple[Array, float]:
+def _maximise_likelihood(apart: Array, y: Array, turning: Bools, span: Array) -> tuple[Array, float]:
     """Length scales and noise over signal of the highest marginal likelihood, climbed to from the best of three starts."""
     n = apart.shape[-1]
     eye = np.eye(len(y))

@@ -26,7 +26,7 @@ from robocal.prove.split import make_split
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Guarded", "layer_rows", "layered_errors", "try_layer"]
+__all__ = ["Guarded", "layer_errors", "layer_rows", "try_layer"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -83,7 +83,7 @@ def layer_rows(data: DataSet, problem: Problem, x: Array) -> LayerRows | None:
     return LayerRows(np.concatenate(missed), np.concatenate(configurations))
 
 
-def layered_errors(layer: Layer, rows: LayerRows, q: Array) -> Array:
+def layer_errors(layer: Layer, rows: LayerRows, q: Array) -> Array:
     """Errors (N,) in m that a layer leaves of what a model misses."""
     # A layer that was learned from positions serves poses too, and the other way round.
     left = rows.missed[:, :3] - layer.predict(q[rows.configuration])[:, :3]
@@ -113,7 +113,7 @@ def try_layer(model: Model, data: DataSet, problem: Problem, x: Array, watch: Wa
             watch({"stage": "layer", "what": split.names[k]})
         own = layer_rows(data, problem, each[k : k + 1])
         assert own is not None
-        known, asked = split.fit[k][own.configuration], split.held[k][own.configuration]
+        known, asked = split.fit[k][own.configuration], split.held_out[k][own.configuration]
         made = learn(tuple(j.name for j in joints_of(model)), turning, q[own.configuration[known]], own.missed[known])
         there = q[own.configuration[asked]]
         left = own.missed[asked] - made.predict(there)

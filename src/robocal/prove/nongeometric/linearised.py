@@ -22,7 +22,7 @@ from robocal.measure.base import problem as build
 from robocal.measure.machine import Model
 from robocal.prove.split import Split
 
-__all__ = ["Linearised", "linearised"]
+__all__ = ["Linearised", "linearise_fit"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -59,7 +59,7 @@ class Linearised:
         r = self.rows[:, -1] + self.rows[:, columns] @ step
         return float(r @ r) / max(self.count - len(columns), 1)
 
-    def seen(self, added: Ints, columns: Ints, noise: float) -> int:
+    def observable_count(self, added: Ints, columns: Ints, noise: float) -> int:
         """How many combinations of added columns are seen above the noise, whatever the others are."""
         g = self.whole
         inner = g[np.ix_(columns, columns)] + noise * np.eye(len(columns))
@@ -92,7 +92,7 @@ def ridge(gram: Array, columns: Ints, noise: float) -> Array:
     return np.asarray(np.linalg.solve(inner, -gram[columns, -1]))
 
 
-def linearised(model: Model, part: Fit, added: Sequence[str], split: Split) -> Linearised:
+def linearise_fit(model: Model, part: Fit, added: Sequence[str], split: Split) -> Linearised:
     """The rows of a fit to everything, with the columns that it kept and those of `model` that are added."""
     made = build(model, part.data)
     x = made.start

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path
+from robocal.report.svg import AxisScale, bottom_axis, drawing, label, left_axis, line, num, path
 
 __all__ = ["contours"]
 
@@ -19,7 +19,7 @@ AIR = 1.12
 def contours(curves: Sequence[tuple[str, Array]], axes: tuple[str, str], said: str, key: str) -> str:
     """A picture (SVG): each curve (n, 2) with what stands on it, from the smallest error to the largest."""
     most = np.max([c.max(axis=0) for _, c in curves], axis=0) * AIR
-    x, y = Scale(0, float(most[0]), LEFT, RIGHT), Scale(0, float(most[1]), BOTTOM, HEAD)
+    x, y = AxisScale(0, float(most[0]), LEFT, RIGHT), AxisScale(0, float(most[1]), BOTTOM, HEAD)
     parts = [
         bottom_axis(x, BOTTOM, HEAD, axes[0]),
         left_axis(y, LEFT, RIGHT, axes[1]),

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from robocal.report.svg import num
 from robocal.report.view import Box, View
 
-__all__ = ["Mark", "draw", "labels", "placed"]
+__all__ = ["Mark", "draw", "labels", "place_labels"]
 
 Array = NDArray[np.float64]
 LINE = 15.0  # px from one line of words to the next
@@ -67,7 +67,7 @@ def labels(points: Array, texts: Sequence[tuple[str, str]], view: View, box: Box
     """Two words (a name, and what is said of it) beside each point (n, 3) m: outwards from the middle, and apart from one another."""
     xy = view.flat(points)[0]
     wide = np.array([7.9 * len(a) + 7.1 * len(b) + (5 if b else 0) for a, b in texts])
-    at, side = placed(xy, wide, np.asarray(view.at), box)
+    at, side = place_labels(xy, wide, np.asarray(view.at), box)
     parts = []
     for k, (name, said) in enumerate(texts):
         data = " ".join(num(v) for v in view.local(points[k]).tolist())
@@ -79,7 +79,7 @@ def labels(points: Array, texts: Sequence[tuple[str, str]], view: View, box: Box
     return "".join(parts)
 
 
-def placed(xy: Array, wide: Array, middle: Array, box: Box) -> tuple[Array, Array]:
+def place_labels(xy: Array, wide: Array, middle: Array, box: Box) -> tuple[Array, Array]:
     """Where texts of widths (n,) stand beside points (n, 2) px, (n, 2): on the side away from the middle where
     the box has room, else on the other, -1 left or 1 right (n,); pushed apart up and down until none covers another."""
     left, top, right, bottom = box

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
+from robocal.report.cable.drawing import brief, figure
+from robocal.report.cable.length_unit import METRE, LengthUnit
 from robocal.report.cable.marks import Mark, draw, labels
-from robocal.report.cable.paint import brief, figure
-from robocal.report.cable.ruler import METRE, Ruler
-from robocal.report.cable.solids import courses, hull_loops, thinned, wheels
-from robocal.report.cable.stage import Stage, stage
-from robocal.report.cable.tension import STATES, ColouredTensions, coloured
+from robocal.report.cable.solids import courses, decimate, hull_loops, wheels
+from robocal.report.cable.surroundings import Surroundings, build_surroundings
+from robocal.report.cable.tension_colours import STATES, ColouredTensions, colour_tensions
 from robocal.report.numbers import significant
 from robocal.report.svg import label, num
 
@@ -39,7 +39,7 @@ def scene(
     poses: ArrayLike | None = None,
     ghosts: ArrayLike | None = None,
     caption: str = "",
-    ruler: Ruler = METRE,
+    ruler: LengthUnit = METRE,
 ) -> str:
     """The picture (SVG) of a robot at pose (4, 4).
 
@@ -51,7 +51,7 @@ def scene(
     at = np.asarray(pose, float)
     if at.shape != (4, 4) or not np.isfinite(at).all():
         raise ModelError("a pose to be drawn", expected="(4, 4), finite", found=at.shape)
-    held = _held(robot, tension)
+    held = _colour_tensions(robot, tension)
     cloud = np.zeros((0, 3)) if poses is None else np.asarray(poses, float).reshape(-1, 4, 4)[:, :3, 3]
     spots = cloud[np.isfinite(cloud).all(axis=1)][:MOST_POSES]
     ends = at[:3, 3] + robot.b @ at[:3, :3].T
@@ -59,7 +59,7 @@ def scene(
     beside = pale[:, None, :3, 3] + robot.b @ pale[:, :3, :3].swapaxes(1, 2)
     right = WIDE - (SIDE if held is not None else 0.0)
     top = 34.0 if caption else 8.0
-    seen = stage(
+    seen = build_surroundings(
         robot, ends, np.concatenate([_around(surface), spots, beside.reshape(-1, 3)]), (0.0, top, right, HIGH), ruler
     )
     marks = [
@@ -81,21 +81,21 @@ def scene(
         parts += [held.scale(robot.cables, WIDE - SIDE + 26, 66.0, seen.height - (130.0 if legend else 50.0)), legend]
     if seen.foot:
         parts.append(label(14, seen.height - 14, seen.foot, "tick"))
-    said = _said(robot, held, surface, len(spots), len(pale), caption)
+    said = _describe(robot, held, surface, len(spots), len(pale), caption)
     text = figure("scene", WIDE, seen.height, parts, title=caption or f"{robot.name} at a pose", text=said)
     return text.replace("<svg ", f"<svg {_camera(seen, right, top)} ", 1) if seen.turns else text
 
 
-def _held(robot: CableRobot, tension: ArrayLike | None) -> ColouredTensions | None:
+def _colour_tensions(robot: CableRobot, tension: ArrayLike | None) -> ColouredTensions | None:
     if tension is None:
         return None
     values, m = np.asarray(tension, float), len(robot.cables)
     if values.shape != (m,):
         raise ModelError("tensions to be drawn", expected=f"one per cable, ({m},)", found=values.shape)
-    return coloured(values, robot.limits)
+    return colour_tensions(values, robot.limits)
 
 
-def _camera(seen: Stage, right: float, top: float) -> str:
+def _camera(seen: Surroundings, right: float, top: float) -> str:
     """What turn.js needs to know."""
     v = seen.view
     return (
@@ -141,7 +141,7 @@ def _cables(robot: CableRobot, ends: Array, held: ColouredTensions | None) -> It
     for i, (name, points) in enumerate(zip(robot.cables, courses(robot, ends), strict=True)):
         state = "plain" if held is None else held.state(i)
         colour = f' stroke="{held.colour(i)}"' if held is not None and state != "none" else ""
-        hint = name if held is None else f"{name}: {held.said(i)}"
+        hint = name if held is None else f"{name}: {held.describe(i)}"
         for k in range(len(points) - 1):
             # What carries no load is drawn with gaps.
             if k % 2 and state in ("slack", "none"):
@@ -157,7 +157,7 @@ def _boundary(surface: Surface | Outline | None, behind: bool) -> Iterator[Mark]
         # The marks of a planar robot are all as near: its workspace goes behind them.
         yield Mark(np.asarray(surface.points, float), "edge", closed=True, lift=-2e3 if behind else 0.0)
     elif isinstance(surface, Surface) and len(surface.faces):
-        vertices, faces = thinned(surface)
+        vertices, faces = decimate(surface)
         corners = vertices[faces]
         for triangle, shade in zip(corners, _shades(corners), strict=True):
             yield Mark(triangle, f"face s{shade}", closed=True)
@@ -178,7 +178,7 @@ def _ghosts(ends: Array, origins: Array, here: Array) -> Iterator[Mark]:
 
 
 def _words(robot: CableRobot, held: ColouredTensions | None) -> list[tuple[str, str]]:
-    return [(brief(name), "" if held is None else held.said(i)) for i, name in enumerate(robot.cables)]
+    return [(brief(name), "" if held is None else held.describe(i)) for i, name in enumerate(robot.cables)]
 
 
 def _legend(held: ColouredTensions, height: float) -> str:
@@ -195,7 +195,7 @@ def _legend(held: ColouredTensions, height: float) -> str:
     return "".join(parts)
 
 
-def _said(
+def _describe(
     robot: CableRobot,
     held: ColouredTensions | None,
     surface: Surface | Outline | None,

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from robocal.cables.boundary import Surface, directions, joined
+from robocal.cables.boundary import Surface, directions, triangulate_directions
 from robocal.cables.geometry import CableRobot
 from robocal.cables.pulley import run, taut
 
-__all__ = ["courses", "hull_loops", "thinned", "wheels"]
+__all__ = ["courses", "decimate", "hull_loops", "wheels"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -47,7 +47,7 @@ def _around(corners: Array, normal: Array) -> Array:
     return np.asarray(corners[np.argsort(angle)])
 
 
-def thinned(surface: Surface) -> tuple[Array, Ints]:
+def decimate(surface: Surface) -> tuple[Array, Ints]:
     """Vertices and at most MOST faces of a surface: fewer rays from the same start, spread as evenly."""
     if len(surface.faces) <= MOST:
         return surface.vertices, surface.faces
@@ -57,7 +57,7 @@ def thinned(surface: Surface) -> tuple[Array, Ints]:
     way = arm[kept] / size[kept, None]
     chosen = np.unique((directions((MOST + 4) // 2) @ way.T).argmax(axis=1))
     try:
-        faces = joined(way[chosen])
+        faces = triangulate_directions(way[chosen])
     except QhullError:  # a surface without volume has nothing to show
         return surface.vertices, surface.faces[:0]
     return surface.vertices[kept[chosen]], faces

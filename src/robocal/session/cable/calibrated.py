@@ -10,17 +10,17 @@ import numpy as np
 from robocal.apply.difference import Known
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FileError
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.robot import read_cable
 from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
 from robocal.files.runfolder import Run, find_run
 from robocal.files.text import InputFile, read_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.cable.beyond import Beyond, beyond, names_beyond
+from robocal.session.cable.sensor_gains import SensorGains, names_of_gains, sensor_gains
 from robocal.session.runs import verdict_remarks
 
-__all__ = ["Calibrated", "calibrated"]
+__all__ = ["Calibrated", "open_calibrated"]
 
 
 @dataclass(frozen=True)
@@ -32,16 +32,16 @@ class Calibrated:
     file: CableFile
     run: Run | None
     knowledge: Knowledge | None
-    beyond: Beyond = field(default_factory=Beyond)
+    gains: SensorGains = field(default_factory=SensorGains)
     aside: tuple[str, ...] = ()
 
     @property
-    def placed(self) -> bool:
+    def base_is_known(self) -> bool:
         """Whether the base stood still in an instrument's frame."""
         return self.knowledge is None or self.knowledge.placed
 
     @cached_property
-    def known(self) -> Known | None:
+    def estimates(self) -> Known | None:
         """What is known of the numbers that were fitted."""
         if self.knowledge is None:
             return None
@@ -52,18 +52,18 @@ class Calibrated:
         return Known(names, np.array([values[n] for n in names]), noise, hidden if hidden.any() else None)
 
     @property
-    def doubts(self) -> tuple[Remark, ...]:
+    def cautions(self) -> tuple[Remark, ...]:
         """What is to be said of a run that did not improve the robot."""
         return verdict_remarks(None if self.run is None else self.run.result, self.place)
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
         """What is to be said of poses from lengths that it is asked for."""
-        taken = tuple(dict.fromkeys((*self.beyond.gains, *self.beyond.owned)))
+        taken = tuple(dict.fromkeys((*self.gains.gains, *self.gains.owned)))
         out = [Remark.of(Code.BEYOND_TAKEN, names=taken, run=self.place)] if taken else []
         if self.aside:
             out.append(Remark.of(Code.ZEROS_LEFT_ASIDE, names=self.aside, run=self.place))
-        return (*out, *self.doubts)
+        return (*out, *self.cautions)
 
     @property
     def robot(self) -> CableRobot:
@@ -71,7 +71,7 @@ class Calibrated:
         return self.file.robot
 
 
-def calibrated(place: str) -> Calibrated:
+def open_calibrated(place: str) -> Calibrated:
     """A run folder, or a robot file by itself, of which nothing is known but its numbers. Raises InputError."""
     run = find_run(place)
     if run is None:
@@ -82,7 +82,7 @@ def calibrated(place: str) -> Calibrated:
     file, told = read_cable(own), run.part(COVARIANCE)
     seen = [p.name for p in run.result.parameters if p.status in ("identified", "prior")]
     if told is None:
-        if names := names_beyond(file.robot, seen):
+        if names := names_of_gains(file.robot, seen):
             raise FileError(
                 f"this run knows {', '.join(names[:3])}, and not how large they are",
                 file=run.folder,
@@ -95,7 +95,7 @@ def calibrated(place: str) -> Calibrated:
         robot=file.robot.with_values({n: read.values[n] for n in seen if n in read.values and n in file.robot.table}),
         beside=(*file.beside, InputFile(told, read_text(told).sha256)),
     )
-    found = {n: read.values[n] for n in names_beyond(file.robot, seen) if n in read.values}
-    more = beyond(file.robot, found, any(n.endswith(".l0") for n in seen), place)
+    found = {n: read.values[n] for n in names_of_gains(file.robot, seen) if n in read.values}
+    more = sensor_gains(file.robot, found, any(n.endswith(".l0") for n in seen), place)
     aside = tuple(n for n in found if n not in (*more.gains, *more.owned))
     return Calibrated(place, file, run, read, more, aside)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.apply.anchors import AnchorDrift, CableChange, compare_anchors
-from robocal.cables.calibration.drift import Scattered, scattered
+from robocal.cables.calibration.comparison import Scattered, calibration_scatter
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
 from robocal.files.plain import json_text
@@ -20,9 +20,9 @@ from robocal.files.runfolder import Run
 from robocal.files.text import InputFile
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.cable.calibrated import Calibrated, calibrated
-from robocal.session.cable.load import framed, robot_inputs
-from robocal.session.runs import measured_files, shared_files
+from robocal.session.cable.calibrated import Calibrated, open_calibrated
+from robocal.session.cable.statics_options import robot_inputs, verb_document
+from robocal.session.runs import shared_files, tables_by_hash
 
 __all__ = ["Drifts", "drifts"]
 
@@ -66,7 +66,7 @@ class Drifts:
     @property
     def trusted(self) -> bool:
         """Whether anything follows: at least one comparison, and only of runs that improved the robot."""
-        return bool(self.compared) and not any(c.doubts for c in self.all)
+        return bool(self.compared) and not any(c.cautions for c in self.all)
 
     @property
     def runs(self) -> list[Run]:
@@ -92,7 +92,7 @@ class Drifts:
             "scatter_mm": {**scatter, "size_ppm": [1e6 * float(v) for v in s.size]},
             "compared": [
                 {
-                    "run": place, "moved": list(c.moved), "chance": c.chance,
+                    "run": place, "moved": list(c.cables_moved), "chance": c.chance,
                     "doubtful": [x.cable for x in c.cables if x.doubtful],
                     "size_ppm": [1e6 * c.scale, 1e6 * c.scale_sigma] if np.isfinite(c.scale_sigma) else None,
                     "base": None if c.base is None else (c.base * 1e3).tolist(),
@@ -102,7 +102,7 @@ class Drifts:
             ],
             "reasons": [r.document for r in self.reasons],
         }  # fmt: skip
-        return framed(self.robot, found, self.remarks, self.inputs, self.command)
+        return verb_document(self.robot, found, self.remarks, self.inputs, self.command)
 
 
 def _cable(x: CableChange) -> dict[str, Any]:
@@ -145,7 +145,7 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
         raise ModelError(
             "one calibration alone cannot be compared", key="RUNS", found=len(places), expected="2 or more"
         )
-    every = tuple(calibrated(p) for p in places)
+    every = tuple(open_calibrated(p) for p in places)
     first = every[0]
     for other in every[1:]:
         if other.robot.cables != first.robot.cables or other.robot.degrees != first.robot.degrees:
@@ -163,28 +163,36 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
     remarks: list[Remark] = []
     found = []
     for other in every[1:]:
-        if first.known is None or other.known is None:
+        if first.estimates is None or other.estimates is None:
             remarks.append(
-                Remark.of(Code.NOTHING_KNOWN_OF_ERRORS, run=other.place if other.known is None else first.place)
+                Remark.of(Code.NOTHING_KNOWN_OF_ERRORS, run=other.place if other.estimates is None else first.place)
             )
             continue
         assert first.run is not None and other.run is not None
         one, two = first.run.result, other.run.result
         shared = shared_files(one, two)
-        if shared and measured_files(one).keys() == measured_files(two).keys():
+        if shared and tables_by_hash(one).keys() == tables_by_hash(two).keys():
             raise ModelError("this is the same run twice", key=other.place, expected="runs of other measurements")
         if shared:
             remarks.append(Remark.of(Code.MEASUREMENTS_SHARED, run=other.place, files=shared))
         # Without an instrument on the base a run knows shape alone, and where its base is follows from where it began.
-        loose = [c.place for c in (first, other) if not c.placed]
+        loose = [c.place for c in (first, other) if not c.base_is_known]
         if loose and not base_moves:
             remarks.append(Remark.of(Code.BASE_NOT_MEASURED, runs=tuple(loose)))
         moves = base_moves or bool(loose)
-        made = compare_anchors(first.robot, first.known, other.known, zeros_unchanged=zeros_unchanged, base_moves=moves)
+        made = compare_anchors(
+            first.robot, first.estimates, other.estimates, zeros_unchanged=zeros_unchanged, base_moves=moves
+        )
         found.append((other.place, made))
-    remarks += [doubt for c in every for doubt in c.doubts]
+    remarks += [doubt for c in every for doubt in c.cautions]
     anchors, zeros = (np.array([getattr(c.robot, k) for c in every]) for k in ("a", "zeros"))
     inputs = tuple(i for c in every for i in robot_inputs(c.file, c.place))
     return Drifts(
-        every, tuple(found), scattered(first.robot, anchors, zeros), zeros_unchanged, tuple(remarks), inputs, command
+        every,
+        tuple(found),
+        calibration_scatter(first.robot, anchors, zeros),
+        zeros_unchanged,
+        tuple(remarks),
+        inputs,
+        command,
     )

@@ -14,22 +14,22 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
 from robocal.cables.gradient import by_parameters
-from robocal.cables.inverse import inverse
 from robocal.errors import FileError, ModelError
 from robocal.estimate.uncertainty import Total, radius
-from robocal.files.cable.lists import CableList, read_cable_lengths, read_platform_poses
+from robocal.files.cable.pose_lists import CableList, read_cable_lengths, read_platform_poses
 from robocal.files.covariance import COVARIANCE, read_covariance
 from robocal.files.csvtable import read_csv
 from robocal.files.text import InputFile
 from robocal.geometry import se3
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.prove.workspace import motion_field
+from robocal.prove.place_bands import motion_field
 from robocal.quantities import Column, Listing
 from robocal.report.sections import figure
-from robocal.session.cable.calibrated import Calibrated, calibrated
-from robocal.session.cable.load import located, robot_inputs
+from robocal.session.cable.calibrated import Calibrated, open_calibrated
+from robocal.session.cable.statics_options import locate_row, robot_inputs
 from robocal.session.prediction import Prediction
 
 __all__ = ["predict"]
@@ -39,13 +39,13 @@ Array = NDArray[np.float64]
 
 def predict(folder: str, rows: Path, absolute: bool) -> Prediction:
     """Lengths at the poses of a CSV, or poses at its lengths, of the robot of a run folder. Raises InputError."""
-    run = calibrated(folder)
+    run = open_calibrated(folder)
     place = None if run.run is None else run.run.part(COVARIANCE)
     if place is None:
         expected = f"a run folder with {COVARIANCE}"
         raise FileError("this run does not say how far its parameters may be off", file=folder, expected=expected)
     # What was held since the data cannot tell it from a motion of the base may be off too: together they are that motion.
-    ask = _Asked(run, read_covariance(place).total, rows, absolute or run.placed)
+    ask = _Asked(run, read_covariance(place).total, rows, absolute or run.base_is_known)
     return _poses(ask) if any(c in read_csv(rows).names for c in run.robot.cables) else _lengths(ask)
 
 
@@ -66,12 +66,12 @@ def _lengths(ask: _Asked) -> Prediction:
     try:
         full = inverse(robot, rows.values)[0]
     except ModelError as error:
-        raise located(error, str(ask.path), rows) from None
-    shown = run.beyond.shown(robot, full)
+        raise locate_row(error, str(ask.path), rows) from None
+    shown = run.gains.shown(robot, full)
     slope, by_number = _slopes(ask, rows.values, shown)
     left = _placed(by_number, slope @ motion_field(rows.values[:, :3, 3])[:, list(robot.axes)], ask.whole)
-    if run.beyond.gain is not None:
-        left = left / run.beyond.gain[:, None]
+    if run.gains.gain is not None:
+        left = left / run.gains.gain[:, None]
     band = 1e3 * radius(_variance(ask, left[:, :, None]), ask.total.dof)
     names, lengths = Column("configuration", "", rows.names), (1e3 * shown).T
     listing = Listing((
@@ -89,11 +89,11 @@ def _poses(ask: _Asked) -> Prediction:
     """Where the platform is by its lengths, and the 95 % radii of its place and turn."""
     run, robot = ask.run, ask.run.robot
     rows = read_cable_lengths(ask.path, robot)
-    read = run.beyond.lengths(robot, rows.values)
+    read = run.gains.lengths(robot, rows.values)
     try:
         pose = forward(robot, read).pose
     except ModelError as error:
-        raise located(error, str(ask.path), rows) from None
+        raise locate_row(error, str(ask.path), rows) from None
     axes = list(robot.axes)
     slope, by_number = _slopes(ask, pose, rows.values)
     moved = np.full((len(pose), len(axes), by_number.shape[2]), np.nan)
@@ -131,7 +131,7 @@ def _slopes(ask: _Asked, pose: Array, shown: Array) -> tuple[Array, Array]:
     """Slopes of the lengths by the twist in the robot's components (k, m, d), and by all numbers of the run (k, m, n)."""
     names, robot = ask.total.names, ask.run.robot
     slope, by_number = by_parameters(robot, pose, names)
-    for name, column in ask.run.beyond.columns(shown).items():
+    for name, column in ask.run.gains.columns(shown).items():
         if name in names:
             by_number[..., names.index(name)] += column
     return slope[..., list(robot.axes)], by_number

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
-from robocal.cables.room import frame_box
+from robocal.cables.grid_regions import frame_box
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.errors import ModelError, nearest
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.lists import length_columns, read_platform_poses
+from robocal.files.cable.pose_lists import length_columns, read_platform_poses
 from robocal.files.cable.show import describe_cable
 from robocal.files.cable.write import render_cable
 from robocal.files.csvtable import csv_text
@@ -134,7 +134,7 @@ class CableSimulator(Simulator[CableRobot]):
 
     def largest_error(self, truth: CableRobot, where: Array) -> float:
         """How far a length of the model is off, in m."""
-        from robocal.cables.inverse import inverse
+        from robocal.cables.cable_lengths import inverse
 
         return float(np.abs(inverse(truth, where, None)[0] - inverse(self.machine, where, None)[0]).max())
 

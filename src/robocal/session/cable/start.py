@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
+from robocal.cables.grid_regions import frame_box
 from robocal.cables.interference import Body, box, hull
-from robocal.cables.poses import PoseBox
-from robocal.cables.room import frame_box
-from robocal.cables.start import CELLS, Clearance, Start, examine, propose
+from robocal.cables.list_start import CELLS, Clearance, Start, examine, propose
+from robocal.cables.pose_list import PoseBox
 from robocal.cables.statics import structure_of
 from robocal.diagnose.limits import BOX_LARGEST
 from robocal.errors import ModelError
@@ -22,15 +22,15 @@ from robocal.files.units import numbers_of
 from robocal.geometry import se3, so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.cable.load import missing_text
+from robocal.session.cable.statics_options import missing_text
 
-__all__ = ["body_of", "box_of", "clearance_of", "started"]
+__all__ = ["body_of", "box_of", "clearance_of", "examine_start"]
 
 Array = NDArray[np.float64]
 TURN = math.radians(30.0)
 
 
-def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str) -> Start:
+def examine_start(file: CableFile, robot: CableRobot, clearance: Clearance, said: str) -> Start:
     """The start that was asked for, examined: "mean" of the frame anchors, "best" of a grid, or x,y,z or
     x,y,z,rx,ry,rz. Raises ModelError where it cannot be held, where it is singular, and where something touches, with a
     start that would do."""
@@ -42,12 +42,12 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
         pose = robot.home if said == "mean" else _pose(file, robot, said)
     _whole(file, robot, pose)
     found = examine(robot, pose, clearance)
-    if found.held and not found.touching and found.margin != 0.0:
+    if found.feasible and not found.touching and found.margin != 0.0:
         return found
-    shown = _shown(file, pose) + (", the mean of the frame anchors" if said == "mean" else "")
-    if found.touching and found.held:
+    shown = _pose_text(file, pose) + (", the mean of the frame anchors" if said == "mean" else "")
+    if found.touching and found.feasible:
         why = f"at the start X_0 {found.touching}"
-    elif found.held:
+    elif found.feasible:
         # Margins are exactly zero at singular poses alone; any motion leaves what is held there.
         why = "the start X_0 is a singular pose: the cables balance the weight there, and no disturbance beside it"
     else:
@@ -55,7 +55,9 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
         why = f"the start X_0 cannot be held within the tension limits; {lacking} is missing"
     other = propose(robot, clearance)
     instead = (
-        f"another; {_none()}" if other is None else f"another, such as --start {_shown(file, other)} (or --start best)"
+        f"another; {_none()}"
+        if other is None
+        else f"another, such as --start {_pose_text(file, other)} (or --start best)"
     )
     raise ModelError(why, key="--start", found=shown, expected=instead)
 
@@ -68,7 +70,7 @@ def _whole(file: CableFile, robot: CableRobot, pose: Array) -> None:
             f"cable {robot.cables[int(np.argmax(lost))]} has no direction at the start X_0: its anchors coincide there, or "
             "the platform anchor lies in its pulley",
             key="--start",
-            found=_shown(file, pose),
+            found=_pose_text(file, pose),
         )
 
 
@@ -92,7 +94,7 @@ def _pose(file: CableFile, robot: CableRobot, said: str) -> Array:
     return np.asarray(se3.from_vector(values[None])[0])
 
 
-def _shown(file: CableFile, pose: Array) -> str:
+def _pose_text(file: CableFile, pose: Array) -> str:
     """A pose as --start takes it."""
     values = se3.to_vector(pose[None])[0]
     length = [f"{file.units.length.from_si(float(v)):.6g}" for v in values[:3]]

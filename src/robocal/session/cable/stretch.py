@@ -17,19 +17,19 @@ from robocal.diagnose.context import Context
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.kinds.lengths import COMPUTED
-from robocal.fit.starts.own import placed
+from robocal.fit.starts.own import place_configurations
 from robocal.geometry import se3
 from robocal.measure.data import DataSet, Observations
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["stretched"]
+__all__ = ["add_tensions"]
 
 Array = NDArray[np.float64]
 TAUT = "mid"  # tensions nearest to the middle of their limits
 
 
-def stretched(file: CableFile, data: DataSet) -> tuple[DataSet, tuple[Remark, ...]]:
+def add_tensions(file: CableFile, data: DataSet) -> tuple[DataSet, tuple[Remark, ...]]:
     """The data with a tension beside every length where it is to be computed, and what is said of stretch and sag.
 
     Raises ModelError where the robot does not know what is needed, or no tensions within the limits hold the platform.
@@ -40,7 +40,7 @@ def stretched(file: CableFile, data: DataSet) -> tuple[DataSet, tuple[Remark, ..
         if obs.kind != "lengths":
             continue
         if obs.options.get("tension") == COMPUTED:
-            out[i] = obs = _computed(file.robot, data, obs)
+            out[i] = obs = _compute_tensions(file.robot, data, obs)
         context: Context[CableRobot] = Context(file.robot, replace(data, observations=(obs,)))
         said += [f.remark for f in stretch.run(context)]
         if "tension" in obs.extra and file.robot.density is not None:
@@ -49,19 +49,19 @@ def stretched(file: CableFile, data: DataSet) -> tuple[DataSet, tuple[Remark, ..
     return replace(data, observations=tuple(out)), tuple(said)
 
 
-def _computed(robot: CableRobot, data: DataSet, obs: Observations) -> Observations:
+def _compute_tensions(robot: CableRobot, data: DataSet, obs: Observations) -> Observations:
     """Tensions at the poses from which a fit starts: what it moves them by changes a tension by little, and its stretch by less."""
     mass, limits = float(robot.need("mass")), robot.need("limits")
     if robot.density is None:
         robot.need("elasticity")
-    start = placed(robot, data).configurations.start
+    start = place_configurations(robot, data).configurations.start
     assert start is not None
     at = np.unique(obs.configuration)
     pose = se3.from_vector(start[at])
     weight = gravity_wrench(pose, mass, robot.com)[:, list(robot.axes)]
     found = distribute(structure_of(robot, pose), weight, limits, TAUT)
-    if not found.found.all():
-        lost = [data.configurations.ids[at[k]] for k in np.flatnonzero(~found.found)]
+    if not found.has_solution.all():
+        lost = [data.configurations.ids[at[k]] for k in np.flatnonzero(~found.has_solution)]
         raise ModelError(
             "no tensions within the limits hold the platform", key="tension", found=f"{len(lost)} poses, such as {lost[0]}",
             expected="columns of measured tensions, other limits, or no `tension`",
@@ -73,7 +73,7 @@ def _computed(robot: CableRobot, data: DataSet, obs: Observations) -> Observatio
 def _hanging(robot: CableRobot, data: DataSet, obs: Observations) -> tuple[Observations, Remark]:
     """What sag makes of every length at the poses from which a fit starts: of some hundredths of a millimetre to a millimetre, what
     the fit moves them by changes the ten thousandth part."""
-    start = placed(robot, data).configurations.start
+    start = place_configurations(robot, data).configurations.start
     assert start is not None
     cable = obs.extra["cable"].astype(np.int64)
     t = se3.from_vector(start[obs.configuration])

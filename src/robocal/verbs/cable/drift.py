@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from robocal.report.sections import Section
-from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Told, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ RUNS = Arg("RUNS...", "Run folders of one robot, the earliest first; robot files
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Find which frame anchor of a cable robot moved between calibrations, and how calibrations scatter.
 
     It also reports changes of zeros, scale and base.
@@ -39,10 +39,12 @@ class Options(Told):
     """
 
     runs: Annotated[tuple[str, ...], RUNS]
-    zeros_unchanged: bool = opt(False, "The sensors counted on between the runs: their zeros are the same")
-    base_moves: bool = opt(False, "The coordinates may differ by a motion: another instrument, or another place of it")
+    zeros_unchanged: bool = option(False, "The sensors counted on between the runs: their zeros are the same")
+    base_moves: bool = option(
+        False, "The coordinates may differ by a motion: another instrument, or another place of it"
+    )
     history: w.History = None
-    output: Path | None = opt(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")
     force: w.Force = False
 
 
@@ -56,7 +58,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Dr
     made = drifts(o.runs, o.zeros_unchanged, o.base_moves, command)
     text = None if o.history is None else with_history(o.history, made.runs)
     outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
-    return outcome.paged(o.output, list(sections(outcome)), made.texts, PAGE, **made.head).recorded(o.history, text)
+    return outcome.with_page(o.output, list(sections(outcome)), made.texts, PAGE, **made.head).recorded(o.history, text)
 
 
 def sections(made: Outcome[Drifts]) -> Iterator[Section]:

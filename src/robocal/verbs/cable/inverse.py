@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 from robocal.files.parts import CableDocument
 from robocal.quantities import Column, Listing
 from robocal.report.sections import Section, Text
-from robocal.verbs import words as w
-from robocal.verbs.option import Told
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
-    from robocal.cables.inverse import Array
+    from robocal.cables.cable_lengths import Array
 
 __all__ = ["Options", "run", "sections"]
 
@@ -29,7 +29,7 @@ class LengthsDocument(CableDocument):
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Sensor readings of the cable lengths at poses of the platform.
 
     If the cables of the robot file stretch and no tension is given, the columns are called c1.geometric: lengths without
@@ -50,16 +50,23 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Array]:
     """Lengths in m, and the list as a CSV in the robot file's units. Raises InputError."""
-    from robocal.cables.inverse import inverse
+    from robocal.cables.cable_lengths import inverse
     from robocal.errors import ModelError
-    from robocal.files.cable.lists import length_columns, read_platform_poses, tension_columns
-    from robocal.files.cable.robot import read_cable
+    from robocal.files.cable.cable_robot import read_cable
+    from robocal.files.cable.pose_lists import length_columns, read_platform_poses, tension_columns
     from robocal.files.listing import in_units, listing_text
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
-    from robocal.session.cable.load import cable_document, fitting, located, robot_inputs, stretches, tensions_of
+    from robocal.session.cable.statics_options import (
+        cable_document,
+        fitting,
+        locate_row,
+        robot_inputs,
+        stretches,
+        tensions_of,
+    )
 
     refuse_existing(o.output, (), o.force)
     file = read_cable(o.robot)
@@ -69,7 +76,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ar
     try:
         lengths, _ = inverse(file.robot, rows.values, pull, sag=o.sag)
     except ModelError as error:
-        raise located(error, o.poses, rows) from None
+        raise locate_row(error, o.poses, rows) from None
     geometric = stretches(file.robot) and pull is None
     columns = (Column("id", "", rows.names), *length_columns(file.robot, lengths, geometric=geometric))
     listing = Listing(columns + (() if rows.tension is None else tension_columns(file.robot, rows.tension)))

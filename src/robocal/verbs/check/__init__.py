@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from robocal.report.sections import Section, Table, Text, ends, figure, strong, table
-from robocal.verbs import words as w
-from robocal.verbs.option import Told
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ NAMES = 30  # of free parameters, where there are no data
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Report what robot and data files contain and which parameters are observable, without fitting.
 
     The report has joints, rows, the source of sigma, free parameters, and parameters that cannot be
@@ -40,17 +40,17 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Checked]:
     """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
-    from robocal.verbs.check.result import checked
+    from robocal.verbs.check.result import check_inputs
 
-    found = checked(o, watch)
+    found = check_inputs(o, watch)
     return Outcome(found, lambda: found.document, remarks=found.warnings)
 
 
 def sections(made: Outcome[Checked]) -> Iterator[Section]:
     """What files contain and what they can tell."""
     from robocal.measure.machine import joints_of
-    from robocal.report.errors import strange
-    from robocal.session.strange import outlier
+    from robocal.report.error_tables import outlier_blocks
+    from robocal.session.suspect_rows import outlier
 
     found: Checked = made.result
     machine = found.robot.machine
@@ -63,19 +63,19 @@ def sections(made: Outcome[Checked]) -> Iterator[Section]:
     yield from found.robot.sections()
     if found.instruments:
         yield Section.of("", _instruments(found))
-    yield _told(found)
-    if found.strange:
-        yield strange([outlier(o) for o in found.strange])
+    yield _summary_section(found)
+    if found.outliers:
+        yield outlier_blocks([outlier(o) for o in found.outliers])
     yield from ends(made.remarks)
 
 
 def _instruments(found: Checked) -> Table:
     """One row per instrument."""
-    from robocal.files.shown import shown_unit
+    from robocal.files.display import display_unit
 
     rows = []
     for i in found.instruments:
-        units = [(s.value, shown_unit(s.unit)) for s in i.sigma]
+        units = [(s.value, display_unit(s.unit)) for s in i.sigma]
         stated = ", ".join(f"{figure(unit.from_si(v), 2)} {unit.name}" for v, unit in units)
         targets = ", ".join(i.targets) or "the tool"
         counts = (str(i.rows), str(i.configurations))
@@ -84,17 +84,17 @@ def _instruments(found: Checked) -> Table:
     return table(*columns, right=(2, 3), rows=rows)
 
 
-def _told(found: Checked) -> Section:
+def _summary_section(found: Checked) -> Section:
     """What is free, and what the data can tell of it."""
-    if found.seen is None:
+    if found.identifiability is None:
         names = ", ".join(found.free[:NAMES]) + (", ..." if len(found.free) > NAMES else "")
         free = f"{len(found.free)} parameters of the robot are free: {names}"
         return Section.of("", Text.of(free if found.free else "No parameter of the robot is free."))
-    seen = found.seen
+    seen = found.identifiability
     words = f"{seen.rank} of {len(seen.names)} free parameters can be seen"
     if found.assumed:
         words += " (where no sigma is stated, 0.1 mm and 0.1 mrad were assumed)"
-    kept = [n for n in seen.kept if n in found.robot.machine.table]
+    kept = [n for n in seen.basis if n in found.robot.machine.table]
     lines = [f"to be fitted: {', '.join(kept)}", *(c.remark.sentence for c in seen.combinations)]
     misfit = None
     if found.misfit is not None:
@@ -105,7 +105,7 @@ def _told(found: Checked) -> Section:
 
 def _without(found: Checked) -> str:
     """Which rows a mean does not count."""
-    aside = sum(o.set_aside for o in found.strange)
+    aside = sum(o.set_aside for o in found.outliers)
     if not aside or found.misfit_of_all is None:
         return ""
     return f", {figure(found.misfit_of_all * 1e3)} mm with the rows that are set aside ({aside})"

@@ -8,33 +8,33 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from robocal.diagnose.check_registry import When, run
 from robocal.diagnose.context import Context
 from robocal.diagnose.gross import sift
-from robocal.diagnose.moved import moved
-from robocal.diagnose.outliers import Outlier, named
-from robocal.diagnose.registry import When, run
+from robocal.diagnose.moved import findings_of_segments
+from robocal.diagnose.outliers import Outlier, name_outliers
 from robocal.estimate.identifiability import Identifiability, analyse
-from robocal.files import evidence
+from robocal.files import evidence_parts
+from robocal.files.display import to_display
 from robocal.files.parts import Document, InputHash, hashes
-from robocal.files.shown import shown
 from robocal.files.text import InputFile
 from robocal.fit.baseline import Baseline
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
 from robocal.prove.identify import baseline
-from robocal.quantities import Amount, ShownUnit, UnitValue
+from robocal.quantities import Amount, DisplayUnit, UnitValue
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark, told
+from robocal.remarks.remark import Remark, remark_fields
 from robocal.session.inputs import open_machine, read_inputs
 from robocal.session.opened import Inputs, Opened
-from robocal.session.strange import outlier
+from robocal.session.suspect_rows import outlier
 from robocal.session.watching import Watch, computable
 
 if TYPE_CHECKING:
-    from robocal.session.cable.summed import CableFacts
+    from robocal.session.cable.summary import CableFacts
 
-__all__ = ["Checked", "checked"]
+__all__ = ["Checked", "check_inputs"]
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class RobotPart:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Instrument:
+class InstrumentPart:
     """An instrument, how much it measured, and one sigma as stated, of every unit that it reads in."""
 
     name: str
@@ -95,7 +95,7 @@ class IdentifiabilityPart:
 class BaselineError:
     """The mean error of the nominal model with fitted frames, without and with gross rows."""
 
-    unit: ShownUnit
+    unit: DisplayUnit
     mean: Amount
     mean_of_all_rows: Amount | None
 
@@ -105,12 +105,12 @@ class CheckDocument(Document):
     """What --json prints."""
 
     robot: RobotPart
-    instruments: tuple[Instrument, ...]
+    instruments: tuple[InstrumentPart, ...]
     configurations: int | None
     free: tuple[str, ...]
     identifiability: IdentifiabilityPart | None
     baseline_error: BaselineError | None
-    outliers: list[evidence.Outlier]
+    outliers: list[evidence_parts.OutlierRow]
     inputs: list[InputHash]
 
 
@@ -121,20 +121,20 @@ class Checked:
 
     robot: Opened[Any]
     data: DataSet | None
-    instruments: tuple[Instrument, ...]
+    instruments: tuple[InstrumentPart, ...]
     free: tuple[str, ...]
-    seen: Identifiability | None
+    identifiability: Identifiability | None
     misfit: float | None  # mean error of the nominal model with fitted frames (m), gross rows not counted
     assumed: bool  # whether some noise had to be assumed
     warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
-    strange: tuple[Outlier, ...] = ()  # rows that do not belong to the others
+    outliers: tuple[Outlier, ...] = ()  # rows that do not belong to the others
     misfit_of_all: float | None = None  # the mean error with gross rows
 
     @property
     def document(self) -> CheckDocument:
         """The same for machines."""
-        machine, seen, facts = self.robot.machine, self.seen, self.robot.facts
+        machine, seen, facts = self.robot.machine, self.identifiability, self.robot.facts
         joints = tuple(
             JointPart(j.name, j.type, "m" if j.type == "prismatic" else "rad", j.lower, j.upper)
             for j in joints_of(machine)
@@ -145,27 +145,27 @@ class Checked:
             configurations=None if self.data is None else len(self.data.configurations),
             free=self.free,
             identifiability=None if seen is None else IdentifiabilityPart(
-                rank=seen.rank, n_free=len(seen.names), structural_rank=seen.structural_rank, condition=seen.condition, kept=seen.kept,
+                rank=seen.rank, n_free=len(seen.names), structural_rank=seen.structural_rank, condition=seen.condition, kept=seen.basis,
                 dropped=seen.dropped, combinations=[c.remark.sentence for c in seen.combinations], observability=seen.indices,
                 sigma_assumed=self.assumed,
             ),
-            baseline_error=None if self.misfit is None else shown(BaselineError, ("m", self.misfit, self.misfit_of_all)),
-            **told(self.warnings),
-            outliers=[outlier(o) for o in self.strange],
+            baseline_error=None if self.misfit is None else to_display(BaselineError, ("m", self.misfit, self.misfit_of_all)),
+            **remark_fields(self.warnings),
+            outliers=[outlier(o) for o in self.outliers],
             inputs=hashes(self.inputs),
         )  # fmt: skip
 
 
-def checked(o: Any, watch: Watch | None = None) -> Checked:
+def check_inputs(o: Any, watch: Watch | None = None) -> Checked:
     """A robot, and with data what they can tell, by the options of the verb. Raises InputError for whatever is wrong with them."""
     if not o.data:
-        return unmeasured(open_machine(o.robot, base=o.base, tip=o.tip))
+        return check_machine(open_machine(o.robot, base=o.base, tip=o.tip))
     inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
     with computable(o.robot, *o.data):
-        return examined(inputs, watch)
+        return check_data(inputs, watch)
 
 
-def unmeasured(opened: Opened[Any]) -> Checked:
+def check_machine(opened: Opened[Any]) -> Checked:
     """A machine alone: what its file says, and what its geometry shows."""
     machine: Model = opened.machine
     # A cable robot's file need not say what is free.
@@ -174,7 +174,7 @@ def unmeasured(opened: Opened[Any]) -> Checked:
     return Checked(opened, None, (), machine.table.free, None, None, False, remarks, opened.inputs)
 
 
-def examined(inputs: Inputs, watch: Watch | None = None) -> Checked:
+def check_data(inputs: Inputs, watch: Watch | None = None) -> Checked:
     """A machine with data: what they can tell at the nominal model, rows that do not belong, and remarks."""
     opened, measured = inputs.opened, inputs.data
     machine: Model = opened.machine
@@ -184,8 +184,8 @@ def examined(inputs: Inputs, watch: Watch | None = None) -> Checked:
     free = problem.table.free
     seen = analyse(problem.with_free(free), x) if free else None
     context = Context(machine, measured, Baseline(problem, x), watch=watch)
-    findings = [*run(When.DATA, context), *moved.run(context)]
-    strange = named(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
+    findings = [*run(When.DATA, context), *findings_of_segments.run(context)]
+    strange = name_outliers(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
     lengths = [
         (np.linalg.norm(r.value[:, a:b], axis=1), r.used)
         for r in problem.residuals(x)
@@ -200,7 +200,7 @@ def examined(inputs: Inputs, watch: Watch | None = None) -> Checked:
     return Checked(opened, measured, seen_by, free, seen, misfit, assumed, warnings, inputs.files, strange, whole)
 
 
-def _instruments(data: DataSet) -> tuple[Instrument, ...]:
+def _instruments(data: DataSet) -> tuple[InstrumentPart, ...]:
     out = []
     for obs in data.observations:
         sigma = () if obs.sigma is None else tuple(
@@ -208,7 +208,7 @@ def _instruments(data: DataSet) -> tuple[Instrument, ...]:
         )  # fmt: skip
         free = None if obs.frame is None else obs.frame.free
         out.append(
-            Instrument(
+            InstrumentPart(
                 name=obs.label,
                 kind=obs.kind,
                 source=obs.source,

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robocal.report.sections import SPREAD, Section, Text, ends, figure, quiet, spread, table
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, arg, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ FILES = ("compensated.csv", "compensation.json")
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Correct targets for a controller that keeps its nominal model: joint values and Cartesian poses.
 
     Every correction is checked with the calibrated model. Targets that cannot be reached are listed, not
@@ -38,13 +38,13 @@ class Options(Told):
     targets: str = arg(
         ..., "TARGETS", "A CSV whose headers carry units (poses, positions, joints), or a YAML beside it."
     )
-    nominal: str | None = opt(None, "The model of the controller; a run folder contains it", metavar="ROBOT")
-    tool: str = opt(
+    nominal: str | None = option(None, "The model of the controller; a run folder contains it", metavar="ROBOT")
+    tool: str = option(
         "calibrated",
         "Tool of both models: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; own: each model has its own",
         metavar="TOOL",
     )
-    output: Path | None = opt(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")
     force: w.Force = False
     base: w.Base = None
     tip: w.Tip = None
@@ -55,10 +55,10 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Co
     from robocal.files.listing import listing_text
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing, write_files
-    from robocal.verbs.compensate.result import compensated
+    from robocal.verbs.compensate.result import compensate_targets
 
     refuse_existing(o.output, FILES, o.force)
-    found = compensated(o, command, watch)
+    found = compensate_targets(o, command, watch)
     text = listing_text(found.listing)
     if o.output is not None:
         texts = dict(zip(FILES, (text, json_text(found.document)), strict=True))
@@ -85,10 +85,12 @@ def sections(made: Outcome[Compensated]) -> Iterator[Section]:
         told = Text.of(f"the real robot is expected within {mean} mm (95 %, mean of the targets; worst {worst} mm)")
     yield Section.of("", errors, *quiet("if the calibrated model is the truth"), told)
     # What has no correction comes first.
-    order = sorted((i for i, note in enumerate(found.notes) if note), key=lambda i: -int(found.made.status[i]))
+    order = sorted((i for i, note in enumerate(found.notes) if note), key=lambda i: -int(found.compensation.status[i]))
     words = list(found.counts)
     if order:
-        named = [(found.file.ids[i], words[int(found.made.status[i])], str(found.notes[i])) for i in order[:MOST]]
+        named = [
+            (found.file.ids[i], words[int(found.compensation.status[i])], str(found.notes[i])) for i in order[:MOST]
+        ]
         more = [f"and {len(order) - MOST} others in compensated.csv"] if len(order) > MOST else []
         yield Section.of("", table("target", "status", "", rows=named), *quiet(*more))
     yield from ends(written=made.written)

@@ -16,24 +16,24 @@ from robocal.diagnose.limits import LEAP, SINGULAR_BELOW
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
 from robocal.files.layerfile import LAYER
-from robocal.files.parts import Document, Made, made_by
+from robocal.files.parts import Document, Origin, provenance_of
 from robocal.files.plain import plain
 from robocal.files.robot import Robot
-from robocal.files.targets import TargetFile, compensated_listing, read_targets
+from robocal.files.targets import TargetFile, compensation_listing, read_targets
 from robocal.files.text import InputFile
 from robocal.files.units import numbers_of
 from robocal.parameters import FRAME_SYMBOLS
+from robocal.prove.place_bands import predict
 from robocal.prove.statistics import Statistic
-from robocal.prove.workspace import predict
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark, told
+from robocal.remarks.remark import Quantity, Remark, remark_fields
 from robocal.session.inputs import need_arm, robot_files
-from robocal.session.predict import known_of, shape_motion
+from robocal.session.pose_prediction import knowledge_of, shape_motion
 from robocal.session.reference import nominal_chain, run_result
 from robocal.session.watching import Watch, computable
 
-__all__ = ["Compensated", "compensated"]
+__all__ = ["Compensated", "compensate_targets"]
 
 Array = NDArray[np.float64]
 INSTEAD = "an arm; of a cable robot the corrected lengths are those of: robocal cable inverse RUN/calibrated.yaml POSES"
@@ -66,7 +66,7 @@ class CompensationDocument(Document):
     errors: SimulatedErrors
     expected_of_the_real_robot: dict[str, Any] | None
     rows: Listing
-    provenance: Made
+    provenance: Origin
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Compensated:
     """What a compensation came to: numbers in SI, a note per target, the table, and what a person should know."""
 
     robot: Robot
-    made: Compensation
+    compensation: Compensation
     file: TargetFile
     notes: tuple[Remark | None, ...]  # of every target
     listing: Listing  # one row per target: compensated.csv
@@ -90,28 +90,28 @@ class Compensated:
     def trusted(self) -> bool:
         """Whether the calibration is one that proved its gain (a file without a run is taken at its word), and any
         target is reached."""
-        return self.verdict in (None, "improved") and bool(self.made.reached.any())
+        return self.verdict in (None, "improved") and bool(self.compensation.reachable.any())
 
     @property
     def counts(self) -> dict[str, int]:
         """Targets by status."""
-        return {word: int((self.made.status == i).sum()) for i, word in enumerate(STATUS)}
+        return {word: int((self.compensation.status == i).sum()) for i, word in enumerate(STATUS)}
 
     @property
     def before(self) -> Statistic | None:
         """Simulated errors without compensation (mm) of the targets that have a correction."""
-        m = self.made
-        return Statistic.of(1e3 * m.before[m.reached & np.isfinite(m.before)])
+        m = self.compensation
+        return Statistic.of(1e3 * m.before[m.reachable & np.isfinite(m.before)])
 
     @property
     def after(self) -> Statistic | None:
         """The same with corrected joint values."""
-        return Statistic.of(1e3 * self.made.after[self.made.reached])
+        return Statistic.of(1e3 * self.compensation.after[self.compensation.reachable])
 
     @property
     def after_by_tcp(self) -> Statistic | None:
         """The same with corrected Cartesian commands."""
-        return Statistic.of(1e3 * self.made.by_command[self.made.reached])
+        return Statistic.of(1e3 * self.compensation.by_command[self.compensation.reachable])
 
     @property
     def expected(self) -> Statistic | None:
@@ -127,17 +127,17 @@ class Compensated:
             robot=self.robot.name,
             tool=self.tool,
             verdict_of_the_calibration=self.verdict,
-            targets=len(self.made.status),
+            targets=len(self.compensation.status),
             status=self.counts,
             errors=SimulatedErrors("mm", self.before, self.after, self.after_by_tcp),
             expected_of_the_real_robot=None if known is None else {"unit": "mm", "level": LEVEL} | plain(known),
             rows=Listing((*self.listing.columns, codes)),
-            **told(self.warnings),
-            provenance=made_by(self.command, self.inputs),
+            **remark_fields(self.warnings),
+            provenance=provenance_of(self.command, self.inputs),
         )
 
 
-def compensated(o: Any, command: str = "", watch: Watch | None = None) -> Compensated:
+def compensate_targets(o: Any, command: str = "", watch: Watch | None = None) -> Compensated:
     """Compensates targets, by the options of the verb. Both models carry the tool that was found (calibrated) or the nominal
     one, each its own, or one of six numbers in the robot's units. Raises InputError."""
     arm = need_arm(o.robot, INSTEAD, base=o.base, tip=o.tip)
@@ -155,7 +155,7 @@ def compensated(o: Any, command: str = "", watch: Watch | None = None) -> Compen
     notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
     within = _within(Path(o.robot), arm, after, made, file)
     return Compensated(
-        arm, made, file, notes, compensated_listing(made, file, after, [str(n or "") for n in notes], within), o.tool, verdict,
+        arm, made, file, notes, compensation_listing(made, file, after, [str(n or "") for n in notes], within), o.tool, verdict,
         (*arm.warnings, *(r for f in file.files for r in f.remarks), *_warnings(made, file, verdict, reference, arm),
          *_layer(Path(o.robot))),
         (*robot_files(arm, o.robot), *file.files), command, within=within,
@@ -184,10 +184,10 @@ def _tools(nominal: Chain, arm: Robot, tool: str) -> tuple[Chain, Chain]:
 def _within(folder: Path, arm: Robot, chain: Chain, made: Compensation, file: TargetFile) -> Array | None:
     """The radius (m,) in m in which the real robot is expected with 95 %: what the calibration does not know of the
     model, and what the model does not say of the robot. None where no run says."""
-    some = np.flatnonzero(made.reached)
+    some = np.flatnonzero(made.reachable)
     if not (folder / COVARIANCE).is_file() or not len(some):
         return None
-    known = known_of(folder, arm)
+    known = knowledge_of(folder, arm)
     motion = None if known.placed else shape_motion(replace(arm, chain=chain), known)[0]
     extra = {k: v[some] for k, v in file.targets.extra.items()}
     found = predict(chain, made.joints[some], known.total, {**known.conditions, **extra}, motion)
@@ -205,7 +205,7 @@ def _note(made: Compensation, i: int, chain: Chain, file: TargetFile) -> Remark 
 
     words = STATUS[made.status[i]]
     if words == "outside limits":
-        parts = tuple(joint(k, b) for k, b in enumerate(made.beyond[i].tolist()) if b)
+        parts = tuple(joint(k, b) for k, b in enumerate(made.limit_excess[i].tolist()) if b)
         return Remark.of(Code.NEEDS_JOINTS, joints=parts) if parts else Remark.of(Code.BY_WAY_OF_LIMITS)
     if words == "unreachable":
         angle = Quantity(float(made.after_angle[i]), "rad") if made.oriented else None
@@ -233,7 +233,7 @@ def _warnings(
     out = []
     if verdict not in (None, "improved"):
         out.append(Remark.of(Code.CALIBRATION_UNPROVEN, verdict=verdict))
-    lost = [name for name, fine in zip(file.ids, made.reached, strict=True) if not fine]
+    lost = [name for name, fine in zip(file.ids, made.reachable, strict=True) if not fine]
     if lost:
         shown, others = tuple(lost[:SHOWN]), len(lost) - SHOWN
         more = others if others > 0 else None

@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from robocal.report.sections import Block, Cell, Section, Text, quiet
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, arg, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Calibrate three arms, two simulated and one measured, and write their reports.
 
     \b
@@ -29,7 +29,7 @@ class Options(Told):
     """
 
     name: str | None = arg(None, "NAME", "rv-2aj, camera or tracker; all of them by default.")
-    output: Path = opt(Path("robocal-demo"), "Where files and reports go", short="-o", metavar="DIR")
+    output: Path = option(Path("robocal-demo"), "Where files and reports go", short="-o", metavar="DIR")
     seed: w.Seed = 0
 
 
@@ -39,7 +39,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[di
 
     begun, told, good, last = time.monotonic(), [], True, None
     for case, finding in demo(o.name, o.output, o.seed, watch):
-        story = [] if case is last else [_opened(case)]
+        story = [] if case is last else [_opening(case)]
         last, result = case, finding.outcome.result
         good &= finding.ok
         folder = finding.outcome.written[0].parent
@@ -51,21 +51,21 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[di
             }
         )  # fmt: skip
         if watch:
-            watch({"stage": "read", "sections": [*story, _found(finding, folder)]})
+            watch({"stage": "read", "sections": [*story, _finding_section(finding, folder)]})
     seconds = time.monotonic() - begun
     document = {"ok": good, "seconds": round(seconds, 2), "folder": str(o.output), "cases": told}
     return Outcome(document, lambda: document, good)
 
 
-def _opened(case: Any) -> Section:
+def _opening(case: Any) -> Section:
     """What a case is about."""
     label = "simulated" if case.simulated else "real measurements"
     return Section.of(f"{case.title}  ({label})", Text.of(case.story))
 
 
-def _found(finding: Any, folder: Path) -> Section:
+def _finding_section(finding: Any, folder: Path) -> Section:
     """One step of a case: verdict, errors, facts, whether it is as expected, and how to do it again."""
-    from robocal.report.errors import errors_table
+    from robocal.report.error_tables import errors_table
     from robocal.report.proof import verdict
 
     result = finding.outcome.result

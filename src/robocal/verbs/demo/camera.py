@@ -6,21 +6,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from robocal.session.outcome import Outcome
+from robocal.session.identify_outcome import IdentifyOutcome
 from robocal.session.watching import Watch
 from robocal.verbs import identify
-from robocal.verbs.demo.case import Case, Finding, copy_example
+from robocal.verbs.demo.case import Case, CaseStep, copy_example
 
 __all__ = ["CAMERA"]
 
 
-def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding]:
+def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[CaseStep]:
     """Copies the example and identifies it as anybody would."""
     copy_example("arm-with-camera", folder)
     files = str(folder / "robot.yaml"), str(folder / "data.yaml")
     command = f"robocal identify {files[0]} {files[1]}"
     asked = identify.Options(files[0], (files[1],), output=folder / "run", force=True, seed=seed)
-    outcome: Outcome = identify.run(asked, watch, command).result
+    outcome: IdentifyOutcome = identify.run(asked, watch, command).result
     left = outcome.result.residuals
     facts = []
     if left.after and left.leave_one_out and left.after.mean is not None and left.leave_one_out.mean is not None:
@@ -29,7 +29,7 @@ def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding
             f"a pose that it has not seen is missed by {left.leave_one_out.mean:.0f} mm, so nothing is claimed"
         )
     refused = outcome.result.verdict.status == "refused"
-    yield Finding("ten poses, read by a camera on the hand", outcome, tuple(facts), "refused", refused, command)
+    yield CaseStep("ten poses, read by a camera on the hand", outcome, tuple(facts), "refused", refused, command)
 
 
 CAMERA = Case(

@@ -11,18 +11,18 @@ from robocal.errors import FileError
 from robocal.files.text import read_bytes
 from robocal.files.writing import write_files
 from robocal.measure.machine import Model
-from robocal.session.outcome import Outcome
+from robocal.session.identify_outcome import IdentifyOutcome
 from robocal.session.watching import Watch
 
-__all__ = ["Case", "Finding", "chain_of", "copy_example", "example_folder"]
+__all__ = ["Case", "CaseStep", "chain_of", "copy_example", "example_folder"]
 
 
 @dataclass(frozen=True)
-class Finding:
+class CaseStep:
     """One step of a case: what was done in words, its outcome, facts worth telling, and whether it is as expected."""
 
     title: str
-    outcome: Outcome
+    outcome: IdentifyOutcome
     facts: tuple[str, ...]
     expected: str
     ok: bool
@@ -38,7 +38,7 @@ class Case:
     title: str
     story: str
     simulated: bool
-    run: Callable[[Path, int, Watch | None], Iterator[Finding]] = field(repr=False)
+    run: Callable[[Path, int, Watch | None], Iterator[CaseStep]] = field(repr=False)
 
 
 def chain_of(model: Model) -> Chain:

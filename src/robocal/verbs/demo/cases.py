@@ -12,11 +12,11 @@ from pathlib import Path
 from robocal.errors import ModelError, nearest
 from robocal.session.watching import Watch
 from robocal.verbs.demo.camera import CAMERA
-from robocal.verbs.demo.case import Case, Finding
+from robocal.verbs.demo.case import Case, CaseStep
 from robocal.verbs.demo.rv2aj import RV2AJ
 from robocal.verbs.demo.tracker import TRACKER
 
-__all__ = ["CASES", "Case", "Finding", "cases", "demo"]
+__all__ = ["CASES", "Case", "CaseStep", "cases", "demo"]
 
 
 def cases(name: str | None = None) -> tuple[Case, ...]:
@@ -29,7 +29,7 @@ def cases(name: str | None = None) -> tuple[Case, ...]:
     return (known[name],)
 
 
-def demo(name: str | None, output: Path, seed: int, watch: Watch | None = None) -> Iterator[tuple[Case, Finding]]:
+def demo(name: str | None, output: Path, seed: int, watch: Watch | None = None) -> Iterator[tuple[Case, CaseStep]]:
     """Runs cases one after the other, each into its own folder, and yields every finding."""
     for case in cases(name):
         for finding in case.run(output / case.name, seed, watch):

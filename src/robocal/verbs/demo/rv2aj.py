@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.session.outcome import Outcome
+from robocal.session.identify_outcome import IdentifyOutcome
 from robocal.session.watching import Watch
 from robocal.verbs import identify
-from robocal.verbs.demo.case import Case, Finding, chain_of, copy_example
+from robocal.verbs.demo.case import Case, CaseStep, chain_of, copy_example
 
 __all__ = ["RV2AJ", "TABLE_1", "true_arm"]
 
@@ -33,7 +33,7 @@ def true_arm(nominal: Chain) -> Chain:
     return nominal.with_values({n: nominal.table[n].value + v for n, v in moved.items()})
 
 
-def errors_elsewhere(outcome: Outcome) -> Array:
+def errors_elsewhere(outcome: IdentifyOutcome) -> Array:
     """Position errors of a corrected model anywhere within the joint limits, in mm."""
     found = outcome.identification
     truth, corrected = true_arm(chain_of(found.nominal)), chain_of(found.corrected)
@@ -42,7 +42,7 @@ def errors_elsewhere(outcome: Outcome) -> Array:
     return np.asarray(np.linalg.norm(corrected.pose(q)[:, :3, 3] - truth.pose(q)[:, :3, 3], axis=1) * 1e3)
 
 
-def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding]:
+def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[CaseStep]:
     """The paper's way without noise, then the default way with 0.02 mm of noise."""
     copy_example("rv-2aj", folder)
     for name, robot, data, method in (
@@ -52,11 +52,11 @@ def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding
         files = str(folder / robot), str(folder / data)
         command = f"robocal identify {files[0]} {files[1]}" + (f" --method {method}" if name == "paper" else "")
         asked = identify.Options(files[0], (files[1],), output=folder / name, force=True, method=method, seed=seed)
-        outcome: Outcome = identify.run(asked, watch, command).result
+        outcome: IdentifyOutcome = identify.run(asked, watch, command).result
         yield _paper(outcome, command) if name == "paper" else _default(outcome, command)
 
 
-def _paper(outcome: Outcome, command: str) -> Finding:
+def _paper(outcome: IdentifyOutcome, command: str) -> CaseStep:
     before = [v for v in outcome.residuals["before_mm"] if v is not None]
     after = max(v for v in outcome.residuals["after_mm"] if v is not None)
     elsewhere = float(errors_elsewhere(outcome).max())
@@ -75,7 +75,7 @@ def _paper(outcome: Outcome, command: str) -> Finding:
         and elsewhere < 1e-6
         and abs(d4 - 0.1004) < 1e-4
     )
-    return Finding(
+    return CaseStep(
         "the paper's way: 17 columns, iterated pseudo-inverse, no noise",
         outcome,
         facts,
@@ -85,7 +85,7 @@ def _paper(outcome: Outcome, command: str) -> Finding:
     )
 
 
-def _default(outcome: Outcome, command: str) -> Finding:
+def _default(outcome: IdentifyOutcome, command: str) -> CaseStep:
     seen, band = outcome.result.identifiability, outcome.identification.band
     true_error = float(errors_elsewhere(outcome).mean())
     predicted = math.nan if band is None else band.mean * 1e3
@@ -95,7 +95,7 @@ def _default(outcome: Outcome, command: str) -> Finding:
     )
     claimed = {p.name for p in outcome.result.parameters if p.status == "identified"}
     good = outcome.improved and not claimed & {"j2.r", "j2.alpha", "j4.beta"} and seen.rank <= 16
-    return Finding("the same points with 0.02 mm of noise, the default way", outcome, facts, "improved", good, command)
+    return CaseStep("the same points with 0.02 mm of noise, the default way", outcome, facts, "improved", good, command)
 
 
 RV2AJ = Case(

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 from robocal.errors import ModelError
 from robocal.remarks.remark import sentences
 from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, arg, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
-    from robocal.verbs.drift.result import Comparison
+    from robocal.verbs.drift.result import DriftResult
 
 __all__ = ["Options", "run", "sections"]
 
@@ -25,7 +25,7 @@ STYLES: dict[str, Style] = {"unchanged": "good", "possible": "doubtful", "drifte
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Compare two calibrations of one robot: has it changed, by how many millimetres, and in which parameters?
 
     Both runs must start from the same robot file. The instrument may stand elsewhere; with --new-tool, the tool may differ too.
@@ -46,12 +46,12 @@ class Options(Told):
     second: Path = arg(
         ..., "RUN2", "The later run folder, identified from the same robot file; or truth.yaml of a simulation."
     )
-    new_tool: bool = opt(False, "The tool was mounted again and may differ")
-    matters: str = opt(
+    new_tool: bool = option(False, "The tool was mounted again and may differ")
+    matters: str = option(
         "0.1mm", "The change that matters, with its unit: mean over the measured poses", metavar="LENGTH"
     )
     history: w.History = None
-    output: Path | None = opt(
+    output: Path | None = option(
         None, "Write drift.json here; of a cable robot or beside a truth, a page too", short="-o", metavar="DIR"
     )
     force: w.Force = False
@@ -60,7 +60,7 @@ class Options(Told):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Any]:
     """Compares two run folders of one robot, or one with the truth; a folder gets drift.json, and of a truth or of cables a page.
     Raises InputError when they cannot be compared."""
-    from robocal.files.opened import machine_kind
+    from robocal.files.opened_file import machine_kind
     from robocal.files.runfolder import ROBOTS
 
     if o.second.is_file():
@@ -75,11 +75,11 @@ def _arms(o: Options, watch: Watch | None, command: str) -> Outcome[Any]:
     from robocal.files.units import parse_quantity
     from robocal.files.writing import refuse_existing, write_files, write_text
     from robocal.session.history import with_history
-    from robocal.verbs.drift.result import drifted
+    from robocal.verbs.drift.result import compare_runs
 
     refuse_existing(o.output, (FILE,), o.force)
     matters = parse_quantity(o.matters, "m", key="--matters")
-    made = drifted(o.first, o.second, o.new_tool, matters, command, watch)
+    made = compare_runs(o.first, o.second, o.new_tool, matters, command, watch)
     added = None if o.history is None else with_history(o.history, [open_run(place) for place in (o.first, o.second)])
     if o.output is not None:
         made = replace(made, written=write_files(o.output, {FILE: json_text(made.document)}))
@@ -99,20 +99,20 @@ def _cables(o: Options, command: str) -> Outcome[Any]:
     made = drifts((str(o.first), str(o.second)), False, False, command)
     text = None if o.history is None else with_history(o.history, made.runs)
     outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
-    return outcome.paged(o.output, list(sections(outcome)), made.texts, PAGE, **made.head).recorded(o.history, text)
+    return outcome.with_page(o.output, list(sections(outcome)), made.texts, PAGE, **made.head).recorded(o.history, text)
 
 
 def _beside_truth(o: Options, command: str) -> Outcome[Any]:
     """A run beside the truth of its simulation."""
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
-    from robocal.verbs.drift.truth import compare_with_truth
+    from robocal.verbs.drift.truth_errors import compare_with_truth
 
     _refuse(o, ("new_tool", "matters", "history"), "this is for two runs", "nothing, beside a truth")
     refuse_existing(o.output, (FILE, PAGE), o.force)
     made = compare_with_truth(o.first, o.second, command)
     outcome = Outcome(made, lambda: made.document, True, made.remarks)
-    return outcome.paged(
+    return outcome.with_page(
         o.output, list(sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
         title=f"{made.name}: identified and true", kind="Simulated truth",
     )  # fmt: skip
@@ -130,17 +130,17 @@ def sections(made: Outcome[Any]) -> Iterator[Section]:
     """What two runs, or a run and the truth, come to."""
     from robocal.report.cable.drift import drift_sections
     from robocal.session.cable.drift import Drifts
-    from robocal.verbs.drift.truth import TruthComparison, truth_sections
+    from robocal.verbs.drift.truth_errors import TruthComparison, truth_sections
 
     pages = {Drifts: drift_sections, TruthComparison: truth_sections}
     page = pages.get(type(made.result))
     yield from _arm_sections(made) if page is None else page(made.result, made.written)
 
 
-def _arm_sections(made: Outcome[Comparison]) -> Iterator[Section]:
+def _arm_sections(made: Outcome[DriftResult]) -> Iterator[Section]:
     """The verdict, how far predictions are apart, and the parameters that changed most."""
     found = made.result
-    apart = found.apart
+    apart = found.difference
     size = f"change {figure(apart.change, 2)} mm, 95 %: {figure(apart.low, 2)} to {figure(apart.high, 2)} mm"
     word: Cell = (found.status.upper(), STYLES[found.status])
     yield Section.of(

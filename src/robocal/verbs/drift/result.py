@@ -11,24 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._version import __version__
-from robocal.apply.apart import Apart
-from robocal.apply.drift import Change, Drift, Single, compare
+from robocal.apply.drift import Drift, ParameterChange, Single, compare
+from robocal.apply.model_difference import ModelDifference
 from robocal.errors import ModelError
 from robocal.files.covariance import Knowledge
+from robocal.files.display import to_display
 from robocal.files.plain import plain
 from robocal.files.result import Result
 from robocal.files.robot import Robot
 from robocal.files.runfolder import open_run
-from robocal.files.shown import shown
-from robocal.prove.workspace import sample_joints
+from robocal.prove.place_bands import sample_joints
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Number, Quantity, Remark, told
+from robocal.remarks.remark import Number, Quantity, Remark, remark_fields
 from robocal.session.inputs import open_arm
-from robocal.session.predict import known_of
+from robocal.session.pose_prediction import knowledge_of
 from robocal.session.runs import shared_files, verdict_remarks
 from robocal.session.watching import Watch
 
-__all__ = ["Comparison", "doubts", "drifted", "reasons", "void"]
+__all__ = ["DriftResult", "colleague_remarks", "compare_runs", "reasons", "void"]
 
 Array = NDArray[np.float64]
 SAMPLES = 2000
@@ -36,12 +36,12 @@ SAME = 1e-9  # of a nominal value, in m or rad
 
 
 @dataclass(frozen=True)
-class Comparison:
+class DriftResult:
     """Two runs compared: the drift, its verdict (unchanged, possible, drifted) with its reasons, and remarks. `void` are
     reasons for which nothing can be concluded."""
 
     robot: Robot
-    found: Drift
+    drift: Drift
     region: str
     reasons: tuple[Remark, ...]
     void: tuple[Remark, ...]
@@ -53,7 +53,7 @@ class Comparison:
     @property
     def status(self) -> str:
         """unchanged, possible or drifted; where nothing can be concluded, a change stays possible."""
-        return "possible" if self.void else self.found.status
+        return "possible" if self.void else self.drift.status
 
     @property
     def why(self) -> tuple[Remark, ...]:
@@ -61,19 +61,19 @@ class Comparison:
         return self.void or self.reasons
 
     @property
-    def apart(self) -> Apart:
+    def difference(self) -> ModelDifference:
         """How far it has changed, in mm."""
-        return shown(Apart, self.found.apart)
+        return to_display(ModelDifference, self.drift.difference)
 
     @property
-    def changes(self) -> tuple[Change, ...]:
+    def changes(self) -> tuple[ParameterChange, ...]:
         """Of the parameters, in the units of the robot file."""
-        return tuple(shown(Change, c, self.robot.units) for c in self.found.changes)
+        return tuple(to_display(ParameterChange, c, self.robot.units) for c in self.drift.changes)
 
     @property
     def document(self) -> dict[str, Any]:
         """drift.json: lengths in mm, angles in deg, parameters in the units of the robot file."""
-        apart, seen = self.apart, self.found.scatter
+        apart, seen = self.difference, self.drift.scatter
         mm = {k: getattr(apart, k) for k in ("rms", "largest", "expected", "limit")}
         size = {k: getattr(apart, k) for k in ("change", "low", "high")}
         place = {"place": apart.place, "joints": np.degrees(apart.joints)}
@@ -83,10 +83,10 @@ class Comparison:
             "robot": self.robot.name,
             "runs": list(self.runs),
             "verdict": {
-                "status": self.status, **told(self.why, "reasons"),
+                "status": self.status, **remark_fields(self.why, "reasons"),
             },
             "change": {
-                "unit": "mm", **size, "matters": 1e3 * self.found.matters, "p_value": apart.p_value, "region": self.region,
+                "unit": "mm", **size, "matters": 1e3 * self.drift.matters, "p_value": apart.p_value, "region": self.region,
                 "n": apart.n,
             },
             "workspace": {
@@ -96,19 +96,19 @@ class Comparison:
                 "factor": seen.factor, "by": seen.by, "same_poses": seen.same, "dof": seen.dof,
             },
             "joint_test": {
-                "statistic": self.found.statistic, "rank": self.found.rank, "dof": self.found.dof,
-                "p_value": self.found.p_value,
+                "statistic": self.drift.statistic, "rank": self.drift.rank, "dof": self.drift.dof,
+                "p_value": self.drift.p_value,
             },
             "changes": [plain(c) for c in self.changes],
-            "single_causes": [plain(shown(Single, c, self.robot.units)) for c in self.found.singles],
-            **told(self.warnings),
+            "single_causes": [plain(to_display(Single, c, self.robot.units)) for c in self.drift.singles],
+            **remark_fields(self.warnings),
             "command": self.command,
         }  # fmt: skip
 
 
-def drifted(
+def compare_runs(
     first: Path, second: Path, new_tool: bool, matters: float, command: str = "", watch: Watch | None = None
-) -> Comparison:
+) -> DriftResult:
     """Compares two run folders of one robot; `matters` (m) is the change worth an alarm. Raises InputError when they cannot
     be compared."""
     if watch:
@@ -116,7 +116,7 @@ def drifted(
     runs = (first, second)
     results = (open_run(first).result, open_run(second).result)
     robots = (open_arm(first), open_arm(second))
-    known = (known_of(first, robots[0]), known_of(second, robots[1]))
+    known = (knowledge_of(first, robots[0]), knowledge_of(second, robots[1]))
     _comparable(runs, robots, known)
     joints, region = _shared(robots[0], known)
     found = compare(
@@ -129,10 +129,12 @@ def drifted(
         rows=(known[0].rows, known[1].rows),
         matters=matters,
     )
-    warnings = tuple(dict.fromkeys((*robots[0].warnings, *robots[1].warnings, *doubts(runs, results, known))))
+    warnings = tuple(
+        dict.fromkeys((*robots[0].warnings, *robots[1].warnings, *colleague_remarks(runs, results, known)))
+    )
     why = reasons(robots[0], found, known, region)
     names = (str(first), str(second))
-    return Comparison(robots[1], found, region, why, void(runs, results), warnings, names, command)
+    return DriftResult(robots[1], found, region, why, void(runs, results), warnings, names, command)
 
 
 def _shared(robot: Robot, known: tuple[Knowledge, Knowledge]) -> tuple[Array, str]:
@@ -178,11 +180,11 @@ FIGURES = 2
 
 def reasons(robot: Robot, found: Drift, known: tuple[Knowledge, Knowledge], region: str) -> tuple[Remark, ...]:
     """The verdict in words: the change in mm first, then what chance would show, then the parameters."""
-    apart, size = found.apart, _size(found)
+    apart, size = found.difference, _size(found)
     out = [Remark.of(VERDICT[found.status], region=region, **size)]
     counts = [None if k.rows is None else round(len(k.rows.joints) * k.rows.thinned) for k in known]
     if found.status == "possible" and apart.more is not None and None not in counts:
-        poses = _rounded(apart.more * max(c for c in counts if c is not None))
+        poses = _round_up(apart.more * max(c for c in counts if c is not None))
         out.append(Remark.of(Code.CHANGE_SETTLED_BY, poses=poses, first=counts[0], second=counts[1]))
     shown = {k: Quantity(getattr(apart, k)) for k in ("rms", "largest", "expected", "limit")}
     out.append(Remark.of(Code.PREDICTIONS_APART, chance=apart.p_value, **shown))
@@ -196,14 +198,14 @@ def reasons(robot: Robot, found: Drift, known: tuple[Knowledge, Knowledge], regi
 
 
 def _size(found: Drift) -> dict[str, Number]:
-    apart = found.apart
+    apart = found.difference
     return {
         "change": Quantity(apart.change), "low": Quantity(apart.low), "high": Quantity(apart.high),
         "matters": Quantity(found.matters),
     }  # fmt: skip
 
 
-def _rounded(value: float) -> int:
+def _round_up(value: float) -> int:
     """Two figures, upwards."""
     step = int(10 ** max(math.floor(math.log10(value)) - FIGURES + 1, 0))
     return math.ceil(value / step) * step
@@ -221,7 +223,7 @@ def _parameters(robot: Robot, found: Drift, known: tuple[Knowledge, Knowledge]) 
     if told:
         out.append(Remark.of(Code.ONE_CAUSE, causes=" or ".join(told)))
     left = max((k.noise.get("m", 0.0) for k in known), default=0.0)
-    if found.apart.rms < left:
+    if found.difference.rms < left:
         out.append(Remark.of(Code.BELOW_SCATTER, left=Quantity(left)))
     return out
 
@@ -236,7 +238,9 @@ def void(runs: tuple[Path, Path], results: tuple[Result, Result]) -> tuple[Remar
     return tuple(out)
 
 
-def doubts(runs: tuple[Path, Path], results: tuple[Result, Result], known: tuple[Knowledge, Knowledge]) -> list[Remark]:
+def colleague_remarks(
+    runs: tuple[Path, Path], results: tuple[Result, Result], known: tuple[Knowledge, Knowledge]
+) -> list[Remark]:
     """What a careful colleague would add."""
     out = []
     for run, result, k in zip(runs, results, known, strict=True):

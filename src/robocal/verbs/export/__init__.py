@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section, Text
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", "offsets", "ros", "xacro")
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Write a robot model as robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
 
     \b
@@ -32,7 +32,7 @@ class Options(Told):
 
     robot: w.AnyRobot
     output: w.OutputFile = None
-    form: str = opt(
+    form: str = option(
         "yaml",
         "yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: "
         "offsets (CSV), ros (parameters), xacro (properties)",
@@ -40,8 +40,10 @@ class Options(Told):
         metavar="FORMAT",
         choices=FORMATS,
     )
-    nominal: str | None = opt(None, "The robot to which offsets are added; a run folder contains it", metavar="ROBOT")
-    into: str | None = opt(
+    nominal: str | None = option(
+        None, "The robot to which offsets are added; a run folder contains it", metavar="ROBOT"
+    )
+    into: str | None = option(
         None, "With --format urdf: this URDF with calibrated origins; every other byte stays", metavar="URDF"
     )
     force: w.Force = False
@@ -54,20 +56,20 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ex
     hold it."""
     from robocal.errors import ModelError
     from robocal.files.writing import refuse_existing
-    from robocal.remarks.remark import spoken, told
-    from robocal.verbs.export.result import exported
+    from robocal.remarks.remark import full_text, remark_fields
+    from robocal.verbs.export.result import export_robot
 
     if o.into is not None and o.form != "urdf":
         raise ModelError("only a URDF can be written into", key="--into", found=o.form, expected="--format urdf")
     refuse_existing(o.output, (), o.force)
-    made = exported(o.robot, o.form, o.nominal, o.into, o.base, o.tip)
+    made = export_robot(o.robot, o.form, o.nominal, o.into, o.base, o.tip)
     document = {
         "format": o.form,
         "text": made.text if o.output is None else None,
-        **told(made.notes),
+        **remark_fields(made.notes),
         "worth": None if made.worth is None else made.worth.document,
     }
-    note = "" if made.worth is None else spoken(made.worth)
+    note = "" if made.worth is None else full_text(made.worth)
     return Outcome(made, lambda: document, remarks=made.notes, text=made.text, note=note).put(o.output)
 
 

@@ -9,7 +9,7 @@ from robocal.arms.conventions import convention_of, rows
 from robocal.arms.denavit import to_denavit
 from robocal.files.csvtable import csv_text
 from robocal.files.robot import Robot, describe
-from robocal.files.rows import leaves
+from robocal.files.robot_rows import row_numbers
 from robocal.files.units import number
 from robocal.files.urdf_into import urdf_into, urdf_text
 from robocal.parameters import FRAME_SYMBOLS
@@ -17,9 +17,9 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.inputs import open_machine
 from robocal.session.reference import nominal_chain, run_doubts, run_result
-from robocal.verbs.export.offsets import OFFSETS, offset_text, worth_of
+from robocal.verbs.export.controller_offsets import OFFSETS, offset_text, worth_of
 
-__all__ = ["Exported", "exported", "parameter_table"]
+__all__ = ["Exported", "export_robot", "parameter_table"]
 
 # What a model lacks that was not read from its run folder, and what nobody can tell of that folder.
 LACKING = (Code.RUN_HOLDS_MORE, Code.RESULT_MISSING, Code.RUN_UNRECORDED)
@@ -37,7 +37,7 @@ class Exported:
     worth: Remark | None = None
 
 
-def exported(
+def export_robot(
     robot: str, form: str, nominal: str | None, into: str | None, base: str | None, tip: str | None
 ) -> Exported:
     """The robot (a file, a catalogue name or a run folder) in another form; `into` is a URDF whose origins are to say
@@ -104,7 +104,7 @@ def parameter_table(robot: Robot) -> list[list[str]]:
     body: list[tuple[str, str, dict[str, str]]] = []
     for i, row in enumerate(rows(chain), start=1):
         cells = {}
-        for path, value, unit in leaves(row, rule, units):
+        for path, value, unit in row_numbers(row, rule, units):
             parts = PARTS.get(str(path[0]), "xyz")
             name = "_".join((str(path[0]), *(parts[int(i)] for i in path[1:])))
             header.setdefault(name, name if unit.si == "1" else f"{name} [{unit.name}]")

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from robocal.fit.options import Options as Solver
 from robocal.report.sections import Section
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
-    from robocal.session.outcome import Outcome as Identified
+    from robocal.session.identify_outcome import IdentifyOutcome as Identified
 
 __all__ = ["METHODS", "Options", "run", "sections"]
 
@@ -29,7 +29,7 @@ IF_GIVEN = ("base", "tip", "compare", "region", "tolerance")
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Identify a robot's true parameters from measurements, and prove the gain on configurations that were not used.
 
     \b
@@ -46,63 +46,69 @@ class Options(Told):
 
     robot: w.Robot
     data: w.Data
-    output: Path | None = opt(None, "Write a run folder here", short="-o", metavar="DIR")
-    force: bool = opt(False, "Write the run into a folder with other content; files of other names stay")
-    free: tuple[str, ...] = opt(
+    output: Path | None = option(None, "Write a run folder here", short="-o", metavar="DIR")
+    force: bool = option(False, "Write the run into a folder with other content; files of other names stay")
+    free: tuple[str, ...] = option(
         (),
         "Free exactly these parameters, in place of those of the robot file: j2.alpha, alpha, j2, tool. Repeat, or separate by commas",
         metavar="NAME",
     )
-    fix: tuple[str, ...] = opt((), "Fix these parameters; also frames of data files", metavar="NAME")
-    prior: tuple[str, ...] = opt(
+    fix: tuple[str, ...] = option((), "Fix these parameters; also frames of data files", metavar="NAME")
+    prior: tuple[str, ...] = option(
         (),
         "Standard deviation before the measurements, in the robot file's units; length=... and angle=... for all",
         metavar="NAME=SIGMA",
     )
     exclude: w.Exclude = ()
-    groups: tuple[str, ...] = opt(
+    groups: tuple[str, ...] = option(
         (),
         f"Try these beyond geometry; each enters only if unseen blocks of rows get better: {GROUPS}",
         metavar="NAMES",
         listed=True,
     )
-    layer: bool = opt(False, "Try a residual layer on top; used only if unseen blocks of rows get better")
-    region: str | None = opt(
+    layer: bool = option(False, "Try a residual layer on top; used only if unseen blocks of rows get better")
+    region: str | None = option(
         None,
         "Where the robot works: a list of poses, or ranges of joints; measured: the measured range is enough",
         metavar="FILE",
         otherwise="joint limits that you wrote (not those of a catalogue robot), else where it was measured",
     )
-    method: str = opt(
+    method: str = option(
         USUAL.method,
         "lm, gauss-newton, ekf, particle; to compare with: pinv (iterated pseudo-inverse), lse (one step), ekf-100",
         metavar="METHOD",
     )
-    compare: str | None = opt(
+    compare: str | None = option(
         None,
         "Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it",
         metavar="[METHODS]",
     )
-    loss: str = opt(USUAL.loss, f"{', '.join(LOSSES)}: reduces the weight of outliers", metavar="LOSS", choices=LOSSES)
-    hold_out: str | float | None = opt(
+    loss: str = option(
+        USUAL.loss, f"{', '.join(LOSSES)}: reduces the weight of outliers", metavar="LOSS", choices=LOSSES
+    )
+    hold_out: str | float | None = option(
         None,
         "Share of configurations held out, 0 to 0.5; blocks: rows in time order; group: whole groups",
         metavar="SHARE",
         otherwise="0.2 from 25 configurations on",
     )
-    group: str | None = opt(None, "The column whose groups are held out together", name="--group-by", metavar="COLUMN")
-    folds: int | None = opt(None, "Hold out everything once, in K rounds, and fit the model to everything", metavar="K")
-    blocks: int = opt(USUAL.blocks, "Number of blocks, with --hold-out blocks", metavar="N", least=2)
-    reselect: bool = opt(False, "With --folds: estimate noise and select observable parameters again in every round")
-    leave_one_out: bool | None = opt(
+    group: str | None = option(
+        None, "The column whose groups are held out together", name="--group-by", metavar="COLUMN"
+    )
+    folds: int | None = option(
+        None, "Hold out everything once, in K rounds, and fit the model to everything", metavar="K"
+    )
+    blocks: int = option(USUAL.blocks, "Number of blocks, with --hold-out blocks", metavar="N", least=2)
+    reselect: bool = option(False, "With --folds: estimate noise and select observable parameters again in every round")
+    leave_one_out: bool | None = option(
         None,
         "Predict every configuration from all the others",
         negative="--no-leave-one-out",
         otherwise="up to 400 configurations",
     )
-    keep_all: bool = opt(False, "Fit also parameters that the data cannot separate")
-    iterations: int = opt(USUAL.max_iterations, "Maximum number of iterations", metavar="N", least=1)
-    tolerance: float | None = opt(
+    keep_all: bool = option(False, "Fit also parameters that the data cannot separate")
+    iterations: int = option(USUAL.max_iterations, "Maximum number of iterations", metavar="N", least=1)
+    tolerance: float | None = option(
         None,
         "Stop where the greatest error of any measurement is no larger",
         metavar="ERROR",
@@ -110,10 +116,10 @@ class Options(Told):
         above=0,
         otherwise="go to the minimum",
     )
-    particles: int = opt(
+    particles: int = option(
         USUAL.particles, "Number of particles, for --method particle", metavar="N", least=50, most=100_000
     )
-    bootstrap: int | None = opt(
+    bootstrap: int | None = option(
         None, "Draw the configurations N times again: intervals without a model of the noise", metavar="N"
     )
     seed: w.Seed = 0
@@ -184,14 +190,14 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Id
     from robocal.files.result import document
     from robocal.files.runfolder import obstacle
     from robocal.remarks.code import Code
-    from robocal.session.outcome import save
+    from robocal.session.identify_outcome import save
 
     solver = o.solver
     if o.output is not None and o.output.exists() and not o.output.is_dir():
         raise FileError("this is not a folder", file=o.output, expected="a folder for the run, or a new name")
     if o.output is not None and not o.force and (there := obstacle(o.output)):
         raise there
-    made = identified(o, solver, watch, command)
+    made = identify_machine(o, solver, watch, command)
     if o.output is not None:
         if watch:
             watch({"stage": "report"})
@@ -201,12 +207,12 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Id
     return Outcome(made, lambda: document(made.result), made.improved, said, written=made.written)
 
 
-def identified(o: Options, solver: Solver, watch: Watch | None, command: str) -> Identified:
+def identify_machine(o: Options, solver: Solver, watch: Watch | None, command: str) -> Identified:
     """A machine and its data, identified; what only an arm has (groups beyond geometry, a residual layer, other estimators beside
     this one) where it was asked for. Raises InputError for whatever is wrong with them."""
     from robocal.prove.identify import identify
+    from robocal.session.identify_outcome import IdentifyOutcome, residual_columns, to_result
     from robocal.session.inputs import choose, read_inputs
-    from robocal.session.outcome import Outcome, residual_columns, to_result
     from robocal.session.watching import computable
     from robocal.verbs.identify.result import Timed, beside, recipe_of, with_groups, working_range
 
@@ -225,14 +231,14 @@ def identified(o: Options, solver: Solver, watch: Watch | None, command: str) ->
     said = (*inputs.warnings, *(remark for file in read for remark in file.remarks))
     recipe = recipe_of(found, o.record, command, every, timed, inputs.reading.left_out)
     result = replace(to_result(found, opened, recipe, said), **more, **parts)
-    return Outcome(result, residual_columns(found), found, opened, layer=layer)
+    return IdentifyOutcome(result, residual_columns(found), found, opened, layer=layer)
 
 
 def sections(made: Outcome[Identified]) -> Iterator[Section]:
     """The whole story of one identification, and where it was written."""
-    from robocal.report.identified import ended, identified
+    from robocal.report.identified import closing_section, identification_sections
     from robocal.session.knowledge import map_columns
 
     found: Identified = made.result
-    yield from identified(found.result, found.residuals, lambda: map_columns(found.identification))
-    yield ended(found.result, made.written, found.left_out)
+    yield from identification_sections(found.result, found.residuals, lambda: map_columns(found.identification))
+    yield closing_section(found.result, made.written, found.left_out)

@@ -23,33 +23,33 @@ from robocal.arms.chain import Chain
 from robocal.arms.groups import rule_of
 from robocal.diagnose.limits import HOLD_OUT_PLACES, HOLD_OUT_SHARE
 from robocal.errors import ModelError
-from robocal.files import evidence as files
-from robocal.files.groups import plain_options
+from robocal.files import evidence_parts as files
+from robocal.files.display import to_display
+from robocal.files.group_block import plain_options
 from robocal.files.leaving import LeftOut
-from robocal.files.parts import RowsLeftOut, made_by
+from robocal.files.parts import RowsLeftOut, provenance_of
 from robocal.files.plain import plain
 from robocal.files.result import Provenance
 from robocal.files.robot import Robot
-from robocal.files.shown import shown
 from robocal.files.text import InputFile
 from robocal.fit.estimators import ESTIMATORS, estimator
 from robocal.fit.noise import apply_noise
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
-from robocal.fit.working_range import Region
+from robocal.fit.working_range import JointRegion
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
-from robocal.prove.bands import measured_range
+from robocal.prove.bands import range_of_joints
 from robocal.prove.identification import Identification
-from robocal.prove.region import SAMPLES, limited
+from robocal.prove.place_bands import TURN, between
+from robocal.prove.region import SAMPLES, region_of_limits
 from robocal.prove.split import make_split
-from robocal.prove.workspace import TURN, between
 from robocal.session.opened import Opened
 from robocal.session.watching import Watch
 
 if TYPE_CHECKING:
-    from robocal.prove.nongeometric.groups import Tried
+    from robocal.prove.nongeometric.group_choice import Tried
     from robocal.prove.nongeometric.layer import Layer
     from robocal.prove.nongeometric.layered import Guarded
 
@@ -57,7 +57,7 @@ __all__ = [
     "MEASURED",
     "Timed",
     "beside",
-    "compared",
+    "compare_methods",
     "group_results",
     "guard_layer",
     "layer_result",
@@ -96,40 +96,42 @@ def recipe_of(
         "hold_out": found.options.hold_out,
         "leave_one_out": any(s.leave_one_out is not None for s in found.stages),
     }
-    return shown(
+    return to_display(
         Provenance,
-        made_by(command, inputs),
+        provenance_of(command, inputs),
         seed=choices["seed"],
         started=timed.started.isoformat(timespec="seconds"),
         seconds=round(timed.seconds, 3),
         options=plain({**choices, **decided}),
-        left_out=[shown(RowsLeftOut, o) for o in left_out],
+        left_out=[to_display(RowsLeftOut, o) for o in left_out],
     )
 
 
 MEASURED = "measured"  # the word for: where it was measured will do
 
 
-def working_range(opened: Opened[Any], data: DataSet, given: str | None) -> tuple[Region | None, tuple[InputFile, ...]]:
+def working_range(
+    opened: Opened[Any], data: DataSet, given: str | None
+) -> tuple[JointRegion | None, tuple[InputFile, ...]]:
     """The working range, None where nobody named one or no joints span one, and the files read. Raises FileError or FormatError."""
     robot = opened.arm
     if robot is None:
         return None, ()
     own = _written(robot)
     if given is None or given == MEASURED:
-        return (limited(robot.chain, data) if own else None), ()
-    from robocal.files.region import read_region
+        return (region_of_limits(robot.chain, data) if own else None), ()
+    from robocal.files.working_region import read_region
 
     found = read_region(Path(given), robot.chain)
     name = f"region of {Path(given).name}"
     if found.joints is not None:
-        return Region(found.joints, name), found.files
+        return JointRegion(found.joints, name), found.files
     assert found.ranges is not None
-    measured = measured_range(data.configurations)
+    measured = range_of_joints(data.configurations)
     rest = np.tile([-TURN, TURN], (len(found.ranges), 1)) if measured is None else measured
     if own:
         rest = np.where(np.isfinite(robot.chain.limits), robot.chain.limits, rest)
-    return Region(between(np.where(np.isnan(found.ranges), rest, found.ranges), SAMPLES), name), found.files
+    return JointRegion(between(np.where(np.isnan(found.ranges), rest, found.ranges), SAMPLES), name), found.files
 
 
 def _written(robot: Robot) -> bool:
@@ -164,7 +166,7 @@ def beside(
     if opened.arm is None:
         return None, more
     if methods := methods_of(o.compare, o.method):
-        more["comparison"] = compared(opened.machine, data, methods, solved[0], (found, solved[1]), watch)
+        more["comparison"] = compare_methods(opened.machine, data, methods, solved[0], (found, solved[1]), watch)
     if not o.layer:
         return None, more
     guarded = guard_layer(found, data, watch)
@@ -180,7 +182,7 @@ def select_groups(
     extra: dict[str, dict[str, Any]] = {rule_of(n).name: {} for n in names if n not in there}
     if not extra and not there:
         return robot, ()
-    from robocal.prove.nongeometric.groups import choose_groups
+    from robocal.prove.nongeometric.group_choice import choose_groups
 
     share = options.hold_out
     if share is None:
@@ -205,10 +207,12 @@ def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None
 def group_results(robot: Robot, tried: Sequence[Tried]) -> dict[str, Any]:
     """The groups of a result: what was tried, and what the robot has, so that it can be made again."""
     told = [
-        shown(files.GroupTried, t, reason=str(t.reason), code=t.reason.code, orders={j: list(o) for j, o in t.orders})
+        to_display(
+            files.GroupTried, t, reason=str(t.reason), code=t.reason.code, orders={j: list(o) for j, o in t.orders}
+        )
         for t in tried
     ]
-    beyond = [files.Beyond(name=g.name, options=plain_options(g.options)) for g in robot.chain.groups]
+    beyond = [files.NongeometricGroup(name=g.name, options=plain_options(g.options)) for g in robot.chain.groups]
     return {"groups_tried": told, "beyond": beyond}
 
 
@@ -218,7 +222,7 @@ def layer_result(found: Guarded | None) -> files.LayerSummary | None:
         return None
     points = 0 if found.layer is None else len(found.layer.points)
     said: dict[str, Any] = {"reason": str(found.reason), "code": found.reason.code}
-    return shown(files.LayerSummary, found, used=found.layer is not None, n=found.rows, points=points, **said)
+    return to_display(files.LayerSummary, found, used=found.layer is not None, n=found.rows, points=points, **said)
 
 
 def methods_of(words: str | None, chosen: str) -> tuple[str, ...]:
@@ -236,11 +240,11 @@ def methods_of(words: str | None, chosen: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys((chosen, *named)))
 
 
-def compared(
+def compare_methods(
     chain: Chain, data: DataSet, methods: Sequence[str], options: Options, known: tuple[Identification[Chain], float], watch: Watch | None
 ) -> files.Comparison:  # fmt: skip
     """The methods side by side, in mm or deg; `known` is the identification that was done, with its seconds."""
     from robocal.prove import compare as solver
 
     found = solver.compare(chain, data, methods, options, known=known, watch=watch)
-    return shown(files.Comparison, found)
+    return to_display(files.Comparison, found)

@@ -9,8 +9,8 @@ from shlex import quote
 from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section, Text, quiet, table
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, arg, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ __all__ = ["Options", "run", "sections"]
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Write a robot file, a data file and a table to fill in; for a cable robot, its file and a list of poses.
 
     For a robot that has a file, such as a URDF, only the data file and the table are written.
@@ -34,10 +34,10 @@ class Options(Told):
     """
 
     robot: str | None = arg(None, "ROBOT", "A catalogue name, a convention, cable, or the file of a robot.")
-    output: Path = opt(Path("."), "Folder for the files", short="-o", metavar="DIR")
-    joints: int = opt(6, "How many, when ROBOT is a convention", metavar="N", least=1, most=30)
+    output: Path = option(Path("."), "Folder for the files", short="-o", metavar="DIR")
+    joints: int = option(6, "How many, when ROBOT is a convention", metavar="N", least=1, most=30)
     kind: w.Kind = "position"
-    listing: bool = opt(False, "List the catalogue and the conventions", name="--list")
+    listing: bool = option(False, "List the catalogue and the conventions", name="--list")
     force: w.Force = False
     base: w.Base = None
     tip: w.Tip = None

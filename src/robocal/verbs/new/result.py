@@ -12,12 +12,12 @@ from robocal.arms import catalog
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import ModelError, nearest
-from robocal.files.cable.templates import cable_templates
+from robocal.files.cable.cable_templates import cable_templates
 from robocal.files.templates import convention_chain, templates
 from robocal.files.writing import refuse_existing, write_files
 from robocal.measure.data import DataSet
 from robocal.session.inputs import open_arm
-from robocal.session.simulate import sample_joints
+from robocal.session.simulated_robot import sample_joints
 from robocal.simulation.rigs import RIGS, Instrument, measure
 
 __all__ = ["CABLE", "Catalogue", "New", "listing", "new", "new_cable"]
@@ -48,7 +48,7 @@ class CatalogueRobot:
 
 
 @dataclass(frozen=True)
-class Rule:
+class ConventionPart:
     """A convention: each joint by its formula; `complete`: every small geometric error can be written."""
 
     name: str
@@ -62,7 +62,7 @@ class Catalogue:
     """What `new` can start from."""
 
     robots: tuple[CatalogueRobot, ...]
-    conventions: tuple[Rule, ...]
+    conventions: tuple[ConventionPart, ...]
 
 
 def listing() -> Catalogue:
@@ -70,7 +70,7 @@ def listing() -> Catalogue:
     arms = [(name, catalog.get(name)) for name in catalog.names()]
     return Catalogue(
         tuple(CatalogueRobot(n, a.name, a.convention, len(a.joints), a.source) for n, a in arms),
-        tuple(Rule(c.name, c.formula, c.complete, c.source) for c in CONVENTIONS.values()),
+        tuple(ConventionPart(c.name, c.formula, c.complete, c.source) for c in CONVENTIONS.values()),
     )
 
 

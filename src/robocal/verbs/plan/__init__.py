@@ -9,9 +9,9 @@ from shlex import quote
 from typing import TYPE_CHECKING
 
 from robocal.quantities import Listing
-from robocal.report.sections import Detail, Section, Text, Written, ends, figure, listed, quiet, strong
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, arg, opt
+from robocal.report.sections import Detail, Section, Text, Written, ends, figure, listing_table, quiet, strong
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ BOX = "x0,y0,z0,x1,y1,z1"
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Choose which poses to measure, and how many are enough.
 
     Writes a joint program with short motions between poses, and the data file to fill in.
@@ -41,48 +41,48 @@ class Options(Told):
         "DATA",
         "A data file that describes the instrument; its measurements do not count (see --after).",
     )
-    output: Path | None = opt(
+    output: Path | None = option(
         None, "Write poses.csv, data.yaml, plan.json and plan.html here", short="-o", metavar="DIR"
     )
-    count: int | None = opt(
+    count: int | None = option(
         None, "How many poses", name="--poses", short="-n", metavar="N", least=1, most=500, otherwise="enough"
     )
-    criterion: str = opt("I", "I: mean error at test poses; G: the largest; D, A, E, O1 to O5", metavar="NAME")
-    accuracy: float | None = opt(None, "Required mean error at test poses", metavar="LENGTH", unit="length", above=0)
-    after: tuple[str, ...] = opt((), "Continue from these measurements: their information counts", metavar="DATA")
+    criterion: str = option("I", "I: mean error at test poses; G: the largest; D, A, E, O1 to O5", metavar="NAME")
+    accuracy: float | None = option(None, "Required mean error at test poses", metavar="LENGTH", unit="length", above=0)
+    after: tuple[str, ...] = option((), "Continue from these measurements: their information counts", metavar="DATA")
     kind: w.Kind = "position"
     noise: w.Noise = None
     frame: w.Frame = "auto"
-    candidates: int = opt(
+    candidates: int = option(
         5000, "How many candidates to draw in the region", name="--draw", metavar="N", least=20, most=100_000
     )
-    listed: str | None = opt(
+    listed: str | None = option(
         None, "Choose from this list of poses (CSV with joint columns, data.yaml)", name="--candidates", metavar="FILE"
     )
-    tests: str | None = opt(None, "Predict at these poses, not at a sample", metavar="FILE")
-    task: str | None = opt(
+    tests: str | None = option(None, "Predict at these poses, not at a sample", metavar="FILE")
+    task: str | None = option(
         None,
         f"Predict for the tool point inside {BOX}; measure at any allowed pose",
         metavar="BOX",
         unit="length",
         numbers=BOX,
     )
-    box: str | None = opt(
+    box: str | None = option(
         None, f"Measure only with the tool point inside {BOX}", metavar="BOX", unit="length", numbers=BOX
     )
-    floor: float | None = opt(
+    floor: float | None = option(
         None, "Keep tool point and flange above this height over the base", metavar="Z", unit="length"
     )
-    pedestal: str | None = opt(
+    pedestal: str | None = option(
         None, "Keep both outside a cylinder of radius R up to height H around the base", numbers="R,H", unit="length"
     )
-    distance: str | None = opt(
+    distance: str | None = option(
         None, "Keep the target this far from the instrument", name="--range", numbers="MIN,MAX", unit="length"
     )
-    cone: float | None = opt(
+    cone: float | None = option(
         None, "Keep the target within this angle of the instrument's z axis", metavar="ANGLE", unit="angle", above=0
     )
-    facing: float | None = opt(
+    facing: float | None = option(
         None,
         "Let the target's z axis point at the instrument within this angle",
         metavar="ANGLE",
@@ -99,13 +99,13 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Pl
     """Plans and, given a folder, writes. Raises InputError."""
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
-    from robocal.verbs.plan.result import planned
+    from robocal.verbs.plan.result import make_plan
 
     refuse_existing(o.output, FILES, o.force)
-    made, texts = planned(o, watch, command)
+    made, texts = make_plan(o, watch, command)
     document = made.document
     outcome = Outcome(made, lambda: document, remarks=made.warnings)
-    return outcome.paged(
+    return outcome.with_page(
         o.output, sections(outcome), lambda: {**texts, "plan.json": json_text(document)}, "plan.html",
         title=made.robot.name, kind="Plan of poses", facts=_facts(document),
     )  # fmt: skip
@@ -113,7 +113,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Pl
 
 def sections(made: Outcome[Planned]) -> Iterator[Section]:
     """Accuracy against the number of poses, and what to do next."""
-    from robocal.report.plan import foretold, places
+    from robocal.report.plan import accuracy_forecast, places
     from robocal.verbs.plan.result import points
 
     found = made.result.document
@@ -125,13 +125,13 @@ def sections(made: Outcome[Planned]) -> Iterator[Section]:
     some = found.forecast.take([i for i, k in enumerate(counts) if k == n or (k and k % 5 == 0)])
     gain = ["" if v is None else f"-{figure(v, 2)}" for v in some["gain"].plain]
     forecast = replace(
-        listed(
+        listing_table(
             Listing((*some.columns[:-1], replace(some["gain"], values=gain))), title="Foretold error [mm] at other poses",
             styles=["strong" if k == n else "" for k in some["poses"].plain],
         ),
         right=(0, 1, 2, 3, 4),
     )  # fmt: skip
-    drawn = Detail(lambda: foretold(found.forecast, n, found.accuracy.asked))
+    drawn = Detail(lambda: accuracy_forecast(found.forecast, n, found.accuracy.asked))
     yield Section.of(
         "", drawn, forecast, *quiet(*_near(found)), *map(strong, _enough(found)),
         title="How many poses", key="forecast",

@@ -15,11 +15,11 @@ from robocal.measure.data import DataSet
 from robocal.planning.candidates import Template
 from robocal.prove.identify import baseline
 from robocal.session.inputs import Inputs
-from robocal.session.simulate import parse_frame, sample_joints
+from robocal.session.simulated_robot import parse_frame, sample_joints
 from robocal.session.watching import Watch
 from robocal.simulation.rigs import CONTACTS, RIGS, Instrument, measure
 
-__all__ = ["known", "template"]
+__all__ = ["template", "template_from_data"]
 
 SAMPLE = 40  # poses that say where an instrument may stand that only its kind describes
 
@@ -69,7 +69,7 @@ def _typical(data: DataSet, noise: float | None) -> Template:
     return tuple(out)
 
 
-def known(
+def template_from_data(
     arm: Robot, shown: Template, done: Inputs | None, given: Inputs | None, watch: Watch | None
 ) -> tuple[Template, DataSet | None, dict[str, float] | None]:
     """What was measured with the noise that it showed, and the values of parameters and frames that were fitted to

@@ -12,29 +12,29 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.listing import listing_text
-from robocal.files.parts import Document, Made, made_by
-from robocal.files.poses import joint_program, read_poses
+from robocal.files.parts import Document, Origin, provenance_of
+from robocal.files.pose_table import joint_program, read_poses
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.measure.data import DataSet
-from robocal.planning.candidates import Region, Template, observed
-from robocal.planning.poses import Plan, PlanOptions, plan
+from robocal.planning.candidates import Region, Template, observe
+from robocal.planning.pose_selection import Plan, PlanOptions, plan
 from robocal.planning.route import length, travel
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark, told
+from robocal.remarks.remark import Quantity, Remark, remark_fields
 from robocal.session.inputs import need_arm, read_inputs, robot_files
 from robocal.session.watching import Watch, computable
-from robocal.verbs.plan.instruments import known, template
+from robocal.verbs.plan.instruments import template, template_from_data
 
-__all__ = ["Planned", "planned", "points"]
+__all__ = ["Planned", "make_plan", "points"]
 
 Array = NDArray[np.float64]
 INSTEAD = "an arm; of a cable robot: robocal cable poses ROBOT --choose N, which plans poses that its cables can hold"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Forecast:
+class ForecastPart:
     """The error that is foretold after all poses, after as many at random, and what was asked for."""
 
     unit: str
@@ -76,14 +76,14 @@ class PlanDocument(Document):
     candidates: int
     tests: int
     parameters: Sequence[str]
-    accuracy: Forecast
+    accuracy: ForecastPart
     enough: int | None
     forecast: Listing
     perturbed_models: UnitValue
     selection: Selection
     travel: Travel
     program: Listing
-    provenance: Made
+    provenance: Origin
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class Planned:
             candidates=len(p.candidates),
             tests=len(p.tests),
             parameters=p.parameters,
-            accuracy=Forecast(
+            accuracy=ForecastPart(
                 unit="mm", mean=mean[n], p95=p95[n], random=random[n],
                 asked=None if self.options.accuracy is None else self.options.accuracy * 1e3,
             ),
@@ -140,16 +140,16 @@ class Planned:
                 Column("random", "mm", random, label="random"),
                 Column("gain", "mm", [None, *(mean[:-1] - mean[1:])], label="last pose"),
             )),
-            perturbed_models=UnitValue(p.doubts * 1e3, "mm"),
+            perturbed_models=UnitValue(p.uncertainty * 1e3, "mm"),
             selection=Selection(greedy=p.design.start_value, value=p.design.value, exchanges=p.design.exchanges, limit=p.limit),
             travel=Travel(unit="rad", by_rank=length(distance, np.arange(n)), path=length(distance, p.path)),
             program=Listing((*self.program.columns, candidate)),
-            **told(self.warnings),
-            provenance=made_by(self.command, self.inputs),
+            **remark_fields(self.warnings),
+            provenance=provenance_of(self.command, self.inputs),
         )  # fmt: skip
 
 
-def planned(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Planned, dict[str, str]]:
+def make_plan(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Planned, dict[str, str]]:
     """A plan by the options of the verb, and the files that go with it where they are to be written. Raises InputError."""
     arm = need_arm(o.robot, INSTEAD, base=o.base, tip=o.tip)
     si = o.si(arm.units)
@@ -166,7 +166,7 @@ def planned(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Plan
     region = _region(o, si)
     with computable(o.robot, *o.after):
         stated = template(arm, done, given, o.kind, si.noise, o.frame)
-        at_work, measured, values = known(arm, stated, done, given, watch)
+        at_work, measured, values = template_from_data(arm, stated, done, given, watch)
     if region.needs_instrument and done is None and given is None and o.frame == "auto":
         raise ModelError(
             "the place of the instrument is not specified", key="--frame", found=o.frame,
@@ -241,7 +241,7 @@ def _texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
     """The joint program, and the data file with its table to be filled in; and a warning where a kind has no table."""
     p, chain, units = made.plan, made.robot.chain, made.robot.units
     program = listing_text(made.program, units)
-    blank = observed(made.template, p.q[p.path], made.names, {})
+    blank = observe(made.template, p.q[p.path], made.names, {})
     unknown = []
     for obs in blank.observations:
         frame = obs.frame

@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING
 
 from robocal.errors import FileError, ModelError
 from robocal.quantities import Listing
-from robocal.report.sections import Section, Text, ends, listed, quiet
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, arg, opt
+from robocal.report.sections import Section, Text, ends, listing_table, quiet
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
     from robocal.studies.cluster import Cluster
-    from robocal.studies.run import Found
+    from robocal.studies.run import StudyOutputs
 
 __all__ = ["Options", "details", "run", "sections"]
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Simulate a study: many trials of a calibration at every point of a sweep, on all cores.
 
     The same seed gives the same numbers with any number of workers. A page with pictures of the sweep is written beside
@@ -35,25 +35,25 @@ class Options(Told):
     """
 
     study: str = arg(..., "STUDY", "study.yaml: robot, poses, noise, trials and the varied keys.")
-    workers: int | None = opt(
+    workers: int | None = option(
         None, "Processes on this machine", metavar="N", least=1, most=1024, otherwise="as many as cores"
     )
-    cluster: str | None = opt(
+    cluster: str | None = option(
         None,
         "A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT; workers read the robot file under the same path",
         metavar="ADDRESS",
     )
-    tls_ca: Path | None = opt(None, "For --cluster: certificate of the authority", metavar="FILE")
-    tls_cert: Path | None = opt(None, "For --cluster: certificate of this machine", metavar="FILE")
-    tls_key: Path | None = opt(None, "For --cluster: key of that certificate", metavar="FILE")
-    resume: bool = opt(False, "Continue a study that was interrupted")
-    output: Path | None = opt(
+    tls_ca: Path | None = option(None, "For --cluster: certificate of the authority", metavar="FILE")
+    tls_cert: Path | None = option(None, "For --cluster: certificate of this machine", metavar="FILE")
+    tls_key: Path | None = option(None, "For --cluster: key of that certificate", metavar="FILE")
+    resume: bool = option(False, "Continue a study that was interrupted")
+    output: Path | None = option(
         None, "File for every trial, .npz or .csv", short="-o", metavar="FILE", otherwise="beside the study, as .npz"
     )
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Found]:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[StudyOutputs]:
     """Runs a study; the file holds every output of every trial, the .json beside it what is said of them. Raises InputError."""
     import os
 
@@ -63,7 +63,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Fo
     from robocal.files.writing import refuse_existing, refuse_unwritable, write_files
     from robocal.report.page import page
     from robocal.studies.run import clear, conduct, parts_of
-    from robocal.verbs.study.result import document, lost, written
+    from robocal.verbs.study.result import document, missing_trials, written
 
     far = _far(o)
     study = read_study(o.study)
@@ -79,7 +79,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Fo
         workers = o.workers or os.cpu_count() or 1
         found = conduct(study, result, workers=workers, resume=o.resume, cluster=far, watch=watch)
         files = {result.name: written(result)(found)}
-        remarks, whole = lost(found)
+        remarks, whole = missing_trials(found)
         outcome = Outcome(found, lambda: document(found, command), whole, remarks)
         files[summed.name] = json_text(outcome.document()).encode("utf-8")
         if len(study.points) > 1:
@@ -88,7 +88,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Fo
             files[drawn.name] = page(study.path.name, told, kind="Study", recipe=recipe).encode("utf-8")
         places = write_files(result.parent, files, remove=(drawn.name,))
         clear(result)
-    return outcome.kept(places)
+    return outcome.with_files(places)
 
 
 def _far(o: Options) -> Cluster | None:
@@ -114,14 +114,14 @@ def _far(o: Options) -> Cluster | None:
     return None
 
 
-def details(made: Outcome[Found]) -> Iterator[Section]:
+def details(made: Outcome[StudyOutputs]) -> Iterator[Section]:
     """A picture of every output."""
     from robocal.verbs.study.page import pictures
 
     yield from pictures(made.result)
 
 
-def sections(made: Outcome[Found]) -> Iterator[Section]:
+def sections(made: Outcome[StudyOutputs]) -> Iterator[Section]:
     """Root mean square, mean and scatter of every output at every point, and what theory foretells."""
     from robocal.files.listing import in_units
     from robocal.files.units import Units
@@ -144,7 +144,7 @@ def sections(made: Outcome[Found]) -> Iterator[Section]:
         few = replace(lost, values=[v or None for v in lost.values])
         shown = Listing((*listing.columns[: len(varied)], head, *numbers[1:], few))
         yield Section.of(
-            "", replace(listed(shown), right=tuple(range(len(varied), len(shown.columns)))),
+            "", replace(listing_table(shown), right=tuple(range(len(varied), len(shown.columns)))),
             *quiet("rms and mean over trials, scatter: standard deviation of one trial; lost: trials without it, not among these"),
             title=name, key=name,
         )  # fmt: skip

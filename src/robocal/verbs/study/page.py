@@ -13,7 +13,7 @@ from robocal.files.studyfile import QUANTITIES
 from robocal.files.units import UNITS
 from robocal.report.sections import Figure, Section, Text
 from robocal.report.sweep import Axis, Curve, curves, levels
-from robocal.studies.run import Found
+from robocal.studies.run import StudyOutputs
 from robocal.verbs.study.result import summary
 
 __all__ = ["pictures"]
@@ -41,7 +41,7 @@ class _Key:
         return Axis(title, np.array(self.numbers))
 
 
-def _keys(found: Found) -> list[_Key]:
+def _keys(found: StudyOutputs) -> list[_Key]:
     points = found.study.points
     out = []
     for i, (name, _) in enumerate(points[0].varied):
@@ -53,7 +53,7 @@ def _keys(found: Found) -> list[_Key]:
     return out
 
 
-def pictures(found: Found) -> Iterator[Section]:
+def pictures(found: StudyOutputs) -> Iterator[Section]:
     """A picture of every output: against the number that was varied most, a curve for each combination of the rest; where two numbers
     were varied, lines of equal error."""
     keys = _keys(found)
@@ -68,27 +68,29 @@ def pictures(found: Found) -> Iterator[Section]:
         blocks: list[Text | Figure] = []
         if len(axes) == 2:
             x, y = keys[axes[0]].axis, keys[axes[1]].axis
-            for k, more in enumerate(_combined(keys, rest)):
+            for k, more in enumerate(_combinations(keys, rest)):
                 at = [
                     _at(found, keys, rest, more, axes, pair)
                     for pair in itertools.product(*(keys[i].words for i in axes))
                 ]
                 shape = (len(x.values), len(y.values))
                 grid, theory = values[at].reshape(shape), told[at].reshape(shape)
-                said = f"Lines of equal {name} ({of}) over {x.title} and {y.title}{_where(_told(keys, rest, more))}; dotted: as foretold."
+                said = f"Lines of equal {name} ({of}) over {x.title} and {y.title}{_where(_spell(keys, rest, more))}; dotted: as foretold."
                 drawn = levels(x, y, grid, theory if np.isfinite(theory).any() else None, unit, said, f"{name}-{k}")
                 blocks += [Text.of(said), *([Figure(drawn)] if drawn else [])]
         else:
             x = keys[axes[0]].axis
             lines = []
-            for more in _combined(keys, rest):
+            for more in _combinations(keys, rest):
                 at = [_at(found, keys, rest, more, axes, (word,)) for word in keys[axes[0]].words]
                 theory = told[at]
                 lines.append(
-                    Curve(", ".join(_told(keys, rest, more)), values[at], theory if np.isfinite(theory).any() else None)
+                    Curve(
+                        ", ".join(_spell(keys, rest, more)), values[at], theory if np.isfinite(theory).any() else None
+                    )
                 )
             said = f"{name} ({of}) against {x.title}."
-            if any(c.told is not None for c in lines):
+            if any(c.theory is not None for c in lines):
                 said += " Dotted: as linear theory foretells; below: by how much what was found is more."
             if unit and np.nanmax(values, initial=0.0) < DIGITS:
                 blocks.append(Text.of(f"{name} ({of}): below {DIGITS:g} {unit} everywhere, what digits leave."))
@@ -98,12 +100,12 @@ def pictures(found: Found) -> Iterator[Section]:
         yield Section("", tuple(blocks), f"{name}, drawn", f"{name}-drawn")
 
 
-def _values(found: Found, name: str) -> tuple[Array, Array, str]:
+def _values(found: StudyOutputs, name: str) -> tuple[Array, Array, str]:
     """What is drawn of an output at every point, as shown, what is foretold of it, and what it is: theory speaks of the root mean
     square."""
     every, si = summary(found, name), found.units[name]
     factor = 1.0 / SHOWN[si].factor if si in SHOWN else 1.0
-    told = np.array([np.nan if s.foretold is None else s.foretold for s in every])
+    told = np.array([np.nan if s.theory is None else s.theory for s in every])
     foretold = bool(np.isfinite(told).any())
     return (
         factor * np.array([s.rms if foretold else s.mean for s in every]),
@@ -112,11 +114,11 @@ def _values(found: Found, name: str) -> tuple[Array, Array, str]:
     )
 
 
-def _combined(keys: list[_Key], rest: list[int]) -> Iterator[tuple[str, ...]]:
+def _combinations(keys: list[_Key], rest: list[int]) -> Iterator[tuple[str, ...]]:
     return itertools.product(*(keys[i].words for i in rest))
 
 
-def _told(keys: list[_Key], rest: list[int], more: tuple[str, ...]) -> tuple[str, ...]:
+def _spell(keys: list[_Key], rest: list[int], more: tuple[str, ...]) -> tuple[str, ...]:
     """A combination in words: a number says of what it is."""
     return tuple(w if keys[i].numbers is None else f"{keys[i].name} {w}" for i, w in zip(rest, more, strict=True))
 
@@ -126,7 +128,12 @@ def _where(more: tuple[str, ...]) -> str:
 
 
 def _at(
-    found: Found, keys: list[_Key], rest: list[int], more: tuple[str, ...], axes: list[int], pair: tuple[str, ...]
+    found: StudyOutputs,
+    keys: list[_Key],
+    rest: list[int],
+    more: tuple[str, ...],
+    axes: list[int],
+    pair: tuple[str, ...],
 ) -> int:
     """The number of the point with these words."""
     words = dict(zip((*rest, *axes), (*more, *pair), strict=True))

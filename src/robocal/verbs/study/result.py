@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 
 from robocal.errors import FormatError
 from robocal.files.csvtable import csv_text
-from robocal.files.parts import Document, Made, made_by
+from robocal.files.parts import Document, Origin, provenance_of
 from robocal.files.text import InputFile
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark, told
-from robocal.studies.run import Found
-from robocal.studies.work import packed
+from robocal.remarks.remark import Remark, remark_fields
+from robocal.studies.run import StudyOutputs
+from robocal.studies.work import pack
 
-__all__ = ["Summary", "document", "lost", "summary", "table_of", "written"]
+__all__ = ["PointSummary", "document", "missing_trials", "summary", "table_of", "written"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Summary:
+class PointSummary:
     """Of one output at one point, SI: root mean square and mean over trials, standard deviation of one, trials that did not end, and
     what theory foretells of the root mean square."""
 
@@ -33,22 +33,22 @@ class Summary:
     mean: float
     scatter: float
     lost: int
-    foretold: float | None
+    theory: float | None
 
 
-def summary(found: Found, name: str) -> list[Summary]:
+def summary(found: StudyOutputs, name: str) -> list[PointSummary]:
     """One output at every point."""
     out = []
-    for values, theory in zip(found.outputs[name], found.foretold, strict=True):
+    for values, theory in zip(found.outputs[name], found.theory, strict=True):
         good = values[np.isfinite(values)]
         some = len(good) > 0
         spread = float(good.std(ddof=1)) if len(good) > 1 else float("nan")
         rms, mean = (float(np.sqrt(np.mean(good**2))), float(good.mean())) if some else (float("nan"),) * 2
-        out.append(Summary(rms, mean, spread, len(values) - len(good), theory.get(name)))
+        out.append(PointSummary(rms, mean, spread, len(values) - len(good), theory.get(name)))
     return out
 
 
-def lost(found: Found) -> tuple[tuple[Remark, ...], bool]:
+def missing_trials(found: StudyOutputs) -> tuple[tuple[Remark, ...], bool]:
     """What is to be said of trials without a number, and whether every output has one at every point."""
     remarks, whole = [], True
     for name in found.outputs:
@@ -73,10 +73,10 @@ class StudyDocument(Document):
     trials: int
     seed: int
     outputs: dict[str, Listing]
-    provenance: Made
+    provenance: Origin
 
 
-def table_of(found: Found, name: str) -> Listing:
+def table_of(found: StudyOutputs, name: str) -> Listing:
     """One output at every point, with what was varied."""
     unit, every, points = found.units[name], summary(found, name), found.study.points
     unit = "" if unit == "1" else unit
@@ -86,17 +86,17 @@ def table_of(found: Found, name: str) -> Listing:
     return Listing((*varied, *numbers, Column("lost", "", [s.lost for s in every])))
 
 
-def document(found: Found, command: str) -> StudyDocument:
+def document(found: StudyOutputs, command: str) -> StudyDocument:
     """What --json says."""
     study = found.study
     inputs = (InputFile(study.path, study.sha256), *(InputFile(Path(name), digest) for name, digest in study.read))
     return StudyDocument(
         of=study.of, trials=study.trials, seed=study.seed, outputs={name: table_of(found, name) for name in found.outputs},
-        **told(lost(found)[0]), provenance=made_by(command, inputs),
+        **remark_fields(missing_trials(found)[0]), provenance=provenance_of(command, inputs),
     )  # fmt: skip
 
 
-def written(result: Path) -> Callable[[Found], bytes]:
+def written(result: Path) -> Callable[[StudyOutputs], bytes]:
     """How every trial is written into a file of this name. Raises FormatError for another than .npz and .csv."""
     known = {".npz": _npz, ".csv": _csv}
     if result.suffix.lower() not in known:
@@ -106,16 +106,16 @@ def written(result: Path) -> Callable[[Found], bytes]:
     return known[result.suffix.lower()]
 
 
-def _npz(found: Found) -> bytes:
+def _npz(found: StudyOutputs) -> bytes:
     """`point` (P, T), every output (P, T) in SI, and what was varied (P,) as text."""
     varied = {
         f"varied.{name}": np.array([dict(p.varied)[name] for p in found.study.points])
         for name, _ in found.study.points[0].varied
     }
-    return packed({**varied, **found.outputs})
+    return pack({**varied, **found.outputs})
 
 
-def _csv(found: Found) -> bytes:
+def _csv(found: StudyOutputs) -> bytes:
     names = [name for name, _ in found.study.points[0].varied]
     head = [*names, "trial", *(f"{n} [{u}]" for n, u in found.units.items())]
     rows = (

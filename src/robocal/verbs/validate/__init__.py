@@ -16,15 +16,15 @@ from robocal.report.sections import (
     Noted,
     Section,
     Text,
-    Verdict,
+    VerdictBlock,
     ends,
     figure,
     quiet,
     spread,
     table,
 )
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ TOOL = ("tool.x", "tool.y", "tool.z")
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Measure the error of a robot model on data that it was not fitted to.
 
     With repeated visits, the result also has pose accuracy and repeatability, and distance accuracy, as defined in ISO 9283.
@@ -59,17 +59,17 @@ class Options(Told):
 
     robot: w.Robot
     data: w.Data
-    against: str | None = opt(None, "Compare with this robot, for example the nominal one", metavar="ROBOT")
-    offsets: str | None = opt(
+    against: str | None = option(None, "Compare with this robot, for example the nominal one", metavar="ROBOT")
+    offsets: str | None = option(
         None, "Validate these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE"
     )
-    distances: str = opt(
+    distances: str = option(
         "consecutive",
         "Pairs of places: consecutive, all, group, or a column of the configurations",
         metavar="PAIRS",
     )
     exclude: w.Exclude = ()
-    output: Path | None = opt(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")
     force: w.Force = False
     seed: w.Seed = 0
     base: w.Base = None
@@ -80,13 +80,13 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Va
     """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
-    from robocal.verbs.validate.result import validated
+    from robocal.verbs.validate.result import validate_robot
 
     refuse_existing(o.output, FILES, o.force)
-    made = validated(o, command, watch)
+    made = validate_robot(o, command, watch)
     outcome = Outcome(made, lambda: made.document, made.trusted, made.warnings)
     facts = (("Compared with", made.against.name if made.against else ""),)
-    return outcome.paged(
+    return outcome.with_page(
         o.output, sections(outcome), lambda: {FILES[0]: json_text(made.document)}, FILES[1],
         title=made.robot.name, kind="Validation report", facts=facts,
     )  # fmt: skip
@@ -102,13 +102,13 @@ def sections(made: Outcome[Validation]) -> Iterator[Section]:
         head += quiet(f"judged: the nominal robot with the joint offsets of {found.offsets}")
     if found.reasons:
         advice = tuple(dict.fromkeys(r.advice for r in found.reasons if r.advice))
-        head.append(Verdict("not to be trusted", "bad", tuple(r.sentence for r in found.reasons), advice))
+        head.append(VerdictBlock("not to be trusted", "bad", tuple(r.sentence for r in found.reasons), advice))
     yield Section.of("", *head)
     yield Section.of("", *_errors(found), title="Errors of single measurements", key="errors")
     if found.iso:
         more = Detail(lambda: standing(found.iso, found.against is not None))
         yield Section.of("", *_standard(found.iso), more, title=str(found.iso.get("standard")), key="standard")
-    told = list(_told(found))
+    told = list(_frame_blocks(found))
     worst = sorted(found.poses.rows, key=lambda p: -p["error"])[:3]
     if len(found.poses) > 3:
         told += quiet("worst: " + ", ".join(f"{p['configuration']} {figure(p['error'], 3)} mm" for p in worst))
@@ -143,7 +143,7 @@ def _errors(found: Validation) -> Iterator[Block]:
         yield table(f"error [{unit}]", *SPREAD, "", right=(1, 2, 3, 4, 5), rows=rows)
 
 
-def _told(found: Validation) -> Iterator[Block]:
+def _frame_blocks(found: Validation) -> Iterator[Block]:
     """What was fitted to these data, and by how much one robot is better."""
     if found.frames:
         yield from quiet(

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.apply.iso9283 import Standard, standard
-from robocal.files.parts import Document, Made, made_by
+from robocal.files.parts import Document, Origin, provenance_of
 from robocal.files.text import InputFile
 from robocal.measure.data import DataSet
 from robocal.prove.evidence import bootstrap_gain, constant_errors
@@ -31,10 +31,10 @@ from robocal.session.inputs import Inputs, open_machine, read_inputs
 from robocal.session.opened import Opened
 from robocal.session.reference import OffsetRobot, offset_robot
 from robocal.session.watching import Watch, computable
-from robocal.verbs.validate.layered import layer_beside, layer_words
-from robocal.verbs.validate.seen import unseen
+from robocal.verbs.validate.layer_check import layer_beside, layer_remarks
+from robocal.verbs.validate.used_rows import unseen
 
-__all__ = ["Validation", "validated"]
+__all__ = ["Validation", "validate_robot"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -78,7 +78,7 @@ class ValidationDocument(Document):
     profiled_against: tuple[str, ...]
     iso_9283: Standard
     poses: Listing
-    provenance: Made
+    provenance: Origin
 
 
 @dataclass(frozen=True)
@@ -130,11 +130,11 @@ class Validation:
             poses=self.poses,
             warnings=sentences(self.warnings),
             remarks=documents((*self.reasons, *self.warnings)),
-            provenance=made_by(self.command, self.inputs),
+            provenance=provenance_of(self.command, self.inputs),
         )
 
 
-def validated(o: Any, command: str = "", watch: Watch | None = None) -> Validation:
+def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Validation:
     """Validates a robot on data files, by the options of the verb: compared with another robot when one is given; offsets are
     judged on the nominal robot, and compared with it where nothing else is named. Raises InputError."""
     inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
@@ -143,7 +143,7 @@ def validated(o: Any, command: str = "", watch: Watch | None = None) -> Validati
     inputs, used, left_out = unseen(inputs, places)
     shifted = None if o.offsets is None else offset_robot(o.robot, inputs.opened.need_arm(OFFSETS), o.offsets)
     if shifted is not None:
-        inputs, other = _shifted(inputs, shifted), other or OpenedArm(shifted.nominal)
+        inputs, other = _with_offsets(inputs, shifted), other or OpenedArm(shifted.nominal)
     machine = inputs.opened.machine
     with computable(o.robot, *o.data):
         # A nominal robot says as little of its tool with offsets as without.
@@ -169,7 +169,7 @@ def validated(o: Any, command: str = "", watch: Watch | None = None) -> Validati
     warnings = (
         *inputs.warnings,
         *left_out,
-        *layer_words(layer),
+        *layer_remarks(layer),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
     files = (*inputs.files, *(() if other is None or o.against is None else other.inputs))
@@ -194,7 +194,7 @@ def _standing(
     return standard(inputs.data, (arm.chain, mine.values), second, distances)
 
 
-def _shifted(inputs: Inputs, shifted: OffsetRobot) -> Inputs:
+def _with_offsets(inputs: Inputs, shifted: OffsetRobot) -> Inputs:
     """The same data for the nominal robot with offsets."""
     file = InputFile(shifted.file.path, shifted.file.sha256)
     said = (*inputs.warnings, *shifted.warnings)

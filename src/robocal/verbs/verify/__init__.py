@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from robocal.remarks.remark import percent
 from robocal.report.sections import Cell, Section, Text, ends, figure, quiet, table
-from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Told, arg, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import Arg, BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
     from robocal.apply.verification import Agreement, Anova
-    from robocal.verbs.verify.result import Summary, Verified
+    from robocal.verbs.verify.result import AnovaResult, Verified
 
 __all__ = ["Options", "run", "sections"]
 
@@ -25,7 +25,7 @@ LEVEL = 0.05
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Compare poses with those of an external instrument: as measured, relative to the first one, and
     after the best alignment.
 
@@ -45,41 +45,41 @@ class Options(Told):
 
     reference: str = arg(..., "REFERENCE", "The poses of the external instrument; with --summary a table of groups.")
     sources: Annotated[tuple[str, ...], SOURCES] = ()
-    summary: bool = opt(False, "Analysis of variance from means and standard deviations")
-    output: Path | None = opt(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")
+    summary: bool = option(False, "Analysis of variance from means and standard deviations")
+    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Verified | Summary]:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Verified | AnovaResult]:
     """Compares poses, or means. Raises InputError."""
     from robocal.errors import ModelError
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
-    from robocal.verbs.verify.result import summarised, verified
+    from robocal.verbs.verify.result import summarise_groups, verify_sources
 
     refuse_existing(o.output, (FILE, PAGE), o.force)
     if o.summary and o.sources:
         raise ModelError(
             "a summary is one file", key="--summary", found=", ".join(o.sources), expected="nothing beside it"
         )
-    made: Any = summarised(o.reference, command) if o.summary else verified(o.reference, o.sources, command)
+    made: Any = summarise_groups(o.reference, command) if o.summary else verify_sources(o.reference, o.sources, command)
     outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
-    return outcome.paged(
+    return outcome.with_page(
         o.output, list(sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
         title="Poses against an external instrument", kind="Verification",
     )  # fmt: skip
 
 
-def sections(made: Outcome[Verified | Summary]) -> Iterator[Section]:
+def sections(made: Outcome[Verified | AnovaResult]) -> Iterator[Section]:
     """Errors by view, the analysis of variance, and who agrees with whom."""
-    from robocal.verbs.verify.result import Summary
+    from robocal.verbs.verify.result import AnovaResult
 
     found = made.result
-    if isinstance(found, Summary):
+    if isinstance(found, AnovaResult):
         yield Section.of("", Text.of(f"{len(found.groups)} groups: {', '.join(found.groups)}"))
         yield Section.of(
             "",
-            _anova([(name, one) for name, one in found.found.items()]),
+            _anova([(name, one) for name, one in found.anova.items()]),
             title="One-way analysis of variance",
             key="anova",
         )
@@ -106,7 +106,7 @@ def sections(made: Outcome[Verified | Summary]) -> Iterator[Section]:
         yield Section.of("", _anova(both), title="Do the means of the sources differ?", key="anova")
     if found.agreement is not None:
         names = [*(s.name for s in found.sources), found.reference.name]
-        yield Section.of("", *_agreed(found.agreement, names), title="Who agrees with whom", key="agreement")
+        yield Section.of("", *_agreement_table(found.agreement, names), title="Who agrees with whom", key="agreement")
     yield from ends(made.remarks, made.written)
 
 
@@ -129,11 +129,15 @@ def _anova(found: Sequence[tuple[str, Anova]]) -> Any:
     return table("means of", "F", "degrees of freedom", "chance", f"at {percent(1 - LEVEL)}", right=(1, 3), rows=rows)
 
 
-def _agreed(found: tuple[Agreement, Agreement], names: Sequence[str]) -> Iterator[Any]:
+def _agreement_table(found: tuple[Agreement, Agreement], names: Sequence[str]) -> Iterator[Any]:
     position, turned = found
     pairs = ((0, 1), (0, 2), (1, 2))
     rows: list[tuple[Cell, ...]] = [
-        (f"{names[i]} - {names[j]}", figure(1e3 * position.apart[k], 3), figure(57.29577951308232 * turned.apart[k], 3))
+        (
+            f"{names[i]} - {names[j]}",
+            figure(1e3 * position.differences[k], 3),
+            figure(57.29577951308232 * turned.differences[k], 3),
+        )
         for k, (i, j) in enumerate(pairs)
     ]
     rows += [

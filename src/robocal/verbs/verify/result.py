@@ -12,22 +12,22 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.apply.likeness import Cause, unlike
-from robocal.apply.verification import Agreement, Anova, Errors, agreement, aligned, anova, errors, relative
+from robocal.apply.same_place import Cause, unlike
+from robocal.apply.verification import Agreement, Anova, PoseErrors, agreement, align_poses, anova, errors, relative
 from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_datasets
-from robocal.files.parts import SCHEMA, Document, Made, made_by
-from robocal.files.shown import shown, shown_unit
+from robocal.files.display import display_unit, to_display
+from robocal.files.parts import SCHEMA, Document, Origin, provenance_of
 from robocal.files.text import InputFile
 from robocal.files.units import parse_unit
 from robocal.geometry import se3
 from robocal.measure.machine import Rig
-from robocal.quantities import Amount, ShownUnit
+from robocal.quantities import Amount, DisplayUnit
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark, told
+from robocal.remarks.remark import Quantity, Remark, remark_fields
 
-__all__ = ["VIEWS", "Source", "Summary", "Verified", "summarised", "verified"]
+__all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "summarise_groups", "verify_sources"]
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -37,14 +37,14 @@ FEWEST = 2  # poses that several files have in common
 
 
 @dataclass(frozen=True)
-class Source:
+class PoseSource:
     """Poses (k, 4, 4) by id."""
 
     name: str
     ids: tuple[str, ...]
     poses: Array
 
-    def take(self, ids: Sequence[str]) -> Source:
+    def take(self, ids: Sequence[str]) -> PoseSource:
         """Those of some ids, in their order."""
         at = [self.ids.index(i) for i in ids]
         return replace(self, ids=tuple(ids), poses=self.poses[at])
@@ -54,7 +54,7 @@ class Source:
 class ErrorSpread:
     """The errors of one source in one view."""
 
-    unit: ShownUnit
+    unit: DisplayUnit
     n: int
     mean: Amount
     sd: Amount | None
@@ -72,7 +72,7 @@ class Agreed:
 
 
 @dataclass(frozen=True)
-class Both(Generic[T]):
+class PosePair(Generic[T]):
     """The same of positions and of orientations."""
 
     position: T
@@ -85,10 +85,10 @@ class VerifyDocument(Document):
 
     reference: str
     poses: tuple[str, ...]
-    sources: dict[str, dict[str, Both[ErrorSpread]]]
-    anova: dict[str, Both[Anova]]
-    agreement: Both[Agreed] | None
-    provenance: Made
+    sources: dict[str, dict[str, PosePair[ErrorSpread]]]
+    anova: dict[str, PosePair[Anova]]
+    agreement: PosePair[Agreed] | None
+    provenance: Origin
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +98,7 @@ class SummaryDocument:
     robocal: int = SCHEMA
     groups: tuple[str, ...]
     anova: dict[str, Anova]
-    provenance: Made
+    provenance: Origin
 
 
 @dataclass(frozen=True)
@@ -106,9 +106,9 @@ class Verified:
     """Sources against a reference, all at the same poses: what each errs in every view, groups compared, and where there are two
     sources, who agrees with whom once both are aligned."""
 
-    reference: Source
-    sources: tuple[Source, ...]
-    errors: tuple[dict[str, Errors], ...]
+    reference: PoseSource
+    sources: tuple[PoseSource, ...]
+    errors: tuple[dict[str, PoseErrors], ...]
     left_out: int
     remarks: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
@@ -129,7 +129,7 @@ class Verified:
         """Of two sources and the reference: position (m) and orientation (rad)."""
         if len(self.sources) != 2 or any("aligned" not in e for e in self.errors):
             return None
-        one, two = (aligned(s.poses, self.reference.poses) for s in self.sources)
+        one, two = (align_poses(s.poses, self.reference.poses) for s in self.sources)
         between = errors(one[1] @ self.sources[0].poses, two[1] @ self.sources[1].poses)
         pairs = list(zip(between.rms, one[0].rms, two[0].rms, strict=True))
         return agreement(pairs[0]), agreement(pairs[1])
@@ -139,7 +139,7 @@ class Verified:
         """What --json says: mm and deg."""
         both = self.agreement
         errors = {
-            s.name: {v: Both(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
+            s.name: {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
             for s, of in zip(self.sources, self.errors, strict=True)
         }
         names = [*(s.name for s in self.sources), self.reference.name]
@@ -147,19 +147,19 @@ class Verified:
             reference=self.reference.name,
             poses=self.reference.ids,
             sources=errors,
-            anova={v: Both(*pair) for v, pair in self.anova.items()},
-            agreement=None if both is None else Both(_agreed(both[0], names, "m"), _agreed(both[1], names, "rad")),
-            **told(self.remarks),
-            provenance=made_by(self.command, self.inputs),
+            anova={v: PosePair(*pair) for v, pair in self.anova.items()},
+            agreement=None if both is None else PosePair(_agreement(both[0], names, "m"), _agreement(both[1], names, "rad")),
+            **remark_fields(self.remarks),
+            provenance=provenance_of(self.command, self.inputs),
         )  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Summary:
+class AnovaResult:
     """Groups by their means and standard deviations, and the analysis of variance of every quantity."""
 
     groups: tuple[str, ...]
-    found: dict[str, Anova]
+    anova: dict[str, Anova]
     inputs: tuple[InputFile, ...]
     command: str
     remarks: tuple[Remark, ...] = ()
@@ -168,26 +168,28 @@ class Summary:
     @property
     def document(self) -> SummaryDocument:
         """What --json says."""
-        return SummaryDocument(groups=self.groups, anova=self.found, provenance=made_by(self.command, self.inputs))
+        return SummaryDocument(
+            groups=self.groups, anova=self.anova, provenance=provenance_of(self.command, self.inputs)
+        )
 
 
 def _spread(values: Array, unit: str) -> ErrorSpread:
     sd = float(values.std(ddof=1)) if len(values) > 1 else None
-    return shown(ErrorSpread, (unit, len(values), float(values.mean()), sd, float(values.max())))
+    return to_display(ErrorSpread, (unit, len(values), float(values.mean()), sd, float(values.max())))
 
 
-def _agreed(found: Agreement, names: Sequence[str], si: str) -> Agreed:
-    pairs, unit = [f"{a} - {b}" for a, b in combinations(names, 2)], shown_unit(si)
+def _agreement(found: Agreement, names: Sequence[str], si: str) -> Agreed:
+    pairs, unit = [f"{a} - {b}" for a, b in combinations(names, 2)], display_unit(si)
     own = {n: unit.from_si(v) for n, v in zip(names, found.own, strict=True)}
     shared = None if found.shared is None else [names[i] for i in found.shared]
-    return Agreed(unit.name, {p: unit.from_si(v) for p, v in zip(pairs, found.apart, strict=True)}, own, shared)
+    return Agreed(unit.name, {p: unit.from_si(v) for p, v in zip(pairs, found.differences, strict=True)}, own, shared)
 
 
 def _of(groups: Sequence[Array]) -> Anova:
     return anova([float(g.mean()) for g in groups], [float(g.std(ddof=1)) for g in groups], [len(g) for g in groups])
 
 
-def _read(place: str) -> tuple[Source, tuple[InputFile, ...], tuple[Remark, ...]]:
+def _read(place: str) -> tuple[PoseSource, tuple[InputFile, ...], tuple[Remark, ...]]:
     reading = read_datasets([place], Rig())
     seen = reading.dataset.observations
     if len(seen) != 1 or seen[0].kind != "pose":
@@ -217,10 +219,10 @@ def _read(place: str) -> tuple[Source, tuple[InputFile, ...], tuple[Remark, ...]
             "a position too far away for any machine", file=place, key=ids[at], found=f"{np.abs(obs.value[at, :3]).max():.3g} m",
             expected=f"below {FARTHEST:.0e} m",
         )  # fmt: skip
-    return Source(Path(place).stem, ids, se3.from_vector(obs.value)), reading.files, reading.warnings
+    return PoseSource(Path(place).stem, ids, se3.from_vector(obs.value)), reading.files, reading.warnings
 
 
-def verified(reference: str, places: Sequence[str], command: str = "") -> Verified:
+def verify_sources(reference: str, places: Sequence[str], command: str = "") -> Verified:
     """Poses of sources against those of a reference, row by row of the same id. Raises InputError."""
     if not places:
         raise ModelError("there are no poses to compare with the reference", key="SOURCES", expected="files with poses")
@@ -248,7 +250,7 @@ def verified(reference: str, places: Sequence[str], command: str = "") -> Verifi
     return Verified(first, tuple(sources), found, left, tuple(said), inputs, command, not doubts)
 
 
-def _distinct(every: Sequence[Source], places: Sequence[str]) -> None:
+def _distinct(every: Sequence[PoseSource], places: Sequence[str]) -> None:
     """Raises FormatError for the same poses twice: they agree with themselves."""
     for (i, one), (j, other) in combinations(enumerate(every), 2):
         if one.ids == other.ids and np.array_equal(one.poses, other.poses):
@@ -263,7 +265,7 @@ CODES: dict[Cause, Code] = {
 }  # fmt: skip
 
 
-def _doubt(source: Source, reference: Source) -> Remark | None:
+def _doubt(source: PoseSource, reference: PoseSource) -> Remark | None:
     found = unlike(source.poses, reference.poses)
     if found is None:
         return None
@@ -274,15 +276,15 @@ def _doubt(source: Source, reference: Source) -> Remark | None:
     )
 
 
-def _views(found: Array, reference: Array) -> dict[str, Errors]:
+def _views(found: Array, reference: Array) -> dict[str, PoseErrors]:
     out = {VIEWS[0]: errors(found, reference), VIEWS[1]: relative(found, reference)}
     for view, point, least in ((VIEWS[2], False, 3), (VIEWS[3], True, 5)):
         if len(found) >= least:
-            out[view] = aligned(found, reference, point=point)[0]
+            out[view] = align_poses(found, reference, point=point)[0]
     return out
 
 
-def summarised(place: str, command: str = "") -> Summary:
+def summarise_groups(place: str, command: str = "") -> AnovaResult:
     """An analysis of variance from a CSV of groups: `group`, `n`, and for every quantity `NAME_mean` and `NAME_sd`. Raises
     InputError."""
     table = read_csv(place)
@@ -318,4 +320,4 @@ def summarised(place: str, command: str = "") -> Summary:
         mean, spread = (table.numbers(both) * np.array(factor)).T
         table.insist(spread >= 0, [f"{q}_sd"], "a standard deviation is not negative", spread, expected="0 or above")
         found[q] = anova(mean.tolist(), spread.tolist(), counts.astype(int).tolist())
-    return Summary(groups, found, (InputFile(Path(place), table.sha256),), command)
+    return AnovaResult(groups, found, (InputFile(Path(place), table.sha256),), command)

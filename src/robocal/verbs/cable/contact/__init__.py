@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robocal.report.sections import Section, Text, ends, listed
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, opt
+from robocal.report.sections import Section, Text, ends, listing_table
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ SHOWN = 20  # motions that cannot be gone
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Check a path for contacts of cables and platform and for tensions: straight motions from each pose of a list to the next.
 
     Contacts are certified between the poses too. Exit status 3 where a motion is not possible to its end; its share, 0 to 1, is the
@@ -30,20 +30,22 @@ class Options(Told):
 
     \b
     robocal cable contact robot.yaml path.csv
-    robocal cable contact robot.yaml list/program.csv --payload 2 -o way
+    robocal cable contact robot.yaml list/program.csv --payload 2 -o path
     robocal cable contact robot.yaml targets.csv --from-first
     """
 
     robot: w.CableRobot
     poses: w.PlatformPoses
-    from_first: bool = opt(False, "Move to every pose from the first one, not from the one before: a list of targets")
+    from_first: bool = option(
+        False, "Move to every pose from the first one, not from the one before: a list of targets"
+    )
     diameter: w.Diameter = None
     body: w.PlatformBody = "hull"
     relief: w.Relief = None
     payload: w.Payload = 0.0
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None
-    output: Path | None = opt(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
     force: w.Force = False
 
 
@@ -56,10 +58,10 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Mo
 
     refuse_existing(o.output, FILES, o.force)
     made = path_of(o, command)
-    outcome = Outcome(made, lambda: made.document, made.whole, made.remarks).kept(())
+    outcome = Outcome(made, lambda: made.document, made.whole, made.remarks).with_files(())
     told = (part for tell in (sections, details) for part in tell(outcome))
-    return outcome.paged(
-        o.output, told, lambda: {FILES[0]: listing_text(made.shown), FILES[1]: json_text(made.document)}, FILES[2],
+    return outcome.with_page(
+        o.output, told, lambda: {FILES[0]: listing_text(made.table_listing), FILES[1]: json_text(made.document)}, FILES[2],
         title=f"{made.file.robot.name}: a path", kind="Cable robot",
     )  # fmt: skip
 
@@ -76,12 +78,12 @@ def sections(made: Outcome[Motions]) -> Iterator[Section]:
     import numpy as np
 
     found = made.result
-    stopped = np.flatnonzero(~found.found.whole).tolist()
-    count = len(found.found.whole)
+    stopped = np.flatnonzero(~found.legs.whole).tolist()
+    count = len(found.legs.whole)
     words = f"   {count - len(stopped)} of {count} motions can be gone to their end"
     yield Section.of("", Text.of((found.file.robot.name, "strong"), words))
     if stopped:
         more = f"and {len(stopped) - SHOWN} more; --json and -o have all" if len(stopped) > SHOWN else ""
-        rows = listed(found.shown.take(stopped), most=SHOWN)
+        rows = listing_table(found.table_listing.take(stopped), most=SHOWN)
         yield Section.of("", rows, Text.of(more) if more else None)
     yield from ends(made.remarks, made.written)

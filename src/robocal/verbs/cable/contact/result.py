@@ -11,16 +11,16 @@ import numpy as np
 from robocal.cables.path import Legs, legs
 from robocal.cables.workspace import Demand
 from robocal.errors import FormatError, ModelError
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.lists import pose_columns, read_platform_poses
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.pose_lists import pose_columns, read_platform_poses
 from robocal.files.parts import CableDocument
 from robocal.files.text import InputFile
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.cable.load import cable_document, held_robot, mass_of, robot_inputs
 from robocal.session.cable.start import clearance_of
+from robocal.session.cable.statics_options import cable_document, mass_of, robot_inputs, robot_with_limits
 
 __all__ = ["Motions", "path_of"]
 
@@ -39,7 +39,7 @@ class Motions:
 
     file: CableFile
     names: tuple[str, ...]
-    found: Legs
+    legs: Legs
     demand: Demand | None
     from_first: bool
     remarks: tuple[Remark, ...]
@@ -49,26 +49,26 @@ class Motions:
     @property
     def listing(self) -> Listing:
         """Of every motion: from, to, the share that can be gone, what ends it, and the pose where it ends."""
-        met = self.found.contacts.names(self.file.robot.cables)
-        statics = self.found.held < self.found.contacts.fraction
+        met = self.legs.contacts.names(self.file.robot.cables)
+        statics = self.legs.feasible_share < self.legs.contacts.fraction
         first = [self.names[0 if self.from_first else i] for i in range(len(met))]
         return Listing((
             Column("from", "", first),
             Column("to", "", self.names[1:]),
-            Column("free", "", self.found.free, digits=9, label="free share"),
+            Column("free", "", self.legs.free, digits=9, label="free share"),
             Column("ends by", "", ["the tension limits" if s else m or None for s, m in zip(statics, met, strict=True)]),
-            *pose_columns(first, self.found.reached)[1:],
+            *pose_columns(first, self.legs.end_poses)[1:],
         ))  # fmt: skip
 
     @property
-    def shown(self) -> Listing:
+    def table_listing(self) -> Listing:
         """What a table has of it."""
         return self.listing.only("from", "to", "free", "ends by")
 
     @property
     def whole(self) -> bool:
         """Whether all of it can be gone."""
-        return bool(self.found.whole.all())
+        return bool(self.legs.whole.all())
 
     @property
     def document(self) -> PathDocument:
@@ -90,7 +90,7 @@ def path_of(o: Any, command: str = "") -> Motions:
     if (robot.limits is None and si.limits is None) or (robot.mass is None and si.mass is None):
         said = (*said, Remark.of(Code.TENSIONS_NOT_ASKED, robot=robot.name))
     else:
-        robot = held_robot(file, si.limits)
+        robot = robot_with_limits(file, si.limits)
         demand = Demand(np.array([mass_of(file, si.payload, si.mass)]))
     try:
         found = legs(
@@ -101,7 +101,7 @@ def path_of(o: Any, command: str = "") -> Motions:
         raise FormatError(
             error.message, file=o.poses, key=error.key, found=error.found, expected=error.expected
         ) from None
-    if open_ := int((~found.contacts.resolved & ~(found.held < found.contacts.fraction)).sum()):
+    if open_ := int((~found.contacts.complete & ~(found.feasible_share < found.contacts.fraction)).sum()):
         said = (*said, Remark.of(Code.MOTIONS_OPEN, count=open_))
     inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256))
     return Motions(

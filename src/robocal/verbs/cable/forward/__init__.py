@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section, Text
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, arg, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ __all__ = ["Options", "run", "sections"]
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Poses of the platform from lengths of its cables, with their uncertainty and the number of other solutions.
 
     With a run folder as ROBOT, the standard deviations include the uncertainty of its calibration.
@@ -36,10 +36,10 @@ class Options(Told):
         "LENGTHS",
         "CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths without stretch.",
     )
-    sigma: float | None = opt(
+    sigma: float | None = option(
         None, "Standard deviation of a length", metavar="SIGMA", unit="length", above=0, wrong=w.NOISE
     )
-    starts: int = opt(24, "Number of further starts, to find other poses", metavar="N", least=0)
+    starts: int = option(24, "Number of further starts, to find other poses", metavar="N", least=0)
     tension: w.CableTension = None
     sag: w.Sag = False
     seed: w.Seed = 0
@@ -51,21 +51,21 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Po
     """Poses with their residuals, covariance and number of solutions. Raises InputError."""
     import numpy as np
 
-    from robocal.cables.calibration.carried import carried
+    from robocal.cables.calibration.carried import pose_covariance
     from robocal.cables.forward import forward
     from robocal.errors import ModelError
-    from robocal.files.cable.lists import read_cable_lengths
+    from robocal.files.cable.pose_lists import read_cable_lengths
     from robocal.files.listing import listing_text
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
-    from robocal.session.cable.calibrated import calibrated
-    from robocal.session.cable.load import fitting, located, robot_inputs, stretches, tensions_of
+    from robocal.session.cable.calibrated import open_calibrated
+    from robocal.session.cable.statics_options import fitting, locate_row, robot_inputs, stretches, tensions_of
     from robocal.verbs.cable.forward.result import Poses
 
     refuse_existing(o.output, (), o.force)
-    made_of = calibrated(o.robot)
+    made_of = open_calibrated(o.robot)
     file = made_of.file
     rows = read_cable_lengths(o.lengths, file.robot)
     si, rng = o.si(file.units), np.random.default_rng(o.seed)
@@ -73,24 +73,26 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Po
     fitting(file, pull, o.sag)
     if stretches(file.robot) and pull is None and not rows.geometric:
         said = (*said, Remark.of(Code.LENGTHS_TAKEN_GEOMETRIC, robot=file.robot.name))
-    more = made_of.beyond
+    more = made_of.gains
     read = more.lengths(file.robot, rows.values)
     try:
         found = forward(file.robot, read, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
     except ModelError as error:
-        raise located(error, o.lengths, rows) from None
-    if made_of.known is not None:
-        names, spread = made_of.known.names, made_of.known.whole
+        raise locate_row(error, o.lengths, rows) from None
+    if made_of.estimates is not None:
+        names, spread = made_of.estimates.names, made_of.estimates.whole
         columns = more.columns(rows.values)
-        found = replace(found, covariance=found.covariance + carried(file.robot, found.pose, names, spread, columns))
+        found = replace(
+            found, covariance=found.covariance + pose_covariance(file.robot, found.pose, names, spread, columns)
+        )
         said = (*said, Remark.of(Code.CALIBRATION_CARRIED, run=o.robot))
     said = (*said, *made_of.remarks)
     made = Poses(file, rows.names, found, si.sigma)
-    remarks = (*file.warnings, *rows.warnings, *said, *made.doubts)
+    remarks = (*file.warnings, *rows.warnings, *said, *made.reasons)
     inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
-    text, trusted = listing_text(made.shown), not made.doubts and not made_of.doubts
+    text, trusted = listing_text(made.table_listing), not made.reasons and not made_of.cautions
     document = made.document(remarks, inputs, command)
-    return Outcome(made, lambda: document, trusted, remarks, text, listing=made.shown).put(o.output)
+    return Outcome(made, lambda: document, trusted, remarks, text, listing=made.table_listing).put(o.output)
 
 
 def sections(made: Outcome[Poses]) -> Iterator[Section]:

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from robocal.cables.forward import Forward
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.lists import pose_columns
+from robocal.files.cable.pose_lists import pose_columns
 from robocal.files.listing import in_units
 from robocal.files.parts import CableDocument
 from robocal.files.text import InputFile
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.cable.load import cable_document
+from robocal.session.cable.statics_options import cable_document
 
 __all__ = ["Poses"]
 
@@ -36,32 +36,32 @@ class PosesDocument(CableDocument):
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Poses by name with their evidence: `found` as `cables.forward` gives it, and the noise of a length that was stated, m."""
+    """Poses by name with their evidence: `solution` as `cables.forward` gives it, and the noise of a length that was stated, m."""
 
     file: CableFile
     names: tuple[str, ...]
-    found: Forward
+    solution: Forward
     noise: float | None
 
     @cached_property
     def rms(self) -> Array:
         """Root mean squares of the residuals, (k,) m."""
-        return np.asarray(np.sqrt((self.found.residual**2).mean(axis=1)))
+        return np.asarray(np.sqrt((self.solution.residual**2).mean(axis=1)))
 
     @cached_property
     def sigma(self) -> Array:
         """One sigma of position (m) and orientation (rad), (k, 2); not a number where unknown."""
-        return _spread(self.found, self.file.robot)
+        return _spread(self.solution, self.file.robot)
 
     @cached_property
-    def doubts(self) -> tuple[Remark, ...]:
+    def reasons(self) -> tuple[Remark, ...]:
         """Why poses must not be trusted."""
-        return _doubts(self.names, self.found, self.noise)
+        return _doubts(self.names, self.solution, self.noise)
 
     @property
     def listing(self) -> Listing:
         """One row per pose: the list of `text`, and what only a document has."""
-        found = self.found
+        found = self.solution
         return Listing((
             *pose_columns(self.names, found.pose),
             Column("residual", "m", self.rms),
@@ -73,7 +73,7 @@ class Poses:
         ))  # fmt: skip
 
     @property
-    def shown(self) -> Listing:
+    def table_listing(self) -> Listing:
         """What a table has of it, in the robot file's units."""
         return in_units(self.listing.without("converged", "covariance"), self.file.units)
 

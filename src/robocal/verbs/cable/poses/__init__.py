@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robocal.cables.choice import METHOD
+from robocal.cables.tension_choice import METHOD
 from robocal.report.sections import Section, Text, ends, figure, quiet, table
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ FILES = ("poses.csv", "program.csv", "chosen.csv", "list.json", "report.html")
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Poses that the platform can reach and leave again: with feasible tensions on the whole path, and without contact of a cable.
 
     \b
@@ -31,21 +31,21 @@ class Options(Told):
     """
 
     robot: w.CableRobot
-    count: int = opt(200, "Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)
-    margin: float = opt(0.95, "Used fraction of each free path", name="--mu", metavar="MU", above=0, most=1)
-    start: str = opt(
+    count: int = option(200, "Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)
+    margin: float = option(0.95, "Used fraction of each free path", name="--mu", metavar="MU", above=0, most=1)
+    start: str = option(
         "mean",
         "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units",
         metavar="START",
     )
-    box: str | None = opt(
+    box: str | None = option(
         None,
         "The box Z of random poses, in place of the box in which the frame can hold the platform",
         numbers="X0,Y0,Z0,X1,Y1,Z1",
         unit="length",
     )
-    scale: float = opt(1.1, "Z, as a multiple of the machine", metavar="S", least=0, most=1000)
-    turn: float | None = opt(None, "Turns in Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")
+    scale: float = option(1.1, "Z, as a multiple of the machine", metavar="S", least=0, most=1000)
+    turn: float | None = option(None, "Turns in Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")
     diameter: w.Diameter = None
     body: w.PlatformBody = "hull"
     relief: w.Relief = None
@@ -53,10 +53,10 @@ class Options(Told):
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None
     method: w.TensionMethod = METHOD
-    steps: int = opt(10, "Waypoints on each path", metavar="K", least=1, most=1000)
-    wanted: int | None = opt(None, "Choose the N poses that are best for calibration", name="--choose", metavar="N")
-    criterion: str = opt("A", "For --choose: A (least rms), D, I, G, E, O1 to O5", metavar="C")
-    sigma: float | None = opt(
+    steps: int = option(10, "Waypoints on each path", metavar="K", least=1, most=1000)
+    wanted: int | None = option(None, "Choose the N poses that are best for calibration", name="--choose", metavar="N")
+    criterion: str = option("A", "For --choose: A (least rms), D, I, G, E, O1 to O5", metavar="C")
+    sigma: float | None = option(
         None,
         "For --choose: standard deviation of a length",
         metavar="SIGMA",
@@ -65,14 +65,14 @@ class Options(Told):
         wrong=w.NOISE,
         otherwise="1 mm, converted",
     )
-    pose_noise: str | None = opt(
+    pose_noise: str | None = option(
         None,
         "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
         numbers="POSITION,ORIENTATION",
     )
-    encoders_only: bool = opt(False, "For --choose: no instrument measures poses")
+    encoders_only: bool = option(False, "For --choose: no instrument measures poses")
     seed: w.Seed = 0
-    output: Path | None = opt(
+    output: Path | None = option(
         None, "Write poses.csv, program.csv, list.json and report.html here", short="-o", metavar="DIR"
     )
     force: w.Force = False
@@ -82,19 +82,19 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Li
     """Lists poses and chooses some of them; a folder gets FILES. Raises InputError."""
     from robocal.files.listing import in_units, listing_text
     from robocal.files.writing import refuse_existing
-    from robocal.verbs.cable.poses.result import listed, texts
+    from robocal.verbs.cable.poses.result import make_list, texts
 
     refuse_existing(o.output, FILES, o.force)
-    out = listed(o, watch or (lambda event: None), command)
+    out = make_list(o, watch or (lambda event: None), command)
     note = _summary(out) if o.output is None else ""
-    shown = in_units(out.listed, out.units)
-    text = listing_text(out.listed, out.units)
-    outcome = Outcome(out, lambda: out.document, True, out.warnings, text, note, listing=shown).kept(())
+    shown = in_units(out.pose_rows, out.units)
+    text = listing_text(out.pose_rows, out.units)
+    outcome = Outcome(out, lambda: out.document, True, out.warnings, text, note, listing=shown).with_files(())
     if watch is not None and o.output is not None:
         watch({"stage": "report"})
     told = (part for tell in (sections, details) for part in tell(outcome))
     title = f"{out.robot.name}: poses that can be reached"
-    return outcome.paged(o.output, told, lambda: texts(out), FILES[4], title=title, kind="Cable robot")
+    return outcome.with_page(o.output, told, lambda: texts(out), FILES[4], title=title, kind="Cable robot")
 
 
 def details(made: Outcome[Listed]) -> Iterator[Section]:
@@ -109,20 +109,20 @@ def _summary(made: Any) -> str:
     from robocal.verbs.cable.poses.result import STOPPED_BY
 
     stopped = ", ".join(f"{STOPPED_BY[name]} {count}" for name, count in made.limits.items() if count)
-    return f"{len(made.names)} poses, {figure(100 * made.listing.reached)} % of the box Z reached; stopped by {stopped}"
+    return f"{len(made.names)} poses, {figure(100 * made.listing.reach_share)} % of the box Z reached; stopped by {stopped}"
 
 
 def sections(made: Outcome[Listed]) -> Iterator[Section]:
     """What stopped the motions, where they start, and what the choice is worth."""
-    from robocal.session.cable.load import ruler_of
+    from robocal.session.cable.statics_options import length_unit_of
     from robocal.verbs.cable.poses.result import STOPPED_BY
 
     found = made.result
     n, robot, (k, l) = len(found.names), found.robot, found.start.nearest
-    head = f"   {n} poses, {figure(100 * found.listing.reached)} % of the box Z reached, mu {found.margin:g}"
+    head = f"   {n} poses, {figure(100 * found.listing.reach_share)} % of the box Z reached, mu {found.margin:g}"
     near: tuple[Text, ...] = ()
     if k >= 0:
-        gap = f"{robot.cables[k]} and {robot.cables[l]} pass with {ruler_of(found.units).short(found.start.gap)} between them"
+        gap = f"{robot.cables[k]} and {robot.cables[l]} pass with {length_unit_of(found.units).short(found.start.gap)} between them"
         near = quiet(f"at X_0 {gap}; capacity margin {figure(found.start.margin)} N")
     yield Section.of("", Text.of((robot.name, "strong"), head), *near)
     rows = ((STOPPED_BY[name], str(count), figure(100 * count / n, 3)) for name, count in found.limits.items())
@@ -132,7 +132,7 @@ def sections(made: Outcome[Listed]) -> Iterator[Section]:
     yield from ends(written=made.written)
 
 
-def _seen(noise: Any) -> str:
+def _noise_text(noise: Any) -> str:
     """How the poses are known."""
     if not noise.measured:
         return ", no instrument measures poses: what they leave open is held"
@@ -155,5 +155,5 @@ def _chosen(choice: Any, n: int) -> Section:
     if choice.criterion == "A" and choice.limit:
         more = 100 * ((choice.design.value / choice.limit) ** 0.5 - 1)
         lines.append(f"no {count} of these poses are better by more than {figure(more, 2)} %")
-    lines.append(f"from lengths with {figure(1e3 * choice.noise.length)} mm of noise{_seen(choice.noise)}")
+    lines.append(f"from lengths with {figure(1e3 * choice.noise.length)} mm of noise{_noise_text(choice.noise)}")
     return Section.of("", table(*columns, right=(1, 2, 3), rows=rows), *quiet(*lines))

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from robocal.cables.boundary import Outline, outline
 from robocal.cables.workspace import Demand
 from robocal.geometry import se3
-from robocal.remarks.remark import spoken
-from robocal.report.cable.lists import reached
+from robocal.remarks.remark import full_text
+from robocal.report.cable.list_picture import draw_reach
 from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
-from robocal.report.cable.series import tensions
+from robocal.report.cable.tension_series import tensions
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
-from robocal.session.cable.load import assumed_text, limits_text, ruler_of
+from robocal.session.cable.statics_options import assumption_text, length_unit_of, limits_text
 from robocal.verbs.cable.poses.result import Listed
 
 __all__ = ["poses_details"]
@@ -42,7 +42,7 @@ def poses_details(made: Listed) -> list[Section]:
                 tension=made.start.tensions.tension[0],
                 poses=listing.poses[shown],
                 caption=caption,
-                ruler=ruler_of(made.units),
+                ruler=length_unit_of(made.units),
             ),
         ),
         part(
@@ -55,7 +55,7 @@ def poses_details(made: Listed) -> list[Section]:
     ]
     if made.choice is not None:
         blocks.append(part("Poses to measure", _choice(made)))
-    blocks += [part("Pose by pose", _said(made, shown), table=_table(made, shown))]
+    blocks += [part("Pose by pose", _caption(made, shown), table=_table(made, shown))]
     blocks += [part("How it was worked out", _how(made))]
     return blocks
 
@@ -65,7 +65,7 @@ def _summary(made: Listed) -> str:
     return (
         f"{len(made.names)} poses X_r were drawn at random in the box Z. From X_0 the platform moves straight towards "
         f"each{turning}, until the tension limits or a contact stop it, and stays at mu = {made.margin:g} of that way. "
-        f"{significant(100 * made.listing.reached)} % of Z is reached so. The way back is the way there."
+        f"{significant(100 * made.listing.reach_share)} % of Z is reached so. The way back is the way there."
     )
 
 
@@ -84,7 +84,7 @@ def _picture(made: Listed, axes: tuple[int, int]) -> Section:
         + (" at its orientation" if turns else "")
         + ("." if robot.planar else f"; poses lie before and behind it{' and are turned' if turns else ''}.")
     )
-    drawn = reached(_outline(made, axes), made.listing, axes, box=made.box, ruler=ruler_of(made.units))
+    drawn = draw_reach(_outline(made, axes), made.listing, axes, box=made.box, ruler=length_unit_of(made.units))
     return part(f"Wished for and found, {letters}", text, drawn)
 
 
@@ -99,7 +99,7 @@ def _outline(made: Listed, axes: tuple[int, int]) -> Outline:
 
 
 def _start(made: Listed) -> str:
-    (k, l), ruler = made.start.nearest, ruler_of(made.units)
+    (k, l), ruler = made.start.nearest, length_unit_of(made.units)
     text = f"X_0 is at {ruler.point(made.start.pose[:3, 3])}. "
     if k >= 0:
         text += (
@@ -126,7 +126,7 @@ def _choice(made: Listed) -> str:
     )
 
 
-def _said(made: Listed, shown: NDArray[np.int64]) -> str:
+def _caption(made: Listed, shown: NDArray[np.int64]) -> str:
     words = f"Positions in {made.units.length.name}, rotation vectors in deg, tensions in N."
     return words + (f" The first {MOST}; the others are in poses.csv." if len(shown) > MOST else "")
 
@@ -134,7 +134,7 @@ def _said(made: Listed, shown: NDArray[np.int64]) -> str:
 def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
     vectors = se3.to_vector(made.program.pose[shown[:MOST], -1])
     vectors[:, 3:] = np.degrees(vectors[:, 3:])
-    who, ruler = made.listing.contacts.names(made.robot.cables), ruler_of(made.units)
+    who, ruler = made.listing.contacts.names(made.robot.cables), length_unit_of(made.units)
     head = ["pose", "x", "y", "z", "rx", "ry", "rz", "lambda", "stopped by", "least", "greatest"]
     rows = []
     for i, vector in zip(shown[:MOST], vectors, strict=True):
@@ -150,7 +150,7 @@ def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
 
 def _how(made: Listed) -> str:
     robot, box = made.robot, made.box
-    ruler = ruler_of(made.units)
+    ruler = length_unit_of(made.units)
     z = ", ".join(significant(v / ruler.metres) for v in (2 * box.translation).tolist())
     turns = ", ".join(significant(v) for v in np.degrees(box.rotation).tolist())
     parts = [
@@ -158,4 +158,4 @@ def _how(made: Listed) -> str:
         f"{limits_text(robot.need('limits'))}; {significant(float(robot.need('mass')))} kg; lengths are {made.lengths}.",
         "Cables are straight rods, and no contact on a way is jumped over. Sag, the frame and the floor are left out.",
     ]
-    return "\n\n".join([*parts, *assumed_text(robot), *map(spoken, made.warnings)])
+    return "\n\n".join([*parts, *assumption_text(robot), *map(full_text, made.warnings)])

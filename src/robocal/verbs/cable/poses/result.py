@@ -13,29 +13,29 @@ from numpy.typing import NDArray
 
 from robocal.cables.boundary import statics_along
 from robocal.cables.geometry import EXPECTED, CableRobot
-from robocal.cables.poses import LIMITS, PoseBox, PoseList, reachable_poses
-from robocal.cables.program import Program, kept_to_what_is_held, program
-from robocal.cables.start import Clearance, Start
+from robocal.cables.list_start import Clearance, Start
+from robocal.cables.motion_program import MotionProgram, program, restrict_to_feasible
+from robocal.cables.pose_list import LIMITS, PoseBox, PoseList, reachable_poses
 from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.program import pose_listing, program_listing
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.program_file import pose_listing, program_listing
 from robocal.files.cable.values import CableUnits
 from robocal.files.listing import listing_text
 from robocal.files.parts import CableDocument
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
-from robocal.planning.cable import Choice, Noise, choose
+from robocal.planning.cable_poses import MeasurementNoise, PoseChoice, choose
 from robocal.quantities import Listing, UnitValue, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.cable.load import cable_document, held_robot, mass_of, robot_inputs, said_of
-from robocal.session.cable.start import box_of, clearance_of, started
+from robocal.session.cable.start import box_of, clearance_of, examine_start
+from robocal.session.cable.statics_options import cable_document, mass_of, name_option, robot_inputs, robot_with_limits
 from robocal.session.watching import Watch, computable
 
-__all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed", "listed", "texts"]
+__all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed", "make_list", "texts"]
 
 Array = NDArray[np.float64]
 STEPS = 256  # in which a motion is asked whether the platform is held
@@ -43,28 +43,28 @@ MOST = 200_000  # waypoints, which take half a minute and a gigabyte
 UNSTATED = 1e-3  # m, noise of a length that nobody stated
 
 
-def listed(o: Any, tell: Watch, command: str = "") -> Listed:
+def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
     """A list of poses by the options of the verb, and those chosen from it. Raises InputError."""
     _sane(o.count, o.steps, o.method)
     _chosen_by(o)
     file = read_cable(o.robot)
     si = o.si(file.units)
-    able = replace(held_robot(file, si.limits), mass=mass_of(file, si.payload, si.mass))
+    able = replace(robot_with_limits(file, si.limits), mass=mass_of(file, si.payload, si.mass))
     clearance, warnings = clearance_of(file, able, si.diameter, o.body, si.relief)
     noise = _noise(file, si.sigma, si.pose_noise, o.encoders_only)
     tell({"stage": "asking the start"})
     with computable(o.robot):
-        begin = started(file, able, clearance, o.start)
+        begin = examine_start(file, able, clearance, o.start)
         z = box_of(able, begin.pose, o, si)
         tell({"stage": "moving towards random poses"})
         listing = _listing(able, begin, z, clearance, o.count, o.margin, o.seed, o.steps)
         tell({"stage": "distributing tensions"})
-        with said_of({"method": "--method"}):
+        with name_option({"method": "--method"}):
             made = program(able, listing, o.steps, o.method)
         choice = None
         if o.wanted is not None:
             rng = np.random.default_rng([o.seed, 1])
-            with said_of({"criterion": "--criterion", "count": "--choose"}):
+            with name_option({"criterion": "--criterion", "count": "--choose"}):
                 choice = choose(able, listing.poses, o.wanted, noise=noise, criterion=o.criterion, rng=rng, watch=tell)
     names = tuple(f"p{i + 1:0{len(str(o.count))}d}" for i in range(o.count))
     doubts = _doubts(listing, noise, o.sigma, o.wanted, file)
@@ -91,7 +91,7 @@ def _listing(
         start=start.pose, box=box, margin=margin, diameter=clearance.diameter, pulleys=robot.pulleys,
         body=clearance.body, relief=clearance.relief, axes=robot.axes,
     )  # fmt: skip
-    return kept_to_what_is_held(robot, demand, listing, steps)
+    return restrict_to_feasible(robot, demand, listing, steps)
 
 
 def _sane(count: int, steps: int, method: str) -> None:
@@ -102,7 +102,7 @@ def _sane(count: int, steps: int, method: str) -> None:
             found=f"{count} poses, {steps} steps",
             expected=f"at most {MOST} in all",
         )
-    with said_of({"method": "--method"}):
+    with name_option({"method": "--method"}):
         check_method(method)
 
 
@@ -115,7 +115,7 @@ def _chosen_by(o: Any) -> None:
             raise ModelError(said, key=key, found=found, expected="--choose N beside it")
 
 
-def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> Noise:
+def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> MeasurementNoise:
     """Of a length in m, and of a measured pose (2,) in the file's units, or of encoders alone. Raises ModelError."""
     length = UNSTATED if sigma is None else sigma
     if alone and pose is not None:
@@ -123,20 +123,20 @@ def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool
             "no instrument measures poses", key="--pose-noise", found="--encoders-only", expected="one of them"
         )
     if alone:
-        return Noise(length, measured=False)
+        return MeasurementNoise(length, measured=False)
     if pose is None:
-        return Noise(length)
+        return MeasurementNoise(length)
     if pose.min() < 0:
         found = ",".join(f"{v:g}" for v in pose)
         raise ModelError("a noise is a standard deviation", key="--pose-noise", found=found, expected="0 or more")
-    return Noise(length, file.units.length.to_si(float(pose[0])), file.units.angle.to_si(float(pose[1])))
+    return MeasurementNoise(length, file.units.length.to_si(float(pose[0])), file.units.angle.to_si(float(pose[1])))
 
 
 def _doubts(
-    listing: PoseList, noise: Noise, sigma: float | None, wanted: int | None, file: CableFile
+    listing: PoseList, noise: MeasurementNoise, sigma: float | None, wanted: int | None, file: CableFile
 ) -> tuple[Remark, ...]:
     out = []
-    open_ = int((~listing.contacts.resolved).sum())
+    open_ = int((~listing.contacts.complete).sum())
     if open_:
         out.append(Remark.of(Code.MOTIONS_OPEN, count=open_))
     if wanted is not None and sigma is None:
@@ -154,16 +154,16 @@ def texts(made: Listed) -> dict[str, str | bytes]:
     units, choice = made.units, made.choice
     order = np.arange(len(made.names)) if choice is None else choice.chosen
     out: dict[str, str | bytes] = {
-        "poses.csv": listing_text(made.listed, units),
+        "poses.csv": listing_text(made.pose_rows, units),
         "program.csv": listing_text(program_listing(made.robot, made.names, made.program, order), units),
         "list.json": json_text(made.document),
     }
     if choice is not None:
-        out["chosen.csv"] = listing_text(made.listed.without("rank").take(order.tolist()), units)
+        out["chosen.csv"] = listing_text(made.pose_rows.without("rank").take(order.tolist()), units)
     return out
 
 
-# LIMITS, and the groups of `Choice.expected`, in words.
+# LIMITS, and the groups of `PoseChoice.expected`, in words.
 STOPPED_BY: Mapping[str, str] = MappingProxyType(
     {
         "box": "nothing: X_r was reached",
@@ -251,17 +251,17 @@ class Listed:
     box: PoseBox
     clearance: Clearance
     listing: PoseList
-    program: Program
+    program: MotionProgram
     method: str
     margin: float
     seed: int
-    choice: Choice | None
+    choice: PoseChoice | None
     warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
 
     @property
-    def listed(self) -> Listing:
+    def pose_rows(self) -> Listing:
         """One row per pose, in SI: poses.csv."""
         choice = self.choice
         rank = None if choice is None else {int(i): k + 1 for k, i in enumerate(choice.chosen)}
@@ -292,8 +292,8 @@ class Listed:
         return cable_document(
             ListDocument, self.robot, self.warnings, self.inputs, self.command, start=begin, box=box, mu=self.margin, seed=self.seed,
             method=self.method, mass=unit_value(self.robot.mass, "kg"), limits=unit_value(self.robot.limits, "N"),
-            diameter=unit_value(self.clearance.diameter, "m"), reached=self.listing.reached, stopped_by=self.limits,
-            lengths=self.lengths, steps=len(self.program.shares) - 1, poses=self.listed, choice=self._chosen(),
+            diameter=unit_value(self.clearance.diameter, "m"), reached=self.listing.reach_share, stopped_by=self.limits,
+            lengths=self.lengths, steps=len(self.program.shares) - 1, poses=self.pose_rows, choice=self._chosen(),
         )  # fmt: skip
 
     def _chosen(self) -> ListChoice | None:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ FILES = ("require.json", "contours.csv", "report.html")
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Predict the accuracy of a calibration of frame anchors and zeros, before anything is measured. With --accuracy, compute which
     sensors and how many poses it needs.
 
@@ -34,23 +34,23 @@ class Options(Told):
 
     robot: w.CableRobot
     poses: w.PlatformPoses
-    sigma: str = opt("1mm", "Standard deviation of a length", metavar="SIGMA")
-    sigma_position: str | None = opt(
+    sigma: str = option("1mm", "Standard deviation of a length", metavar="SIGMA")
+    sigma_position: str | None = option(
         None, "The same of a component of the measured position", metavar="SIGMA", otherwise="known exactly"
     )
-    sigma_orientation: str | None = opt(
+    sigma_orientation: str | None = option(
         None, "The same of a component of the measured rotation vector", metavar="SIGMA", otherwise="known exactly"
     )
-    accuracy: str | None = opt(None, "The required error, root mean square", metavar="ERROR")
-    of: str = opt(
+    accuracy: str | None = option(None, "The required error, root mean square", metavar="ERROR")
+    of: str = option(
         "anchors", "Quantity of --accuracy: frame anchors (components), zeros, or the platform's position or orientation", metavar="WHAT",
         choices=("anchors", "zeros", "position", "orientation"),
     )  # fmt: skip
-    estimator: str = opt(
+    estimator: str = option(
         "maximum-likelihood", "Maximum likelihood with free poses, as identify does it, or every cable by itself", metavar="NAME",
         choices=("maximum-likelihood", "per-cable"),
     )  # fmt: skip
-    output: Path | None = opt(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
     force: w.Force = False
 
 
@@ -59,13 +59,13 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Re
     from robocal.files.listing import listing_text
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
-    from robocal.verbs.cable.require.result import required
+    from robocal.verbs.cable.require.result import compute_requirement
 
     refuse_existing(o.output, FILES, o.force)
-    made = required(o, command)
-    outcome = Outcome(made, lambda: made.document, made.enough, made.remarks).kept(())
+    made = compute_requirement(o, command)
+    outcome = Outcome(made, lambda: made.document, made.enough, made.remarks).with_files(())
     told = (part for tell in (sections, details) for part in tell(outcome))
-    return outcome.paged(
+    return outcome.with_page(
         o.output, told, lambda: {FILES[0]: json_text(made.document), FILES[1]: listing_text(made.lines)}, FILES[2],
         title=f"{made.robot.name}: what a calibration needs", kind="Cable robot",
     )  # fmt: skip

@@ -11,8 +11,8 @@ from robocal.files.listing import in_units
 from robocal.files.units import UNITS, Unit, Units
 from robocal.report.cable.contours import contours
 from robocal.report.cable.part import part
-from robocal.report.sections import Section, Text, ends, figure, listed, table
-from robocal.session.cable.load import assumed_text
+from robocal.report.sections import Section, Text, ends, figure, listing_table, table
+from robocal.session.cable.statics_options import assumption_text
 from robocal.verbs.cable.require.result import Required
 
 __all__ = ["require_details", "require_summary"]
@@ -30,7 +30,7 @@ def _unit(made: Required, angle: bool) -> Unit:
     return UNITS["deg"] if angle else UNITS["mm"]
 
 
-def _shown(made: Required, value: float, angle: bool) -> str:
+def _with_unit(made: Required, value: float, angle: bool) -> str:
     unit = _unit(made, angle)
     return f"{figure(unit.from_si(value))} {unit.name}"
 
@@ -39,7 +39,7 @@ def require_summary(made: Required, written: tuple[Path, ...]) -> Iterator[Secti
     """The errors of both estimators, and what the accuracy takes."""
     r = made.requirement
     noise = ", ".join(
-        f"{NOISES[name]} {_shown(made, value, name == 'orientation')}"
+        f"{NOISES[name]} {_with_unit(made, value, name == 'orientation')}"
         for name, value in (
             ("length", r.noise.length),
             ("position", r.noise.position),
@@ -51,39 +51,39 @@ def require_summary(made: Required, written: tuple[Path, ...]) -> Iterator[Secti
     yield Section.of("", Text.of((made.robot.name, "strong"), head))
     rows = []
     for name in ESTIMATORS:
-        e = replace(r, estimator=name).expected
+        e = replace(r, estimator=name).rms_errors
         rows.append((name, *(figure(_unit(made, what == "orientation").from_si(getattr(e, what))) for what in WHAT)))
     columns = ("expected error, rms", "anchors [mm]", "zeros [mm]", "position [mm]", "orientation [deg]")
     yield Section.of("", table(*columns, right=(1, 2, 3, 4), rows=rows))
-    if made.needed is not None and made.accuracy is not None:
-        yield Section.of("", *(Text.of(line) for line in _needed(made, made.accuracy)))
+    if made.needs is not None and made.accuracy is not None:
+        yield Section.of("", *(Text.of(line) for line in _requirement_lines(made, made.accuracy)))
     yield from ends(made.remarks, written)
 
 
-def _needed(made: Required, accuracy: float) -> Iterator[str]:
-    assert made.needed is not None
-    wanted, scale = _shown(made, accuracy, made.of == "orientation"), made.needed["scale"]
+def _requirement_lines(made: Required, accuracy: float) -> Iterator[str]:
+    assert made.needs is not None
+    wanted, scale = _with_unit(made, accuracy, made.of == "orientation"), made.needs["scale"]
     state = "is reached" if made.enough else "is not reached"
     yield f"{wanted} rms of {SENTENCE[made.of]} ({made.requirement.estimator}) {state}. Any one of these meets it exactly:"
     yield f"  all noises times {figure(scale)}"
-    for name, value in made.needed["alone"].items():
+    for name, value in made.needs["alone"].items():
         if value is None:
             yield f"  better {NOISES[name]} alone cannot: the other noises are too large"
         elif value == float("inf"):
             yield f"  {NOISES[name]} hardly count"
         else:
-            yield f"  {NOISES[name]} to {_shown(made, value, name == 'orientation')}"
-    yield f"  {made.needed['poses']} poses like these"
+            yield f"  {NOISES[name]} to {_with_unit(made, value, name == 'orientation')}"
+    yield f"  {made.needs['poses']} poses like these"
 
 
 def require_details(made: Required) -> Iterator[Section]:
     """Cable by cable, lines of equal error, and how it was worked out."""
     said = f"One standard deviation of what {made.requirement.estimator} finds, in mm."
-    yield Section.of("Cable by cable", Text.of(said), listed(in_units(made.sigmas, Units())))
+    yield Section.of("Cable by cable", Text.of(said), listing_table(in_units(made.sigmas, Units())))
     for (one, two), curves in made.curves.items():
         units = [_unit(made, name == "orientation") for name in (one, two)]
         drawn = [
-            (_shown(made, level, made.of == "orientation"), curve * [1 / u.factor for u in units])
+            (_with_unit(made, level, made.of == "orientation"), curve * [1 / u.factor for u in units])
             for level, curve in curves
         ]
         axes = [f"{NOISES[name]} [{u.name}]" for name, u in zip((one, two), units, strict=True)]
@@ -100,4 +100,4 @@ def require_details(made: Required) -> Iterator[Section]:
         "To first order in the noise, around the robot as its file has it; straight cables. It holds while the noise is small against "
         "the spread of the poses."
     )
-    yield part("How it was worked out", "\n\n".join([how, *assumed_text(made.robot)]))
+    yield part("How it was worked out", "\n\n".join([how, *assumption_text(made.robot)]))

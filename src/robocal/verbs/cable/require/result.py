@@ -11,22 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.calibration.exact import flat
-from robocal.cables.calibration.propagation import Design, Noise
+from robocal.cables.calibration.propagation import ErrorPropagation, Noise
 from robocal.cables.calibration.requirement import ESTIMATORS, Requirement
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.lists import read_platform_poses
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.pose_lists import read_platform_poses
 from robocal.files.parts import CableDocument
 from robocal.files.text import InputFile
 from robocal.files.units import parse_quantity
 from robocal.quantities import Column, Listing, UnitValue, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.cable.load import cable_document, robot_inputs
+from robocal.session.cable.statics_options import cable_document, robot_inputs
 
-__all__ = ["PAIRS", "Required", "required"]
+__all__ = ["PAIRS", "Required", "compute_requirement"]
 
 Array = NDArray[np.float64]
 PAIRS = (("length", "position"), ("position", "orientation"), ("length", "orientation"))
@@ -94,7 +94,7 @@ class Required:
         return np.sqrt(np.diag(self.requirement.covariance)).reshape(m, -1)
 
     @cached_property
-    def needed(self) -> dict[str, Any] | None:
+    def needs(self) -> dict[str, Any] | None:
         """What the accuracy takes: all noises times `scale`, one of them alone, or so many poses."""
         if self.accuracy is None:
             return None
@@ -111,7 +111,7 @@ class Required:
         r = self.requirement
         middle = self.accuracy
         if middle is None:
-            middle = float(getattr(replace(r, estimator="per-cable").expected, self.of))
+            middle = float(getattr(replace(r, estimator="per-cable").rms_errors, self.of))
         there = [p for p in PAIRS if all(getattr(r.noise, name) for name in p)]
         return {p: [(f * middle, r.contour(self.of, f * middle, p)) for f in LEVELS] for p in there}
 
@@ -140,7 +140,7 @@ class Required:
         """What --json says."""
         r, si = self.requirement, {"orientation": "rad"}
         expected = {
-            name: {k: UnitValue(v, si.get(k, "m")) for k, v in asdict(replace(r, estimator=name).expected).items()}
+            name: {k: UnitValue(v, si.get(k, "m")) for k, v in asdict(replace(r, estimator=name).rms_errors).items()}
             for name in ESTIMATORS
         }
         noise = {
@@ -149,7 +149,7 @@ class Required:
         return cable_document(
             RequireDocument, self.robot, self.remarks, self.inputs, self.command, poses=len(r.design.poses), noise=noise,
             estimator=r.estimator, expected=expected, sigma=self.sigmas,
-            accuracy=None if self.needed is None else self._accuracy(self.needed),
+            accuracy=None if self.needs is None else self._accuracy(self.needs),
         )  # fmt: skip
 
     def _accuracy(self, needed: dict[str, Any]) -> Accuracy:
@@ -164,7 +164,7 @@ class Required:
         )  # fmt: skip
 
 
-def required(o: Any, command: str = "") -> Required:
+def compute_requirement(o: Any, command: str = "") -> Required:
     """The requirement by the options of the verb. Raises InputError."""
     file = read_cable(o.robot)
     rows = read_platform_poses(o.poses, file.robot)
@@ -192,9 +192,9 @@ def required(o: Any, command: str = "") -> Required:
             found=len(rows.values),
             expected=f"{least} or more",
         )
-    requirement = Requirement(Design(file.robot, rows.values), noise, o.estimator)
+    requirement = Requirement(ErrorPropagation(file.robot, rows.values), noise, o.estimator)
     try:
-        error = getattr(requirement.expected, o.of)
+        error = getattr(requirement.rms_errors, o.of)
     except ModelError as bad:
         raise FormatError(bad.message, file=o.poses, key=bad.key, found=bad.found, expected=bad.expected) from None
     if not np.isfinite(error):

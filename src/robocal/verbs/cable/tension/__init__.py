@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robocal.cables.choice import METHOD, POWER
-from robocal.report.sections import Section, Text, Written, figure, listed
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, opt
+from robocal.cables.tension_choice import METHOD, POWER
+from robocal.report.sections import Section, Text, Written, figure, listing_table
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -22,30 +22,30 @@ FILES = ("tensions.csv", "tension.json", "report.html")
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """Tensions that hold the platform at poses, their margins, and the missing wrench where no tensions hold it.
 
     Exit status 3 when no tensions hold a pose. cable inverse and cable forward read the written list.
 
     \b
-    robocal cable tension robot.yaml poses.csv -o held
+    robocal cable tension robot.yaml poses.csv -o tensions
     robocal cable tension robot.yaml poses.csv --method barycentre --payload 5
     """
 
     robot: w.CableRobot
     poses: w.PlatformPoses
     method: w.TensionMethod = METHOD
-    power: float | None = opt(None, "Exponent of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")
+    power: float | None = option(None, "Exponent of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")
     mass: w.PlatformMass = None
     payload: w.Payload = 0.0
-    wrench: str | None = opt(
+    wrench: str | None = option(
         None,
         "Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm",
         metavar="FX,FY,FZ,MX,MY,MZ",
     )
     limits: w.TensionLimits = None
     length: w.MomentLength = None
-    output: Path | None = opt(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
     force: w.Force = False
 
 
@@ -54,14 +54,16 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Te
     from robocal.files.listing import listing_text
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
-    from robocal.verbs.cable.tension.result import held
+    from robocal.verbs.cable.tension.result import compute_tensions
 
     refuse_existing(o.output, FILES, o.force)
-    made = held(o, POWER if o.power is None else o.power, command)
-    text, remarks = listing_text(made.shown), (*made.warnings, *made.doubts)
-    outcome = Outcome(made, lambda: made.document, not made.doubts, remarks, text, listing=made.shown).kept(())
+    made = compute_tensions(o, POWER if o.power is None else o.power, command)
+    text, remarks = listing_text(made.table_listing), (*made.warnings, *made.reasons)
+    outcome = Outcome(
+        made, lambda: made.document, not made.reasons, remarks, text, listing=made.table_listing
+    ).with_files(())
     told = (part for tell in (sections, details) for part in tell(outcome))
-    return outcome.paged(
+    return outcome.with_page(
         o.output, told, lambda: {FILES[0]: text, FILES[1]: json_text(made.document)}, FILES[2],
         title=f"{made.robot.name}: tensions", kind="Cable robot",
     )  # fmt: skip
@@ -80,8 +82,8 @@ def sections(made: Outcome[Tensions]) -> Iterator[Section]:
     spread, names = found.spread, found.names
     head = f"   {int(spread.feasible.sum())} of {len(names)} poses are held, method {spread.method}, {figure(found.mass)} kg"
     yield Section.of("", Text.of((found.robot.name, "strong"), head))
-    if found.borne:
-        yield Section.of("", listed(found.borne_by_cable))
+    if found.tension_range:
+        yield Section.of("", listing_table(found.tensions_by_cable))
     if names:
         worst = int(found.margin.argmin())
         least = f"the least margin is {figure(float(found.margin[worst]))} N, at {names[worst]}"

@@ -13,8 +13,8 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, capacity_margin, distribute
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable.lists import WRENCH, CableList, pose_columns, read_platform_poses, tension_columns
-from robocal.files.cable.robot import read_cable
+from robocal.files.cable.cable_robot import read_cable
+from robocal.files.cable.pose_lists import WRENCH, CableList, pose_columns, read_platform_poses, tension_columns
 from robocal.files.cable.values import CableUnits
 from robocal.files.listing import in_units
 from robocal.files.parts import CableDocument
@@ -22,18 +22,18 @@ from robocal.files.text import InputFile
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.cable.load import (
+from robocal.session.cable.statics_options import (
+    balance_remarks,
     cable_document,
-    held_robot,
     mass_of,
     missing_text,
+    name_option,
     robot_inputs,
-    said_of,
-    unbalanced,
+    robot_with_limits,
     wrench_of,
 )
 
-__all__ = ["Tensions", "held"]
+__all__ = ["Tensions", "compute_tensions"]
 
 Array = NDArray[np.float64]
 MOMENT = "Nm"
@@ -42,16 +42,16 @@ NOTHING = 1e-9  # of the greatest limit: rounding
 MOST = 5
 
 
-def held(o: Any, power: float, command: str = "") -> Tensions:
+def compute_tensions(o: Any, power: float, command: str = "") -> Tensions:
     """Tensions with what they hold, margins and missing wrenches, by the options of the verb. Raises InputError."""
     file = read_cable(o.robot)
     si = o.si(file.units)
-    able, weight, lever = held_robot(file, si.limits), mass_of(file, si.payload, si.mass), si.length or 1.0
+    able, weight, lever = robot_with_limits(file, si.limits), mass_of(file, si.payload, si.mass), si.length or 1.0
     rows = read_platform_poses(o.poses, able)
     structure = _structures(able, rows, o.poses)
     extra = wrench_of(file, o.wrench) + (0.0 if rows.wrench is None else rows.wrench)
     load = (gravity_wrench(rows.values, weight, able.com) + extra)[:, able.axes]
-    with said_of({"method": "--method", "power": "--power"}):
+    with name_option({"method": "--method", "power": "--power"}):
         spread = distribute(structure, load, able.need("limits"), o.method, power)
         if o.power is not None and o.method != "p-norm":
             raise ModelError("a power is only for the p-norm", key="power", found=o.power, expected="--method p-norm")
@@ -59,7 +59,7 @@ def held(o: Any, power: float, command: str = "") -> Tensions:
     missing = spread.missing(able.lengths_of_rows(lever))
     return Tensions(
         file.units, able, rows.names, rows.values, spread, margin, missing, power, lever, weight,
-        (*file.warnings, *rows.warnings, *unbalanced(able, extra), *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
+        (*file.warnings, *rows.warnings, *balance_remarks(able, extra), *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
         _doubts(able, rows.names, spread, missing),
         (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command,
     )  # fmt: skip
@@ -86,7 +86,7 @@ def _doubts(robot: CableRobot, names: tuple[str, ...], spread: Distribution, mis
     out = []
     for i in np.flatnonzero(~spread.feasible):
         out.append(Remark.of(Code.NOT_HELD, pose=names[i], missing=missing_text(robot, missing[i])))
-    for i in np.flatnonzero(spread.feasible & ~spread.found):
+    for i in np.flatnonzero(spread.feasible & ~spread.has_solution):
         out.append(Remark.of(Code.CLOSED_FORM_LEAVES, pose=names[i]))
     left = len(out) - MOST
     return (*out[:MOST], Remark.of(Code.AND_MORE, count=left)) if left > 0 else tuple(out)
@@ -132,7 +132,7 @@ class TensionDocument(CableDocument):
 @dataclass(frozen=True, eq=False)
 class Tensions:
     """Tensions of k poses with what they hold: `spread` as `tension.distribute` gives it, in N and N m; capacity
-    margins (k,) in N; missing wrenches (k, d) along `robot.axes`; and `doubts`: which poses are not held."""
+    margins (k,) in N; missing wrenches (k, d) along `robot.axes`; and `reasons`: which poses are not held."""
 
     units: CableUnits
     robot: CableRobot
@@ -145,7 +145,7 @@ class Tensions:
     length: float
     mass: float
     warnings: tuple[Remark, ...]
-    doubts: tuple[Remark, ...]
+    reasons: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
 
@@ -155,14 +155,14 @@ class Tensions:
         return tuple(WRENCH[i] for i in self.robot.axes)
 
     @property
-    def used_power(self) -> float | None:
+    def power_of_sum(self) -> float | None:
         """The power of the sum, of a method that has one."""
         return self.power if self.spread.method == "p-norm" else None
 
     @property
-    def borne(self) -> dict[str, Array]:
+    def tension_range(self) -> dict[str, Array]:
         """Least, mean and greatest tension of each cable over the poses that have tensions, N, (cables,) each; nothing where none has."""
-        t = self.spread.tension[self.spread.found]
+        t = self.spread.tension[self.spread.has_solution]
         return {"least": t.min(axis=0), "mean": t.mean(axis=0), "greatest": t.max(axis=0)} if len(t) else {}
 
     @property
@@ -170,7 +170,7 @@ class Tensions:
         """One row per pose: tensions under the names that `cable inverse` and `forward` read, and what is missing; the wrench is for the
         document alone."""
         spread, units = self.spread, ["N" if axis < 3 else MOMENT for axis in self.robot.axes]
-        tension = np.where(spread.found[:, None], spread.tension, np.nan)
+        tension = np.where(spread.has_solution[:, None], spread.tension, np.nan)
         missing = np.where(spread.feasible[:, None], np.nan, self.missing)
         wrench = zip(self.axes, units, spread.wrench.T, strict=True)
         return Listing((
@@ -183,14 +183,14 @@ class Tensions:
         ))  # fmt: skip
 
     @property
-    def shown(self) -> Listing:
+    def table_listing(self) -> Listing:
         """What a table has of it, in the robot file's units."""
         return in_units(self.listing.without(*(f"wrench.{a}" for a in self.axes)), self.units)
 
     @property
-    def borne_by_cable(self) -> Listing:
+    def tensions_by_cable(self) -> Listing:
         """One row per cable: its limits, and the tensions that it bears; none where no pose has any."""
-        cables, limits, borne = self.robot.cables, self.spread.limits, self.borne
+        cables, limits, borne = self.robot.cables, self.spread.limits, self.tension_range
         parts = (Column(k, "N", borne.get(k, [None] * len(cables)), label=k) for k in ("least", "mean", "greatest"))
         return Listing(
             (
@@ -204,7 +204,7 @@ class Tensions:
     def document(self) -> TensionDocument:
         """What tension.json holds."""
         return cable_document(
-            TensionDocument, self.robot, (*self.warnings, *self.doubts), self.inputs, self.command,
-            method=self.spread.method, power=self.used_power, mass=UnitValue(self.mass, "kg"), length=UnitValue(self.length, "m"),
-            feasible=int(self.spread.feasible.sum()), tensions=self.borne_by_cable, poses=self.listing,
+            TensionDocument, self.robot, (*self.warnings, *self.reasons), self.inputs, self.command,
+            method=self.spread.method, power=self.power_of_sum, mass=UnitValue(self.mass, "kg"), length=UnitValue(self.length, "m"),
+            feasible=int(self.spread.feasible.sum()), tensions=self.tensions_by_cable, poses=self.listing,
         )  # fmt: skip

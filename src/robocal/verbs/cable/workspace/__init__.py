@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robocal.report.sections import Section, Text, ends, figure, table
-from robocal.verbs import words as w
-from robocal.verbs.option import Told, opt
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -24,57 +24,59 @@ MESHES = ("surface.ply", "surface.stl")  # of a spatial robot
 
 
 @dataclass(frozen=True)
-class Options(Told):
+class Options(BaseOptions):
     """The workspace of the platform: volume by a grid and by rays to the exact boundary, margins, dexterity, sections, a mesh.
 
     Exit status 3 when it can be held nowhere.
 
     \b
-    robocal cable workspace robot.yaml -o held
+    robocal cable workspace robot.yaml -o workspace
     robocal cable workspace robot.yaml --payload 0,20 --tilt 10 --acceleration 2
     """
 
     robot: w.CableRobot
-    orientation: tuple[str, ...] = opt(
+    orientation: tuple[str, ...] = option(
         (),
         "A rotation vector; repeat for several, all of which must be held",
         numbers="RX,RY,RZ",
         unit="angle",
         otherwise="upright",
     )
-    tilt: float | None = opt(
+    tilt: float | None = option(
         None, "Hold tilts too: half the angle and all of it, about 8 horizontal axes", metavar="ANGLE", unit="angle"
     )
-    payload: str | None = opt(
+    payload: str | None = option(
         None, "Payload at the centre of mass, one number or a range, for example 0,20", metavar="LO,HI", unit="mass"
     )
-    mass: str | None = opt(
+    mass: str | None = option(
         None, "Of the platform, one number or a range, instead of the file's", metavar="LO,HI", unit="mass"
     )
-    wrench: tuple[str, ...] = opt(
+    wrench: tuple[str, ...] = option(
         (),
         "Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for "
         "several, all of which are to be held, with 0,0,0,0,0,0 for none",
         metavar="FX,FY,FZ,MX,MY,MZ",
     )
-    acceleration: float = opt(0.0, "Of the centre of mass, in any direction", metavar="A", unit="m/s2", least=0)
-    reserve: float = opt(0.0, "A disturbance in any direction that is held on top", metavar="F", unit="force", least=0)
-    closure: bool = opt(False, "Any wrench, by tensions of any size (wrench closure): no mass, no limits, no weight")
+    acceleration: float = option(0.0, "Of the centre of mass, in any direction", metavar="A", unit="m/s2", least=0)
+    reserve: float = option(
+        0.0, "A disturbance in any direction that is held on top", metavar="F", unit="force", least=0
+    )
+    closure: bool = option(False, "Any wrench, by tensions of any size (wrench closure): no mass, no limits, no weight")
     limits: w.TensionLimits = None
     length: w.MomentLength = None
-    box: str | None = opt(
+    box: str | None = option(
         None, "Search box", numbers="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="the reach of the frame"
     )
-    cells: int = opt(41, "Cells of the grid along each axis", metavar="N", least=2, most=300)
-    rays: int = opt(4000, "Number of rays to the exact boundary", metavar="N", least=20, most=200_000)
-    start: str | None = opt(
+    cells: int = option(41, "Cells of the grid along each axis", metavar="N", least=2, most=300)
+    rays: int = option(4000, "Number of rays to the exact boundary", metavar="N", least=20, most=200_000)
+    start: str | None = option(
         None,
         "Start of the rays",
         numbers="X,Y,Z",
         unit="length",
         otherwise="the mean of the frame anchors, or the middle of the workspace",
     )
-    output: Path | None = opt(
+    output: Path | None = option(
         None, f"Write {', '.join((*FILES[:-1], *MESHES))} and {FILES[-1]} here", short="-o", metavar="DIR"
     )
     force: w.Force = False
@@ -88,13 +90,13 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Wo
 
     refuse_existing(o.output, (*FILES, *MESHES), o.force)
     result = workspace(o, command, watch)
-    said = (*result.warnings, *result.doubts)
-    outcome = Outcome(result, lambda: result.document, not result.doubts, said).kept(())
+    said = (*result.warnings, *result.reasons)
+    outcome = Outcome(result, lambda: result.document, not result.reasons, said).with_files(())
     if watch is not None and o.output is not None:
         watch({"stage": "write"})
     told = (part for tell in (sections, details) for part in tell(outcome))
     title = f"{result.robot.name}: workspace"
-    return outcome.paged(o.output, told, lambda: texts(result), FILES[3], title=title, kind="Cable robot")
+    return outcome.with_page(o.output, told, lambda: texts(result), FILES[3], title=title, kind="Cable robot")
 
 
 def details(made: Outcome[Workspace]) -> Iterator[Section]:
@@ -117,7 +119,7 @@ def sections(made: Outcome[Workspace]) -> Iterator[Section]:
     def span(sides: Any) -> str:
         return "   ".join(f"{a} {at([low])} to {at([high])}" for a, (low, high) in zip("xyz", sides, strict=True))
 
-    yield Section.of("", Text.of((result.robot.name, "strong"), f"   {_demanded(result.demand)}"))
+    yield Section.of("", Text.of((result.robot.name, "strong"), f"   {_demand_text(result.demand)}"))
     counts = " x ".join(str(n) for n in grid.cells if n > 1)
     rows = [("grid", figure(grid.size.value), f"{counts} cells, {100 * grid.share_of_box:.1f} % of the box")]
     if rays is not None:
@@ -176,7 +178,7 @@ def _best(best: Spot, force: Unit) -> str:
     return f"greatest margin: {figure(force.from_si(best.margin.value))} {force.name}"
 
 
-def _demanded(demand: Demand) -> str:
+def _demand_text(demand: Demand) -> str:
     turns, many = len(demand.rotations), len(demand.extra)
     turned = "one orientation" if turns == 1 else f"{turns} orientations"
     if demand.closure:

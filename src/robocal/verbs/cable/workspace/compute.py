@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from robocal.cables.boundary import Outline, Surface, outline, surface
 from robocal.cables.closure import Dexterity
 from robocal.cables.geometry import CableRobot
-from robocal.cables.room import Regions, frame_box, regions, seen_from
+from robocal.cables.grid_regions import Regions, frame_box, regions, visible_share
 from robocal.cables.workspace import Demand, Grid, accelerations, as_box, dexterities, grid, holds
 from robocal.errors import ModelError
+from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.robot import read_cable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.cable.load import held_robot, robot_inputs, spanned_robot, unbalanced
+from robocal.session.cable.statics_options import balance_remarks, redundant_robot, robot_inputs, robot_with_limits
 from robocal.session.watching import Watch
 from robocal.verbs.cable.workspace.demand import demand_of
 from robocal.verbs.cable.workspace.result import PLANES, RayStart, Workspace
@@ -38,18 +38,18 @@ def workspace(o: Any, command: str = "", watch: Watch | None = None) -> Workspac
     file = read_cable(o.robot)
     si = o.si(file.units)
     demand = demand_of(file, o, si)
-    able = spanned_robot(file, 1) if demand.closure else held_robot(file, si.limits)
+    able = redundant_robot(file, 1) if demand.closure else robot_with_limits(file, si.limits)
     sides, how = frame_box(able, demand.rotations) if o.box is None else (_box(o.box, si.box, able), "--box")
     counts = tuple(o.cells if high > low else 1 for low, high in sides)
     near = sides if o.box is not None else _close(able, demand, sides, counts, watch)
-    made, room, even = _filled(able, demand, near, counts, watch)
+    made, room, even = _fill_grid(able, demand, near, counts, watch)
     parts = regions(made) if made.inside.any() else None
-    begin = _started(able, demand, made, parts, sides, o.start, si.start, file)
+    begin = _ray_start(able, demand, made, parts, sides, o.start, si.start, file)
     edge, cuts = _boundary(able, demand, begin, sides, o.rays, _steps(made, sides), watch)
     remarks = () if parts is None or begin is None else _remarks(made, parts, begin, edge)
     return Workspace(
         able, demand, file.units, sides, how, made, room, even, parts, begin, edge, cuts, o.rays,
-        bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *unbalanced(able, demand.extra), *remarks),
+        bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *balance_remarks(able, demand.extra), *remarks),
         _doubts(able, demand, made, begin, file), robot_inputs(file, o.robot), command,
     )  # fmt: skip
 
@@ -77,7 +77,7 @@ def _close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, .
     return np.clip(near + cell * [-1.0, 1.0], sides[:, :1], sides[:, 1:])
 
 
-def _filled(
+def _fill_grid(
     robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None
 ) -> tuple[Grid, Array, Dexterity]:
     """The grid with margins, the accelerations that are possible in its held cells (NaN for closure), and their dexterity, slab by
@@ -107,7 +107,7 @@ def _filled(
     return whole, np.concatenate(rooms), even
 
 
-def _started(
+def _ray_start(
     robot: CableRobot,
     demand: Demand,
     made: Grid,
@@ -128,16 +128,16 @@ def _started(
             raise ModelError(
                 "the start cannot be held", key="--start", found=text, expected="a position inside the workspace"
             )
-        return RayStart(at, "--start", seen_from(made, at))
+        return RayStart(at, "--start", visible_share(made, at))
     home, why = robot.home[:3, 3], "X_0 is not held"
     if ((home < sides[:, 0]) | (home > sides[:, 1])).any():
         why = "X_0 lies outside the box"
     elif holds(robot, demand, home[None])[0]:
-        return RayStart(home, "X_0", seen_from(made, home))
+        return RayStart(home, "X_0", visible_share(made, home))
     if found is None:
         return None
     heart = np.array([made.axes[i][k] for i, k in enumerate(found.heart)])
-    return RayStart(heart, f"the middle of the greatest part, since {why}", seen_from(made, heart))
+    return RayStart(heart, f"the middle of the greatest part, since {why}", visible_share(made, heart))
 
 
 def _steps(made: Grid, sides: Array) -> int:
@@ -174,12 +174,12 @@ def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outlin
         out.append(Remark.of(Code.PARTS_APART, count=len(found.parts), sizes=shown, unit=unit))
     if found.holes:
         out.append(Remark.of(Code.HOLES, count=len(found.holes), size=float(sum(found.holes) * one), unit=unit))
-    if start.seen < SEEN:
+    if start.visible < SEEN:
         edge_ = "outline" if flat else "surface"
-        out.append(Remark.of(Code.START_SEES_PART, share=100 * (1 - start.seen), edge=edge_))
+        out.append(Remark.of(Code.START_SEES_PART, share=100 * (1 - start.visible), edge=edge_))
     if abs(size / made.volume - 1) > NEAR:
         # What the start does not see, no finer grid brings back.
-        seen = None if start.seen < SEEN else start.seen
+        seen = None if start.visible < SEEN else start.visible
         out.append(Remark.of(Code.RAYS_DIFFER, percent=100 * (size / made.volume - 1), seen=seen))
     return tuple(out)
 

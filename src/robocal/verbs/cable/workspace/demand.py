@@ -14,7 +14,7 @@ from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.units import numbers_of
 from robocal.geometry import so3
-from robocal.session.cable.load import mass_of, wrench_of
+from robocal.session.cable.statics_options import mass_of, wrench_of
 
 __all__ = ["demand_of"]
 
@@ -41,7 +41,7 @@ def demand_of(file: CableFile, said: Any, si: Any) -> Demand:
         return Demand(np.zeros(1), turns, length=si.length or 1.0, closure=True)
     masses = _range(said.mass, "--mass", file) if said.mass is not None else (mass_of(file),)
     masses = tuple(
-        sorted({m + more for m, more in zip(*_paired(masses, _range(said.payload, "--payload", file)), strict=True)})
+        sorted({m + more for m, more in zip(*_pair_ends(masses, _range(said.payload, "--payload", file)), strict=True)})
     )
     extra = np.array([wrench_of(file, text) for text in said.wrench]) if said.wrench else np.zeros((1, 6))
     return Demand(np.array(masses), turns, extra, si.acceleration, si.reserve, si.length or 1.0)
@@ -57,7 +57,7 @@ def _range(text: str | None, option: str, file: CableFile) -> tuple[float, ...]:
     return tuple(float(file.units.mass.to_si(v)) for v in values)
 
 
-def _paired(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _pair_ends(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Two ranges as two lists of ends: least with least, greatest with greatest."""
     return (a[0], a[-1]), (b[0], b[-1])
 

@@ -11,13 +11,13 @@ from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.cables.workspace import Demand, Grid, grid
 from robocal.geometry import se3, so3
+from robocal.report.cable.length_unit import LengthUnit
 from robocal.report.cable.part import part
-from robocal.report.cable.ruler import Ruler
+from robocal.report.cable.plane_sections import section
 from robocal.report.cable.scene import scene
-from robocal.report.cable.sections import section
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
-from robocal.session.cable.load import assumed_text, limits_text, ruler_of
+from robocal.session.cable.statics_options import assumption_text, length_unit_of, limits_text
 from robocal.verbs.cable.workspace.result import Workspace
 
 __all__ = ["workspace_details"]
@@ -28,8 +28,8 @@ MOST = 20  # orientations that are listed
 
 def workspace_details(made: Workspace) -> list[Section]:
     """What a page has room for: the robot, sections with margins, what was demanded, how it was worked out."""
-    robot, demand, ruler = made.robot, made.demand, ruler_of(made.units)
-    blocks = [part("What belongs to it", _found(made))]
+    robot, demand, ruler = made.robot, made.demand, length_unit_of(made.units)
+    blocks = [part("What belongs to it", _explanation(made))]
     if made.boundary is not None:
         blocks.append(_picture(robot, demand, made.boundary, ruler))
     for name, line in made.sections.items():
@@ -47,12 +47,12 @@ def workspace_details(made: Workspace) -> list[Section]:
         text = "Nothing is held: colours say by how much, at least, the cables fail. The middle layer of the grid."
         axes = (robot.axes[0], robot.axes[1])
         blocks.append(part("The grid", text, section(robot, [], made.grid, axes, ruler=ruler)))
-    blocks.append(part("What was demanded", _words(demand, ruler), table=_demanded(demand)))
+    blocks.append(part("What was demanded", _words(demand, ruler), table=_demand_rows(demand)))
     blocks.append(part("How it was worked out", _how(made)))
     return blocks
 
 
-def _found(made: Workspace) -> str:
+def _explanation(made: Workspace) -> str:
     text = (
         "A position of the platform's origin belongs to the workspace when cables that pull, as strongly as it takes, balance any wrench."
         if made.demand.closure
@@ -62,7 +62,7 @@ def _found(made: Workspace) -> str:
     return text + (f" It is cut off by the box where {', '.join(where)}." if where else "")
 
 
-def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline, ruler: Ruler) -> Section:
+def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline, ruler: LengthUnit) -> Section:
     """The robot where the rays start, with the least tensions for the first orientation and wrench and the greatest mass."""
     pose = se3.compose(demand.rotations[0], boundary.start)
     if demand.closure:
@@ -83,7 +83,7 @@ def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline, rul
     )
 
 
-def _words(demand: Demand, ruler: Ruler) -> str:
+def _words(demand: Demand, ruler: LengthUnit) -> str:
     if demand.closure:
         return "Any wrench at all, in each orientation: neither weight nor tension limits take part."
     text = (
@@ -98,7 +98,7 @@ def _words(demand: Demand, ruler: Ruler) -> str:
     return text
 
 
-def _demanded(demand: Demand) -> list[list[str]]:
+def _demand_rows(demand: Demand) -> list[list[str]]:
     turns = np.degrees(so3.log(demand.rotations))
     turned = ["Orientations", "; ".join(_angles(v) for v in turns[:MOST]) + ("; ..." if len(turns) > MOST else "")]
     if demand.closure:
@@ -114,7 +114,7 @@ def _demanded(demand: Demand) -> list[list[str]]:
 def _how(made: Workspace) -> str:
     model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
     limits = "" if made.demand.closure else f"; limits {limits_text(made.robot.need('limits'))}"
-    return "\n\n".join([f"{model}, what they weigh left out{limits}.", *assumed_text(made.robot)])
+    return "\n\n".join([f"{model}, what they weigh left out{limits}.", *assumption_text(made.robot)])
 
 
 def _angles(vector: Array) -> str:

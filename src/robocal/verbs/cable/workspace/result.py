@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.closure import CLOSED, Dexterity
 from robocal.cables.geometry import CableRobot
-from robocal.cables.room import Regions, cut_off
+from robocal.cables.grid_regions import Regions, cut_off
 from robocal.cables.workspace import Demand, Grid, dexterities, margins
 from robocal.files.cable.grid import cells_text, outlines_text
 from robocal.files.cable.values import CableUnits
@@ -23,8 +23,8 @@ from robocal.files.plain import json_text
 from robocal.files.text import InputFile
 from robocal.geometry import so3
 from robocal.quantities import UnitValue, unit_value
-from robocal.remarks.remark import Remark, told
-from robocal.session.cable.load import cable_document
+from robocal.remarks.remark import Remark, remark_fields
+from robocal.session.cable.statics_options import cable_document
 
 __all__ = ["PLANES", "RayStart", "Workspace", "texts"]
 
@@ -35,7 +35,7 @@ def texts(made: Workspace) -> dict[str, str | bytes]:
     """The files of the folder, but its page."""
     out: dict[str, str | bytes] = {
         "workspace.json": json_text(made.document),
-        "workspace.csv": cells_text(made.grid, made.room, made.dexterity, made.units, made.demand.closure),
+        "workspace.csv": cells_text(made.grid, made.outer_box, made.dexterity, made.units, made.demand.closure),
     }
     if made.sections:
         out["outlines.csv"] = outlines_text(made.sections, made.units)
@@ -54,7 +54,7 @@ class RayStart:
 
     at: Array
     why: str
-    seen: float
+    visible: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,7 +142,7 @@ class WorkspaceDocument(CableDocument, Shape):
 class Workspace:
     """A workspace: what was demanded, in which box (3, 2) m and `how` that was chosen; the grid with margins, the possible
     accelerations (nx, ny, nz) m/s^2 and the dexterity of its cells (NaN outside), what its cells make up (None: nothing is held); the
-    boundary by `rays` and its sections, whether X_0 is in it; remarks; and `doubts`: why it must not be trusted."""
+    boundary by `rays` and its sections, whether X_0 is in it; remarks; and `reasons`: why it must not be trusted."""
 
     robot: CableRobot
     demand: Demand
@@ -150,16 +150,16 @@ class Workspace:
     box: Array
     how: str
     grid: Grid
-    room: Array
+    outer_box: Array
     dexterity: Dexterity
     regions: Regions | None
     start: RayStart | None
     boundary: Surface | Outline | None
     sections: Mapping[str, Outline]
     rays: int
-    home_held: bool
+    home_feasible: bool
     warnings: tuple[Remark, ...]
-    doubts: tuple[Remark, ...]
+    reasons: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
 
@@ -194,13 +194,13 @@ class Workspace:
         spare = None if self.demand.closure else float(margins(self.robot, self.demand, home[None])[0])
         rays = None if self.start is None or size is None else RaysPart(
             count=self.rays, start=UnitValue(self.start.at, "m"), why=self.start.why, size=UnitValue(size, self.unit),
-            difference=size / made.volume - 1.0 if made.volume > 0 else None, seen_share=self.start.seen,
+            difference=size / made.volume - 1.0 if made.volume > 0 else None, seen_share=self.start.visible,
         )  # fmt: skip
         sides = np.stack([[x[0] - c / 2, x[-1] + c / 2] for x, c in zip(made.axes, made.cell, strict=True)])
         return cable_document(
-            WorkspaceDocument, self.robot, (*self.warnings, *self.doubts), self.inputs, self.command,
-            verdict={"status": "empty" if self.start is None else "found", **told(self.doubts, "reasons")},
-            demand=self._demanded(),
+            WorkspaceDocument, self.robot, (*self.warnings, *self.reasons), self.inputs, self.command,
+            verdict={"status": "empty" if self.start is None else "found", **remark_fields(self.reasons, "reasons")},
+            demand=self._demand_document(),
             box={"unit": "m", "sides": self.box, "chosen": self.how},
             grid=GridPart(
                 unit="m", sides=sides, cells=list(made.inside.shape), held=int(made.inside.sum()), size=UnitValue(made.volume, self.unit),
@@ -208,7 +208,7 @@ class Workspace:
             ),
             rays=rays,
             home=Spot(
-                position=UnitValue(home, "m"), held=self.home_held, margin=unit_value(spare, "N"),
+                position=UnitValue(home, "m"), held=self.home_feasible, margin=unit_value(spare, "N"),
                 tension_factor=float(there.tension_factor[0]), condition=float(there.condition[0]),
             ),
             sections={name: {"area": UnitValue(line.area, "m2")} for name, line in self.sections.items()},
@@ -220,7 +220,7 @@ class Workspace:
         """That of its size: of a planar robot an area."""
         return "m3" if (self.grid.cell > 0).all() else "m2"
 
-    def _demanded(self) -> dict[str, Any]:
+    def _demand_document(self) -> dict[str, Any]:
         demand = self.demand
         common = {
             "closure": demand.closure, "orientations": UnitValue(so3.log(demand.rotations), "rad"), "length": UnitValue(demand.length, "m"),
@@ -248,7 +248,7 @@ class Workspace:
         best = Spot(
             position=UnitValue([float(made.axes[i][k[i]]) for i in range(3)], "m"), held=True,
             margin=UnitValue(float(made.margin[k]), "N") if plain else None,
-            acceleration=UnitValue(float(self.room[k]), "m/s2") if plain else None,
+            acceleration=UnitValue(float(self.outer_box[k]), "m/s2") if plain else None,
             tension_factor=float(factor[k]), condition=float(condition[k]),
         )  # fmt: skip
         return Shape(
@@ -258,7 +258,7 @@ class Workspace:
             parts=UnitValue([n * one for n in found.parts], self.unit),
             holes=UnitValue([n * one for n in found.holes], self.unit),
             margin=Spread.of(made.margin[made.inside], "N") if plain else None,
-            acceleration=Spread.of(self.room[made.inside], "m/s2") if plain else None,
+            acceleration=Spread.of(self.outer_box[made.inside], "m/s2") if plain else None,
             tension_factor=Spread.of(factor[made.inside]),
             condition=Spread.of(condition[made.inside]),
             closed_share=float((factor[made.inside] > CLOSED).mean()),

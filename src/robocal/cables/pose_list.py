@@ -1,0 +1,146 @@
+"""Lists of poses that a cable robot can reach from where it starts, each by a straight motion that is free to go and to return.
+
+    X_r random in a box Z about X_0,   lambda = mu min(lambda_s, lambda_c),   X = X_0 moved by lambda of the way to X_r
+
+lambda_s is how far statics allow, lambda_c the first contact (`interference.first_contact`). A planar robot draws X_r among the
+motions that it has; its cables are where its file puts them: those in one plane touch where they cross.
+Source: (3.27) to (3.38) and section 3.4.5 of the thesis behind `examples/cable-laval`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.cables.geometry import home
+from robocal.cables.interference import Body, Contacts, first_contact
+from robocal.cables.pulley import Pulleys
+from robocal.errors import ModelError
+from robocal.geometry import se3, so3
+
+__all__ = ["LIMITS", "Feasible", "PoseBox", "PoseList", "default_box", "reachable_poses"]
+
+Array = NDArray[np.float64]
+LIMITS = ("box", "statics", "cable-cable", "cable-platform", "cable-pulley")
+# (X_0 (4, 4), translations (n, 3), rotations (n, 3)) -> lambda_s (n,) in [0, 1], nan where X_0 itself is not feasible.
+Feasible = Callable[[Array, Array, Array], Array]
+
+
+@dataclass(frozen=True)
+class PoseBox:
+    """The box Z by its half sizes: `translation` (3,) in m and `rotation` (3,), of the rotation vector, in rad. Its centre is
+    `offset` (3,) m away from X_0."""
+
+    translation: Array
+    rotation: Array
+    offset: Array = field(default_factory=lambda: np.zeros(3))
+
+
+def default_box(a: ArrayLike, scale: float = 1.1, turn: float = np.pi / 6, start: ArrayLike | None = None) -> PoseBox:
+    """Z of section 3.4.5: as large as the machine or a little larger (`scale`), and turns of at most `turn` rad about each axis.
+
+    The thesis gives no numbers: 1.1 and 30 degrees are this package's own. About a `start` (4, 4) other than `home(a)`, Z is
+    larger by twice its distance from there, so that it still holds the machine; without one, a direction in which all frame
+    anchors a (m, 3) agree has no room.
+    """
+    frame = np.asarray(a, float)
+    away = 0.0 if start is None else np.abs(np.asarray(start, float)[:3, 3] - frame.mean(axis=0))
+    return PoseBox(scale * (0.5 * np.ptp(frame, axis=0) + away), np.full(3, float(turn)))
+
+
+@dataclass(frozen=True)
+class PoseList:
+    """n poses and how each was found.
+
+    `start` (4, 4) is X_0; `translation` (n, 3) m and `rotation` (n, 3) rad lead from it to X_r, in base axes; `fraction` (n,) is
+    lambda with its margin mu; `furthest` (n,) is min(lambda_s, lambda_c); `limit` (n,) indexes LIMITS; `contacts` tells who met.
+    """
+
+    start: Array
+    translation: Array
+    rotation: Array
+    fraction: Array
+    furthest: Array
+    limit: NDArray[np.int64]
+    contacts: Contacts
+
+    def along(self, shares: ArrayLike) -> Array:
+        """Poses (n, k, 4, 4) at `shares` (k,) of each way: 0 is X_0, 1 the pose itself; falling shares are the way back."""
+        lam = self.fraction[:, None] * np.asarray(shares, float)
+        rotation = so3.exp(lam[..., None] * self.rotation[:, None]) @ self.start[:3, :3]
+        return se3.compose(rotation, self.start[:3, 3] + lam[..., None] * self.translation[:, None])
+
+    @property
+    def poses(self) -> Array:
+        """The poses themselves, (n, 4, 4)."""
+        return self.along([1.0])[:, 0]
+
+    @property
+    def reach_share(self) -> float:
+        """The share of Z that a straight motion from X_0 reaches, estimated by the share of the X_r that are."""
+        return float(np.mean(self.limit == 0))
+
+
+def reachable_poses(
+    a: ArrayLike,
+    b: ArrayLike,
+    n: int,
+    rng: np.random.Generator,
+    *,
+    feasible: Feasible | None = None,
+    start: ArrayLike | None = None,
+    box: PoseBox | None = None,
+    margin: float = 0.95,
+    diameter: ArrayLike = 0.0,
+    pulleys: Pulleys | None = None,
+    body: Body | None = None,
+    relief: float | None = None,
+    axes: Sequence[int] = range(6),
+) -> PoseList:
+    """n poses, each on a straight motion from X_0 towards a random pose of Z, at `margin` (mu) of the way that is free.
+
+    a, b (m, 3) m: anchors on the frame and on the platform; `start` is `home(a)` and `box` `default_box(a, start=start)` unless
+    given; without `feasible` only contacts stop a motion; diameter, pulleys, body and relief as for `first_contact`. `axes` are the
+    components of the twist that the platform has (`CableRobot.axes`): Z has no room in the others.
+    Raises ModelError where X_0 is in contact or not feasible, for a margin outside (0, 1], fewer than one pose, and a box that is none.
+    """
+    x0 = home(a) if start is None else np.asarray(start, float)
+    z = default_box(a, start=start) if box is None else box
+    if n < 1:
+        raise ModelError("number of poses", expected="at least 1", found=n)
+    if not 0 < margin <= 1:
+        raise ModelError("margin", expected="a number above 0 and at most 1", found=margin)
+    half = np.concatenate([np.asarray(z.translation, float), np.asarray(z.rotation, float)])
+    middle = np.concatenate([np.asarray(z.offset, float), np.zeros(3)])
+    if half.shape != (6,) or not (np.isfinite(half).all() and (half >= 0).all() and np.isfinite(middle).all()):
+        raise ModelError("box of poses", expected="three half sizes in m and three in rad, at least 0", found=half)
+    twist = rng.uniform(middle - half, middle + half, (n, 6))
+    twist[:, [i for i in range(6) if i not in axes]] = 0.0
+    v, w = twist[:, :3].copy(), twist[:, 3:].copy()
+    contacts = first_contact(a, b, x0, v, w, diameter=diameter, pulleys=pulleys, body=body, relief=relief)
+    _may_start(contacts, len(np.asarray(a)))
+    statics = np.ones(n) if feasible is None else _statics(feasible(x0, v, w), n)
+    furthest = np.minimum(statics, contacts.fraction)
+    limit = np.where(statics < contacts.fraction, 1, np.where(contacts.free, 0, contacts.kind + 1))
+    return PoseList(x0, v, w, margin * furthest, furthest, limit.astype(np.int64), contacts)
+
+
+def _may_start(contacts: Contacts, m: int) -> None:
+    touching = np.flatnonzero((contacts.fraction == 0) & ~contacts.free)
+    if len(touching):
+        who = contacts.names([f"cable {i}" for i in range(1, m + 1)])[touching[0]]
+        raise ModelError(
+            f"at the start X_0 {who}", expected="a start free of contacts: give another one, or thinner cables"
+        )
+
+
+def _statics(found: Array, n: int) -> Array:
+    share = np.asarray(found, float)
+    if share.shape != (n,):
+        raise ModelError("feasible()", expected=f"one number per motion, shape ({n},)", found=share.shape)
+    if np.isnan(share).any():
+        raise ModelError("the start X_0 is not feasible", expected="a start that the cables can hold: give another one")
+    return np.asarray(np.clip(share, 0.0, 1.0))

@@ -1,0 +1,135 @@
+"""Rows of every file in their order, with what a moved target or instrument would have done to each.
+
+    r + J dx + E c = noise        E = D on the rows of a segment, 0 elsewhere
+
+J are the columns of everything that is free, D those of a frame at which the rows look: a target that moved on the tool
+is constant in the tool's axes, an instrument that moved is constant in its own. Where nothing was said of a target, the
+tool itself is what would have moved. All whitened with the noise as fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.diagnose.segments.posed import runs_of_poses
+from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
+from robocal.estimate.terms import spread
+from robocal.fit.noise import apply_noise, assess, under
+from robocal.measure.base import Rows, kind_of
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.machine import Model, freedom_of
+from robocal.parameters import FRAME_SYMBOLS
+
+__all__ = ["runs"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+HOLD = 3.0  # expected errors: how softly the model is held, so that few rows cannot bend it to anything
+FELT = 1e-6  # tolerance: of the largest column: what is less is rounding
+UNSAID = "moved"  # owner of the target that nobody named
+
+
+def runs(
+    model: Model, data: DataSet, start: Mapping[str, float], weights: Array | None = None
+) -> tuple[list[RowSequence], Array]:
+    """Every file as a run, at a robust fit of everything free from `start`, and the information (n,) that holds it."""
+    own = freedom_of(model) is not None
+    seen = _count_all if own else _with_target
+    asked = DataSet(data.configurations, tuple(seen(o, i) for i, o in enumerate(data.observations)))
+    made = build(model, asked).with_weights(weights).with_loss("huber")
+    if not made.free or len(made.families) > int(own):
+        return [], np.zeros(0)
+    first = made
+    made = made.with_table(made.table.with_values({n: v for n, v in start.items() if n in made.table.index}))
+    x = made.start
+    if own:  # where the poses are by these numbers
+        x = least_squares(made.with_free(()), x, max_iterations=20, cost_tolerance=1e-4).x
+    configurations = (
+        np.arange(len(data.configurations)) if weights is None else np.flatnonzero(np.atleast_2d(weights)[0] > 0)
+    )
+    for moved in (0, made.n):
+        tau = {(g.name, g.unit): g.tau for g in assess(asked, made, x, configurations, moved) if g.tau > 0}
+        noisy = apply_noise(asked, tau)
+        made = under(first, asked, tau)
+        if not moved:
+            x = least_squares(made.soften(x, HOLD), x, max_iterations=20, cost_tolerance=1e-4).x
+    info = 1 / (HOLD * made.scales) ** 2
+    if own:
+        return runs_of_poses(model, made, noisy, x), info
+    return _collect(made, noisy, x), info
+
+
+def _count_all(obs: Observations, _: int) -> Observations:
+    """The same, where rows that were set aside as gross count again: there may be a reason for all of them."""
+    return replace(obs, used=None)
+
+
+def _with_target(obs: Observations, number: int) -> Observations:
+    """The same with a target, where none was named: at the tool's origin, and held there."""
+    obs = _count_all(obs, number)
+    if obs.targets:
+        return obs
+    mount = "base" if obs.frame is not None and obs.frame.mount == "tool" else "tool"
+    said = Frame(f"{UNSAID}{number}", mount=mount)
+    return replace(obs, targets=(said,), target=np.zeros(len(obs), dtype=np.int64))
+
+
+def _collect(problem: Problem, data: DataSet, x: Array) -> list[RowSequence]:
+    frames = {f.name for o in data.observations for f in (*o.targets, *((o.frame,) if o.frame else ()))}
+    wide = problem.with_free([*problem.free, *(f"{f}.{s}" for f in frames for s in FRAME_SYMBOLS)])
+    own = wide.column_of[problem.index]
+    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
+    terms = iter(zip(wide.terms, wide.bound_terms, strict=True))
+    out = []
+    for obs in data.observations:
+        d = 0
+        parts: list[tuple[Ints, Array, Array, Array]] = []
+        taken = 0
+        while taken < len(obs):
+            term, bound = next(terms)
+            assert isinstance(term, Rows)
+            m, d = term.scale.shape
+            r, narrow, _ = bound.evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
+            j = spread(narrow[0], bound.columns, wide.n)
+            used = (weight[term.configuration] > 0)[:, None] * term.scale
+            parts.append((term.index, r[0] * used, j * used[..., None], 1 / term.scale))
+            taken += m
+        if not parts:
+            continue
+        _, r, j, sigma = parts[0]
+        if len(parts) > 1:  # the rows of one term are in order
+            order = np.argsort(np.concatenate([p[0] for p in parts]), kind="stable")
+            r, j, sigma = (np.concatenate([p[k] for p in parts])[order] for k in (1, 2, 3))
+        out.append(RowSequence(obs, sigma, r, j[..., own], _candidates(obs, wide, j), kind_of(obs).parts))
+    return out
+
+
+def _candidates(obs: Observations, wide: Problem, j: Array) -> tuple[Candidate, ...]:
+    """Every target alone, all of them together, and the instrument."""
+
+    def of(name: str) -> Array:
+        return j[..., wide.column_of[[wide.table.index[f"{name}.{s}"] for s in FRAME_SYMBOLS]]]
+
+    seen = range(len(obs.targets)) if obs.target is None else np.unique(obs.target)
+    names = [obs.targets[int(t)].name for t in seen]
+    many = len(names) > 1
+    found = [("target", n if many else "", of(n)) for n in names]
+    if many:
+        # Targets on one tool shift together; how they would turn together is not asked.
+        found.append(("target", ", ".join(names), np.sum([of(n)[..., :3] for n in names], axis=0)))
+    if obs.frame is not None:
+        found.append(("instrument", "", of(obs.frame.name)))
+    out = []
+    for cause, name, column in found:
+        size = np.sqrt(np.sum(column**2, axis=(0, 1)))
+        felt = np.flatnonzero(size > FELT * size.max(initial=0.0))
+        if len(felt):
+            out.append(Candidate(cause, name, column[..., felt]))
+    return tuple(out)

@@ -1,0 +1,270 @@
+"""A robust linear fit of everything free, and of the segments found so far; every gain is asked of it.
+
+    gain(a, b) = s^T I^-1 s,    s = E^T r',   I = E^T E - E^T J (J^T J + P)^-1 J^T E        rows a to b of one file
+
+Rows are in units of what the fit leaves of them (per file and per unit of measurement), rows far outside weigh less.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from robocal.diagnose.limits import SEGMENT_ROWS
+from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
+from robocal.fit.noise import median
+
+__all__ = ["SegmentFit", "SegmentModel", "spread"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+GRID = 48
+CLIP = 3.0  # robust standard deviations from which on a row pulls no harder
+FLAT = 0.1  # of a column's own information: what the model answers but for this much is not seen
+FEWEST = 1e-3  # share of the rows that the fewer are taken for at least
+ROUNDS = 4
+EPS = 1e-12  # tolerance: of the largest eigenvalue
+CLEAR = 1e-9  # tolerance: of the smallest pivot: so far above EPS every direction is known, and the triangle's inverse is a root
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentFit:
+    """A segment a <= i < b of a run, its candidate, gain and the part of its step that the model cannot
+    answer, `unexplained` (q,), and whether another cause explains it as well."""
+
+    run: RowSequence
+    candidate: Candidate
+    a: int
+    b: int
+    gain: float
+    unexplained: Array
+    either: bool = False
+    sums: _Sums | None = None
+    ends: tuple[int, int] = (0, 0)  # among the candidate's rows
+
+    @cached_property
+    def step(self) -> Array:
+        """How far it moved, (q,)."""
+        assert self.sums is not None
+        return self.sums.step(*self.ends)
+
+    @property
+    def cost(self) -> float:
+        """What its columns explain by chance."""
+        return float(self.candidate.column.shape[2] * math.log(self.candidate.column.size))
+
+    @property
+    def column(self) -> Array:
+        """The candidate's columns on the segment, 0 elsewhere (k, d, q)."""
+        inside = np.zeros(len(self.candidate.column))
+        inside[self.a : self.b] = 1.0
+        return self.candidate.column * inside[:, None, None]
+
+
+class SegmentModel:
+    """Residuals `left` (k, d) of every run in units of themselves, `unit` (d,) those units, `weight` (k,) of the rows, and
+    `root` (n, n), the inverse square root of the information."""
+
+    def __init__(self, runs: list[RowSequence], jacobian: list[Array], info: Array) -> None:
+        self.runs, self.jacobian, self.info = runs, jacobian, info
+        self.weight = [np.ones(len(r.residual)) for r in runs]
+        self.unit = [np.ones(r.residual.shape[1]) for r in runs]
+        self._solve()
+        for _ in range(ROUNDS):
+            self._reweigh()
+            self._solve()
+
+    def with_segment(self, found: SegmentFit) -> SegmentModel:
+        """The model with a segment taken into it."""
+        q = found.column.shape[2]
+        wider = [
+            np.concatenate([j, found.column if r is found.run else np.zeros((*j.shape[:2], q))], axis=2)
+            for r, j in zip(self.runs, self.jacobian, strict=True)
+        ]
+        return SegmentModel(self.runs, wider, np.concatenate([self.info, np.zeros(q)]))
+
+    def _solve(self) -> None:
+        """One weighted linear fit; weights, units and root belong together."""
+        a, b, count = np.diag(self.info), np.zeros(len(self.info)), 0
+        for run, j, w, unit in zip(self.runs, self.jacobian, self.weight, self.unit, strict=True):
+            scale = np.sqrt(w)[:, None] / unit
+            rows = (j * scale[..., None]).reshape(-1, j.shape[2])
+            a = a + rows.T @ rows
+            b = b + rows.T @ (run.residual * scale).ravel()
+            count += len(rows)
+        self.root = _inverse_root(a)
+        dx = self.root @ (self.root.T @ b)
+        self.used = float(self.root.shape[1] - self.info @ (self.root**2).sum(axis=1))
+        self.share = math.sqrt(max(1 - self.used / max(count, 1), 0.05))
+        self.left = [(r.residual - j @ dx) / u for r, j, u in zip(self.runs, self.jacobian, self.unit, strict=True)]
+
+    def _reweigh(self) -> None:
+        """Units in which rows scatter by one, and less weight for those far outside."""
+        for i, run in enumerate(self.runs):
+            left = self.left[i] * self.unit[i]
+            # Too few rows to speak for themselves keep the noise as it was fitted.
+            if len(left) >= 2 * SEGMENT_ROWS:
+                unit = [max(spread(left[:, a:b]) / self.share, EPS) for a, b, _ in run.parts for _ in range(a, b)]
+                self.unit[i] = np.array(unit)
+            far = np.sqrt(np.mean((left / self.unit[i]) ** 2, axis=1))
+            self.weight[i] = np.minimum(1.0, CLIP / np.maximum(far, EPS))
+
+    def number(self, run: RowSequence) -> int:
+        """The place of a run among those of the model."""
+        return next(i for i, r in enumerate(self.runs) if r is run)
+
+    def misfit(self, run: RowSequence) -> float:
+        """What a file's rows leave, as -2 log of their likelihood, rows far outside bounded."""
+        i = self.number(run)
+        bounded = np.minimum(np.abs(self.left[i]), CLIP)
+        return 2 * len(self.left[i]) * float(np.log(self.unit[i]).sum()) + float((bounded**2).sum())
+
+    def segment(self, run: RowSequence, c: Candidate) -> SegmentFit | None:
+        """The segment of one file and cause that gains most."""
+        i, rows = self.number(run), c.rows
+        k = len(rows)
+        if k < 2 * SEGMENT_ROWS:
+            return None
+        unit = self.unit[i][:, None]
+        answer = (self.jacobian[i][rows] / unit) @ self.root
+        sums = _Sums.of(c.column[rows] / unit, self.left[i][rows], self.weight[i][rows], answer)
+        marks = np.unique(np.linspace(0, k, min(GRID, k // 2) + 1).astype(np.int64))
+        a, b = (marks[m] for m in np.triu_indices(len(marks), 1))
+        ends = sums.best(a, b)
+        if ends is None:
+            return None
+        first, last = _sharpen_ends(sums, *ends, 2 * int(np.diff(marks).max()))
+        # What stood elsewhere before a row, or from that row on, is one and the same: the later rows are named.
+        if first == 0:
+            first, last = last, k
+        gain, held = sums.gain(np.array([first]), np.array([last]))
+        return SegmentFit(
+            run, c, int(rows[first]), int(rows[last - 1]) + 1, float(gain[0]), held[0], sums=sums, ends=(first, last)
+        )  # fmt: skip
+
+    def whole_file(self, run: RowSequence, c: Candidate, a: int, b: int) -> SegmentFit:
+        """The segment of rows a to b, which are a file of their own."""
+        i, rows = self.number(run), c.rows
+        unit = self.unit[i][:, None]
+        answer = (self.jacobian[i][rows] / unit) @ self.root
+        sums = _Sums.of(c.column[rows] / unit, self.left[i][rows], self.weight[i][rows], answer)
+        first, last = int(np.searchsorted(rows, a)), int(np.searchsorted(rows, b))
+        gain, held = sums.gain(np.array([first]), np.array([last]))
+        return SegmentFit(run, c, a, b, float(gain[0]), held[0], sums=sums, ends=(first, last))
+
+    def shared(self, run: RowSequence, c: Candidate, profile: Array) -> float:
+        """The gain where each row of a candidate moved by a share of its own, (k,)."""
+        i, rows = self.number(run), c.rows
+        unit = self.unit[i][:, None]
+        e = c.column[rows] / unit * profile[:, None, None]
+        one = _Sums.of(e, self.left[i][rows], self.weight[i][rows], (self.jacobian[i][rows] / unit) @ self.root)
+        return float(one.gain(np.array([0]), np.array([len(rows)]))[0][0])
+
+
+def _inverse_root(a: Array) -> Array:
+    """W (n, k) with W W^T the inverse of an information (n, n), of the k directions that it knows; any such root will do."""
+    size = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
+    a = a / np.outer(size, size)
+    try:
+        root = np.linalg.cholesky(a)
+        if np.diag(root).min(initial=1.0) ** 2 > CLEAR:
+            return np.asarray(np.linalg.inv(root).T / size[:, None])
+    except np.linalg.LinAlgError:
+        pass
+    values, vectors = np.linalg.eigh(a)
+    kept = values > EPS * values[-1]
+    return np.asarray((vectors[:, kept] / np.sqrt(values[kept])) / size[:, None])
+
+
+def spread(left: Array) -> float:
+    """Standard deviation per axis from the median of squared lengths, which outliers do not move."""
+    square = np.einsum("kd,kd->k", left, left)
+    some = square[square > 0]
+    return math.sqrt(median(some) / float(special.chdtri(left.shape[1], 0.5))) if len(some) else EPS
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Running sums over rows, so that every segment is a difference of two."""
+
+    score: Array  # (k + 1, q)
+    own: Array  # (k + 1, q, q)
+    cross: Array  # (k + 1, q, n)
+
+    @classmethod
+    def of(cls, column: Array, left: Array, weight: Array, answer: Array) -> _Sums:
+        def running(v: Array) -> Array:
+            out = np.zeros((len(v) + 1, *v.shape[1:]))
+            np.cumsum(v, axis=0, out=out[1:])
+            return out
+
+        turned = (column * weight[:, None, None]).transpose(0, 2, 1)
+        return cls(running((turned @ left[..., None])[..., 0]), running(turned @ column), running(turned @ answer))
+
+    def gain(self, a: Ints, b: Ints) -> tuple[Array, Array]:
+        """Gain (p,) and step (p, q) of segments a <= i < b; directions that the model answers almost whole are held."""
+        score = self.score[b] - self.score[a]
+        own = self.own[b] - self.own[a]
+        info = own - self._model_products(a, b)
+        diagonal, total = np.einsum("pqq->pq", own), np.diag(self.own[-1])
+        size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+        # Of a step in most rows, as much is seen as of one in the few others.
+        least = FLAT * np.clip((total - diagonal) / size**2, FEWEST, 1.0)
+        held = info / (size[:, :, None] * size[:, None, :]) + least[:, :, None] * np.eye(own.shape[1])
+        step = np.linalg.solve(held, (score / size)[..., None])[..., 0] / size
+        return np.einsum("pq,pq->p", score, step), step
+
+    def _model_products(self, a: Ints, b: Ints) -> Array:
+        """What the model answers of segments, C C^T with C = cross[b] - cross[a], (p, q, q); of many pairs of few ends, from the
+        products of the ends."""
+        q, n = self.cross.shape[1:]
+        ends, at = np.unique(np.concatenate([a, b]), return_inverse=True)
+        # Where one end of all pairs is the same, the ends outnumber the pairs: their products would fill the memory.
+        if len(ends) ** 2 > 4 * len(a):
+            cross = self.cross[b] - self.cross[a]
+            return np.asarray(cross @ cross.transpose(0, 2, 1))
+        flat = self.cross[ends].reshape(-1, n)
+        products = (flat @ flat.T).reshape(len(ends), q, len(ends), q).transpose(0, 2, 1, 3)
+        first, last = at[: len(a)], at[len(a) :]
+        mixed = products[first, last]
+        return np.asarray(products[first, first] + products[last, last] - mixed - mixed.transpose(0, 2, 1))
+
+    def step(self, a: int, b: int) -> Array:
+        """The step (q,) of one segment with less of that hold: what is seen at all, is seen whole (iterated Tikhonov)."""
+        whole = self.score[b] - self.score[a]
+        cross = self.cross[b] - self.cross[a]
+        info = self.own[b] - self.own[a] - cross @ cross.T
+        found = np.zeros(len(whole))
+        for _ in range(4):
+            rest = replace(self, score=self.score - self.score)
+            rest.score[b] += whole - info @ found
+            found = found + rest.gain(np.array([a]), np.array([b]))[1][0]
+        return found
+
+    def best(self, a: Ints, b: Ints) -> tuple[int, int] | None:
+        """The pair that gains most, with enough rows inside and outside."""
+        k = len(self.score) - 1
+        fit = (b - a >= SEGMENT_ROWS) & (k - (b - a) >= SEGMENT_ROWS)
+        if not fit.any():
+            return None
+        at = int(self.gain(a[fit], b[fit])[0].argmax())
+        return int(a[fit][at]), int(b[fit][at])
+
+
+def _sharpen_ends(sums: _Sums, first: int, last: int, near: int) -> tuple[int, int]:
+    """The ends of a segment row by row, one end after the other until both stay."""
+    k = len(sums.score) - 1
+    for _ in range(4):
+        before = first, last
+        tried = np.arange(max(first - near, 0), min(first + near, last) + 1)
+        first, last = sums.best(tried, np.full_like(tried, last)) or before
+        tried = np.arange(max(last - near, first), min(last + near, k) + 1)
+        first, last = sums.best(np.full_like(tried, first), tried) or (first, last)
+        if (first, last) == before:
+            break
+    return first, last

@@ -1,0 +1,83 @@
+"""Rows in the order in which they were measured, and what may have moved meanwhile."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.measure.data import Observations
+
+__all__ = ["Candidate", "RowSequence"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Plain:
+    """What a candidate does to the readings themselves, where rows are made of them: whitened columns (k, H, q), the standard
+    deviations (k, H) of the readings, infinite where there is none, and their parts by unit."""
+
+    column: Array
+    sigma: Array
+    parts: tuple[tuple[int, int, str], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """What may have moved: `target`, `instrument` or a `zero`, its name where there are several, and the columns (k, d, q) of every
+    row; `plain` tells them of the readings, where rows are something else."""
+
+    cause: str
+    name: str
+    column: Array
+    plain: Plain | None = None
+
+    @property
+    def rows(self) -> Ints:
+        """The rows that would have seen it."""
+        return np.flatnonzero((self.column != 0).any(axis=(1, 2)))
+
+
+@dataclass(frozen=True, eq=False)
+class RowSequence:
+    """The rows of one file in order: residual (k, d), Jacobian of everything free (k, d, n), what may have moved, and the
+    standard deviations (k, d) by which all that was divided."""
+
+    obs: Observations
+    sigma: Array
+    residual: Array
+    jacobian: Array
+    candidates: tuple[Candidate, ...]
+    parts: tuple[tuple[int, int, str], ...]  # columns that share a unit: start, stop, SI unit
+    origin: list[tuple[str, int]] | None = None  # file and row of every row, where they are not those of `obs`
+
+    @property
+    def files(self) -> list[tuple[int, int]]:
+        """First row and end of every file but the first, where rows of several were joined and each lies together."""
+        names = [source for source, _ in self.origin or ()]
+        starts = [i for i in range(1, len(names)) if names[i] != names[i - 1]]
+        if not starts or len(starts) != len(set(names)) - 1:
+            return []
+        return list(zip(starts, [*starts[1:], len(names)], strict=True))
+
+    def beside(self, candidate: Candidate, first: int, last: int) -> tuple[int, int]:
+        """The same rows with those next to them of which nobody knows: held out, or set aside."""
+        blind = ~(candidate.column != 0).any(axis=(1, 2))
+        while first > 0 and blind[first - 1]:
+            first -= 1
+        while last + 1 < len(blind) and blind[last + 1]:
+            last += 1
+        return first, last
+
+    def place(self, first: int, last: int) -> tuple[str, tuple[int, int]]:
+        """The file in which most of these rows are, and the first and last of them as it numbers them."""
+        if self.origin is None:
+            rows = np.arange(len(self.residual)) if self.obs.rows is None else self.obs.rows
+            return self.obs.source, (int(rows[first]), int(rows[last]))
+        files = [source for source, _ in self.origin[first : last + 1]]
+        most = max(dict.fromkeys(files), key=files.count)
+        mine = [row for source, row in self.origin[first : last + 1] if source == most]
+        return most, (mine[0], mine[-1])

@@ -1,0 +1,188 @@
+"""Numbers of instruments that were stated and held: a ball's radius, a delay, the zero of a range, a lens.
+
+A held number is a column c of its own. With Q an orthonormal basis of the columns that were fitted, and r the whitened
+residuals,
+
+    c_ = c - Q Q^T c,   change = -c_^T r / c_^T c_,   share = (c_^T r)^2 / (c_^T c_ r^T r),   t^2 = (N - n - 1) share / (1 - share)
+
+where freeing it would lower r^T r by that share. Instruments of one kind may share what is wrong: the sum of their columns is
+one more. A number that is off by more than the readings allow, and whose change explains a good part of what is left, is wrong,
+and the model with it: a gain says nothing then. Source: Rao, Large sample tests of statistical hypotheses (1948).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.diagnose.check_registry import When, check
+from robocal.diagnose.context import Context, once
+from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.limits import NUMBER_SHARE, NUMBER_SIGMA
+from robocal.measure.base import kind_of
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet, Observations
+from robocal.measure.machine import Model
+from robocal.parameters import Parameter
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+
+if TYPE_CHECKING:
+    from robocal.fit.fit import Fit
+
+__all__ = ["Score", "StatedNumber", "find_stated_number", "find_wrong_number", "reads", "score"]
+
+Array = NDArray[np.float64]
+
+HOLD = 10.0  # expected errors
+HIDDEN = 1e-6  # tolerance: of a column that the fitted ones leave over: rounding
+
+
+@dataclass(frozen=True)
+class StatedNumber:
+    """A number that was held: what was stated, what the data say, how many sigma apart, and the share of the squares that are
+    left which the change explains; `line` lets it be identified."""
+
+    name: str
+    stated: float
+    there: float
+    unit: str
+    z: float
+    share: float
+    line: str
+
+    @property
+    def wrong(self) -> bool:
+        """Whether no gain counts before it is put right."""
+        return self.share > NUMBER_SHARE
+
+    @property
+    def remark(self) -> Remark:
+        """What is said of it."""
+        return Remark.of(
+            Code.NUMBER_WRONG if self.wrong else Code.NUMBER_DOUBTED,
+            name=self.name,
+            stated=Quantity(self.stated, self.unit),
+            there=Quantity(self.there, self.unit),
+            z=self.z,
+            share=self.share,
+            line=self.line,
+        )
+
+
+def find_wrong_number(model: Model, fit: Fit) -> StatedNumber | None:
+    """The held number of an instrument that the data contradict most; None where they contradict none."""
+    data = replace(fit.data, observations=tuple(map(_name_zero, fit.data.observations)))
+    own = _own(data)
+    values = dict(zip(fit.problem.table.names, map(float, fit.solution.x[0]), strict=False))
+    held = [n for n in own if n not in fit.problem.free]
+    if not held:
+        return None
+    made = build(model, data, values=values).with_weights(fit.problem.weights)
+    made = made.with_free([*fit.problem.free, *held])
+    seen = made.linearize(made.start)
+    asked = np.isin(made.free, held)
+    some = [*((n,) for n in held), *_shared(own, held)]
+    c = np.stack([seen.j[:, [made.free.index(n) for n in names]].sum(axis=1) for names in some], axis=1)
+    found = score(seen.j[:, ~asked], seen.r, made.scales[~asked], c)
+    if found is None or found.t < NUMBER_SIGMA:
+        return None
+    i = found.column
+    obs, p = own[some[i][0]]
+    return StatedNumber(
+        ", ".join(some[i]), p.value, p.value + found.change, p.unit, found.t, found.share, _line(obs, p)
+    )
+
+
+@dataclass(frozen=True)
+class Score:
+    """Of several numbers that were held, each with its column: the one that lowers the squares most, by how much it changes, how
+    many sigma that is, and which share of the squares it explains."""
+
+    column: int
+    change: float
+    t: float
+    share: float
+
+
+def score(j: Array, r: Array, scales: Array, c: Array) -> Score | None:
+    """What residuals r (N,) say of further columns c (N, k) beside those that were fitted, j (N, n), of numbers of these `scales`
+    (n,); None where nothing is left, or nothing can be told."""
+    # The fitted ones are held softly: otherwise all could shrink to a point with the number, and nothing would be left.
+    soft = np.diag(1 / (HOLD * scales))
+    q, _ = np.linalg.qr(np.vstack([j, soft]))
+    r, c = (np.concatenate([a, np.zeros((len(soft), *a.shape[1:]))]) for a in (r, c))
+    over = c - q @ (q.T @ c)
+    size, whole = (np.linalg.norm(a, axis=0) for a in (over, c))
+    size = np.where(size > HIDDEN * whole, size, np.inf)
+    along = np.where(np.isfinite(size), -(over.T @ r) / size, 0.0)
+    left, dof = float(r @ r), len(j) - q.shape[1] - 1
+    if not left > 0 or dof < 1:
+        return None
+    share = along**2 / left
+    t = np.sqrt(dof * share / np.maximum(1 - share, 1e-12))
+    i = int(np.argmax(t))
+    return Score(i, float(along[i] / size[i]), float(t[i]), float(share[i]))
+
+
+def _shared(own: Mapping[str, tuple[Observations, Parameter]], held: Sequence[str]) -> list[tuple[str, ...]]:
+    """Like numbers of several instruments of one kind that were held at one value."""
+    by: dict[tuple[str, str, float], list[str]] = {}
+    for name in held:
+        obs, p = own[name]
+        by.setdefault((obs.kind, name.rpartition(".")[2], p.value), []).append(name)
+    return [tuple(some) for some in by.values() if len(some) > 1]
+
+
+def _name_zero(obs: Observations) -> Observations:
+    """The same rows; a number that is zero because nobody speaks of it gets a name, and can be asked."""
+    owner = kind_of(obs).owner
+    if not owner or obs.options.get(owner):
+        return obs
+    return replace(obs, options={**obs.options, owner: obs.label, "free": ()})
+
+
+def _own(data: DataSet) -> Mapping[str, tuple[Observations, Parameter]]:
+    """The numbers of all instruments that read the machine."""
+    return {p.name: (o, p) for o in data.observations if reads(o) for p in kind_of(o).parameters(o)}
+
+
+def reads(obs: Observations) -> bool:
+    """Whether something is read of the machine: a distance between two things that both stand still gives the scale, and nothing can
+    question it."""
+    ends = obs.options.get("ends", ())
+    return not (isinstance(ends, tuple) and ends and all(e.mount == "base" for e in ends))
+
+
+def _line(obs: Observations, number: Parameter) -> str:
+    """What to write in the data file."""
+    owner = kind_of(obs).owner
+    several = len(kind_of(obs).parameters(obs)) > 1
+    symbol = number.name.rpartition(".")[2]
+    return f"{owner}: {{free: [{symbol}]}}" if several else f"{owner}: {{free: true}}"
+
+
+@once
+def find_stated_number(context: Context[Model]) -> StatedNumber | None:
+    """That of the fit to everything."""
+    return find_wrong_number(context.model, context.need_fit)
+
+
+@check("stated-number", When.FIT, order=220, needs=("fit",))
+def doubt_number(context: Context[Model]) -> Iterator[Finding]:
+    """A stated number that the data contradict."""
+    found = find_stated_number(context)
+    if found is not None and not found.wrong:
+        yield from of_remarks((found.remark,), Level.DOUBT)
+
+
+@check("wrong-number", When.PROOF, order=150, needs=("fit",))
+def refuse_number(context: Context[Model]) -> Iterator[Finding]:
+    """A stated number that explains a good part of what is left: the model is wrong with it."""
+    found = find_stated_number(context)
+    if found is not None and found.wrong:
+        yield from of_remarks((found.remark,), Level.REFUSE)

@@ -1,0 +1,131 @@
+"""Rows that share an error per configuration, as one row of many numbers: what a solver sees in place of a local block."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.losses import Loss
+from robocal.estimate.terms import Normal, ProblemTerm
+
+__all__ = ["Correlated"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+WHITE = "1"  # the unit of numbers that were whitened
+CHUNK = 1 << 17  # numbers of a Jacobian at once
+
+
+@dataclass(frozen=True, eq=False)
+class Correlated:
+    """The numbers (row times d + column) `order` (U, h) of a term, whose residual at the linearisation is `offset` larger (1 or B,
+    U, h) and has the information W, `info` (1 or B, U, h, h). Whitened by V, V^T V = W, they are h numbers without unit."""
+
+    term: ProblemTerm
+    order: Ints
+    offset: Array
+    info: Array
+    used: Bools  # (U,)
+
+    @property
+    def group(self) -> str:
+        return self.term.group
+
+    @property
+    def kind(self) -> str:
+        return self.term.kind
+
+    @property
+    def reading(self) -> bool:
+        return self.term.reading
+
+    @property
+    def columns(self) -> Ints:
+        return self.term.columns
+
+    @property
+    def parts(self) -> tuple[tuple[int, int, str], ...]:
+        return ((0, self.order.shape[1], WHITE),)
+
+    @property
+    def lever(self) -> Array | None:
+        return None
+
+    @property
+    def scale(self) -> Array:
+        return np.repeat(self.used[:, None], self.order.shape[1], axis=1).astype(float)
+
+    @cached_property
+    def configuration(self) -> Ints:
+        return np.ascontiguousarray(self.term.configuration[self.order[:, 0] // self.term.scale.shape[1]])
+
+    @property
+    def local(self) -> tuple[Ints, Ints]:
+        return (self.pair, self.pair)
+
+    @property
+    def touches(self) -> tuple[bool, bool]:
+        return (False, False)
+
+    @property
+    def pairs(self) -> Ints:
+        return np.zeros((0, 2), dtype=np.int64)
+
+    @cached_property
+    def pair(self) -> Ints:
+        return np.full(len(self.order), -1, dtype=np.int64)
+
+    def bind(self, column_of: Ints) -> Correlated:
+        return replace(self, term=self.term.bind(column_of))
+
+    def without(self, rows: Bools) -> Correlated:
+        return replace(self, used=self.used & ~rows)
+
+    def hold(self, family: int) -> Correlated:
+        return replace(self, term=self.term.hold(family))
+
+    @cached_property
+    def root(self) -> Array:
+        """V, (1 or B, U, h, h)."""
+        values, vectors = np.linalg.eigh(self.info)
+        return np.asarray(np.sqrt(np.maximum(values, 0.0))[..., None] * np.swapaxes(vectors, -1, -2))
+
+    def _numbers(self, x: Array, which: Ints) -> tuple[Array, Array]:
+        """Residuals (B, N) and Jacobians (B, N, k) of all numbers of the term."""
+        r, jac, _ = self.term.evaluate(x, which, 0, len(self.term.scale))
+        numbers = self.term.scale.size
+        return (
+            np.ascontiguousarray(r.reshape(len(x), numbers)),
+            np.ascontiguousarray(jac.reshape(len(x), numbers, jac.shape[3])),
+        )
+
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        part = slice(first, first + rows)
+        r, jac = self._numbers(x, which)
+        order, root, offset = self.order[part], self.root[:, part], self.offset[:, part]
+        if len(root) > 1:
+            root, offset = root[which], offset[which]
+        e = r[:, order] + offset
+        none = np.zeros((len(x), len(order), order.shape[1], 0))
+        return (root @ e[..., None])[..., 0], root @ jac[:, order], none
+
+    def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
+        from robocal.estimate.generalised._kernels import accumulate_correlated
+
+        if loss.kind != 0:
+            return False
+        many = max(1, CHUNK // max(1, self.term.scale.size * len(self.columns)))
+        shared = len(self.info) == 1
+        for lo in range(0, len(x), many):
+            part = slice(lo, lo + many)
+            r, jac = self._numbers(x[part], which[part])
+            offset, info = (self.offset, self.info) if shared else (self.offset[which[part]], self.info[which[part]])
+            accumulate_correlated(
+                r, jac, self.order, offset, info, self.used, weight if len(weight) == 1 else weight[part], self.configuration,
+                self.columns, out.cost[part], out.g[part], out.a[part],
+            )  # fmt: skip
+        return True

@@ -1,0 +1,204 @@
+"""Lists for cable robots: poses of the platform, and cable lengths, one per row of a CSV whose headers carry units.
+
+id, x [m], y [m], z [m], rx [deg], ry [deg], rz [deg]       a pose: translation and rotation vector (none where it does not turn)
+id, c1 [m], c2 [m], ...                                     lengths as the sensors show them, one column per cable
+id, c1.geometric [m], c2.geometric [m], ...                 the same where the cables stretch and nobody said by how much
+c1.tension [N], c2.tension [N], ...                         in either, where cables stretch or sag
+fx [N], fy, fz, mx [Nm], my, mz                             with poses: what else pulls at the platform, base axes
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from robocal._types import Array
+from robocal.cables.check import FAR
+from robocal.cables.geometry import CableRobot
+from robocal.files.csvtable import CsvTable, read_csv
+from robocal.files.headers import IDS, row_names
+from robocal.files.kinds.kind import column_units
+from robocal.files.orientation import quaternion
+from robocal.files.unread import left_over, unread_remarks
+from robocal.files.yamlio import YamlDocument
+from robocal.geometry import se3, so3
+from robocal.parameters import FRAME_SYMBOLS
+from robocal.quantities import Column
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+
+__all__ = [
+    "COLUMNS",
+    "WRENCH",
+    "CableList",
+    "length_columns",
+    "pose_columns",
+    "read_cable_lengths",
+    "read_platform_poses",
+    "tension_columns",
+]
+
+QUATERNION = ("qx", "qy", "qz", "qw")
+AWAY = (0.01, np.radians(1.0))  # m and rad across what a platform can do: more than an instrument is off
+UNIT = 2e-2  # from a length of one: what rounding to two digits leaves
+WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
+# What columns of lists are called, and so no cable.
+COLUMNS = (
+    *(*IDS, *FRAME_SYMBOLS, *QUATERNION, *WRENCH),
+    *("lambda", "limit", "contact", "rank", "feasible", "margin", "pose", "way", "share"),
+    *("residual", "sigma_position", "sigma_orientation", "solutions"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class CableList:
+    """Names of the rows, their values in SI (poses (k, 4, 4) or lengths (k, m)), and where given tensions (k, m) and
+    wrenches (k, 6); lengths are `geometric`, or as the sensors show them; `lines` are the rows as an editor numbers them, `sha256` is
+    that of the file, `warnings` are what is odd about it."""
+
+    names: tuple[str, ...]
+    values: Array
+    tension: Array | None
+    wrench: Array | None = None
+    lines: tuple[int, ...] = ()
+    sha256: str = ""
+    warnings: tuple[Remark, ...] = ()
+    geometric: bool = False
+
+
+def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
+    """Poses of the platform, x, y, z with a rotation vector rx, ry, rz or a quaternion qx, qy, qz, qw; a platform that does not turn
+    needs neither. Raises FileError or FormatError naming file, row and column."""
+    table = replace(read_csv(path), alone=True)
+    given, turned = _given(table, QUATERNION), _given(table, FRAME_SYMBOLS[3:])
+    if not given and not turned and max(robot.axes) < 3:
+        poses = se3.compose(np.eye(3), _columns(table, FRAME_SYMBOLS[:3], ("m",) * 3))
+    elif given and turned:
+        raise table.fail("the orientation is given twice", column=given[0], expected="rx, ry, rz or qx, qy, qz, qw")
+    elif given:
+        place = _columns(table, FRAME_SYMBOLS[:3], ("m",) * 3)
+        q = _columns(table, QUATERNION, ("1",) * 4)
+        norm = np.linalg.norm(q, axis=1)
+        table.insist(np.abs(norm - 1) < UNIT, QUATERNION, "not a unit quaternion", norm, expected="a length of 1")
+        poses = se3.compose(quaternion(q / norm[:, None]), place)
+    else:
+        poses = se3.from_vector(_columns(table, FRAME_SYMBOLS, ("m", "m", "m", "rad", "rad", "rad")))
+    table.insist(
+        np.abs(poses[:, :3, 3]) < FAR,
+        FRAME_SYMBOLS[:3],
+        "so far away is no platform",
+        poses[:, :3, 3],
+        expected=f"within {FAR:g} m",
+    )
+    made = replace(_list(table, poses, robot), wrench=_wrenches(table))
+    return replace(made, warnings=(*_unread(table, robot, (*IDS, *WRENCH)), *_beyond(robot, made)))
+
+
+def read_cable_lengths(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
+    """Measured lengths of all cables. Raises FileError or FormatError naming file, row and column."""
+    table = replace(read_csv(path), alone=True)
+    other = [_geometric(cable) for cable in robot.cables]
+    geometric = len(_given(table, other)) > 0 and not _given(table, robot.cables)
+    read = other if geometric else robot.cables
+    made = _list(table, _columns(table, read, ("m",) * len(read)), robot)
+    return replace(made, warnings=_unread(table, robot, (*IDS, *read)), geometric=geometric)
+
+
+def _geometric(cable: str) -> str:
+    """The column of a length that no tension has stretched. One name is one length: what a sensor shows has the cable's."""
+    return f"{cable}.geometric"
+
+
+def _unread(table: CsvTable, robot: CableRobot, known: Sequence[str]) -> tuple[Remark, ...]:
+    """What nobody read, but for columns of other lists and those that `cable tension` adds."""
+    pulls = [f"{cable}.tension" for cable in robot.cables]
+    missing = [f"missing.{name}" for name in WRENCH]
+    silent = (*COLUMNS, *robot.cables, *missing)
+    return unread_remarks([left_over(table, (*known, *pulls), silent)])
+
+
+def _list(table: CsvTable, values: Array, robot: CableRobot) -> CableList:
+    lines = tuple(int(line) for line in table.lines)
+    return CableList(row_names(table, "rows"), values, _tensions(table, robot), lines=lines, sha256=table.sha256)
+
+
+def _beyond(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
+    """A remark on the pose that lies furthest from where the first one could go to: a robot in a plane does not leave it, one that
+    only shifts does not turn. How a point is turned makes no difference."""
+    t = rows.values
+    way = np.concatenate([t[:, :3, 3] - t[0, :3, 3], so3.log(t[:, :3, :3] @ t[0, :3, :3].T)], axis=1)
+    point = not np.ptp(robot.b, axis=0).any()
+    out = [i for i in range(6) if i not in robot.axes and not (i > 2 and point)]
+    share = np.abs(way[:, out]) / np.where(np.array(out) < 3, AWAY[0], AWAY[1]) if out else np.zeros((1, 1))
+    if share.max() <= 1:
+        return ()
+    row, at = (int(v) for v in np.unravel_index(int(share.argmax()), share.shape))
+    axis = out[at]
+    off = Quantity(abs(float(way[row, axis])), "m" if axis < 3 else "rad")
+    names = {"pose": rows.names[row], "first": rows.names[0]}
+    return (Remark.of(Code.POSE_OUT_OF_REACH, **names, degrees=robot.degrees, off=off, column=FRAME_SYMBOLS[axis]),)
+
+
+def _columns(table: CsvTable, names: Sequence[str], si: Sequence[str]) -> Array:
+    units = column_units(table, list(names), None, si, YamlDocument(Path(table.path), "", "", {}), ("columns",))
+    raw = table.numbers(list(names))
+    return np.column_stack([unit.to_si(raw[:, i]) for i, unit in enumerate(units)])
+
+
+def _tensions(table: CsvTable, robot: CableRobot) -> Array | None:
+    names = [f"{cable}.tension" for cable in robot.cables]
+    if not _given(table, names):
+        return None
+    found = _columns(table, names, ("N",) * len(names))
+    table.insist(~(found < 0), names, "a cable cannot push", found, expected="0 N or more")
+    return found
+
+
+def _given(table: CsvTable, names: Sequence[str]) -> list[str]:
+    """Those of the columns that are there. Raises FormatError for one that is only written otherwise: it would be
+    passed over without a word."""
+    wanted = {name.lower(): name for name in names}
+    for found in table.names:
+        name = wanted.get(found.lower(), found)
+        if name != found and name not in table.names:
+            raise table.fail("no column of this name is read", column=found, expected=name)
+    return [name for name in names if name in table.names]
+
+
+def _wrenches(table: CsvTable) -> Array | None:
+    """Those of the six columns that are there; the others are zero."""
+    given = [WRENCH.index(name) for name in _given(table, WRENCH)]
+    if not given:
+        return None
+    out = np.zeros((len(table), 6))
+    out[:, given] = _columns(table, [WRENCH[i] for i in given], ["N" if i < 3 else "N m" for i in given])
+    return out
+
+
+def length_columns(
+    robot: CableRobot, lengths: Array, *, geometric: bool = False, decimals: int | None = None
+) -> tuple[Column, ...]:
+    """Columns of lengths (k, m) in m, `geometric` or as the sensors show them; a CSV has so many `decimals` of a metre."""
+    names = map(_geometric, robot.cables) if geometric else robot.cables
+    return tuple(Column(name, "m", column, si_decimals=decimals) for name, column in zip(names, lengths.T, strict=True))
+
+
+def tension_columns(robot: CableRobot, tension: Array) -> tuple[Column, ...]:
+    """Columns of tensions (k, m) in N, under the names that lists are read by."""
+    return tuple(Column(f"{c}.tension", "N", t, digits=10) for c, t in zip(robot.cables, tension.T, strict=True))
+
+
+def pose_columns(names: Sequence[str], poses: Array) -> tuple[Column, ...]:
+    """Columns of poses (k, 4, 4) with their names, as `read_platform_poses` reads them; nothing where a pose is not a number."""
+    known = np.asarray(np.isfinite(poses).all(axis=(-2, -1)))
+    values = se3.to_vector(np.where(known[:, None, None], poses, np.eye(4)))
+    values[~known] = np.nan
+    units = ("m",) * 3 + ("rad",) * 3
+    return (
+        Column("id", "", tuple(names)),
+        *(Column(s, u, v, decimals=12) for s, u, v in zip(FRAME_SYMBOLS, units, values.T, strict=True)),
+    )

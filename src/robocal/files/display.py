@@ -1,0 +1,107 @@
+"""From what was found, in SI, to what a document shows: the one conversion of whole trees.
+
+`to_display(Part, found)` makes a Part of whatever has the names of its fields (the same class in SI, or another): every number by what it
+is (`robocal.quantities`) in the unit in force, which a field of the part names; parts within parts, remarks as data, a tuple of
+numbers as the part whose fields they are. What has another name, or is no copy, is given beside it; nothing is left to a default.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
+from types import NoneType, UnionType
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from robocal.files.opened_file import Speaks
+from robocal.files.parts import RemarkPart
+from robocal.files.units import UNITS, Unit, Units
+from robocal.quantities import AMOUNT, DISPLAY, MEAN, OWN, VALUE
+
+__all__ = ["display_unit", "to_display"]
+
+P = TypeVar("P")
+MM_AND_DEG = Units()
+ERRORS = {"m": UNITS["mm"], "rad": UNITS["deg"]}
+
+
+@dataclass(frozen=True)
+class _Scope:
+    units: Speaks  # those of the robot's file
+    unit: Unit  # the one in force
+
+
+Convert = Callable[[Any, _Scope], Any]
+_PLANS: dict[type[Any], dict[str, Any]] = {}
+
+
+def display_unit(si: str) -> Unit:
+    """The unit in which errors in an SI unit are shown: mm, deg, px, or none."""
+    return ERRORS.get(si, UNITS.get(si, UNITS["1"]))
+
+
+def to_display(part: type[P], found: object, speaks: Speaks = MM_AND_DEG, /, **beside: Any) -> P:
+    """A part of a document, of what was found in SI (in m, where it names no unit); `speaks` are the units of the robot's file."""
+    return _build_part(part, found, _Scope(speaks, ERRORS["m"]), beside)
+
+
+def _build_part(part: type[P], found: object, scope: _Scope, beside: dict[str, Any]) -> P:
+    plan = _PLANS.get(part) or _PLANS.setdefault(part, _plan(part))
+    if isinstance(found, tuple):
+        found = _Tuple(dict(zip(plan, found, strict=True)))
+    if (own := plan.get("unit")) in (DISPLAY, OWN):
+        si = getattr(found, "unit", scope.unit.si)
+        scope = _Scope(scope.units, scope.units.of(si) if own is OWN else display_unit(si))
+        beside = {"unit": scope.unit.name, **beside}
+    told = {name: convert(getattr(found, name), scope) for name, convert in plan.items() if name not in beside}
+    return part(**told, **beside)
+
+
+class _Tuple:
+    def __init__(self, named: dict[str, Any]) -> None:
+        self.__dict__.update(named)
+
+
+def _plan(part: type[Any]) -> dict[str, Any]:
+    """The fields of a part: how each is converted, or of a unit, which."""
+    hints = get_type_hints(part, include_extras=True)
+    plan: dict[str, Any] = {}
+    for f in fields(part):
+        marks = get_args(hints[f.name])[1:] if get_origin(hints[f.name]) is Annotated else ()
+        plan[f.name] = marks[0] if marks and marks[0] in (DISPLAY, OWN) else _converter(hints[f.name])
+    return plan
+
+
+def _converter(hint: Any) -> Convert:
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return {AMOUNT: _amount, VALUE: _value, MEAN: _mean}.get(inner[1]) or _converter(inner[0])
+    if origin in (Union, UnionType) and len(inner) == 2 and NoneType in inner:
+        of = _converter(next(i for i in inner if i is not NoneType))
+        return lambda value, scope: None if value is None else _finite(of(value, scope))
+    if origin in (list, tuple):
+        each, made = _converter(inner[0]), origin
+        return lambda values, scope: made(each(v, scope) for v in values)
+    if hint in (float, str):
+        return lambda value, scope: hint(value)
+    if hint is RemarkPart:
+        return lambda value, scope: RemarkPart.of(value)
+    if is_dataclass(hint):
+        return lambda value, scope: _build_part(hint, value, scope, {})  # type: ignore[arg-type]
+    return lambda value, scope: value
+
+
+def _amount(value: float, scope: _Scope) -> float:
+    return float(value * (1.0 / scope.unit.factor))
+
+
+def _value(value: float, scope: _Scope) -> float:
+    return float(scope.unit.from_si(value))
+
+
+def _mean(value: Any, scope: _Scope) -> float:
+    return _amount(value.mean, scope)
+
+
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value

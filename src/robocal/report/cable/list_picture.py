@@ -1,0 +1,98 @@
+"""What a list of poses reaches: figure 3.6 of the thesis, the box Z, the poses that were wished for and those that were found."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.boundary import Outline
+from robocal.cables.pose_list import LIMITS, PoseBox, PoseList
+from robocal.report.cable.drawing import figure
+from robocal.report.cable.length_unit import METRE, LengthUnit
+from robocal.report.cable.plane_view import Plane, cross, plane
+from robocal.report.svg import label, num, path
+
+__all__ = ["draw_reach"]
+
+Array = NDArray[np.float64]
+MOST = 2000
+WHY = {
+    "statics": "tension limits", "cable-cable": "cable on cable", "cable-platform": "cable on platform",
+    "cable-pulley": "cable on its pulley",
+}  # fmt: skip
+
+
+def draw_reach(
+    outline: Outline | None,
+    listing: PoseList,
+    axes: tuple[int, int] = (0, 1),
+    *,
+    box: PoseBox | None = None,
+    ruler: LengthUnit = METRE,
+) -> str:
+    """The picture (SVG) of a list in the plane of two axes: X_r red, X_j blue crosses, X_0, the box Z where it is given, and the outline
+    of the workspace where it is."""
+    start = listing.start[:3, 3]
+    wished, found = (start + listing.translation)[:MOST], listing.poses[:MOST, :3, 3]
+    z = None if box is None else _box(start, box, axes)
+    every = [wished, found, start[None]]
+    every += [] if z is None else [z]
+    every += [] if outline is None else [outline.points]
+    at = plane(axes, np.concatenate(every), right=204.0, most=(640.0, 560.0), ruler=ruler)
+    parts = [at.frame]
+    if outline is not None:
+        parts.append(at.line(outline.points, "space", closed=True))
+    if z is not None:
+        parts.append(at.line(z, "zbox", closed=True))
+    if len(wished) <= 300:
+        ends = zip(at.flat(found).tolist(), at.flat(wished).tolist(), strict=True)
+        parts.append(path("".join(f"M{num(a)} {num(b)}L{num(c)} {num(d)}" for (a, b), (c, d) in ends), "way"))
+    size = 3.4 if len(wished) <= 300 else 2.4
+    parts.append(path(_dots(at.flat(wished), 0.75 * size), "wished"))
+    parts.append(path(cross(at.flat(found).tolist(), size), "found"))
+    home = at.flat(start[None]).tolist()
+    parts += [path(cross(home, 6.0), "home"), label(home[0][0] + 10, home[0][1] + 4, "X₀", "strong halo-text")]
+    parts.append(_legend(at, listing, outline is not None, z is not None))
+    said = f"{len(listing.fraction)} poses; {_percent(listing.reach_share)} % of those wished for were reached all the way."
+    title = f"Poses wished for and poses found, plane {'xyz'[axes[0]]}{'xyz'[axes[1]]}"
+    return figure("reached", at.width, at.height, parts, title=title, text=said)
+
+
+def _box(start: Array, box: PoseBox, axes: tuple[int, int]) -> Array:
+    out = np.tile(start + box.offset, (4, 1))
+    half = np.asarray(box.translation, float)
+    for k, signs in zip(axes, ((-1, 1, 1, -1), (-1, -1, 1, 1)), strict=True):
+        out[:, k] += half[k] * np.array(signs)
+    return out
+
+
+def _dots(xy: Array, r: float) -> str:
+    return "".join(
+        f"M{num(x - r)} {num(y)}a{r:.2f} {r:.2f} 0 1 0 {2 * r:.2f} 0a{r:.2f} {r:.2f} 0 1 0 {-2 * r:.2f} 0z"
+        for x, y in xy.tolist()
+    )
+
+
+def _legend(at: Plane, listing: PoseList, space: bool, z: bool) -> str:
+    x, y = at.x.end + 24, at.y.end + 8
+    rows = [(path(_dots(np.array([[x + 8, y]]), 2.6), "wished"), "X_r, wished for")]
+    rows.append((path(cross([(x + 8, y + 22)], 3.4), "found"), "X_j, found"))
+    if z:
+        rows.append((f'<path class="zbox" d="M{num(x)} {num(y + 22 * len(rows))}h16"/>', "box Z"))
+    if space:
+        rows.append((f'<path class="space line" d="M{num(x)} {num(y + 22 * len(rows))}h16"/>', "workspace W"))
+    parts = [mark + label(x + 24, y + 22 * k + 4, word, "name") for k, (mark, word) in enumerate(rows)]
+    y += 22 * len(rows) + 16
+    parts.append(label(x, y, f"{_percent(listing.reach_share)} % reached", "strong"))
+    parts.append(label(x, y + 19, f"of {len(listing.fraction)}; the others ended", "tick"))
+    for k, word in enumerate(LIMITS[1:]):
+        if word == "cable-pulley" and not (listing.limit == k + 1).any():
+            continue
+        parts.append(label(x, y + 38 + 18 * k, f"{int((listing.limit == k + 1).sum())} by {WHY[word]}", "tick"))
+    return "".join(parts)
+
+
+def _percent(share: float) -> str:
+    """Two digits where so few are reached that a rounded number would say none."""
+    value = 100.0 * share
+    return f"{value:.0f}" if value == 0 or value >= 10 else f"{value:.2g}"

@@ -1,0 +1,273 @@
+"""Errors before, after and on what was not used for fitting: tables, and for pages their pictures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from robocal.report import pictures
+from robocal.report.arrows import arrows
+from robocal.report.numbers import ranges
+from robocal.report.sections import (
+    SPREAD,
+    Block,
+    Cell,
+    Detail,
+    Figure,
+    Mark,
+    Noted,
+    Pair,
+    Section,
+    Style,
+    Table,
+    Text,
+    Tile,
+    Tiles,
+    figure,
+    quiet,
+    spread,
+    table,
+)
+from robocal.report.series import Series, column, is_aside, is_held_out, numbers, three
+
+__all__ = ["errors", "errors_table", "outlier_blocks", "proof_of", "tiles"]
+
+Columns = Mapping[str, Sequence[object]]
+ErrorRow = tuple[str, str, str, Mark]
+STAGES: tuple[ErrorRow, ...] = (
+    ("before", "before", "nominal model, frames fitted", "before"),
+    ("after", "after", "as fitted", "after"),
+    ("held_out_before", "held out, before", "nominal model", "before"),
+    ("held_out", "held out, after", "not used to fit", "held"),
+    ("k_fold_before", "every fold, before", "nominal model", "before"),
+    ("k_fold", "every fold, after", "held out in turn", "held"),
+    ("leave_one_out_before", "leave-one-out, before", "nominal model, frames fitted", "before"),
+    ("leave_one_out", "leave-one-out", "one by one", "held"),
+    ("constant", "predicting the mean", "no model at all", ""),
+)
+PROOFS = ("held_out", "k_fold", "leave_one_out")
+TEN, WORST = 10, 8
+MEANS: dict[str, tuple[Cell, ...]] = {
+    "held_out": (
+        ("Held out", "term"),
+        " means: set aside before the fit, and predicted by it afterwards. Only these numbers show how well the corrected model "
+        "predicts what it has not seen.",
+    ),
+    "k_fold": (
+        ("Every fold", "term"),
+        " means: the measurements were cut into folds, and each fold was set aside and predicted by a model fitted to the "
+        "others. Only these numbers show how well such a model predicts what it has not seen.",
+    ),
+    "leave_one_out": (
+        ("Leave one out", "term"),
+        " means: each configuration in turn was set aside and predicted by a model fitted to all the others. Only these numbers "
+        "show how well such a model predicts what it has not seen.",
+    ),
+    "": (
+        "Nothing was ",
+        ("held out", "term"),
+        ", that is, set aside before the fit to be predicted afterwards. The error after calibration is therefore no proof: a "
+        "model with many parameters can bend to its own data and still predict badly.",
+    ),
+}
+PROFILED = Text.of(
+    ("Profiled", "term"),
+    ": a pose or marker met only in these measurements was fitted to them, and its degrees of freedom were subtracted, which enlarges "
+    "these errors; all shared parameters stayed as identified. Errors before calibration in pictures, and the list of the largest errors, "
+    "are not enlarged.",
+)  # fmt: skip
+
+
+def proof_of(residuals: Any) -> str:
+    """The first way of holding out that there is, "" where nothing was."""
+    return next((name for name in PROOFS if getattr(residuals, name) is not None), "")
+
+
+def errors(result: Any, rows: Columns | None) -> Section:
+    """Errors at every stage; `rows` are the columns of residuals.csv, for the pictures."""
+    residuals = result.residuals
+    blocks: list[Block | None] = [Detail(lambda: _meaning(result))]
+    for found, title in ((residuals, "error"), (residuals.angle, "angle")):
+        if found is not None:
+            blocks += [errors_table(found, title), _folds(found)]
+    blocks.append(Detail(lambda: _pictures(residuals, rows)))
+    return Section.of("", *blocks, title="Errors before, after and held out", key="errors")
+
+
+def _meaning(result: Any) -> Iterator[Block]:
+    """What the table shows, and which configurations it is about."""
+    split, kind = result.split, proof_of(result.residuals)
+    every = len(split.held_out) + len(split.fit)
+    words = ""
+    if split.held_out:
+        share = "" if split.held_out_fraction is None else f" ({100 * split.held_out_fraction:.0f}\u00a0%)"
+        seed = "" if split.seed is None else f", chosen with seed {split.seed}"
+        words += f" {len(split.held_out)} of {every} configurations{share} were held out{seed}."
+    if split.embargoed:
+        words += f" Left out altogether, because they share a place with held-out ones: {ranges(split.embargoed)}."
+    yield Text.of(*MEANS[kind], words)
+
+
+def errors_table(residuals: Any, title: str) -> Table | None:
+    """Errors at every stage in one unit; None when there are none."""
+    rows: list[tuple[Cell, ...]] = []
+    styles: list[Style] = []
+    for name, label, note, mark in STAGES:
+        s = getattr(residuals, name)
+        if s is None:
+            continue
+        words = ", ".join(w for w in (note, "profiled" if s.profiled else "") if w)
+        rows.append((Noted(label, mark=mark), *spread(s), (words, "quiet")))
+        styles.append("strong" if name in PROOFS else "quiet" if name == "constant" else "")
+        every = getattr(residuals.all_rows, name, None) if residuals.all_rows is not None else None
+        if every is not None and every.n != s.n:
+            rows.append((Noted("  with gross rows"), *spread(every), ("all rows", "quiet")))
+            styles.append("quiet")
+    if not rows:
+        return None
+    columns = (f"{title} [{residuals.unit}]", *SPREAD, "")
+    return table(*columns, right=(1, 2, 3, 4, 5), rows=rows, styles=styles)
+
+
+def _folds(residuals: Any) -> Table | None:
+    """The mean error of every fold; None when there are none."""
+    if not residuals.folds:
+        return None
+    rows: list[tuple[Cell, ...]] = [
+        (f.name, figure(f.before), figure(f.after), str(f.n), ("profiled" if f.profiled else "", "quiet"))
+        for f in residuals.folds
+    ]
+    caption = "Mean error of each fold while it was held out."
+    return table(
+        f"held out [{residuals.unit}]", "before", "after", "n", "", right=(1, 2, 3), rows=rows, caption=caption
+    )
+
+
+def tiles(residuals: Any) -> Tiles:
+    """The big numbers: before and after of the same measurements where nothing was fitted to them, and after the fit."""
+    proof = proof_of(residuals)
+    names = {"held_out": "Held out", "k_fold": "Every fold", "leave_one_out": "Leave one out"}
+    before = f"{proof}_before" if proof and getattr(residuals, f"{proof}_before") is not None else "before"
+    wanted: list[tuple[str, str, Mark]] = [
+        (before, f"{names[proof]}, before" if before != "before" else "Before", "before"),
+        (proof, f"{names[proof]}, after" if proof else "Held out", "held"),
+        ("after", "After, seen by the fit", "after"),
+    ]
+    return Tiles(tuple(_tile(residuals, key, name, mark) for key, name, mark in wanted))
+
+
+def _tile(residuals: Any, key: str, name: str, mark: Mark) -> Tile:
+    s = getattr(residuals, key) if key else None
+    if s is None or not math.isfinite(s.mean):
+        none = "Nothing was held out: no proof on unseen measurements." if mark == "held" else "Not recorded."
+        return Tile(name, mark, "", "", (none,))
+    turn = getattr(residuals.angle, key) if residuals.angle is not None else None
+    angle = "" if turn is None else f", and {figure(turn.mean, 3)} {residuals.angle.unit}"
+    more = (("rms", s.rms), ("95 %", s.p95), ("max", s.max))
+    lines = (
+        f"mean error{angle}{', profiled' if s.profiled else ''}",
+        "   ".join(f"{k} {figure(v, 3)}" for k, v in more if math.isfinite(v)),
+    )
+    return Tile(name, mark, figure(s.mean, 3), residuals.unit, lines)
+
+
+def _pictures(residuals: Any, rows: Columns | None) -> Iterator[Block | None]:
+    """How large the errors are, one by one, and where they point."""
+    stages = (residuals, *((residuals.angle,) if residuals.angle is not None else ()))
+    if any(getattr(getattr(found, name), "profiled", False) for found in stages for name, *_ in STAGES):
+        yield PROFILED
+    if rows is None or not any(len(c) for c in rows.values()):
+        yield Text.of(("No residuals were given, so there are no pictures of them.", "quiet"))
+        return
+    # What the verdict is told in comes first: angles and pixels where no lengths were measured.
+    unit = residuals.unit
+    main = ("angle_" if unit == "deg" else "", unit)
+    series, turns = three(rows, *main), three(rows, "angle_", "deg") if unit != "deg" else []
+    bars, worst = _bars(series, "How large the errors are", *main), _worst(rows, *main)
+    if turns:
+        yield Pair(tuple(b for b in (bars, _bars(turns, "The same for orientation", "angle_", "deg")) if b is not None))
+    elif bars is not None and worst is not None:
+        yield Pair((bars, worst))
+    else:
+        yield bars
+    yield _row(series, "Every configuration", *main)
+    yield _row(turns, "Orientation of every configuration", "angle_", "deg")
+    yield arrows(rows)
+    yield worst if turns else None
+
+
+def _bars(series: Sequence[Series], title: str, quantity: str, unit: str) -> Figure | None:
+    caption = "How many errors have which size. Every step of ten on the axis is equally wide; dashed lines are means."
+    return Figure(svg, caption, title) if (svg := pictures.histogram(series, quantity, unit)) else None
+
+
+def _row(series: Sequence[Series], title: str, quantity: str, unit: str) -> Figure | None:
+    svg = pictures.per_pose(series, quantity, unit) if series else ""
+    if not svg:
+        return None
+    share = pictures.drawn_of(series)[1]
+    caption = (
+        "A trend over the configurations would point at drift, warming or a moved instrument; single high points at a slipped "
+        f"target. {share}".rstrip()
+    )
+    return Figure(svg, caption, title, tuple((s.key, s.name) for s in series))
+
+
+def _worst(rows: Columns, quantity: str, unit: str) -> Table | None:
+    """The rows with the largest error after calibration: where to look for a slipped target."""
+    before, after = (numbers(rows, f"{quantity}{stage}_{unit}") for stage in ("before", "after"))
+    known, aside, out = ~np.isnan(after), is_aside(rows), is_held_out(rows)
+    first = np.flatnonzero(known)[np.argsort(-after[known], kind="stable")][:WORST]
+    if not len(first):
+        return None
+    ids, group, target = (column(rows, k) for k in ("configuration", "group", "target"))
+    counted = after[known & ~aside]
+    mean = math.fsum(counted) / len(counted) if len(counted) else 0.0
+    cells = [
+        (
+            str(ids[i]),
+            " · ".join(str(v) for v in (group[i], target[i]) if v not in (None, "")),
+            "set aside" if aside[i] else "held out" if out[i] else "fit",
+            figure(before[i], 3),
+            figure(after[i], 3),
+            f"{figure(after[i] / mean, 2)} ×" if mean > 0 else "-",
+        )
+        for i in first
+    ]
+    return table(
+        "configuration", "sensor", "set", "before", "after", "of mean", right=(3, 4, 5), rows=cells,
+        title=f"Largest remaining errors [{unit}]",
+        caption="Where to look first for a slipped target or a wrong row; residuals.csv has all rows.",
+    )  # fmt: skip
+
+
+def outlier_blocks(rows: Sequence[Any]) -> Section:
+    """Rows that do not belong to the others, by name: the first ten, on pages all of them."""
+    cells = []
+    for o in rows:
+        where = o.group + (f", {o.target}" if o.target else "")
+        value = f"{', '.join(figure(v) for v in o.value)} {'/'.join(dict.fromkeys(o.units))}"
+        told = "used" if not o.set_aside else "not fitted, counted" if o.counted else "set aside"
+        why = "" if o.cause is None else o.cause.sentence
+        size, chance = f"{figure(o.distance, 3)} sigma", _chance(o.p_value)
+        cells.append((o.configuration, where, o.source, str(o.row or "-"), value, size, chance, told, why))
+    columns = ("strange row", "instrument", "file", "row", "value", "distance", "chance", "", "likely cause")
+    caption = (
+        "Distance from a fit without them, in standard deviations, and how often chance alone would show a farthest row like it "
+        "anywhere in the table. What was set aside and is not counted is in no mean that decides."
+    )
+    more = len(rows) - TEN
+    return Section.of(
+        "",
+        table(*columns, right=(3, 5), rows=cells, caption=caption, detail=(6,), brief=TEN),
+        *quiet(*([f"the first {TEN} of {len(rows)}; result.json has all"] if more > 0 else [])),
+        title="Rows that do not belong to the others",
+        key="outliers",
+    )
+
+
+def _chance(p: float | None) -> str:
+    return "-" if p is None else "< 1e-12" if p < 1e-12 else f"{p:.1g}"

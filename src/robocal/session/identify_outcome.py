@@ -1,0 +1,222 @@
+"""From an identification in SI to what is written and shown: result.json, the columns of residuals.csv, the calibrated
+robot.
+
+Parameters speak the units of the robot file; errors are in mm and deg, whatever the files say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.files import result as files
+from robocal.files.display import to_display
+from robocal.files.layerfile import LAYER, layer_text
+from robocal.files.parts import unique_remarks
+from robocal.files.run_documents import RESIDUAL_COLUMNS, write_run
+from robocal.fit.estimators import describe_end, estimator
+from robocal.measure.machine import Model, joints_of
+from robocal.prove.bootstrap import Resampled
+from robocal.prove.identification import Identification, ParameterResult, RowTable
+from robocal.remarks.remark import Remark, sentences
+from robocal.session.knowledge import knowledge_files, map_columns
+from robocal.session.opened import Opened
+from robocal.session.suspect_rows import outlier
+from robocal.session.trusted import prediction_part, range_part, scale_part
+
+if TYPE_CHECKING:
+    from robocal.prove.nongeometric.layer import Layer
+
+__all__ = ["IdentifyOutcome", "residual_columns", "save", "to_result"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class IdentifyOutcome:
+    """What an identification came to: the result, its residuals by column, and the model in SI; `left_out` are numbers
+    that the calibrated robot file cannot hold."""
+
+    result: files.Result
+    residuals: dict[str, list[Any]]
+    identification: Identification[Model]
+    robot: Opened[Any]
+    written: tuple[Path, ...] = ()
+    left_out: tuple[str, ...] = ()
+    layer: Layer | None = None
+
+    @property
+    def improved(self) -> bool:
+        """Whether the verdict is `improved`, in the whole working range unless that was not wanted."""
+        verdict = self.result.verdict
+        return verdict.status == "improved" and (verdict.region != "measured" or self.identification.options.measured)
+
+
+def to_result(
+    found: Identification[Model], robot: Opened[Any], recipe: files.Provenance, warnings: Sequence[Remark] = ()
+) -> files.Result:
+    """result.json of an identification."""
+    said = tuple(dict.fromkeys((*warnings, *found.warnings)))
+    machine = found.nominal
+    held = len(found.held_out_ids)
+    count = held + len(found.fit_ids) + len(found.embargoed_ids)
+    method, loss = estimator(found.options.method).title, found.options.loss
+    return files.Result(
+        robot=files.RobotSummary(
+            name=machine.name, convention=robot.convention, joints=len(joints_of(machine)), source=robot.source
+        ),
+        method=method if loss == "none" else f"{method}, {loss} loss",
+        verdict=to_display(files.Verdict, found.verdict, reasons=sentences(found.verdict.reasons)),
+        parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],
+        identifiability=_identifiability(found, robot),
+        residuals=_residuals(found),
+        fit=_fit(found),
+        split=files.SplitSummary(
+            held_out_fraction=held / count if count else 0.0,
+            seed=found.options.seed,
+            fit=list(found.fit_ids),
+            held_out=list(found.held_out_ids),
+            embargoed=list(found.embargoed_ids),
+            how=found.how,
+        ),
+        prediction=prediction_part(found),
+        working_range=range_part(found),
+        scale=scale_part(found),
+        linearity=None if found.linearity is None else to_display(files.Linearity, found.linearity),
+        offsets=None if found.offsets is None else to_display(files.OffsetsAlone, found.offsets, robot.units),
+        outliers=[outlier(o) for o in found.outliers],
+        correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
+        warnings=sentences(said),
+        remarks=unique_remarks(said),
+        provenance=recipe,
+    )
+
+
+def _parameter(p: ParameterResult, robot: Opened[Any], drawn: Resampled | None) -> files.ParameterResult:
+    at = None if drawn is None or p.name not in drawn.names else drawn.names.index(p.name)
+    unit = robot.units.of(p.unit)
+    ends = None if drawn is None or at is None else (unit.from_si(drawn.low[at]), unit.from_si(drawn.high[at]))
+    return to_display(files.ParameterResult, p, robot.units, bootstrap=ends)
+
+
+def _identifiability(found: Identification[Model], robot: Opened[Any]) -> files.IdentifiabilitySummary:
+    seen = found.identifiability
+    units = {p.name: robot.units.of(p.unit) for p in found.parameters}
+    combinations = []
+    for c in seen.combinations:
+        # name by one unit looks like the partners: the data are blind to name - sum of partners.
+        own = units[c.name].factor
+        terms = [files.CombinationTerm(name=c.name, coefficient=1.0)]
+        terms += [files.CombinationTerm(name=n, coefficient=-v * own / units[n].factor) for n, v in c.partners]
+        combinations.append(files.Combination(text=c.remark.sentence, code=c.remark.code, terms=terms))
+    hidden = [f"{p.name}: {p.note}" for p in found.parameters if p.status == "prior" and p.note]
+    return to_display(
+        files.IdentifiabilitySummary,
+        seen,
+        n_free=len(seen.names),
+        combinations=combinations,
+        observability=files.Observability(**seen.indices),
+        warnings=hidden,
+    )
+
+
+def _residuals(found: Identification[Model]) -> files.ResidualSummary:
+    """The errors of positions with those of angles beside them, else of pixels; of bearings alone, those of angles, once."""
+    by_unit = {s.unit: s for s in found.stages}
+    main = next((by_unit[u] for u in ("m", "px", "rad") if u in by_unit), None)
+    beside = by_unit.get("rad") if main is None or main.unit != "rad" else None
+    angle = None if beside is None else to_display(files.AngleResiduals, beside)
+    return files.ResidualSummary(unit="mm") if main is None else to_display(files.ResidualSummary, main, angle=angle)
+
+
+def _fit(found: Identification[Model]) -> files.FitReport:
+    sources = list(dict.fromkeys(g.sigma_source for g in found.groups))
+    ends = describe_end(found.options.method, found.reason)[0]
+    return to_display(files.FitReport, found, reason=ends, sigma_source=", ".join(sources))
+
+
+def residual_columns(found: Identification[Model]) -> dict[str, list[Any]]:
+    """The columns of residuals.csv; None where a row has no such number."""
+    rows = found.rows
+    numbers = {name: np.full(len(rows.parts), None, dtype=object) for name in RESIDUAL_COLUMNS}
+    kinds: dict[tuple[tuple[int, int, str], ...], list[int]] = {}
+    for i, parts in enumerate(rows.parts):
+        kinds.setdefault(parts, []).append(i)
+    with np.errstate(over="ignore", invalid="ignore"):  # an infinite error is none that could be told
+        for parts, at in kinds.items():
+            for name, values in _row_columns(rows, parts, np.array(at)).items():
+                numbers[name][at] = values
+    words: dict[str, list[Any]] = {
+        "configuration": list(rows.configuration),
+        "set": ["held_out" if held else "fit" for held in rows.held_out.tolist()],
+        "set_aside": ["yes" if aside else "" for aside in rows.aside.tolist()],
+        "group": list(rows.group),
+        "kind": list(rows.kind),
+        "target": list(rows.target),
+        "fingerprint": [f"{mark:016x}" for mark in rows.mark.tolist()],
+    }
+    return {name: words[name] if name in words else numbers[name].tolist() for name in RESIDUAL_COLUMNS}
+
+
+def _row_columns(
+    rows: RowTable, parts: tuple[tuple[int, int, str], ...], at: NDArray[np.int64]
+) -> dict[str, NDArray[Any]]:
+    """The numbers of rows (m,) that tell these parts, by column, (m,)."""
+    before, after, unseen, place = (v[at] for v in (rows.before, rows.after, rows.unseen, rows.place))
+    part = {unit: slice(a, b) for a, b, unit in reversed(parts)}  # the first of a unit
+    size = {u: [np.sqrt(np.sum(v[:, own] ** 2, axis=1)) for v in (before, after)] for u, own in part.items()}
+    out: dict[str, NDArray[Any]] = {}
+    if "m" in part:
+        first, last = part["m"].start, part["m"].stop
+        out |= {
+            "before_mm": size["m"][0] * 1e3,
+            "after_mm": size["m"][1] * 1e3,
+            "held_out_mm": _none_for_nan(unseen * 1e3),
+        }
+        for i, axis in enumerate("xyz"):
+            out[f"{axis}_mm"] = _none_for_nan(place[:, i] * 1e3)
+            if last - first == 3:
+                out |= {
+                    f"d{axis}_before_mm": before[:, first + i] * 1e3,
+                    f"d{axis}_after_mm": after[:, first + i] * 1e3,
+                }
+    if "rad" in part:
+        told, left, held = (np.degrees(v) for v in (*size["rad"], rows.unseen_turn[at]))
+        out |= {"angle_before_deg": told, "angle_after_deg": left, "angle_held_out_deg": _none_for_nan(held)}
+    if "px" in part:
+        out |= {"before_px": size["px"][0], "after_px": size["px"][1], "held_out_px": unseen}
+    return out
+
+
+def _none_for_nan(values: Array) -> NDArray[Any]:
+    """None where there is no number, (m,)."""
+    out = values.astype(object)
+    out[~np.isfinite(values)] = None
+    return out
+
+
+def save(outcome: IdentifyOutcome, folder: Path) -> IdentifyOutcome:
+    """Writes the run folder, all or nothing; warns of values left out."""
+    from robocal.report.identified import report
+
+    rendered = outcome.robot.render(outcome.identification)
+    if rendered.left_out:
+        lacks = Remark.of(rendered.code, names=rendered.left_out)
+        outcome = replace(outcome, result=_add_warning(outcome.result, lacks), left_out=rendered.left_out)
+    cells = map_columns(outcome.identification)
+    page = report(outcome.result, outcome.residuals, cells)
+    name = "calibrated.urdf" if outcome.robot.file.format == "urdf" else "calibrated.yaml"
+    more = dict(knowledge_files(outcome.identification, cells))
+    if outcome.layer is not None:
+        more[LAYER] = layer_text(outcome.layer)
+    written = write_run(folder, outcome.result, rendered.text, outcome.residuals, page, robot_name=name, more=more)
+    return replace(outcome, written=written)
+
+
+def _add_warning(result: files.Result, more: Remark) -> files.Result:
+    return replace(result, warnings=[*result.warnings, str(more)], remarks=[*result.remarks, *unique_remarks((more,))])

@@ -1,0 +1,188 @@
+"""`drift RUN truth.yaml`: how far the parameters that a run identified are from the truth of a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robocal.apply.difference import step_between
+from robocal.apply.truth import CHANCE, GroupErrors, ParameterError, TruthErrors, compare_truth
+from robocal.errors import FileError, ModelError
+from robocal.files.display import to_display
+from robocal.files.parts import provenance_of
+from robocal.files.plain import plain
+from robocal.files.runfolder import RESULT, find_run
+from robocal.files.text import InputFile, read_text
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, remark_fields, sentences
+from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
+from robocal.session.calibration import Calibration, open_calibration
+from robocal.session.inputs import open_machine
+from robocal.session.opened import Opened
+from robocal.session.runs import verdict_remarks
+
+__all__ = ["TruthComparison", "compare_with_truth", "truth_sections"]
+
+TEN = 10
+SAME = 1e-9  # of two values, m or rad
+
+
+@dataclass(frozen=True)
+class TruthComparison:
+    """A run beside the truth (SI), the parameters that the truth does not hold, those that the run held at other values, and what was
+    read."""
+
+    calibration: Calibration
+    errors: TruthErrors
+    missing: tuple[str, ...]
+    fixed: tuple[str, ...]
+    places: tuple[str, str]
+    truth: InputFile
+    command: str = ""
+
+    @property
+    def name(self) -> str:
+        """The name of the machine."""
+        return str(self.calibration.opened.machine.name)
+
+    @cached_property
+    def groups(self) -> tuple[GroupErrors, ...]:
+        """Groups, in mm and deg."""
+        return tuple(to_display(GroupErrors, g) for g in self.errors.groups)
+
+    @cached_property
+    def parameters(self) -> tuple[ParameterError, ...]:
+        """Parameters, in mm and deg."""
+        return tuple(to_display(ParameterError, p) for p in self.errors.parameters)
+
+    @property
+    def consistent(self) -> bool:
+        """Whether errors are what their standard deviations say, together and each."""
+        return self.errors.total.p_value >= CHANCE and not self.errors.named
+
+    @cached_property
+    def reasons(self) -> tuple[Remark, ...]:
+        """Whether errors are what their standard deviations say."""
+        whole, named = self.errors.total, self.errors.named
+        far = whole.p_value < CHANCE
+        out = [
+            Remark.of(
+                Code.TRUTH_MISSED if far else Code.TRUTH_MET, within=whole.within, n=whole.n, chi2=whole.chi2, rank=whole.rank,
+                chance=whole.p_value,
+            )
+        ]  # fmt: skip
+        return (*out, Remark.of(Code.TRUTH_MISSED_BY, names=named)) if named else tuple(out)
+
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """What is worth knowing of run and truth."""
+        out = [*self.calibration.opened.warnings, *verdict_remarks(self.calibration.run.result, self.places[0])]
+        if self.fixed:
+            out.append(Remark.of(Code.TRUTH_HELD, names=self.fixed))
+        if self.missing:
+            out.append(Remark.of(Code.NOT_COMPARED, names=self.missing))
+        return tuple(dict.fromkeys(out))
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """drift.json: errors in mm and deg, and in their standard deviations."""
+        return {
+            "robocal": 1,
+            "robot": self.name,
+            "run": self.places[0],
+            "truth": self.places[1],
+            "verdict": {"consistent": self.consistent, **remark_fields(self.reasons, "reasons")},
+            "groups": [plain(g) for g in self.groups],
+            "parameters": [plain(p) for p in self.parameters],
+            "far": list(self.errors.named),
+            **remark_fields(self.remarks),
+            "provenance": plain(provenance_of(self.command, (*self.calibration.files, self.truth))),
+        }
+
+
+def compare_with_truth(run: Path, truth: Path, command: str = "") -> TruthComparison:
+    """Compares a run folder with a robot file that holds the truth. Raises InputError where they are of different machines, or have
+    nothing in common."""
+    found = open_calibration(run)
+    true = _open_truth(truth, found.opened)
+    table, identified = true.machine.table, found.identified
+    names = tuple(n for n in identified if n in table and n in found.known.total.names)
+    if true.convention != found.opened.convention or not names:
+        raise ModelError(
+            "the truth is of another robot", key=str(truth), found=f"{true.machine.name} ({true.convention})",
+            expected=f"{found.opened.machine.name} ({found.opened.convention}), as in {run}",
+        )  # fmt: skip
+    errors = compare_truth(found.opened.machine.table, table, found.known.total, names)
+    missing = tuple(n for n in identified if n not in names)
+    own = found.opened.machine.table
+    held = [n for n in own.names if n in table and n not in found.known.total.names]
+    off = np.abs(step_between(table, own, held)) > SAME
+    fixed = tuple(n for n, differs in zip(held, off, strict=True) if differs)
+    read = InputFile(truth, read_text(truth).sha256)
+    return TruthComparison(found, errors, missing, fixed, (str(run), str(truth)), read, command)
+
+
+def _open_truth(place: Path, like: Opened[Any]) -> Opened[Any]:
+    """The machine of a file that holds the truth; the links of a URDF are those of the run."""
+    if find_run(place) is not None:
+        raise FileError(
+            "this is the calibrated robot of a run, and no truth", file=place,
+            expected=f"truth.yaml, as robocal simulate writes it; two runs are compared by their folders ({RESULT})",
+        )  # fmt: skip
+    links = ("", "") if like.arm is None else (like.arm.root, like.arm.tip)
+    base, tip = (link or None for link in links)
+    return open_machine(place, base=base, tip=tip)
+
+
+def truth_sections(found: TruthComparison, written: Sequence[Path] = ()) -> Iterator[Section]:
+    """The errors by group, and the parameters that are farthest from the truth."""
+    yield Section.of(
+        "",
+        Text.of((found.name, "strong"), f"   {found.places[0]} beside {found.places[1]}"),
+        *(Text.of(reason, indent=2) for reason in sentences(found.reasons)),
+    )
+    units = [size.unit for size in found.groups[0].sizes]
+    sizes = [f"{what} [{unit}]" for unit in units for what in ("rms", "σ")]
+    columns = ("group", "n", *sizes, "chi2", "of", "chance", "within 2σ")
+    yield Section.of(
+        "",
+        table(
+            *columns, right=range(1, len(columns)), rows=[_row(g, units) for g in found.groups],
+            styles=[_style(g.p_value) for g in found.groups],
+        ),
+        *quiet(
+            "σ: rms of the standard deviations; chi2: squares of the errors in their σ, with what they have in common",
+            "chance: of as large a chi2 where the standard deviations are right",
+        ),
+        title="Errors by group", key="groups",
+    )  # fmt: skip
+    worst = sorted(found.parameters, key=lambda p: -abs(p.sigmas))
+    rows: list[tuple[Cell, ...]] = []
+    for p in worst:
+        values = figure(p.truth, 6), figure(p.identified, 6), f"{p.error:+.3g}", figure(p.sigma, 2), p.unit
+        rows.append((p.name, *values, f"{p.sigmas:+.3g}", f"{p.p_of_all:.1g}"))
+    styles = [_style(p.p_of_all) for p in worst]
+    heads = ("parameter", "truth", "identified", "error", "σ", "unit", "in σ", "chance of all")
+    lines = [f"... and {len(rows) - TEN} more in --json"] if len(rows) > TEN else []
+    lines.append("chance of all: of so many σ in any parameter, after looking at every one")
+    yield Section.of(
+        "", table(*heads, right=(1, 2, 3, 4, 6, 7), rows=rows[:TEN], styles=styles[:TEN]), *quiet(*lines),
+        title="Parameters farthest from the truth", key="parameters",
+    )  # fmt: skip
+    yield from ends(found.remarks, written)
+
+
+def _style(chance: float) -> Style:
+    return "bad" if chance < CHANCE else ""
+
+
+def _row(group: GroupErrors, units: list[str]) -> tuple[Cell, ...]:
+    sizes = {size.unit: (figure(size.rms, 3), figure(size.sigma, 3)) for size in group.sizes}
+    cells = [cell for unit in units for cell in sizes.get(unit, ("", ""))]
+    within = f"{group.within} of {group.n}"
+    return (group.group, str(group.n), *cells, figure(group.chi2, 3), str(group.rank), f"{group.p_value:.2g}", within)
