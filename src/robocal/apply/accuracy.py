@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.estimate.uncertainty import Total, radius
 from robocal.geometry import fits
 from robocal.measure.machine import Mechanism
@@ -21,8 +21,6 @@ from robocal.prove.place_bands import base_motion, parameters_of, predict, sampl
 
 __all__ = ["AccuracyMap", "Slice", "accuracy_map"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 DRAWN = 240_000
 ANCHORS = 2_000
 ACROSS = 28  # cells along the longer side

@@ -17,8 +17,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.apply.difference import TINY, Difference, Known, name_parts, smallest_named, tail
 from robocal.cables.calibration.comparison import growth, sights
 from robocal.cables.geometry import CableRobot
@@ -26,7 +26,6 @@ from robocal.errors import ModelError
 
 __all__ = ["AnchorDrift", "CableChange", "compare_anchors"]
 
-Array = NDArray[np.float64]
 XYZ, ANCHOR = "xyz", ("ax", "ay", "az")
 ZERO = "l0"
 

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array, Bools
 from robocal.arms.chain import Chain
 from robocal.arms.inverse_kinematics import Reached, inverse_point, inverse_pose
 from robocal.arms.priority import by_priority
@@ -27,8 +28,6 @@ from robocal.geometry import so3
 
 __all__ = ["STATUS", "Compensation", "Targets", "compensate", "generic_rank"]
 
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 OK, RELAXED, SINGULAR, LIMITS, UNREACHABLE = range(5)
 STATUS = ("ok", "orientation relaxed", "near singular", "outside limits", "unreachable")
 # What counts as reached: far below what any robot repeats.

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array
 from robocal.diagnose.limits import DRIFT_OBSERVABLE, DRIFT_PART_CHANCE
 from robocal.geometry import so3
 from robocal.parameters import ParameterTable
@@ -37,7 +38,6 @@ __all__ = [
     "tail",
 ]
 
-Array = NDArray[np.float64]
 ROUNDING = 1e-14
 TINY = 1e-30
 FLAT = 1e-12  # of the largest eigenvalue: where the numbers of one part are not told apart

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.apply.difference import Difference, adjust_chances, step_between, tail
 from robocal.apply.model_difference import ModelDifference, model_difference, shows
 from robocal.diagnose.limits import DRIFT_CHANCE, DRIFT_MATTERS
@@ -33,7 +33,6 @@ from robocal.quantities import Amount, OwnUnit, Value
 
 __all__ = ["Drift", "ParameterChange", "ParameterDrift", "Single", "compare", "compare_models", "exact_total"]
 
-Array = NDArray[np.float64]
 FEW = 5
 
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.apply.validate import (
     CYCLES,
     DIRECTION,
@@ -29,8 +29,6 @@ from robocal.remarks.remark import Remark, remark_fields
 
 __all__ = ["WAYS", "Standard", "standard"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Model = tuple[Chain, Mapping[str, float]]
 # What --distances may be, besides the name of a configuration's column.
 WAYS = {

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.estimate.uncertainty import LEVEL
 from robocal.geometry import fits
 from robocal.measure.machine import Model
@@ -27,7 +28,6 @@ from robocal.quantities import Amount
 
 __all__ = ["ModelDifference", "Shows", "model_difference", "shows"]
 
-Array = NDArray[np.float64]
 DRAWS = 20_000
 DIRECTIONS = 1000
 HALVINGS = 40

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.apply.verification import FEWEST, align_poses
 from robocal.diagnose.limits import LIKE_EXPLAINS, LIKE_POSITIONS, LIKE_TURNS, LIKE_TURNS_LEAST
 from robocal.geometry import so3
@@ -16,7 +16,6 @@ from robocal.geometry.fits import rigid
 
 __all__ = ["Cause", "Unlike", "unlike"]
 
-Array = NDArray[np.float64]
 Cause = Literal["still", "scaled", "mirrored", "shifted", "turn-unit", "turn-inverted", "unknown"]
 
 

@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal.apply.difference import Difference, adjust_chances, step_between
 from robocal.estimate.uncertainty import Total
@@ -22,7 +21,6 @@ from robocal.quantities import Amount, DisplayUnit, Value
 
 __all__ = ["CHANCE", "ErrorSize", "GroupErrors", "ParameterError", "TruthErrors", "compare_truth"]
 
-Array = NDArray[np.float64]
 CHANCE = 0.05
 NEAR = 2.0  # standard deviations
 KINDS = {"m": "lengths", "rad": "angles", "1": "ratios"}

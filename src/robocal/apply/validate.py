@@ -23,8 +23,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
 from robocal.fit.repeats import places
 from robocal.geometry import se3, so3
@@ -43,8 +43,6 @@ __all__ = [
     "visits",
 ]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 CYCLES = 30  # what the standard asks for
 MOST = 100_000  # pairs of places; more say nothing new
 # Commanded joint values that differ by less (rad, m) are one command: 0.02 mm at a metre, less than any arm repeats.

@@ -17,16 +17,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 from robocal.geometry.fits import rigid
 
 __all__ = ["Agreement", "Anova", "PoseErrors", "agreement", "align_poses", "anova", "errors", "relative"]
 
-Array = NDArray[np.float64]
 FEWEST = 3  # poses for an alignment by a motion
 ROUNDS, END = 50, 1e-13
 

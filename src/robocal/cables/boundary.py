@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
+from robocal._types import Array, Bools
 from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Demand, as_box, as_poses, holds
 from robocal.errors import ModelError
@@ -26,15 +27,13 @@ __all__ = [
     "triangulate_directions",
 ]
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # Points asked for in one call: below this a call costs more by itself than by what it is asked.
 AT_ONCE = 256
 
 
 def first_exit(
-    inside: Callable[[NDArray[np.int64], Array], Flags], count: int, steps: int = 64, tolerance: float = 1e-12
+    inside: Callable[[NDArray[np.int64], Array], Bools], count: int, steps: int = 64, tolerance: float = 1e-12
 ) -> Array:
     """First exit lambda (count,) in [0, 1] along rays that start inside, (3.35) of the seed; 1 where a ray never leaves.
 
@@ -67,13 +66,13 @@ def first_exit(
     return low
 
 
-def _ask(inside: Callable[[NDArray[np.int64], Array], Flags], ray: NDArray[np.int64], lam: Array) -> Flags:
+def _ask(inside: Callable[[NDArray[np.int64], Array], Bools], ray: NDArray[np.int64], lam: Array) -> Bools:
     """`inside` at lam (n, k) of rays (n,), (n, k)."""
     return inside(np.repeat(ray, lam.shape[1]), lam.reshape(-1)).reshape(lam.shape)
 
 
 def _halve(
-    inside: Callable[[NDArray[np.int64], Array], Flags], ray: NDArray[np.int64], low: Array, high: Array, depth: int
+    inside: Callable[[NDArray[np.int64], Array], Bools], ray: NDArray[np.int64], low: Array, high: Array, depth: int
 ) -> tuple[Array, Array]:
     """Intervals (n,) halved `depth` times, the middles that may be needed asked for at once."""
     points = np.stack([low, high], axis=1)
@@ -111,7 +110,7 @@ def statics_along(robot: CableRobot, demand: Demand, steps: int = 64) -> Callabl
     """
 
     def reach(start: Array, translation: Array, rotation: Array) -> Array:
-        def inside(ray: NDArray[np.int64], lam: Array) -> Flags:
+        def inside(ray: NDArray[np.int64], lam: Array) -> Bools:
             share = lam[:, None]
             turned = so3.exp(share * rotation[ray]) @ start[:3, :3]
             return holds(robot, demand, se3.compose(turned, start[:3, 3] + share * translation[ray]))

@@ -13,8 +13,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.cables.elastic import stretch
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.hanging import hang
@@ -22,7 +23,6 @@ from robocal.errors import ModelError
 
 __all__ = ["inverse", "model_of", "pulls", "rates"]
 
-Array = NDArray[np.float64]
 Lengths = Callable[[Array, Array | None], tuple[Array, Array]]
 TOUCHING = 1e-9  # m; a cable shorter than this has no direction
 

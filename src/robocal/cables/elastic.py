@@ -18,11 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._types import Array
 from robocal.cables.newton import Rows, invert_small, newton
 
 __all__ = ["Hanging", "catenary", "hang_by_length", "hang_by_tension", "sag", "shape", "stretch"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

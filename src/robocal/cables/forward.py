@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._types import Array
 from robocal.cables.cable_lengths import model_of, pulls
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
@@ -22,7 +23,6 @@ from robocal.geometry import so3
 
 __all__ = ["Forward", "forward"]
 
-Array = NDArray[np.float64]
 Model = Callable[[Array, NDArray[np.int64]], tuple[Array, Array]]
 ITERATIONS = 200
 CHANCE = 9.0  # chi-squared by which a rival may be worse and still be the pose: three standard deviations

@@ -16,8 +16,9 @@ from types import EllipsisType
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.cables.pulley import Pulleys, run
 from robocal.errors import ModelError
 from robocal.geometry import se3
@@ -38,7 +39,6 @@ __all__ = [
     "straight",
 ]
 
-Array = NDArray[np.float64]
 SYMBOLS = ("ax", "ay", "az", "bx", "by", "bz", "l0")
 WHEEL = ("radius", "nx", "ny", "nz")
 STRETCH = "elasticity"

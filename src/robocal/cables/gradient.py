@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.cables.geometry import SYMBOLS, WHEEL, CableRobot, lengths
 from robocal.cables.pulley import by_wheel
 
 __all__ = ["by_parameters"]
-
-Array = NDArray[np.float64]
 
 
 def by_parameters(robot: CableRobot, poses: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Grid
 from robocal.errors import ModelError
 
 __all__ = ["FLAT", "Regions", "cut_off", "frame_box", "regions", "visible_share"]
 
-Array = NDArray[np.float64]
 SAMPLE = 20_000
 FLAT = 0.1  # a frame lower than this share of its width hangs its platform below itself
 

@@ -20,13 +20,13 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._types import Array
 from robocal.cables.elastic import catenary, hang_by_tension
 from robocal.cables.newton import Rows, invert_small, newton
 from robocal.cables.pulley import Pulleys, taut
 
 __all__ = ["Hung", "hang"]
 
-Array = NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
 COLUMNS = ((0, ()), (slice(1, 4), (3,)), (slice(4, 7), (3,)), (7, ()))  # of Hung's fields in one array
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import as_kernel_array, as_kernel_indices
+from robocal._types import Array, Ints
 from robocal.cables.contact.body import Body, box, hull
 from robocal.cables.contact.translation import crossings
 from robocal.cables.pulley import Pulleys
@@ -25,8 +26,6 @@ from robocal.errors import ModelError
 
 __all__ = ["KINDS", "Body", "Contacts", "box", "crossings", "first_contact", "hull"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 KINDS = ("none", "cable-cable", "cable-platform", "cable-pulley")
 _LIMIT = 10_000  # steps for one pair; a motion that needs more is told apart by `resolved`
 

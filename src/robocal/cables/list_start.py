@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.grid_regions import frame_box
@@ -22,7 +23,6 @@ from robocal.cables.workspace import Demand, margins
 
 __all__ = ["Clearance", "Start", "examine", "propose"]
 
-Array = NDArray[np.float64]
 CELLS = 15  # along each direction in which a start is looked for
 
 

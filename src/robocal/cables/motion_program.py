@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import CableRobot
 from robocal.cables.pose_list import LIMITS, PoseList
@@ -21,8 +21,6 @@ from robocal.cables.workspace import Demand, holds
 from robocal.errors import ModelError
 
 __all__ = ["MotionProgram", "program", "restrict_to_feasible"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

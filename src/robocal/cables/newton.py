@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
+
 __all__ = ["Rows", "invert_small", "newton"]
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 ITERATIONS, HALVINGS = 100, 40
 RESOLUTION, FOUND = 1e-13, 1e-10  # of the scale: where the search ends, and what counts as a root

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._types import Array
 from robocal.cables.boundary import first_exit
 from robocal.cables.geometry import CableRobot
 from robocal.cables.interference import Body, Contacts, first_contact
@@ -16,7 +17,6 @@ from robocal.geometry import se3, so3
 
 __all__ = ["Legs", "legs"]
 
-Array = NDArray[np.float64]
 STEPS = 64  # at which a way is asked whether it can be held, before it is halved
 
 

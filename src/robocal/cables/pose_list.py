@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import home
 from robocal.cables.interference import Body, Contacts, first_contact
 from robocal.cables.pulley import Pulleys
@@ -23,7 +24,6 @@ from robocal.geometry import se3, so3
 
 __all__ = ["LIMITS", "Feasible", "PoseBox", "PoseList", "default_box", "reachable_poses"]
 
-Array = NDArray[np.float64]
 LIMITS = ("box", "statics", "cable-cable", "cable-platform", "cable-pulley")
 # (X_0 (4, 4), translations (n, 3), rotations (n, 3)) -> lambda_s (n,) in [0, 1], nan where X_0 itself is not feasible.
 Feasible = Callable[[Array, Array, Array], Array]

@@ -12,9 +12,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array, as_kernel_indices
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.polytope._kernels import FOUND
 from robocal.cables.pulley import Pulleys
@@ -26,7 +27,6 @@ from robocal.geometry.gravity import GRAVITY
 
 __all__ = ["Drums", "Placed", "Prepared", "TensionResult"]
 
-Array = NDArray[np.float64]
 KINDS = {
     "norm": kernels.NEAREST,
     "mid": kernels.NEAREST,

@@ -18,11 +18,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from robocal._types import Array
 
 __all__ = ["Pulleys", "by_wheel", "curvature", "leaving", "run", "taut"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array
+from robocal._types import Array
 from robocal.cables.balance._kernels import structure_kernel
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.pulley import curvature
@@ -23,8 +24,6 @@ from robocal.geometry import so3
 from robocal.geometry.gravity import GRAVITY
 
 __all__ = ["gravity_wrench", "null_vector", "row_weights", "stiffness", "structure", "structure_of"]
-
-Array = NDArray[np.float64]
 
 
 def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike, strict: bool = True) -> Array:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import as_kernel_array
+from robocal._types import Array, Bools
 from robocal.cables.distribution._kernels import centre_kernel, nearest_kernel, power_kernel
 from robocal.cables.margin._kernels import margin_kernel, missing_kernel
 from robocal.cables.polytope._kernels import FOUND, STUCK
@@ -33,8 +34,6 @@ __all__ = [
     "missing_wrench",
 ]
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Codes = NDArray[np.int64]
 
 
@@ -49,8 +48,8 @@ class Distribution:
 
     method: str
     tension: Array
-    feasible: Flags
-    has_solution: Flags
+    feasible: Bools
+    has_solution: Bools
     structure: Array
     wrench: Array
     limits: Array
@@ -102,7 +101,7 @@ def check_method(method: str) -> None:
         )
 
 
-def is_feasible(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> Flags:
+def is_feasible(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> Bools:
     """Whether tensions within the limits balance the wrench, (k,)."""
     return distribute(structure, wrench, limits).feasible
 
@@ -194,11 +193,11 @@ def _singular_margin(w: Array, loads: Array, taken: Array, bounds: Array, length
 
 # Methods: each fills `tension` (k, m) and says where any tensions exist, and where it found its own.
 
-_Method = Callable[[Array, Array, Array, float, Array], tuple[Flags, Flags]]
+_Method = Callable[[Array, Array, Array, float, Array], tuple[Bools, Bools]]
 
 
 def _nearest_to(reference: Callable[[Array], Array]) -> _Method:
-    def method(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
+    def method(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Bools, Bools]:
         code = np.empty(len(w), np.int64)
         nearest_kernel(
             w,
@@ -215,7 +214,7 @@ def _nearest_to(reference: Callable[[Array], Array]) -> _Method:
     return method
 
 
-def _closure_tension(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
+def _closure_tension(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Bools, Bools]:
     feasible, _ = METHODS["norm"](w, load, bounds, power, tension)
     code, far = np.empty(len(w), np.int64), np.full(len(bounds), 1e100)
     nearest_kernel(w, load, -far, far, as_kernel_array(bounds.mean(axis=1)), tension, code)  # t_mid - W^+ (w + W t_mid)
@@ -224,7 +223,7 @@ def _closure_tension(w: Array, load: Array, bounds: Array, power: float, tension
     return feasible, inside & feasible
 
 
-def _centre(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
+def _centre(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Bools, Bools]:
     code, redundancy = np.empty(len(w), np.int64), np.empty(len(w), np.int64)
     centre_kernel(w, load, as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), tension, code, redundancy)
     found = _require_convergence(code != STUCK) & (code == FOUND)
@@ -238,7 +237,7 @@ def _centre(w: Array, load: Array, bounds: Array, power: float, tension: Array) 
     return found, found & (redundancy <= 2)
 
 
-def _power(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
+def _power(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Bools, Bools]:
     code = np.empty(len(w), np.int64)
     power_kernel(
         w, load, as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), 0.0, float(power), tension, code
@@ -299,7 +298,7 @@ def _disturbance(shape: ArrayLike, w: Array) -> Array:
     return stretch
 
 
-def _require_convergence(ok: Flags) -> Flags:
+def _require_convergence(ok: Bools) -> Bools:
     """Passes on what it is given; raises where an iteration did not come to an end."""
     if not ok.all():
         raise RobocalError(

@@ -11,8 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array, Bools
 from robocal.cables.closure import CLOSED, Dexterity, dexterity, tension_factor
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
@@ -21,9 +22,6 @@ from robocal.errors import ModelError
 from robocal.geometry.gravity import GRAVITY
 
 __all__ = ["Demand", "Grid", "accelerations", "as_box", "as_poses", "dexterities", "grid", "holds", "margins"]
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -87,7 +85,7 @@ def accelerations(robot: CableRobot, demand: Demand, where: ArrayLike) -> Array:
     return least
 
 
-def holds(robot: CableRobot, demand: Demand, where: ArrayLike) -> Flags:
+def holds(robot: CableRobot, demand: Demand, where: ArrayLike) -> Bools:
     """Whether everything demanded can be held, (k,); `where` as for `margins`."""
     pose = as_poses(where)
     if demand.closure:
@@ -129,7 +127,7 @@ def as_poses(where: ArrayLike) -> Array:
     return pose
 
 
-def _cases(robot: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[Flags, Array, Array, Array]]:
+def _cases(robot: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[Bools, Array, Array, Array]]:
     """For each orientation: whether all cables have a length (k,); W (k, d, m); wrenches (k, v, d), masses slowest; and
     the poses (k, 4, 4) themselves."""
     masses, extra, rotations = _check(demand)
@@ -142,14 +140,14 @@ def _cases(robot: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[Fla
 
 def _structures_by_orientation(
     robot: CableRobot, rotations: Array, pose: Array
-) -> Iterator[tuple[Flags, Array, Array]]:
+) -> Iterator[tuple[Bools, Array, Array]]:
     """For each orientation: whether all cables have a length (k,), W (k, d, m), and the poses (k, 4, 4) themselves."""
     for rotation in rotations:
         turned = pose.copy()
         turned[:, :3, :3] = pose[:, :3, :3] @ rotation
         w = structure_of(robot, turned, strict=False)
         # With a platform anchor on its frame anchor nothing can be said to hold.
-        whole: Flags = np.isfinite(w.sum(axis=(1, 2)))
+        whole: Bools = np.isfinite(w.sum(axis=(1, 2)))
         w[~whole] = 0.0
         yield whole, w, turned
 
@@ -195,7 +193,7 @@ class Grid:
 
     axes: tuple[Array, Array, Array]
     cell: Array
-    inside: Flags
+    inside: Bools
     margin: Array | None
 
     @property

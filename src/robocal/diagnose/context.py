@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.progress import Watch
 
 if TYPE_CHECKING:
     from robocal.diagnose.studentised import StudentisedResiduals
@@ -29,8 +31,6 @@ __all__ = ["Context", "M_co", "once"]
 M_co = TypeVar("M_co", bound=Model, covariant=True)
 C = TypeVar("C", bound="Context[Model]")
 T = TypeVar("T")
-Array = NDArray[np.float64]
-Watch = Callable[[dict[str, object]], None]
 
 
 @dataclass(frozen=True)

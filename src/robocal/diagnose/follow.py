@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.diagnose.check_registry import Machines, When, check
 from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, doubt
@@ -27,8 +27,6 @@ from robocal.remarks.code import Code
 
 __all__ = ["errors_follow", "follows"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 MOST = 1000  # grid: pairs that are compared
 NEAR = 4  # grid: rows that are just before or after
 APART = 0.1  # grid: of the rows: quite another time

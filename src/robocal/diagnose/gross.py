@@ -21,13 +21,13 @@ Sources: Tukey's biweight, Holland and Welsch (1977); Rousseeuw and Leroy, Robus
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import GROSS_DISTANCE
 from robocal.diagnose.rounding import add_rounding
 from robocal.diagnose.studentised import StudentisedResiduals, far_from, studentise
@@ -41,14 +41,11 @@ from robocal.fit.subsample import subsample
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.progress import Watch
 
 __all__ = ["Sifted", "neither", "set_aside", "share", "sift"]
 
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Ints = NDArray[np.int64]
 Tau = dict[tuple[str, str], float]
-Watch = Callable[[dict[str, object]], None]
 ROUNDS = 8  # grid
 SETTLED = 0.05  # tolerance: of a robust sigma: so well it need be known here
 

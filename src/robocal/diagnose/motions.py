@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.check_registry import Machines, When, check
 from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, Level, doubt, of_remarks
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 __all__ = ["lacking", "open_motions", "open_remarks"]
 
-Array = NDArray[np.float64]
 ABSOLUTE = ("position", "pose")  # kinds that read coordinates
 
 

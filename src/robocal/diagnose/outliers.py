@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import MATCH_CHANCE, MATCH_LUCK, SHIFTED_ROWS, ZERO_ROWS_SHARE
 from robocal.diagnose.studentised import StudentisedResiduals, far_from
 from robocal.estimate.problem import Problem
@@ -43,9 +44,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Cause", "Named", "Outlier", "causes_of", "find_outliers", "name_outliers"]
 
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Ints = NDArray[np.int64]
 MAD = 0.6745  # the median distance of a standard normal number from 0
 
 

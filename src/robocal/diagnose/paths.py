@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.limits import PATH_CONFIGURATIONS, PATH_SHARE, PATH_STEP
 from robocal.measure.data import Configurations
 
 __all__ = ["joint_rates"]
-
-Array = NDArray[np.float64]
 
 
 def joint_rates(configurations: Configurations) -> tuple[Array, bool] | None:

@@ -17,8 +17,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools
 from robocal.diagnose.limits import FINEST_ERROR
 from robocal.estimate.problem import Problem
 from robocal.fit.misfit import errors
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = ["add_rounding", "rounding_rms"]
 
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 MARGIN = 10.0  # tolerance: times as sensitive as the worst of a few rows
 STEP = 1e-6  # rad or m
 EPS = float(np.finfo(float).eps)

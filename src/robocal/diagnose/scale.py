@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array
 from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import Context, once
 from robocal.diagnose.finding import Finding, Level, of_remarks
@@ -46,8 +46,6 @@ if TYPE_CHECKING:
     from robocal.fit.fit import Fit
 
 __all__ = ["Scale", "common_scale", "scale_of"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

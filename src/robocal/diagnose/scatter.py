@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.diagnose.context import Context, once
 from robocal.diagnose.limits import SAME_PLACES_SHARE
 from robocal.estimate.elimination import reweight
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Scatter", "WhitenedRows", "scatter", "whiten_fit"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 MOST_PLACES = 400  # rows of more are thinned evenly
 BLOCKS = 10
 LEAST = 1e-3  # of a row's variance: where the fit leaves less, a residual says nothing

@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import Context, once
 from robocal.diagnose.finding import Finding, Level, of_remarks
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Score", "StatedNumber", "find_stated_number", "find_wrong_number", "reads", "score"]
 
-Array = NDArray[np.float64]
 
 HOLD = 10.0  # expected errors
 HIDDEN = 1e-6  # tolerance: of a column that the fitted ones leave over: rounding

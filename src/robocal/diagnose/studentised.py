@@ -20,9 +20,9 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import GROSS_DISTANCE, GROSS_TAILS, ROUNDING_MARGIN
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import ProblemTerm, spread
@@ -32,9 +32,6 @@ from robocal.measure.data import DataSet
 
 __all__ = ["StudentisedResiduals", "far_from", "studentise"]
 
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Ints = NDArray[np.int64]
 EFFICIENCY = 0.37  # of the median as a scale: so much of the degrees of freedom it knows
 ALONE = 1e-4  # tolerance: 1 - leverage: a prediction from the others would be a hundred times less certain than the row
 LONELY = 0.1  # tolerance: the same, far from that

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.check_registry import Machines, When, check
 from robocal.diagnose.context import Context, once
 from robocal.diagnose.finding import Finding, Level, of_remarks
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = ["TimeOffset", "find_time_offset", "time_offset"]
 
-Array = NDArray[np.float64]
 STEP = 1e-6  # rad or m, by which joints move in the difference of residuals
 
 

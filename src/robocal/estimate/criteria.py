@@ -19,13 +19,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import ModelError, nearest
 
 __all__ = ["CRITERIA", "Criterion", "criterion_of", "information"]
 
-Array = NDArray[np.float64]
 # So many extreme eigenvectors, or worst tests, make the cheap bound of a criterion that has no closed form.
 EXTREMES = 8
 WORST = 48

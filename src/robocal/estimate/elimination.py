@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 
@@ -15,8 +16,6 @@ __all__ = [
     "Squares", "beside_blocks", "block_columns", "block_ranks", "eliminate", "reducible", "reweight", "squares", "triangle",
 ]  # fmt: skip
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 # Exactly dependent to first order, in units of the largest singular value of a block.
 STRUCTURAL = 1e-9
 RESOLUTION = 1e-13  # of a triangle of rows; half as many digits where it comes from normal equations

@@ -11,15 +11,14 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.parameters import check_covariance
 
 __all__ = ["Family", "LocalPrior"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 FRAME = 6  # numbers of a frame vector; a point has three, and does not turn
 KEY = "prior of local blocks"
 _THREE = np.array([3], dtype=np.int64)

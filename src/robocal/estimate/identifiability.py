@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.estimate.choosing.choice import OBSERVABLE, STRUCTURAL, Choice, Combination, chosen
 from robocal.estimate.elimination import squares
 from robocal.estimate.problem import Problem
@@ -34,7 +34,6 @@ __all__ = [
     "observability",
 ]
 
-Array = NDArray[np.float64]
 ROUNDING = 1e-12
 # Of what is known of a parameter, from data: 1 - 1/4, so its sigma is half of what was expected.
 CLAIM = 0.75

@@ -15,22 +15,19 @@ constraints (2002).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 from robocal.estimate.tolerance import greatest_error
+from robocal.progress import Watch
 
 __all__ = ["Filtered", "kalman", "stack_filter"]
-
-Array = NDArray[np.float64]
-Watch = Callable[[dict[str, object]], None]
 
 
 @dataclass(frozen=True)

@@ -25,16 +25,16 @@ from functools import cache, cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import ModelError, nearest
 from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Normal
 from robocal.estimate.tolerance import greatest_error
+from robocal.progress import Watch
 
 __all__ = ["METHODS", "Reason", "Solution", "least_squares"]
 
-Array = NDArray[np.float64]
-Watch = Callable[[dict[str, object]], None]
 METHODS = ("lm", "gauss-newton", "pinv", "lse")
 EPS = float(np.finfo(float).eps)
 NEAR = 0.02  # of the cost: what the last step lowered it by when curvature begins to count

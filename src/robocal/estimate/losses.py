@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from robocal._types import Array, Bools
 
 __all__ = ["LOSSES", "TUNING", "Loss", "slopes"]
 
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 LOSSES = {"none": 0, "huber": 1, "cauchy": 2, "tukey": 3}
 # Tuning constants for 95 % efficiency under Gaussian noise in one dimension (Holland and Welsch, 1977).
 TUNING = {"none": 1.0, "huber": 1.345, "cauchy": 2.385, "tukey": 4.685}

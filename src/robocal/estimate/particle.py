@@ -16,22 +16,19 @@ for systematic resampling; Gilks and Berzuini, Following a moving target (2001).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING
 from robocal.estimate.problem import Problem
+from robocal.progress import Watch
 
 __all__ = ["Cloud", "density", "effective", "normalise", "particles", "systematic"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Watch = Callable[[dict[str, object]], None]
 WIDER = 3.0  # particles start with 1 + WIDER / sqrt(n) times the filter's covariance: tails are heavier than it knows
 ENOUGH = 0.5  # of the particles must count, else they are resampled
 ROUGH = 0.6  # part of the spread that roughening draws anew

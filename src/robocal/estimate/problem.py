@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
 from robocal.estimate.priors import add_shared
@@ -28,9 +29,6 @@ from robocal.parameters import ParameterTable
 
 __all__ = ["Problem"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 # Doubles per chunk of Jacobian: small enough to stay in the second-level cache.
 CHUNK = 1 << 16
 POSE = 16  # numbers

@@ -21,20 +21,19 @@ Torsney, An algorithm for optimal designs on a finite design space (1978) for th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion, information
+from robocal.progress import Watch
 
 __all__ = ["Design", "exchange", "greedy", "limit", "select"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Watch = Callable[[dict[str, object]], None]
 CHUNK = 64  # candidates worked out together where the bound is not tight
 LONGEST = 3  # excursion
 BETTER = 1e-9  # relative to the value: less is rounding

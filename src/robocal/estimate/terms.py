@@ -10,16 +10,12 @@ from functools import cache
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.estimate.families import Family
 from robocal.estimate.losses import Loss
 
 __all__ = ["Linear", "Normal", "ProblemTerm", "Residuals", "pieces", "spread", "whiten_rows"]
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 
 class ProblemTerm(Protocol):

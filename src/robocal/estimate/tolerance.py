@@ -7,14 +7,12 @@ they tell. Source: the identification algorithm of the RV-2AJ article, equation 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
 
 __all__ = ["greatest_error"]
-
-Array = NDArray[np.float64]
 
 
 def greatest_error(problem: Problem, x: Array) -> Array:

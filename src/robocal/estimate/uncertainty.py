@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array, Ints
 from robocal.estimate.elimination import (
     RESOLUTION,
     Squares,
@@ -52,8 +53,6 @@ __all__ = [
     "uneven",
 ]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 EPS = float(np.finfo(float).eps)
 SHARP = 1e-8  # of the rows: so much the number of columns may be wrong by
 LEVEL = 0.95  # of every interval and band

@@ -8,17 +8,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.estimate.families import Family, offsets
 from robocal.estimate.priors import PriorTerms, covariance_root, shared_root
 from robocal.parameters import ParameterTable
 
 __all__ = ["Unknowns"]
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import FiniteFloat
 
+from robocal._types import Array
 from robocal.diagnose.scatter import WhitenedRows
 from robocal.errors import FormatError
 from robocal.estimate.uncertainty import Total
@@ -32,7 +32,6 @@ from robocal.files.yamlio import YamlDocument
 
 __all__ = ["COVARIANCE", "Knowledge", "covariance_text", "read_covariance"]
 
-Array = NDArray[np.float64]
 COVARIANCE = "covariance.json"
 CLOSE, TINY = 1e-6, 1e-30  # rounding: of sigmas, and beside nothing
 

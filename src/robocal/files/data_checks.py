@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.hypotheses.other_units import OtherUnit
 from robocal.diagnose.limits import (
     DEGREES_MOVED,
@@ -32,7 +32,6 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["alternatives", "suspicions"]
 
-Array = NDArray[np.float64]
 TURN = 2 * math.pi  # tolerance: none, a turn is exact
 BULK = (10, 90)  # per cent of the values that are there in any case
 

@@ -6,12 +6,11 @@ and the nominal model leaves more than the identified one: each is measured by i
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -23,12 +22,10 @@ from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, same_rows
 from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
+from robocal.progress import Watch
 
 __all__ = ["Baseline", "baseline", "fit_baseline", "frame_names", "renew_baseline"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Watch = Callable[[dict[str, object]], None]
 ROUNDS = 8
 
 

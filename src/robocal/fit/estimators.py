@@ -18,19 +18,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import ModelError, nearest
 from robocal.estimate.least_squares import Reason, Solution, least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.options import Options
+from robocal.progress import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
 __all__ = ["ESTIMATORS", "Estimate", "Estimator", "can_batch", "describe_end", "estimator"]
 
-Array = NDArray[np.float64]
-Watch = Callable[[dict[str, object]], None]
 # How much wider than the expected error the filter starts where no prior is stated: it must not hold what the data know.
 WIDE = 100.0
 LOCAL_PASSES = 3  # iterations of the update with one configuration

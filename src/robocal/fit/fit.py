@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.estimate.choosing.choice import choose
 from robocal.estimate.elimination import Squares, squares
@@ -33,13 +33,11 @@ from robocal.fit.repeats import places
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.progress import Watch
 from robocal.remarks.remark import Remark
 
 __all__ = ["Fit", "chosen_weights", "fit", "near", "search_poses_again", "soften"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Watch = Callable[[dict[str, object]], None]
 Tau = dict[tuple[str, str], float]
 SOFT_ROUNDS = 8
 # How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must

@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.estimate.elimination import block_ranks
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 
 __all__ = ["own_poses"]
 
-Array = NDArray[np.float64]
 LESS = 1e-3  # of what a configuration leaves, that is worth another pose
 
 

@@ -8,12 +8,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.estimate.terms import ProblemTerm, Residuals
 
 __all__ = ["by_unit", "errors"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Number = TypeVar("Number", bound=np.generic)
 
 

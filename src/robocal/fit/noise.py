@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Residuals
 from robocal.estimate.uncertainty import leverages
@@ -25,7 +26,6 @@ from robocal.measure.data import DataSet, Observations
 
 __all__ = ["NoiseGroup", "apply_noise", "assess", "median", "noise_dof", "owners", "quantile", "under"]
 
-Array = NDArray[np.float64]
 Key = tuple[str, str]  # (sensor group, SI unit)
 LEAST = 1e-9  # of its rows, that a group keeps as degrees of freedom
 MEDIAN = 0.454936  # of a squared standard normal

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.measure.data import Configurations
 
 __all__ = ["NEAR", "places"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 NEAR = 2e-4  # tolerance: rad or m, in every joint
 
 

@@ -10,12 +10,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Ints
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model, freedom_of
 
 __all__ = ["ENOUGH", "subsample"]
 
-Ints = NDArray[np.int64]
 MANY = 2000  # rows of one instrument and target: up to here all of them are taken at once
 ENOUGH = 1000  # and so many of more
 GOLDEN = 0.6180339887498949

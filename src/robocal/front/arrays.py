@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._types import Array
 from robocal.errors import FileError, FormatError, ModelError, nearest
 from robocal.files.robot import Robot
 from robocal.files.text import MemoryFile
@@ -23,7 +24,6 @@ from robocal.session.inputs import open_arm
 
 __all__ = ["Arm", "Measurements", "measurements", "robot", "table"]
 
-Array = NDArray[np.float64]
 Data = str | os.PathLike[str]
 NAME = "measurements"  # what messages call arrays; their rows are counted from 2, as in a table with a header
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.closure import Dexterity, dexterity
 from robocal.cables.forward import Forward, forward
@@ -25,7 +26,6 @@ from robocal.session.cable.statics_options import mass_of, robot_with_limits
 
 __all__ = ["CableArm", "robot"]
 
-Array = NDArray[np.float64]
 RIGID = 1e-6  # how far axes may be from orthonormal: what is left of poses that were printed with seven digits
 
 

@@ -12,8 +12,9 @@ from types import ModuleType
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.files.plain import plain
 from robocal.files.result import Result
 from robocal.files.runfolder import obstacle
@@ -33,7 +34,6 @@ __all__ = ["Found", "Identified"]
 
 T = TypeVar("T")
 
-Array = NDArray[np.float64]
 SHOWN = count(1)  # pages that this process drew: each has identifiers of its own
 SHORT = 18  # lines of a repr
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 
 __all__ = ["plane", "rigid"]
-
-Array = NDArray[np.float64]
 
 
 def rigid(source: ArrayLike, target: ArrayLike) -> Array:

@@ -7,13 +7,12 @@ A *frame vector* is (x, y, z, rx, ry, rz): translation and rotation vector, what
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.geometry import so3
 
 __all__ = ["adjoint", "compose", "exp", "from_vector", "inverse", "log", "to_vector"]
-
-Array = NDArray[np.float64]
 
 
 def compose(rotation: ArrayLike, translation: ArrayLike) -> Array:

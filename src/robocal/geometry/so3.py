@@ -7,11 +7,11 @@ Source: Sola, Deray, Atchuthan, A micro Lie theory for state estimation in robot
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from robocal._types import Array
 
 __all__ = ["exp", "left_jacobian", "left_jacobian_inverse", "log", "project", "skew"]
-
-Array = NDArray[np.float64]
 
 
 def skew(v: ArrayLike) -> Array:

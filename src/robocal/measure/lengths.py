@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._jit import as_kernel_array
+from robocal._types import Array, Ints
 from robocal.cables.geometry import SYMBOLS, lengths
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
@@ -30,8 +31,6 @@ from robocal.parameters import Parameter
 
 __all__ = ["LENGTHS", "locate_platform", "owner", "zeros_at"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 CHUNK = 1 << 17  # numbers of poses and their Jacobians at once
 UNSTATED = (1e-3,)
 ZERO = "l0"

@@ -10,8 +10,8 @@ cells independent errors s of the rows, whatever the pose: sigma (k, 1) is that 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry import so3
 from robocal.measure.builder import Builder
@@ -22,8 +22,6 @@ from robocal.parameters import Parameter
 
 __all__ = ["LOAD"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 ENDS = ("ax", "ay", "az", "bx", "by", "bz")
 BODY = ("mass", "cx", "cy", "cz")
 GRAVITY = 9.80665  # m/s^2, along -z of the base

@@ -13,9 +13,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol, Self, TypeVar
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.geometry.path.path_joints import Joint, Zero
 from robocal.geometry.path.program import Element, Program
 from robocal.geometry.path.unjointed import Unjointed
@@ -24,7 +24,6 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["Mechanism", "Model", "Rig", "freedom_of", "joints_of"]
 
-Array = NDArray[np.float64]
 P = TypeVar("P")
 
 

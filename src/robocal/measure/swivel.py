@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.cables.geometry import WHEEL, CableRobot
 from robocal.errors import ModelError
 from robocal.measure.bearing import wrap
@@ -26,8 +26,6 @@ from robocal.parameters import Parameter
 
 __all__ = ["SWIVEL", "across", "swivels", "zeros_at"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 ENDS = ("ax", "ay", "az", "bx", "by", "bz")
 SYMBOL = "swivel"
 UNSTATED = (2e-3,)

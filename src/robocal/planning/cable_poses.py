@@ -13,24 +13,22 @@ every plan (`estimate.criteria`, `estimate.selection`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.cables.geometry import EXPECTED, CableRobot, straight
 from robocal.cables.gradient import by_parameters
 from robocal.errors import ModelError
 from robocal.estimate.selection import Design, greedy, limit, select
 from robocal.planning.design import Blocks, criterion_and_blocks, predict_sigma, sum_information
+from robocal.progress import Watch
 
 __all__ = ["MeasurementNoise", "PoseChoice", "cable_blocks", "choose"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Watch = Callable[[dict[str, object]], None]
 DEFAULT = ("ax", "ay", "az", "l0")
 LEAST, MOST = 1e-9, 1e3  # noise that can be computed with, m and rad
 DRAWS = 25

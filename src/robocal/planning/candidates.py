@@ -12,9 +12,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.geometry.path.program import Element
@@ -24,7 +24,6 @@ from robocal.measure.data import Configurations, DataSet, Observations
 
 __all__ = ["Region", "Template", "draw", "joint_range", "margins", "observe"]
 
-Array = NDArray[np.float64]
 # Everything that is observed at one configuration: one or more instruments, one or more rows each.
 Template = tuple[Observations, ...]
 # Where nobody bounds a joint: a quarter turn, or a quarter of a metre, to either side.

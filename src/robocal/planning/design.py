@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion, criterion_of, information
@@ -35,7 +36,6 @@ __all__ = [
     "within",
 ]
 
-Array = NDArray[np.float64]
 DECIMETRE = 0.1
 ALIGNED = "aligned to"  # no parameter of a file can have this name
 UNSEEN = 1e-12

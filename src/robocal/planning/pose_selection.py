@@ -12,12 +12,12 @@ The foretold accuracy is that of the model's parameters under the noise that is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion
@@ -27,12 +27,10 @@ from robocal.measure.data import DataSet
 from robocal.planning.candidates import Region, Template, draw, margins
 from robocal.planning.design import Blocks, blocks, criterion_and_blocks, predict_sigma, sum_information
 from robocal.planning.route import short_path, travel
+from robocal.progress import Watch
 
 __all__ = ["Forecast", "Plan", "PlanOptions", "plan"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Watch = Callable[[dict[str, object]], None]
 AHEAD = 5  # poses looked ahead to say that more are hardly worth it
 BEYOND = 15  # poses foretold beyond the design
 MOST = 60  # poses, when nobody says how many

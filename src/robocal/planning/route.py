@@ -9,14 +9,12 @@ solving traveling-salesman problems (1958).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
 
 __all__ = ["length", "short_path", "travel"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 # A quarter of a metre takes as long as a quarter turn.
 SPEED = {"revolute": 1.0, "prismatic": 0.5 / np.pi}
 SWEEPS = 50

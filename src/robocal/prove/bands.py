@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import ProblemTerm, spread
 from robocal.estimate.uncertainty import LEVEL, Total, quantile
@@ -41,8 +42,6 @@ __all__ = [
     "total_of",
 ]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 QUANTITIES = {"m": "position", "rad": "orientation", "px": "pixels"}
 CHUNK = 2000  # rows whose dense Jacobian is held at once
 

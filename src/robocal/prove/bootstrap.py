@@ -10,12 +10,13 @@ bootstrap (1993), chapters 9 and 13.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import once
 from robocal.diagnose.finding import Finding, Level, of_remarks
@@ -26,14 +27,13 @@ from robocal.fit.fit import Fit
 from robocal.fit.repeats import places
 from robocal.geometry import so3
 from robocal.measure.machine import Model
+from robocal.progress import Watch
 from robocal.prove.decision import Decision
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
 __all__ = ["Resampled", "bootstrap_of", "bootstrap_remarks", "resample"]
 
-Array = NDArray[np.float64]
-Watch = Callable[[dict[str, object]], None]
 CHUNK = 128
 
 

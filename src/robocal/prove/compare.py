@@ -8,7 +8,7 @@ leave-one-out is told where it costs little (see `estimators.batched`).
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,13 +20,13 @@ from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.progress import Watch
 from robocal.prove.identification import Identification
 from robocal.prove.identify import identify
 from robocal.prove.statistics import Statistic
 
 __all__ = ["DEFAULT", "MethodComparison", "MethodEntry", "compare"]
 
-Watch = Callable[[dict[str, object]], None]
 DEFAULT = ("lm", "ekf", "particle", "pinv", "lse", "ekf-100")
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Ints
 from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import once
 from robocal.diagnose.finding import Finding, doubt, note
@@ -22,7 +22,6 @@ from robocal.remarks.code import Code
 
 __all__ = ["coverage_of", "unseen_coverage"]
 
-Ints = NDArray[np.int64]
 WHOLE = {"position": "positions", "orientation": "orientations"}
 
 

@@ -13,12 +13,10 @@ identifications asks for the status and for the errors of what was not used.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal.diagnose.gross import set_aside
 from robocal.diagnose.limits import HOLD_OUT_PLACES, HOLD_OUT_SHARE
@@ -30,6 +28,7 @@ from robocal.fit.repeats import places
 from robocal.fit.starts.own import place_configurations
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.progress import Watch
 from robocal.prove.decision import Decision
 from robocal.prove.joint_zeros import with_zeros
 from robocal.prove.prove import prove
@@ -37,9 +36,7 @@ from robocal.prove.split import make_split
 
 __all__ = ["decide"]
 
-Array = NDArray[np.float64]
 M = TypeVar("M", bound=Model)
-Watch = Callable[[dict[str, object]], None]
 
 
 def decide(model: M, data: DataSet, options: Options | None = None, watch: Watch | None = None) -> Decision[M]:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools
 from robocal.diagnose.context import Context, M_co
 from robocal.diagnose.limits import FINEST_ERROR
 from robocal.diagnose.rounding import rounding_rms
@@ -22,9 +22,6 @@ from robocal.prove.prove import Proven
 from robocal.prove.statistics import Statistic
 
 __all__ = ["Decision"]
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array, Ints
 from robocal.diagnose.limits import UNEXPLAINED_SIGMA
 from robocal.prove.split import Split
 from robocal.remarks.code import Code
@@ -26,8 +27,6 @@ __all__ = [
     "constant_errors",
 ]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 DRAWN = 1 << 17  # grid: numbers of a bootstrap at once: more would leave the cache
 MANY = 1000  # grid: configurations: four thousand draws know the ends of their mean less well than its expansion
 RULED = 0.2  # tolerance: skewness and excess kurtosis of a mean: beyond, its expansion is no better than draws

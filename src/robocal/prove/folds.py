@@ -16,12 +16,12 @@ round, which is stricter and costs a whole fit for each.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import FRAME_MOVES, FRAME_SEEN
 from robocal.estimate.choosing.choice import OBSERVABLE, choose
 from robocal.estimate.least_squares import least_squares
@@ -47,10 +47,6 @@ __all__ = [
     "unseen",
 ]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
-Watch = Callable[[dict[str, object]], None]
 CHUNK = 256
 # Of what was expected: a direction that rows tell less of does not move in a fit, whatever is there to be found.
 OPEN = 1e-2

@@ -9,6 +9,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.finding import Finding
 from robocal.diagnose.outliers import Outlier
 from robocal.diagnose.scale import Scale
@@ -30,7 +31,6 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["Band", "Identification", "ParameterResult", "RowTable"]
 
-Array = NDArray[np.float64]
 M_co = TypeVar("M_co", bound=Model, covariant=True)
 
 

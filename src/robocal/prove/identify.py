@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
@@ -22,6 +21,7 @@ from robocal.fit.options import Options
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.progress import Watch
 from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.bootstrap import bootstrap_of
 from robocal.prove.covered import unseen_coverage
@@ -39,7 +39,6 @@ from robocal.prove.verdict import verdict_of
 __all__ = ["baseline", "frame_names", "identify"]
 
 M = TypeVar("M", bound=Model)
-Watch = Callable[[dict[str, object]], None]
 
 
 def identify(model: M, data: DataSet, options: Options | None = None, watch: Watch | None = None) -> Identification[M]:

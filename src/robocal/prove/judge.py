@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.diagnose.limits import PROOF_PLACES
 from robocal.diagnose.motions import ABSOLUTE
 from robocal.estimate.problem import Problem
@@ -27,8 +28,6 @@ from robocal.prove.statistics import Fold, Stages, Statistic
 
 __all__ = ["Proof", "absolute_observations", "best", "constant_of", "drawn", "stages", "units_of", "unseen_of"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 UNITS = ("m", "rad", "px")  # in which errors are told; the verdict takes the first that was measured
 
 

@@ -8,8 +8,8 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import once
 from robocal.diagnose.finding import Finding, doubt, note
@@ -24,8 +24,6 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
 __all__ = ["Linearity", "linearity", "linearity_of"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

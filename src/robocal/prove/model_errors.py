@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.estimate.choosing.choice import choose
 from robocal.fit.baseline import baseline, frame_names
 from robocal.fit.free_poses import own_poses
 from robocal.fit.misfit import errors
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.progress import Watch
 
 __all__ = ["Errors", "model_errors"]
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Watch = Callable[[dict[str, object]], None]
 
 
 @dataclass(frozen=True)

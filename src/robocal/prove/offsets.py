@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.limits import PROOF_PLACES
 from robocal.estimate.elimination import squares
 from robocal.estimate.identifiability import Combination, analyse
@@ -38,7 +38,6 @@ from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["JointOffset", "OffsetsAlone", "offsets_alone"]
 
-Array = NDArray[np.float64]
 ROUNDS = 3  # of noise and selection
 
 

@@ -15,8 +15,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.estimate.uncertainty import Total
 from robocal.geometry import so3
 from robocal.measure.machine import Model
@@ -24,7 +25,6 @@ from robocal.measure.reach import limits_of, reach
 
 __all__ = ["Predicted", "base_motion", "between", "motion_field", "predict", "sample_joints"]
 
-Array = NDArray[np.float64]
 CHUNK = 1024  # configurations whose Jacobian is held at once
 TURN = np.pi  # to either side, where nothing bounds a joint
 

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.diagnose.gross import neither, set_aside
 from robocal.diagnose.limits import HOLD_OUT_PLACES, LEAVE_ONE_OUT_PLACES
 from robocal.estimate.problem import Problem
@@ -24,6 +24,7 @@ from robocal.fit.repeats import places
 from robocal.fit.starts.own import place_configurations
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.progress import Watch
 from robocal.prove.folds import (
     Unseen,
     alike,
@@ -42,11 +43,6 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
 __all__ = ["Proven", "Trial", "prove", "trial"]
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
-Watch = Callable[[dict[str, object]], None]
 
 
 class Proofs(Mapping[str, Proof]):

@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array
 from robocal.diagnose.check_registry import Given, When, check
 from robocal.diagnose.context import once
 from robocal.diagnose.finding import Finding, qualify
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
 
 __all__ = ["REGION", "Holds", "beside", "range_of", "region_between_poses", "region_of_limits", "where_it_holds"]
 
-Array = NDArray[np.float64]
 SAMPLES = 500  # grid: configurations of a range
 REGION = "region"  # the name of the check
 SPAN = "range that the measured joints span"

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.context import once
 from robocal.diagnose.finding import Finding, note
@@ -40,8 +40,6 @@ if TYPE_CHECKING:
 
 __all__ = ["parameter_results", "prediction_band", "prediction_of", "row_table"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 # From here on the hidden partners, not the data, decide how well a parameter is known, and it is said.
 ROUNDING = 1e-12  # tolerance: rad
 

@@ -18,8 +18,8 @@ import heapq
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Bools, Ints
 from robocal.diagnose.limits import HOLD_OUT_SHARE
 from robocal.errors import ModelError
 from robocal.fit.repeats import places
@@ -27,9 +27,6 @@ from robocal.measure.data import Configurations, DataSet
 
 __all__ = ["Split", "groups_of", "leave_one_out_rounds", "make_split", "stratify"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 BLOCKS = 10  # grid: blocks, and names that a sentence lists
 
 

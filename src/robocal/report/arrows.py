@@ -13,8 +13,8 @@ import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.report.numbers import plain, significant, with_decimals
 from robocal.report.sections import Figure, Mark
 from robocal.report.series import is_aside, is_held_out, numbers
@@ -28,7 +28,6 @@ HALF = 200.0  # half of the drawn space, from the middle to the farthest corner
 FAR = 1e9  # mm; beyond this it is no position
 MOST = 2000  # arrows of a picture
 LONG = 34.0  # the 90th percentile of arrows is drawn this long
-Array = NDArray[np.float64]
 VIEW = View(-55.0, 24.0, np.zeros(3), (WIDE / 2, HIGH / 2 - 14))
 BARBED = "M%.1f %.1fL%.1f %.1fM%.1f %.1fL%.1f %.1fL%.1f %.1f"
 WHOLE = re.compile(r"\.0(?![0-9])")  # as `svg.num` leaves it out

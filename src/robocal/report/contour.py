@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from robocal._types import Array
 
 __all__ = ["contour"]
-
-Array = NDArray[np.float64]
 
 
 def contour(u: Array, v: Array, values: Array, *, unknown: bool = False) -> Array:

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array, Bools
 from robocal.report.numbers import finite
 from robocal.report.sections import Mark
 
 __all__ = ["ASIDE", "Series", "column", "is_aside", "is_held_out", "numbers", "ordinals", "pairs", "three"]
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Columns = Mapping[str, Sequence[object]]
 ASIDE: Mark = "aside"  # the key of the series that has no mean: gross rows
 
@@ -56,16 +55,16 @@ def _number(cell: object) -> float:
     return np.nan if number is None else number
 
 
-def _is(residuals: Columns, name: str, word: str) -> Flags:
+def _is(residuals: Columns, name: str, word: str) -> Bools:
     return np.array([cell == word for cell in column(residuals, name)], dtype=bool)
 
 
-def is_held_out(residuals: Columns) -> Flags:
+def is_held_out(residuals: Columns) -> Bools:
     """For each row, whether the identification never saw it, (rows,)."""
     return _is(residuals, "set", "held_out")
 
 
-def is_aside(residuals: Columns) -> Flags:
+def is_aside(residuals: Columns) -> Bools:
     """For each row, whether it was set aside as gross: it is in no mean; (rows,)."""
     return _is(residuals, "set_aside", "yes")
 

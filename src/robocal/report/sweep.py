@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.report.contour import contour
 from robocal.report.svg import (
     MARKS,
@@ -28,7 +28,6 @@ from robocal.report.svg import (
 
 __all__ = ["Axis", "Curve", "curves", "levels"]
 
-Array = NDArray[np.float64]
 WIDTH, LEFT, RIGHT, HEAD = 560.0, 62.0, 420.0, 40.0
 UPPER, LOWER = 250.0, 90.0  # heights of the two panels
 TURN, STROKE = 24.0, 9.0  # degrees of words below an axis; half of a stroke in place of a line

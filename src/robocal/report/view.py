@@ -12,11 +12,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+
+from robocal._types import Array
 
 __all__ = ["PLANES", "Box", "View", "best", "fit_view"]
 
-Array = NDArray[np.float64]
 Box = tuple[float, float, float, float]  # left, top, right, bottom, px
 # Planar robots are seen straight on: azimuth and elevation, degrees.
 PLANES = {"xz": (-90.0, 0.0), "yz": (0.0, 0.0), "xy": (-90.0, 90.0)}

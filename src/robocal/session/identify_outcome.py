@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.files import result as files
 from robocal.files.display import to_display
 from robocal.files.layerfile import LAYER, layer_text
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
     from robocal.prove.nongeometric.layer import Layer
 
 __all__ = ["IdentifyOutcome", "residual_columns", "save", "to_result"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.errors import FileError, FormatError
 from robocal.estimate.uncertainty import radius
 from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
@@ -28,7 +29,6 @@ from robocal.session.runs import run_doubts
 
 __all__ = ["knowledge_of", "predict_poses", "shape_motion"]
 
-Array = NDArray[np.float64]
 SAME = 1e-7  # tolerance: of a value that was written and read
 ANCHORS = 2000  # configurations over which the base is aligned
 BLIND = 30.0  # tolerance: deg; only a word in place of a number that means nothing

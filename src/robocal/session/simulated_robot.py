@@ -10,8 +10,8 @@ from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError, nearest
 from robocal.files.datawrite import data_text, table_text
@@ -35,8 +35,6 @@ __all__ = [
     "simulation_files",
     "true_chain",
 ]
-
-Array = NDArray[np.float64]
 
 
 def sample_joints(chain: Chain, count: int, rng: np.random.Generator) -> Array:

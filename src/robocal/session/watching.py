@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
 
 from robocal.errors import ModelError
+from robocal.progress import Watch
 
 __all__ = ["Watch", "computable"]
-
-Watch = Callable[[dict[str, object]], None]
 
 
 @contextmanager

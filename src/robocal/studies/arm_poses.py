@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.files.pose_table import read_poses
 from robocal.files.studyfile import Point
@@ -15,7 +15,6 @@ from robocal.planning.pose_selection import PlanOptions, plan
 
 __all__ = ["ArmPoses"]
 
-Array = NDArray[np.float64]
 JUDGED = 300  # poses at which a trial is judged, where no list says which
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.files.robot import open_robot
 from robocal.files.studyfile import Point
@@ -23,7 +23,6 @@ from robocal.studies.true_robots import coverage, elsewhere
 
 __all__ = ["ArmTrials"]
 
-Array = NDArray[np.float64]
 UNITS = {"improved": "1", "before": "m", "after": "m", "elsewhere": "m", "coverage": "1"}
 NOISE = 5e-5  # m, of a tracker that nobody stated
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal._jit import as_kernel_array
+from robocal._types import Array
 from robocal.cables.calibration.per_cable import per_cable
 from robocal.cables.calibration.propagation import ErrorPropagation, Noise, rms
 from robocal.cables.geometry import CableRobot
@@ -17,7 +17,6 @@ from robocal.geometry import se3, so3
 
 __all__ = ["CableTrials"]
 
-Array = NDArray[np.float64]
 OUTPUTS = {"anchors": "m", "zeros": "m"}
 LISTS = 50  # random lists of which linear theory is asked
 

@@ -6,26 +6,25 @@ import contextlib
 import shutil
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import FileError, InputError
 from robocal.files.alone import LOCK
 from robocal.files.studyfile import Study
 from robocal.files.writing import write_text
+from robocal.progress import Watch
 from robocal.studies.cluster import Cluster, on_cluster
 from robocal.studies.work import Work, chunks, do, drawn, trials_of, unpack
 from robocal.studies.worker import Died, Worker
 
 __all__ = ["StudyOutputs", "clear", "conduct", "parts_of"]
 
-Array = NDArray[np.float64]
-Watch = Callable[[dict[str, object]], None]
 DEATHS = 20  # of the workers of one thread
 ABOUT = "study.json"
 

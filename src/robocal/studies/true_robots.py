@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.measure.base import problem
 from robocal.measure.data import Frame
@@ -16,8 +16,6 @@ from robocal.prove.identification import Identification
 from robocal.simulation.rigs import Instrument, measure
 
 __all__ = ["coverage", "elsewhere"]
-
-Array = NDArray[np.float64]
 
 
 def coverage(found: Identification[Chain], truth: Chain, frame: Frame) -> float:

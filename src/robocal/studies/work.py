@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import FileError, FormatError, ModelError
 from robocal.files.studyfile import Point, Study
 from robocal.files.text import read_text
@@ -21,7 +21,6 @@ from robocal.files.writing import write_bytes
 
 __all__ = ["Setting", "Work", "chunks", "compute", "do", "drawn", "pack", "trials_of", "unpack"]
 
-Array = NDArray[np.float64]
 THEORY = 1 << 30  # the chunk whose stream draws the lists of which theory is asked
 
 

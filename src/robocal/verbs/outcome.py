@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from robocal.progress import Watch
 from robocal.remarks.remark import Message
 
 if TYPE_CHECKING:
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Outcome", "Watch"]
 
-Watch = Callable[[dict[str, object]], None]
 T = TypeVar("T")
 
 

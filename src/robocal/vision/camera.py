@@ -7,11 +7,11 @@ u = fx (x d + 2 p1 x y + p2 (r2 + 2 x^2)) + cx,  v = fy (y d + p1 (r2 + 2 y^2) +
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from robocal._types import Array
 
 __all__ = ["SYMBOLS", "project"]
 
-Array = NDArray[np.float64]
 SYMBOLS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 
 

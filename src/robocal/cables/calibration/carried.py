@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.gradient import by_parameters
 
 __all__ = ["pose_covariance"]
-
-Array = NDArray[np.float64]
 
 
 def pose_covariance(

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.geometry import fits
 
 __all__ = ["Scattered", "calibration_scatter", "growth", "sights"]
 
-Array = NDArray[np.float64]
 XYZ = "xyz"
 
 

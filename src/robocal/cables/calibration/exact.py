@@ -16,13 +16,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.errors import ModelError
 
 __all__ = ["Exact", "exact", "flat"]
 
-Array = NDArray[np.float64]
 SHAPES = ("one point", "a line", "a plane")
 FLAT = 1e-6  # of the extent of the points: a spread that is none
 ROUNDING = 1e-12  # of a coordinate

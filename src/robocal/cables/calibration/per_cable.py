@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import as_kernel_array, as_kernel_indices
+from robocal._types import Array
 from robocal.cables.calibration.exact import flat
 from robocal.cables.calibration.wrapped import refine_over_pulleys
 from robocal.cables.geometry import CableRobot
@@ -25,7 +26,6 @@ from robocal.errors import ModelError, nearest
 
 __all__ = ["RESIDUALS", "CableFits", "per_cable"]
 
-Array = NDArray[np.float64]
 RESIDUALS = ("length", "squared")
 
 

@@ -17,15 +17,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot, straight
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
 __all__ = ["ErrorPropagation", "Noise", "rms"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -15,14 +15,13 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.calibration.propagation import ErrorPropagation, Noise
 from robocal.errors import ModelError, nearest
 
 __all__ = ["ESTIMATORS", "WHAT", "Expected", "Requirement"]
 
-Array = NDArray[np.float64]
 ESTIMATORS = ("maximum-likelihood", "per-cable")
 WHAT = ("anchors", "zeros", "position", "orientation")
 HALVINGS = 60

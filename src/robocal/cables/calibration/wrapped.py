@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot, lengths
 
 __all__ = ["refine_over_pulleys"]
 
-Array = NDArray[np.float64]
 ROUNDS, END = 60, 1e-14
 AX, L0 = 0, 6
 

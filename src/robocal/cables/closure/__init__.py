@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import as_kernel_array
+from robocal._types import Array
 from robocal.cables.statics import row_weights
 from robocal.errors import ModelError
 
 __all__ = ["CLOSED", "Dexterity", "condition_number", "dexterity", "tension_factor"]
 
-Array = NDArray[np.float64]
 CLOSED = 1e-9  # a smaller tension factor is made of rounding
 
 

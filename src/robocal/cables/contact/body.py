@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
+from robocal._types import Array
 from robocal.errors import ModelError
 
 __all__ = ["Body", "box", "hull"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

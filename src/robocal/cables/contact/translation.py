@@ -14,14 +14,12 @@ Source: Perreault, Cardou, Gosselin, Otis, Journal of Mechanisms and Robotics 2 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array, Ints
 from robocal.cables.contact.segments import distances
 
 __all__ = ["crossings"]
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 def crossings(a: ArrayLike, ends: ArrayLike, translation: ArrayLike, tolerance: float = 1e-9) -> tuple[Array, Ints]:

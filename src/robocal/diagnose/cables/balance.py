@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.diagnose.limits import TENSION_CLEARLY, TENSION_DIRECTIONS
 
 __all__ = ["Balance", "balance"]
 
-Array = NDArray[np.float64]
 SHIFTS = (-3, -2, -1, 1, 2, 3)
 
 

@@ -10,16 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.cables.calibration.per_cable import per_cable
 from robocal.cables.geometry import CableRobot
 from robocal.diagnose.limits import COLUMN_CLEARLY, COLUMN_LEAVES, COLUMN_POSES
 from robocal.errors import ModelError
 
 __all__ = ["Exchange", "find_exchange"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

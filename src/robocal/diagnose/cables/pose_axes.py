@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.cables.calibration.per_cable import per_cable
 from robocal.cables.geometry import CableRobot
 from robocal.diagnose.limits import COLUMN_CLEARLY, COLUMN_LEAVES, COLUMN_POSES
@@ -16,7 +17,6 @@ from robocal.errors import ModelError
 
 __all__ = ["Turned", "find_pose_axes"]
 
-Array = NDArray[np.float64]
 Kind = Literal["position", "pose", "orientation"]
 REFLECTIONS = {
     "x has the wrong sign": (0, 1, 2, -1, 1, 1), "y has the wrong sign": (0, 1, 2, 1, -1, 1), "z has the wrong sign": (0, 1, 2, 1, 1, -1),

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.diagnose.cables.balance import Balance, balance
 from robocal.diagnose.check_registry import Given, When, check
@@ -22,7 +23,6 @@ from robocal.remarks.remark import Quantity
 
 __all__ = ["CELLS", "EXCHANGED", "NOT_AT_REST", "SHIFTED", "rest"]
 
-Array = NDArray[np.float64]
 KNOWN = {9.80665: "kgf for N", 4.4482216152605: "lbf for N", 1000.0: "kN for N", 0.001: "mN for N"}
 LEFT = ": they leave {left:.3g} of force, geometry would {allowed:.3g}"
 EXCHANGED = declare(

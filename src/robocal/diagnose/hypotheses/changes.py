@@ -9,15 +9,14 @@ from enum import StrEnum
 from itertools import combinations, permutations, product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.geometry import so3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Mechanism
 
 __all__ = ["Both", "Change", "What", "changes", "pairs"]
 
-Array = NDArray[np.float64]
 SHIFTS = (1, -1, 2, -2)
 
 

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.hypotheses.changes import Both, Change, What, pairs
 from robocal.diagnose.hypotheses.lockstep import SoftPrior, fit_trials, reach_of
 from robocal.diagnose.hypotheses.sights import Sights, sights, usable
@@ -34,7 +35,6 @@ from robocal.measure.machine import Mechanism
 
 __all__ = ["Doubt", "Explanation", "Trial", "alike", "assess_misfit", "explain", "left_of", "rows_of", "taken"]
 
-Array = NDArray[np.float64]
 Trial = Change | Both
 ROWS = 40  # readings that are enough to tell
 BEST = 10  # how many of a batch are looked at again

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.hypotheses.sights import Sights
 from robocal.diagnose.limits import HYPOTHESIS_BENT
 from robocal.geometry import so3
@@ -23,7 +23,6 @@ from robocal.measure.reach import reach
 
 __all__ = ["SoftPrior", "TrialOutcome", "fit_trials", "reach_of"]
 
-Array = NDArray[np.float64]
 ROUNDS = 10
 NOISE = 5e-4  # m: against which the soft hold is weighed
 LOOSE = 3.0  # expected errors: how softly the arm's own numbers are held

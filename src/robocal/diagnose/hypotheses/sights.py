@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.geometry import se3, so3
 from robocal.measure.bearing import directions
 from robocal.measure.data import DataSet, Frame, Observations
@@ -21,8 +22,6 @@ from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["Sights", "sights", "usable"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 KINDS = ("position", "pose", "spherical")
 
 

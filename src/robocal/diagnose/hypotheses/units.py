@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.check_registry import Given, Machines, When, check
 from robocal.diagnose.finding import Finding, Level, of_remarks, refuse
 from robocal.diagnose.hypotheses.other_units import OtherUnit
@@ -25,7 +25,6 @@ from robocal.remarks.english import declare
 
 __all__ = ["WRONG_UNIT", "misfit", "units"]
 
-Array = NDArray[np.float64]
 MANY = 300  # grid: configurations that are enough to tell units apart
 WRONG_UNIT = declare(
     "wrong-unit",

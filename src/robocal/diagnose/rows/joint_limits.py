@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.finding import Finding, doubt
 from robocal.diagnose.rows.table import TableContext
@@ -16,7 +17,6 @@ from robocal.remarks.code import Code
 
 __all__ = ["joint_limits", "outside"]
 
-Array = NDArray[np.float64]
 SLACK = 1e-9  # tolerance: rad or m; limits that were written in other units
 
 

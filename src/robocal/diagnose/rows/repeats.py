@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array
 from robocal.diagnose.check_registry import When, check
 from robocal.diagnose.finding import Finding, Level, of_remarks
 from robocal.diagnose.limits import COPY_CHANCE, QUIETEST, REPEAT_SIGMA
@@ -20,8 +21,6 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
 __all__ = ["repeat_remarks", "repeats"]
-
-Array = NDArray[np.float64]
 
 
 @check("repeats", When.FILE, order=20, needs=("data",))

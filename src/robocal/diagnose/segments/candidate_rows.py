@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.diagnose.segments.posed import runs_of_poses
 from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
 from robocal.estimate.least_squares import least_squares
@@ -29,8 +29,6 @@ from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["runs"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 HOLD = 3.0  # expected errors: how softly the model is held, so that few rows cannot bend it to anything
 FELT = 1e-6  # tolerance: of the largest column: what is less is rounding
 UNSAID = "moved"  # owner of the target that nobody named

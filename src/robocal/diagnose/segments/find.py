@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array
 from robocal.diagnose.limits import (
     SEGMENT_APART,
     SEGMENT_CHANCE,
@@ -45,7 +46,6 @@ from robocal.remarks.remark import Number, Quantity, Remark
 
 __all__ = ["Segment", "find_segments", "segment_remarks"]
 
-Array = NDArray[np.float64]
 # What a data file of its own says, so that what moved has a place of its own there.
 LINES = {
     "target": "targets: {moved: {}}",

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.diagnose.limits import SEGMENT_COMPLETE
 from robocal.diagnose.segments.row_sequence import Candidate, Plain, RowSequence
 from robocal.estimate.problem import Problem
@@ -26,8 +27,6 @@ from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["ZERO", "runs_of_poses"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 ZERO = "zero"
 FELT = 1e-9  # tolerance: of a number's own standard deviation: what is less is nothing
 

@@ -12,17 +12,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from robocal._types import Array, Ints
 from robocal.diagnose.limits import SEGMENT_ROWS
 from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
 from robocal.fit.noise import median
 
 __all__ = ["SegmentFit", "SegmentModel", "spread"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 GRID = 48
 CLIP = 3.0  # robust standard deviations from which on a row pulls no harder
 FLAT = 0.1  # of a column's own information: what the model answers but for this much is not seen

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.estimate.elimination import squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
@@ -21,8 +21,6 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["OBSERVABLE", "PARTNER", "STRUCTURAL", "Choice", "Combination", "choose", "chosen", "together"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 # With s = 1 the expected error of a column and the standard deviation with which it would be estimated are equal: below, freeing
 # it adds more variance than the bias that it removes.
 OBSERVABLE = 1.0  # tolerance: see above

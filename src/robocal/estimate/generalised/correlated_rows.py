@@ -6,16 +6,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal, ProblemTerm
 
 __all__ = ["Correlated"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 WHITE = "1"  # the unit of numbers that were whitened
 CHUNK = 1 << 17  # numbers of a Jacobian at once
 

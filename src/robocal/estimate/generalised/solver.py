@@ -15,8 +15,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.generalised.correlated_rows import Correlated
 from robocal.estimate.least_squares import Solution, least_squares
@@ -25,9 +25,6 @@ from robocal.estimate.terms import ProblemTerm
 
 __all__ = ["ENOUGH", "Generalised", "correlate_rows", "generalised_least_squares"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 ENOUGH = 0.01  # of sigma
 PASSES = 3
 

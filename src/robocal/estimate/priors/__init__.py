@@ -14,15 +14,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.estimate.terms import Normal
 from robocal.parameters import ParameterTable
 
 __all__ = ["PriorTerms", "add_shared", "covariance_root", "shared_root"]
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 def covariance_root(table: ParameterTable, names: Sequence[str], scales: Array) -> Array:

@@ -13,14 +13,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.estimate.terms import Normal
 
 __all__ = ["Information", "information"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 BLIND = 1e-13  # of the largest eigenvalue of a block with unit diagonal
 
 

@@ -15,15 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.estimate.terms import Normal
 
 __all__ = ["System", "structure"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 MANY = 1200  # columns of kept blocks from which a band is looked for
 NARROW = 0.4  # of them: a wider band costs LAPACK as much as the whole
 

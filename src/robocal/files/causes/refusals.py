@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from robocal.diagnose.check_registry import HYPOTHESES, ROWS, When, run
@@ -16,6 +16,7 @@ from robocal.errors import FormatError
 from robocal.files.causes.naming import candidate_changes, change_error, target_error
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
+from robocal.progress import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.english import phrase_of
 from robocal.remarks.remark import Remark
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
     from robocal.files.urdfchains import Reread
 
 __all__ = ["data_remarks", "refuse_input"]
-
-Watch = Callable[[dict[str, object]], None]
 
 
 def data_remarks(robot: Robot, reading: Reading, reread: Reread, watch: Watch | None = None) -> tuple[Remark, ...]:

@@ -9,8 +9,8 @@ takes over. Source: Lu, Hager and Mjolsness, Fast and globally convergent pose e
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.fit.starts.frames import poses
 from robocal.fit.starts.target_rows import TargetRows, frame_values, outside, start
 from robocal.geometry import se3, so3
@@ -19,7 +19,6 @@ from robocal.measure.pixels import rays
 
 __all__ = ["resect"]
 
-Array = NDArray[np.float64]
 # How many rotations are kept and how many steps are made with them: first all, then the best few to the end.
 ITERATIONS = ((8, 20), (4, 120))
 SAME = 1e-2  # rotations nearer than that are one

@@ -12,16 +12,13 @@ A X = X B.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.fit.starts.target_rows import TargetRows, frame_values, outside, start
 from robocal.geometry import fits, se3, so3
 from robocal.measure.bearing import directions
 
 __all__ = ["hand_eye", "point_start", "poses", "relative_hand"]
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 def hand_eye(measured: Array, machine: Array) -> tuple[Array, Array]:

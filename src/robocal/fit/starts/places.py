@@ -12,8 +12,8 @@ merge, and it is the algebraic fit of a sphere.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.fit.starts.target_rows import TargetRows, frame_values, start
 from robocal.geometry import fits, se3, so3
 from robocal.measure.data import Frame
@@ -22,7 +22,6 @@ from robocal.measure.rows import place_of
 
 __all__ = ["cube", "pivot", "reach"]
 
-Array = NDArray[np.float64]
 # Readings (m) and thickness of a cloud of points, relative to its size, below which nothing can be told from them.
 EQUAL, FLAT = 1e-6, 0.05
 UPRIGHT = 0.3  # cosine

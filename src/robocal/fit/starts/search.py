@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.starts.target_rows import STARTS, Start, TargetRows
@@ -17,8 +17,6 @@ from robocal.measure.reach import nominal_poses, place_is_known
 
 __all__ = ["analytic_starts", "combine_starts", "frames_of", "refine"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 FEWEST = 3
 ENOUGH = 1000  # rows of an instrument for where it stands: the refinement takes all
 MOST = 32  # combinations that are worth a refinement

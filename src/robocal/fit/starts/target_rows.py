@@ -7,17 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.geometry import se3
 from robocal.measure.data import Frame, Observations
 from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["STARTS", "Start", "TargetRows", "frame_values", "outside", "start"]
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import ModelError, nearest
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
 
 __all__ = ["AXES", "Element", "Program", "Term", "compile_path", "frame_element"]
 
-Array = NDArray[np.float64]
 Bound = tuple[NDArray[np.int64], tuple[NDArray[np.int64], Array]]  # columns, and entries of the Jacobian
 KEPT = 256  # sets of free columns
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz", "screw", "frame")

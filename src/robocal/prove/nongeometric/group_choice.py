@@ -17,13 +17,13 @@ application to non-linear system identification (1989).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.arms.chain import Chain, Group
 from robocal.arms.groups import GROUPS, add, fix_groups, free_groups, without
 from robocal.arms.joints import orders_of, turning
@@ -34,6 +34,7 @@ from robocal.fit.fit import fit
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
+from robocal.progress import Watch
 from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.nongeometric.linearised import Linearised, linearise_fit
 from robocal.prove.split import make_split
@@ -42,9 +43,6 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["HIGHEST", "GroupChoice", "Tried", "candidates", "choose_groups", "orders", "seek"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Watch = Callable[[dict[str, object]], None]
 ROUNDS = 10
 WHOLE = -1  # instead of the number of a round: all rows
 UNITS = ("m", "rad", "px")

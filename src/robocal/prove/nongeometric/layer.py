@@ -19,10 +19,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from robocal._types import Array, Bools
+
 __all__ = ["POINTS", "Layer", "learn"]
 
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 POINTS = 1500
 SUBSET = 300
 JITTER = 1e-8

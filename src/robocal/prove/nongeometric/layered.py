@@ -7,12 +7,11 @@ block that neither has seen is compared with and without the layer. It is switch
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.diagnose.limits import LAYER_PLACES
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -20,6 +19,7 @@ from robocal.geometry import so3
 from robocal.measure.base import Rows
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
+from robocal.progress import Watch
 from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.nongeometric.layer import Layer, learn
 from robocal.prove.split import make_split
@@ -28,9 +28,6 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["Guarded", "layer_errors", "layer_rows", "try_layer"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Watch = Callable[[dict[str, object]], None]
 ROUNDS = 5
 KINDS = ("position", "pose")
 

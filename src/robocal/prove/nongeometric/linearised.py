@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
 from robocal.fit.fit import Fit
 from robocal.fit.misfit import errors
@@ -24,9 +24,6 @@ from robocal.prove.split import Split
 
 __all__ = ["Linearised", "linearise_fit"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Watch = Callable[[dict[str, object]], None]
 CHUNK = 128  # columns at once
 
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.report.svg import AxisScale, bottom_axis, drawing, label, left_axis, line, num, path
 
 __all__ = ["contours"]
 
-Array = NDArray[np.float64]
 WIDTH, HEIGHT, LEFT, RIGHT, BOTTOM, HEAD = 400.0, 330.0, 58.0, 376.0, 276.0, 40.0
 AIR = 1.12
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.boundary import Outline
 from robocal.cables.pose_list import LIMITS, PoseBox, PoseList
 from robocal.report.cable.drawing import figure
@@ -14,7 +14,6 @@ from robocal.report.svg import label, num, path
 
 __all__ = ["draw_reach"]
 
-Array = NDArray[np.float64]
 MOST = 2000
 WHY = {
     "statics": "tension limits", "cable-cable": "cable on cable", "cable-platform": "cable on platform",

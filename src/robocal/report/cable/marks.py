@@ -8,14 +8,13 @@ from dataclasses import dataclass
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.report.svg import num
 from robocal.report.view import Box, View
 
 __all__ = ["Mark", "draw", "labels", "place_labels"]
 
-Array = NDArray[np.float64]
 LINE = 15.0  # px from one line of words to the next
 
 

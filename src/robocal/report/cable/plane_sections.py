@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._types import Array
 from robocal.cables.boundary import Outline
 from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Grid
@@ -20,7 +21,6 @@ from robocal.report.svg import AxisScale, label, nice_ticks, num, path, tick_tex
 
 __all__ = ["section"]
 
-Array = NDArray[np.float64]
 STEPS = 6  # classes of margin on either side of zero
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.report.cable.drawing import brief
 from robocal.report.cable.length_unit import METRE, LengthUnit
@@ -16,7 +16,6 @@ from robocal.report.svg import AxisScale, bottom_axis, label, left_axis, num, pa
 
 __all__ = ["Plane", "anchors", "cross", "plane"]
 
-Array = NDArray[np.float64]
 LEFT, TOP, FOOT = 60.0, 50.0, 44.0
 
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
@@ -24,7 +25,6 @@ from robocal.report.svg import label, num
 
 __all__ = ["scene"]
 
-Array = NDArray[np.float64]
 WIDE, HIGH, SIDE = 940.0, 640.0, 132.0
 MOST_POSES = 1500
 LIGHT = np.array([0.30, -0.45, 0.84])

@@ -4,17 +4,15 @@ cables as lines: straight from platform anchor to frame anchor, or onto a pulley
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from robocal._types import Array, Ints
 from robocal.cables.boundary import Surface, directions, triangulate_directions
 from robocal.cables.geometry import CableRobot
 from robocal.cables.pulley import run, taut
 
 __all__ = ["courses", "decimate", "hull_loops", "wheels"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 MOST = 1500
 
 

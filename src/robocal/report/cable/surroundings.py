@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.report.cable.length_unit import METRE, LengthUnit
 from robocal.report.cable.marks import Mark
@@ -17,7 +17,6 @@ from robocal.report.view import PLANES, Box, View, best, fit_view
 
 __all__ = ["Surroundings", "build_surroundings"]
 
-Array = NDArray[np.float64]
 LABELS = 104.0  # px beside an anchor for its name and tension
 
 

@@ -8,15 +8,14 @@ from dataclasses import dataclass
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.report.cable.drawing import bar, tint
 from robocal.report.numbers import significant
 from robocal.report.svg import AxisScale, label, num, tick_text
 
 __all__ = ["STATES", "ColouredTensions", "colour_tensions"]
 
-Array = NDArray[np.float64]
 WIDE = 20.0  # ratio of the limits from which the scale is logarithmic
 STATES = {"held": "", "slack": "slack", "over": "over limit", "none": "no tension"}
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.report.cable.drawing import brief, figure
 from robocal.report.numbers import significant
@@ -14,7 +15,6 @@ from robocal.report.svg import AxisScale, label, line, nice_ticks, num, path, ti
 
 __all__ = ["tensions"]
 
-Array = NDArray[np.float64]
 RIGHT, TOP, STRIP, GAP = 914.0, 44.0, 56.0, 12.0
 MOST = 1200  # poses that are drawn one by one; of more, each column of the picture shows the least and the most
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal.apply.anchors import AnchorDrift, CableChange, compare_anchors
 from robocal.cables.calibration.comparison import Scattered, calibration_scatter
@@ -26,7 +25,6 @@ from robocal.session.runs import shared_files, tables_by_hash
 
 __all__ = ["Drifts", "drifts"]
 
-Array = NDArray[np.float64]
 FEWEST = 2  # tolerance: none; a comparison takes two
 
 

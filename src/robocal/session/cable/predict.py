@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
 from robocal.cables.gradient import by_parameters
@@ -33,8 +33,6 @@ from robocal.session.cable.statics_options import locate_row, robot_inputs
 from robocal.session.prediction import Prediction
 
 __all__ = ["predict"]
-
-Array = NDArray[np.float64]
 
 
 def predict(folder: str, rows: Path, absolute: bool) -> Prediction:

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import PLATFORM, CableRobot
 from robocal.errors import ModelError
 from robocal.prove.identification import Identification
 
 __all__ = ["SensorGains", "names_of_gains", "of_file", "sensor_gains"]
 
-Array = NDArray[np.float64]
 GAIN = "gain"
 
 

@@ -12,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.grid_regions import frame_box
 from robocal.cables.statics import gravity_wrench, structure_of
@@ -34,7 +35,6 @@ from robocal.simulation.rigs import STANDS
 
 __all__ = ["CableSimulator"]
 
-Array = NDArray[np.float64]
 MIDDLE = 0.6  # of the frame's box, along each axis
 TURNED = 0.1  # rad, standard deviation about each axis
 TRIES = 50  # times as many poses as are wanted, before it is said that the cables hold too few

@@ -7,8 +7,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.grid_regions import frame_box
 from robocal.cables.interference import Body, box, hull
@@ -26,7 +26,6 @@ from robocal.session.cable.statics_options import missing_text
 
 __all__ = ["body_of", "box_of", "clearance_of", "examine_start"]
 
-Array = NDArray[np.float64]
 TURN = math.radians(30.0)
 
 

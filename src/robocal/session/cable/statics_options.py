@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.cable_lengths import model_of
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
@@ -45,7 +46,6 @@ __all__ = [
     "wrench_of",
 ]
 
-Array = NDArray[np.float64]
 D = TypeVar("D", bound=CableDocument)
 UPRIGHT = {2, 3, 4}  # components of the twist (v, w) that a weight works on: z, and the turns about x and y
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.cables.hanging import hang
@@ -25,7 +24,6 @@ from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["add_tensions"]
 
-Array = NDArray[np.float64]
 TAUT = "mid"  # tensions nearest to the middle of their limits
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.apply.compensate import STATUS, Compensation
 from robocal.apply.compensate import compensate as solve
 from robocal.arms.chain import Chain
@@ -35,7 +35,6 @@ from robocal.session.watching import Watch, computable
 
 __all__ = ["Compensated", "compensate_targets"]
 
-Array = NDArray[np.float64]
 INSTEAD = "an arm; of a cable robot the corrected lengths are those of: robocal cable inverse RUN/calibrated.yaml POSES"
 # No calibration moves an arm by more (m, median): the two models are of two robots.
 ELSEWHERE = 0.05

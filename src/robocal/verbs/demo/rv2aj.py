@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.session.identify_outcome import IdentifyOutcome
 from robocal.session.watching import Watch
@@ -18,7 +18,6 @@ from robocal.verbs.demo.case import Case, CaseStep, chain_of, copy_example
 
 __all__ = ["RV2AJ", "TABLE_1", "true_arm"]
 
-Array = NDArray[np.float64]
 # Table 1 of the paper, real minus nominal, rad and mm: how examples/rv-2aj was made.
 TABLE_1 = {
     "j1.beta": 0.009, "j3.beta": -0.0001, "j4.beta": 0.004, "j1.alpha": 0.005, "j2.alpha": 0.0001, "j3.alpha": 0.0009,

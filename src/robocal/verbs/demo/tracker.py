@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.session.identify_outcome import IdentifyOutcome
 from robocal.session.simulated_robot import sample_joints
 from robocal.session.watching import Watch
@@ -15,8 +15,6 @@ from robocal.verbs import identify, simulate
 from robocal.verbs.demo.case import Case, CaseStep, chain_of
 
 __all__ = ["TRACKER"]
-
-Array = NDArray[np.float64]
 
 
 def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[CaseStep]:

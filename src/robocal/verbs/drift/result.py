@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal._version import __version__
 from robocal.apply.drift import Drift, ParameterChange, Single, compare
 from robocal.apply.model_difference import ModelDifference
@@ -30,7 +30,6 @@ from robocal.session.watching import Watch
 
 __all__ = ["DriftResult", "colleague_remarks", "compare_runs", "reasons", "void"]
 
-Array = NDArray[np.float64]
 SAMPLES = 2000
 SAME = 1e-9  # of a nominal value, in m or rad
 

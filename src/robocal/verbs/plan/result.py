@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.listing import listing_text
@@ -29,7 +29,6 @@ from robocal.verbs.plan.instruments import template, template_from_data
 
 __all__ = ["Planned", "make_plan", "points"]
 
-Array = NDArray[np.float64]
 INSTEAD = "an arm; of a cable robot: robocal cable poses ROBOT --choose N, which plans poses that its cables can hold"
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.files.studyfile import QUANTITIES
 from robocal.files.units import UNITS
 from robocal.report.sections import Figure, Section, Text
@@ -18,7 +18,6 @@ from robocal.verbs.study.result import summary
 
 __all__ = ["pictures"]
 
-Array = NDArray[np.float64]
 SHOWN = {"m": UNITS["mm"], "rad": UNITS["deg"]}
 DIGITS = 1e-9  # of the unit that is shown
 FEW = 3  # values along an axis; lines of equal error take as many of both

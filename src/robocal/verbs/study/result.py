@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal.errors import FormatError
 from robocal.files.csvtable import csv_text
@@ -20,8 +19,6 @@ from robocal.studies.run import StudyOutputs
 from robocal.studies.work import pack
 
 __all__ = ["PointSummary", "document", "missing_trials", "summary", "table_of", "written"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

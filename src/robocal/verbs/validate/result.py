@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal.apply.iso9283 import Standard, standard
 from robocal.files.parts import Document, Origin, provenance_of
@@ -36,8 +35,6 @@ from robocal.verbs.validate.used_rows import unseen
 
 __all__ = ["Validation", "validate_robot"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 OFFSETS = "no --offsets: a length sensor counts from its zero, c1.l0, which `identify` finds"
 
 

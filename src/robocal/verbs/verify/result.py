@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.apply.same_place import Cause, unlike
 from robocal.apply.verification import Agreement, Anova, PoseErrors, agreement, align_poses, anova, errors, relative
 from robocal.errors import FormatError, ModelError
@@ -29,7 +29,6 @@ from robocal.remarks.remark import Quantity, Remark, remark_fields
 
 __all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "summarise_groups", "verify_sources"]
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 VIEWS = ("as measured", "relative to the first", "aligned", "aligned, another point")
 FARTHEST = 1e5  # m

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.forward import Forward
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.cablefile import CableFile
@@ -22,7 +22,6 @@ from robocal.session.cable.statics_options import cable_document
 
 __all__ = ["Poses"]
 
-Array = NDArray[np.float64]
 UNSTATED = 0.01  # m; more than a length is off by in any robot whose noise nobody stated
 UNLIKELY = 1e-6  # of the chi-squared of what is left: once in a million poses
 

@@ -20,7 +20,6 @@ from robocal.verbs.cable.poses.result import Listed
 
 __all__ = ["poses_details"]
 
-Array = NDArray[np.float64]
 MOST = 500  # rows of the table
 
 

@@ -9,8 +9,8 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.boundary import statics_along
 from robocal.cables.geometry import EXPECTED, CableRobot
 from robocal.cables.list_start import Clearance, Start
@@ -37,7 +37,6 @@ from robocal.session.watching import Watch, computable
 
 __all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed", "make_list", "texts"]
 
-Array = NDArray[np.float64]
 STEPS = 256  # in which a motion is asked whether the platform is held
 MOST = 200_000  # waypoints, which take half a minute and a gigabyte
 UNSTATED = 1e-3  # m, noise of a length that nobody stated

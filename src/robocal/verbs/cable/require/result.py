@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.calibration.exact import flat
 from robocal.cables.calibration.propagation import ErrorPropagation, Noise
 from robocal.cables.calibration.requirement import ESTIMATORS, Requirement
@@ -28,7 +28,6 @@ from robocal.session.cable.statics_options import cable_document, robot_inputs
 
 __all__ = ["PAIRS", "Required", "compute_requirement"]
 
-Array = NDArray[np.float64]
 PAIRS = (("length", "position"), ("position", "orientation"), ("length", "orientation"))
 AWAY = 5.0  # times what the frame anchors scatter by
 LEVELS = (0.5, 1.0, 2.0)  # of the error that is asked for: lines of equal error

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, capacity_margin, distribute
@@ -35,7 +35,6 @@ from robocal.session.cable.statics_options import (
 
 __all__ = ["Tensions", "compute_tensions"]
 
-Array = NDArray[np.float64]
 MOMENT = "Nm"
 LEANING = np.sin(np.radians(5.0))  # of a cable that leaves a planar robot's plane further than it should
 NOTHING = 1e-9  # of the greatest limit: rounding

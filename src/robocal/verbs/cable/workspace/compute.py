@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.boundary import Outline, Surface, outline, surface
 from robocal.cables.closure import Dexterity
 from robocal.cables.geometry import CableRobot
@@ -24,7 +24,6 @@ from robocal.verbs.cable.workspace.result import PLANES, RayStart, Workspace
 
 __all__ = ["workspace"]
 
-Array = NDArray[np.float64]
 SECTION = 720  # rays of a section, at most
 
 

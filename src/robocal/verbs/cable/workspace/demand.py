@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
@@ -18,7 +18,6 @@ from robocal.session.cable.statics_options import mass_of, wrench_of
 
 __all__ = ["demand_of"]
 
-Array = NDArray[np.float64]
 AROUND = 8  # directions in which a platform is tilted, by half the angle and by all of it
 TURNS = ("RX", "RY", "RZ")
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
@@ -22,7 +22,6 @@ from robocal.verbs.cable.workspace.result import Workspace
 
 __all__ = ["workspace_details"]
 
-Array = NDArray[np.float64]
 MOST = 20  # orientations that are listed
 
 

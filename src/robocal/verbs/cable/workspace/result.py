@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.closure import CLOSED, Dexterity
 from robocal.cables.geometry import CableRobot
@@ -27,8 +27,6 @@ from robocal.remarks.remark import Remark, remark_fields
 from robocal.session.cable.statics_options import cable_document
 
 __all__ = ["PLANES", "RayStart", "Workspace", "texts"]
-
-Array = NDArray[np.float64]
 
 
 def texts(made: Workspace) -> dict[str, str | bytes]:
