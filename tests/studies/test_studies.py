@@ -28,8 +28,8 @@ from robocal.files.studyfile import read_study
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.planning.pose_selection import PlanOptions, plan
 from robocal.prove.identify import identify
+from robocal.studies.arms import coverage
 from robocal.studies.run import parts_of
-from robocal.studies.true_robots import coverage
 from robocal.studies.work import chunks, do, trials_of
 
 

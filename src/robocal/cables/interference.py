@@ -7,6 +7,20 @@ anchor. The search steps along lambda; every step is proven not to pass a contac
 without doubt, up to rounding.
 Source: the motion is (3.27) to (3.32) of the thesis behind `examples/cable-laval`; its (3.37) minimises the distance, which
 finds the closest contact or a local one, not the first. Formulas and proofs: docs/cables/interference.md.
+
+The platform's body: a convex set of half-spaces, from a box or from points.
+
+Cables that cross while the platform shifts without turning: the closed form.
+
+Cables k and l, without thickness, run from a_k to B_k + lambda v and from a_l to B_l + lambda v. With e = a_l - a_k,
+c_k = B_k - a_k, c_l = B_l - a_l and g = B_k - B_l, they lie in one plane when e . (c_k + lambda v) x (c_l + lambda v) = 0.
+v x v = 0 and c_k - c_l = g + e leave a *linear* equation,
+
+    e . (c_k x c_l) + lambda e . (g x v) = 0
+
+so a pair meets its plane at most once. Where both terms vanish the two stay in one plane; they then begin to touch where an
+end of one lies on the other, and each of the four such events is linear in lambda too.
+Source: Perreault, Cardou, Gosselin, Otis, Journal of Mechanisms and Robotics 2 (2010) 031016, who give the planes.
 """
 
 from __future__ import annotations
@@ -16,15 +30,122 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import ConvexHull
 
 from robocal._jit import as_kernel_array, as_kernel_indices
 from robocal._types import Array, Ints
-from robocal.cables.contact.body import Body, box, hull
-from robocal.cables.contact.translation import crossings
+from robocal.cables.contact.segments import distances
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 
 __all__ = ["KINDS", "Body", "Contacts", "box", "crossings", "first_contact", "hull"]
+
+
+def crossings(a: ArrayLike, ends: ArrayLike, translation: ArrayLike, tolerance: float = 1e-9) -> tuple[Array, Ints]:
+    """lambda (B, n) at which each pair of cables without thickness first crosses, inf where it does not on [0, 1].
+
+    a (m, 3) frame anchors and ends (m, 3) or (B, m, 3) platform anchors at the start, in base axes, m; translation (B, 3) m.
+    The n = m (m - 1) / 2 pairs (k, l) are the rows of the second array returned, (n, 2). `tolerance` in m decides whether two
+    cables touch where their lines do. A pair with a common end is left at inf: it has one point in common all the time.
+    """
+    frame, v = np.asarray(a, float), np.atleast_2d(np.asarray(translation, float))
+    start = np.broadcast_to(np.asarray(ends, float), (len(v), *frame.shape))
+    pairs = np.stack(np.triu_indices(len(frame), 1), axis=1)
+    ak, al = (np.broadcast_to(frame[i], (len(v), len(pairs), 3)) for i in pairs.T)
+    bk, bl = start[:, pairs[:, 0]], start[:, pairs[:, 1]]
+    step = np.broadcast_to(v[:, None], bk.shape)
+    at = np.stack([*_events(ak, bk, al, bl, step)])
+    at = np.where((at >= 0) & (at <= 1), at, np.inf)
+    when = np.where(np.isfinite(at), at, 0.0)[..., None]
+    apart = distances(*(x.reshape(-1, 3) for x in np.broadcast_arrays(ak, bk + when * step, al, bl + when * step)))
+    at[apart.reshape(at.shape) > tolerance] = np.inf
+    first = at.min(axis=0)
+    common = (np.linalg.norm(ak - al, axis=-1) <= tolerance) | (np.linalg.norm(bk - bl, axis=-1) <= tolerance)
+    return np.where(common, np.inf, first), pairs
+
+
+def _events(ak: Array, bk: Array, al: Array, bl: Array, v: Array) -> list[Array]:
+    """Every lambda at which two cables can begin to touch: the start, their common plane, an end of one on the other's line."""
+    ck, cl, e, g = bk - ak, bl - al, al - ak, bk - bl
+    # A normal of the plane that they share, for the events in it: the largest of the products that span it.
+    products = np.stack([np.cross(ck, v), np.cross(cl, v), np.cross(ck, cl), np.cross(e, v), np.cross(e, ck)])
+    best = np.linalg.norm(products, axis=-1).argmax(axis=0)
+    normal = np.take_along_axis(products, best[None, ..., None], axis=0)[0]
+
+    def root(constant: Array, slope: Array) -> Array:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = -(constant * normal).sum(axis=-1) / (slope * normal).sum(axis=-1)
+        return np.where(np.isfinite(found), found, np.inf)
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        plane = -(e * np.cross(ck, cl)).sum(axis=-1) / (e * np.cross(g, v)).sum(axis=-1)
+    return [
+        np.zeros(plane.shape),
+        np.where(np.isfinite(plane), plane, np.inf),
+        root(np.cross(-e, cl), np.cross(-e, v)),  # a_k on the line of l
+        root(np.cross(e, ck), np.cross(e, v)),  # a_l on the line of k
+        root(np.cross(bk - al, cl), np.cross(g, v)),  # B_k on the line of l: (B_k - a_l + lambda v) x (c_l + lambda v)
+        root(np.cross(bl - ak, ck), np.cross(-g, v)),
+    ]
+
+
+@dataclass(frozen=True)
+class Body:
+    """All x in platform coordinates with n_f . x <= h_f for every face f: normals (f, 3) of unit length, offsets (f,) in m."""
+
+    normals: Array
+    offsets: Array
+
+    def height(self, points: ArrayLike) -> Array:
+        """max_f (n_f . x - h_f) in m for points (..., 3): at most 0 inside, and never more than the distance outside."""
+        return np.asarray((np.asarray(points, float) @ self.normals.T - self.offsets).max(axis=-1))
+
+
+def box(half_sizes: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Body:
+    """The box of the given half sizes (3,) in m about `centre`, its edges along the platform's axes.
+
+    Raises ModelError for half sizes that are not three numbers of at least 0.
+    """
+    half, c = np.asarray(half_sizes, float), np.asarray(centre, float)
+    if half.shape != (3,) or not (np.isfinite(half).all() and (half >= 0).all()):
+        raise ModelError(
+            "half sizes of the platform's box", expected="three lengths in m, at least 0", found=half_sizes
+        )
+    if c.shape != (3,) or not np.isfinite(c).all():
+        raise ModelError("centre of the platform's box", expected="three coordinates in m", found=centre)
+    normals = np.vstack([np.eye(3), -np.eye(3)])
+    return Body(normals, normals @ c + np.tile(half, 2))
+
+
+def hull(points: ArrayLike) -> Body:
+    """The convex hull of points (k, 3) in platform coordinates; points in a plane, on a line or in one place give a flat one.
+
+    Raises ModelError for anything but finite points.
+    """
+    p = np.asarray(points, float)
+    if p.ndim != 2 or p.shape[1:] != (3,) or len(p) == 0 or not np.isfinite(p).all():
+        raise ModelError("points of the platform's body", expected="finite numbers of shape (k, 3)", found=p.shape)
+    centre = p.mean(axis=0)
+    _, sizes, axes = np.linalg.svd(p - centre)
+    rank = int((sizes > 1e-9 * max(1.0, sizes[0])).sum())
+    local = (p - centre) @ axes[:rank].T
+    if rank >= 2:
+        # The same face comes once per triangle.
+        faces = np.unique(np.round(ConvexHull(local).equations, 12), axis=0)
+        inner, offsets = faces[:, :-1], -faces[:, -1]
+        # Rounding of the equations must not leave a point outside.
+        offsets = np.maximum(offsets, (local @ inner.T).max(axis=0))
+    elif rank == 1:
+        inner, offsets = np.array([[1.0], [-1.0]]), np.array([local.max(), -local.min()])
+    else:
+        inner, offsets = np.zeros((0, 0)), np.zeros(0)
+    flat = np.vstack([axes[rank:], -axes[rank:]])
+    # A flat body keeps no room of its own across itself, but for the rounding of its points.
+    thickness = ((p - centre) @ flat.T).max(axis=0) if len(flat) else np.zeros(0)
+    normals = np.vstack([inner @ axes[:rank], flat])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return Body(normals, normals @ centre + np.concatenate([offsets, thickness]))
+
 
 KINDS = ("none", "cable-cable", "cable-platform", "cable-pulley")
 _LIMIT = 10_000  # steps for one pair; a motion that needs more is told apart by `resolved`

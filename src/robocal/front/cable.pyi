@@ -3,7 +3,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from robocal.cables.cable_lengths import Array as _inverse_Array
+from robocal._types import Array as _inverse_Array
 from robocal.front.arrays import Measurements
 from robocal.front.cable_arrays import CableArm as CableArm
 from robocal.front.cable_arrays import robot as robot

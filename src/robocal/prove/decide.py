@@ -9,17 +9,23 @@
 
 Whatever can change the status of the verdict is here. What is told beside it (see `identify`) is not: a study of thousands of
 identifications asks for the status and for the errors of what was not used.
+
+A joint's zero that may be lost, where a length that looks like it moved as no making leaves it.
+
+A joint that lost its zero may be off by any angle, a length by what making leaves. What looks alike is kept by the effect of its
+expected error, often the length; once that has moved by more than ZERO_CHANGE times its own, the zero is the likelier cause, and the
+one that a controller takes: it is expected to be off by ZERO_LOST, and the fit is made again.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from robocal.diagnose.gross import set_aside
-from robocal.diagnose.limits import HOLD_OUT_PLACES, HOLD_OUT_SHARE
+from robocal.diagnose.limits import HOLD_OUT_PLACES, HOLD_OUT_SHARE, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
 from robocal.errors import ModelError
 from robocal.fit.baseline import fit_baseline, renew_baseline
 from robocal.fit.fit import fit, search_poses_again
@@ -29,12 +35,44 @@ from robocal.fit.starts.own import place_configurations
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.progress import Watch
+from robocal.prove.bands import total_of
 from robocal.prove.decision import Decision
-from robocal.prove.joint_zeros import with_zeros
 from robocal.prove.prove import prove
 from robocal.prove.split import make_split
 
 __all__ = ["decide"]
+if TYPE_CHECKING:
+    from robocal.fit.fit import Fit
+
+
+def with_zeros(model: M, fit: Fit) -> M | None:
+    """The model with those zeros expected to be lost that look like what moved too far; None where there are none."""
+    table, x = fit.problem.table, fit.solution.x[0]
+    own = set(fit.problem.free) & (set(model.geometric) - model.anywhere)
+    change = {n: abs(float(x[table.index[n]]) - model.table[n].value) for n in own}
+    far = {n for n in own if change[n] > ZERO_CHANGE * model.table[n].scale}
+    if not far:
+        return None
+    # A zero with a stated prior is where its owner says.
+    moving = model.mechanism
+    if moving is None:
+        return None
+    zeros = {z.parameter: model.table[z.parameter] for z in moving.open_zeros}
+    lost = {
+        n: ZERO_LOST[z.unit]
+        for n, z in zeros.items()
+        if z.prior is None and z.unit in ZERO_LOST and z.scale < ZERO_LOST[z.unit]
+    }
+    alike = {c.name: far & {n for n, _ in c.partners} for c in fit.identifiability.combinations if c.name in lost}
+    if not any(alike.values()):
+        return None
+    off = total_of(fit)
+    sigma = dict(zip(off.names, off.sigma, strict=True))
+    likely = {name: lost[name] for name, like in alike.items() if any(change[n] > ZERO_SIGMA * sigma[n] for n in like)}
+    if not likely:
+        return None
+    return model.with_table(model.table.with_expected(likely))
+
 
 M = TypeVar("M", bound=Model)
 

@@ -1,27 +1,101 @@
-"""Trials of whole identifications of arms: another true robot, another set of configurations and other noise in each."""
+"""Trials of whole identifications of arms: another true robot, another set of configurations and other noise in each.
+
+Where the arms of a study are measured, and at which other poses they are judged.
+
+What only a simulation can say of an identified arm: how far it is from the true one, and whether its intervals hold the truth.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
 from robocal._types import Array
 from robocal.arms.chain import Chain
+from robocal.files.pose_table import read_poses
 from robocal.files.robot import open_robot
 from robocal.files.studyfile import Point
 from robocal.fit.options import Options
+from robocal.measure.base import problem
 from robocal.measure.data import DataSet, Frame
-from robocal.planning.candidates import joint_range
+from robocal.parameters import FRAME_SYMBOLS
+from robocal.planning.candidates import Template, joint_range
+from robocal.planning.pose_selection import PlanOptions, plan
 from robocal.prove.decide import decide
+from robocal.prove.decision import Decision
+from robocal.prove.identification import Identification
 from robocal.prove.identify import identify
 from robocal.prove.verdict import verdict_of
 from robocal.simulation.hiding import hidden
 from robocal.simulation.rigs import STANDS, Instrument, measure
-from robocal.studies.arm_poses import ArmPoses
-from robocal.studies.true_robots import coverage, elsewhere
 
-__all__ = ["ArmTrials"]
+__all__ = ["ArmTrials", "coverage"]
+
+
+def coverage(found: Identification[Chain], truth: Chain, frame: Frame) -> float:
+    """Share of the fitted parameters whose 95 % interval, that of result.json, holds the true value; those of the instrument's frame are
+    among them. NaN where nothing was fitted."""
+    real = {p.name: p.value for p in (*truth.table.rows, *frame.parameters)}
+    told = [(p.interval, real[p.name]) for p in found.parameters if p.interval is not None]
+    return float(np.mean([low <= value <= high for (low, high), value in told])) if told else float("nan")
+
+
+def elsewhere(found: Decision[Chain], truth: Chain, q: Array, frame: Frame) -> float:
+    """Mean distance (m) between the tool points of the identified and of the true arm at joint values q (m, n), as the instrument whose
+    true frame this is would see them: its place is identified with the arm."""
+    data = measure(truth, q, Instrument("position", frame=frame.value, name=frame.name), None)
+    (obs,) = data.observations
+    at = Frame(frame.name, tuple(found.values[f"{frame.name}.{s}"] for s in FRAME_SYMBOLS))
+    made = problem(found.corrected, replace(data, observations=(replace(obs, frame=at),)))
+    return float(np.linalg.norm(made.residuals(made.start)[0].value, axis=-1).mean())
+
+
+JUDGED = 300  # poses at which a trial is judged, where no list says which
+
+
+class ArmPoses:
+    """The poses of one point: a list, so many drawn within the joint limits in every trial, or so many that `plan` chooses once, with its
+    defaults and the study's seed, for an instrument like the template's.
+
+    Where a list says at which poses the robot has to be accurate (`tests`), its first, third, ... are planned for and those between are
+    judged; otherwise poses drawn within the joint limits are, others for either.
+    """
+
+    def __init__(self, point: Point, chain: Chain, template: Template, seed: int) -> None:
+        self.point, self.chain, self.template, self.seed = point, chain, template, seed
+        # Read at once, so that a list that is not there is told before the first trial, whatever the trials say of it.
+        self.listed = self._list("poses.file")
+        self.tests = self._list("poses.tests")  # where the robot has to be accurate, (t, n)
+
+    @cached_property
+    def common(self) -> Array | None:
+        """What is measured in every trial, (m, n); None where every trial draws its own."""
+        if self.listed is not None:
+            return self.listed
+        p = self.point
+        if p["poses.choose"] == "random":
+            return None
+        options = PlanOptions(p["poses.count"], p["poses.criterion"], seed=self.seed)
+        wanted = None if self.tests is None else self.tests[::2]
+        return plan(self.chain, self.template, options, tests=wanted).q
+
+    def draw_joints(self, rng: np.random.Generator) -> Array:
+        """The joint values of one trial, (m, n)."""
+        return self._drawn(self.point["poses.count"], rng) if self.common is None else self.common
+
+    def draw_tests(self, rng: np.random.Generator) -> Array:
+        """Joint values (t, n) that were neither measured nor planned for."""
+        return self._drawn(JUDGED, rng) if self.tests is None else self.tests[1::2]
+
+    def _drawn(self, count: int, rng: np.random.Generator) -> Array:
+        low, high = joint_range(self.chain).T
+        return rng.uniform(low, high, (count, len(low)))
+
+    def _list(self, key: str) -> Array | None:
+        return None if self.point[key] is None else read_poses(self.point[key], self.chain)[1]
+
 
 UNITS = {"improved": "1", "before": "m", "after": "m", "elsewhere": "m", "coverage": "1"}
 NOISE = 5e-5  # m, of a tracker that nobody stated

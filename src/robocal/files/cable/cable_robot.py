@@ -97,6 +97,7 @@ def _units(model: CableUnitsModel, document: YamlDocument) -> CableUnits:
 
 # name -> (coordinates in m, what the file says, where)
 Anchors = dict[str, tuple[np.ndarray, Any, Path_]]
+CableRows = list[tuple[CableModel, str, str]]  # of every cable, with the names of its anchors
 
 
 def _anchors(document: YamlDocument, key: str, values: CableValues) -> Anchors:
@@ -111,9 +112,7 @@ def _anchors(document: YamlDocument, key: str, values: CableValues) -> Anchors:
     return {name: (values.vector(raw, at, "m"), raw, at) for name, raw, at in entries}
 
 
-def _pair_anchors(
-    model: CableRobotModel, document: YamlDocument, frame: Anchors, platform: Anchors
-) -> list[tuple[CableModel, str, str]]:
+def _pair_anchors(model: CableRobotModel, document: YamlDocument, frame: Anchors, platform: Anchors) -> CableRows:
     """Every cable with the names of its anchors: stated, or the i-th of either for the i-th cable."""
     rows = model.cables
     if rows is None:
@@ -155,9 +154,7 @@ def _pair_anchors(
     return out
 
 
-def _idle(
-    rows: list[tuple[CableModel, str, str]], frame: Anchors, platform: Anchors, document: YamlDocument
-) -> tuple[Remark, ...]:
+def _idle(rows: CableRows, frame: Anchors, platform: Anchors, document: YamlDocument) -> tuple[Remark, ...]:
     """A remark on anchors that no cable uses: they may be spare, or a cable is missing."""
     spare = (
         (key, [name for name in anchors if name not in {row[at] for row in rows}])
@@ -169,9 +166,7 @@ def _idle(
     )
 
 
-def _missing_zero(
-    rows: list[tuple[CableModel, str, str]], robot: CableRobot, document: YamlDocument
-) -> tuple[Remark, ...]:
+def _missing_zero(rows: CableRows, robot: CableRobot, document: YamlDocument) -> tuple[Remark, ...]:
     """A remark on the one cable without a zero where all others state theirs: it may have been forgotten."""
     silent = [i for i, (row, *_) in enumerate(rows) if row.zero is None]
     if len(silent) != 1 or len(rows) < 3:
@@ -186,7 +181,7 @@ def _missing_zero(
 
 def _robot(
     model: CableRobotModel,
-    rows: list[tuple[CableModel, str, str]],
+    rows: CableRows,
     frame: Anchors,
     platform: Anchors,
     values: CableValues,
@@ -235,7 +230,7 @@ def _robot(
     return robot, _places(model, rows, names, frame, platform, values)
 
 
-def _shared(rows: list[tuple[CableModel, str, str]], names: list[str]) -> dict[str, str]:
+def _shared(rows: CableRows, names: list[str]) -> dict[str, str]:
     """Whose numbers those of a cable are that shares an anchor with an earlier one."""
     out: dict[str, str] = {}
     for letter, at in (("a", 1), ("b", 2)):
@@ -247,7 +242,7 @@ def _shared(rows: list[tuple[CableModel, str, str]], names: list[str]) -> dict[s
     return out
 
 
-def _common(model: CableRobotModel, rows: list[tuple[CableModel, str, str]], names: list[str]) -> dict[str, str]:
+def _common(model: CableRobotModel, rows: CableRows, names: list[str]) -> dict[str, str]:
     """The numbers of pulleys and elasticities that are all cables' own: those under every_cable, of cables that say nothing else."""
     every = model.every_cable or CommonModel()
     return {
@@ -306,9 +301,7 @@ def _pulley(model: PulleyModel, at: Path_, values: CableValues) -> tuple[float, 
     return values.number(model.radius, (*at, "radius"), "m"), axis
 
 
-def _name_paths(
-    rows: list[tuple[CableModel, str, str]], names: list[str], frame: Anchors, platform: Anchors
-) -> dict[str, str]:
+def _name_paths(rows: CableRows, names: list[str], frame: Anchors, platform: Anchors) -> dict[str, str]:
     """Names that do not depend on how the file is laid out (c1.a, c1.b, c1.zero, c1.tension, ..., mass, com, inertia),
     and the key path at which each is said."""
     out: dict[str, str] = {}
@@ -322,12 +315,7 @@ def _name_paths(
 
 
 def _places(
-    model: CableRobotModel,
-    rows: list[tuple[CableModel, str, str]],
-    names: list[str],
-    frame: Anchors,
-    platform: Anchors,
-    values: CableValues,
+    model: CableRobotModel, rows: CableRows, names: list[str], frame: Anchors, platform: Anchors, values: CableValues
 ) -> dict[str, Place]:
     """Where every parameter stands in the file."""
     out: dict[str, Place] = {}

@@ -1,4 +1,9 @@
-"""A cable robot that was opened: its data are lengths beside poses, put together by the ids of their rows."""
+"""A cable robot that was opened: its data are lengths beside poses, put together by the ids of their rows.
+
+What load cells read, as the rows that a fit takes: one for each freedom of the platform instead of one for each cable.
+
+Stretch and sag of cables whose lengths were read: by tensions that were read too, or by those that hold the platform's weight.
+"""
 
 from __future__ import annotations
 
@@ -10,32 +15,138 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from robocal.cables.geometry import CableRobot
-from robocal.errors import FormatError
+from robocal.cables.geometry import PLATFORM, CableRobot
+from robocal.cables.hanging import hang
+from robocal.cables.pulley import Pulleys, run
+from robocal.cables.statics import gravity_wrench, structure_of
+from robocal.cables.tension import distribute
+from robocal.diagnose.cables.stretch import stretch
+from robocal.diagnose.context import Context
+from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.show import describe_cable
 from robocal.files.cable.write import render_cable
 from robocal.files.dataset import read_datasets
+from robocal.files.kinds.lengths import COMPUTED
 from robocal.files.runfolder import ROBOTS, find_run
 from robocal.files.text import InputFile
 from robocal.fit.starts.own import place_configurations
-from robocal.measure.data import Observations
+from robocal.geometry import se3
+from robocal.measure.data import DataSet, Observations
 from robocal.prove.identification import Identification
 from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 from robocal.report.sections import Section
-from robocal.session.cable.payload import payload_rows
 from robocal.session.cable.refusals import data_remarks
 from robocal.session.cable.sensor_gains import of_file
 from robocal.session.cable.statics_options import robot_inputs
-from robocal.session.cable.stretch import add_tensions
 from robocal.session.cable.summary import facts, summary
 from robocal.session.opened import Data, Inputs, Opened, Rendered
 from robocal.session.prediction import Prediction
 from robocal.session.simulator import Request, Simulator
 from robocal.session.watching import Watch, computable
 
-__all__ = ["OpenedCable", "open_cable"]
+__all__ = ["OpenedCable", "open_cable", "payload_rows"]
+
+TAUT = "mid"  # tensions nearest to the middle of their limits
+
+
+def add_tensions(file: CableFile, data: DataSet) -> tuple[DataSet, tuple[Remark, ...]]:
+    """The data with a tension beside every length where it is to be computed, and what is said of stretch and sag.
+
+    Raises ModelError where the robot does not know what is needed, or no tensions within the limits hold the platform.
+    """
+    said: list[Remark] = []
+    out = list(data.observations)
+    for i, obs in enumerate(out):
+        if obs.kind != "lengths":
+            continue
+        if obs.options.get("tension") == COMPUTED:
+            out[i] = obs = _compute_tensions(file.robot, data, obs)
+        context: Context[CableRobot] = Context(file.robot, replace(data, observations=(obs,)))
+        said += [f.remark for f in stretch.run(context)]
+        if "tension" in obs.extra and file.robot.density is not None:
+            out[i], sag = _hanging(file.robot, data, obs)
+            said.append(sag)
+    return replace(data, observations=tuple(out)), tuple(said)
+
+
+def _compute_tensions(robot: CableRobot, data: DataSet, obs: Observations) -> Observations:
+    """Tensions at the poses from which a fit starts: what it moves them by changes a tension by little, and its stretch by less."""
+    mass, limits = float(robot.need("mass")), robot.need("limits")
+    if robot.density is None:
+        robot.need("elasticity")
+    start = place_configurations(robot, data).configurations.start
+    assert start is not None
+    at = np.unique(obs.configuration)
+    pose = se3.from_vector(start[at])
+    weight = gravity_wrench(pose, mass, robot.com)[:, list(robot.axes)]
+    found = distribute(structure_of(robot, pose), weight, limits, TAUT)
+    if not found.has_solution.all():
+        lost = [data.configurations.ids[at[k]] for k in np.flatnonzero(~found.has_solution)]
+        raise ModelError(
+            "no tensions within the limits hold the platform", key="tension", found=f"{len(lost)} poses, such as {lost[0]}",
+            expected="columns of measured tensions, other limits, or no `tension`",
+        )  # fmt: skip
+    of = np.searchsorted(at, obs.configuration), obs.extra["cable"].astype(np.int64)
+    return replace(obs, extra={**obs.extra, "tension": found.tension[of]})
+
+
+def _hanging(robot: CableRobot, data: DataSet, obs: Observations) -> tuple[Observations, Remark]:
+    """What sag makes of every length at the poses from which a fit starts: of some hundredths of a millimetre to a millimetre, what
+    the fit moves them by changes the ten thousandth part."""
+    start = place_configurations(robot, data).configurations.start
+    assert start is not None
+    cable = obs.extra["cable"].astype(np.int64)
+    t = se3.from_vector(start[obs.configuration])
+    d = t[:, :3, 3] + np.einsum("kij,kj->ki", t[:, :3, :3], robot.b[cable]) - robot.a[cable]
+    wheels = None if robot.pulleys is None else Pulleys(robot.pulleys.radius[cable], robot.pulleys.axis[cable])
+    strain = np.zeros(len(cable)) if robot.elasticity is None else robot.elasticity[cable]
+    taut = run(d, wheels)[0] / (1.0 + strain * obs.extra["tension"])
+    hung = hang(d, obs.extra["tension"], robot.need("density")[cable], strain, wheels).length
+    lost = ~np.isfinite(hung) & np.isfinite(taut)
+    if lost.any():
+        at = int(np.flatnonzero(lost)[0])
+        raise ModelError(
+            f"the tension of {robot.cables[cable[at]]} does not carry its weight", key="tension",
+            found=f"{obs.extra['tension'][at]:.4g} N, configuration {data.configurations.ids[obs.configuration[at]]}",
+            expected="a greater tension, or another density in the robot's file",
+        )  # fmt: skip
+    share = np.where(np.isfinite(hung), hung / taut, 1.0)
+    most = float(np.nanmax(np.abs(hung - taut), initial=0.0))
+    return replace(obs, extra={**obs.extra, "hanging": share}), Remark.of(Code.SAG_TAKEN, most=Quantity(most))
+
+
+def payload_rows(file: CableFile, obs: Observations) -> Observations:
+    """Rows of the kind `load` from one reading of every cable. Raises FormatError where the platform's mass is not known, or there are
+    fewer cables than freedoms."""
+    robot = file.robot
+    if robot.mass is None:
+        raise FormatError(
+            "load cells need the platform's mass",
+            file=file.path,
+            key="mass",
+            expected="mass, and centre_of_mass, in the robot file",
+        )
+    d, m = len(robot.axes), len(robot.cables)
+    if m < d:
+        raise FormatError(
+            "fewer cables than degrees of freedom do not hold the platform, so load cells do not determine it", file=obs.source, key="kind",
+            found=f"{m} cables for {d}", expected="lengths, swivel, inclination",
+        )  # fmt: skip
+    at, where = np.unique(obs.configuration, return_inverse=True)
+    tension = np.zeros((len(at), m))
+    tension[where.ravel(), obs.extra["cable"].astype(np.int64)] = obs.value[:, 0]
+    rows = np.zeros(len(at), dtype=np.int64)
+    rows[where.ravel()] = obs.rows if obs.rows is not None else 0
+    body = dict(zip(("mass", "cx", "cy", "cz"), (float(robot.mass), *map(float, robot.com)), strict=True))
+    return replace(
+        obs, configuration=np.repeat(at, d), value=np.zeros((len(at) * d, 1)),
+        sigma=None if obs.sigma is None else np.full((len(at) * d, 1), obs.sigma[0, 0]),
+        extra={"axis": np.tile(np.arange(d, dtype=float), len(at)), "tension": np.repeat(tension, d, axis=0)},
+        options={**obs.options, "platform": PLATFORM, "values": body}, rows=np.repeat(rows, d), digits=None, used=None,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from robocal.verbs.option import BaseOptions
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
-    from robocal.cables.cable_lengths import Array
+    from robocal._types import Array
 
 __all__ = ["Options", "run", "sections"]
 

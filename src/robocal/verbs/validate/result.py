@@ -4,22 +4,36 @@ The robot stays as it is. Frames that the data leave free belong to the instrume
 That makes every figure a little too good, by sqrt((rows - fitted) / rows) for normal errors; it is put back, and the
 figures are labelled `profiled`. The robot to compare with gets its free tool fitted too, as the baseline of an
 identification: what its file does not say of the tool is no error of its geometry.
+
+The residual layer of a run folder, on data that it was not learned from.
+
+Measurements that a run was fitted to: they prove nothing about it, whichever file they stand in by now.
 """
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal.apply.iso9283 import Standard, standard
+from robocal.errors import FormatError
+from robocal.files.layerfile import LAYER, read_layer
 from robocal.files.parts import Document, Origin, provenance_of
+from robocal.files.residuals import read_residuals
+from robocal.files.runfolder import RESIDUALS, Run, find_run
 from robocal.files.text import InputFile
+from robocal.measure.base import problem
 from robocal.measure.data import DataSet
+from robocal.measure.fingerprint import fingerprints
 from robocal.prove.evidence import bootstrap_gain, constant_errors
 from robocal.prove.model_errors import Errors, model_errors
+from robocal.prove.nongeometric.layered import layer_errors, layer_rows
 from robocal.prove.split import leave_one_out_rounds
 from robocal.prove.statistics import Statistic
 from robocal.quantities import Column, Listing, UnitValue, unit_value
@@ -30,10 +44,97 @@ from robocal.session.inputs import Inputs, open_machine, read_inputs
 from robocal.session.opened import Opened
 from robocal.session.reference import OffsetRobot, offset_robot
 from robocal.session.watching import Watch, computable
-from robocal.verbs.validate.layer_check import layer_beside, layer_remarks
-from robocal.verbs.validate.used_rows import unseen
 
 __all__ = ["Validation", "validate_robot"]
+
+FEWEST = 5  # unseen configurations that can judge a robot
+
+
+def unseen(inputs: Inputs, places: Iterable[Path | None]) -> tuple[Inputs, tuple[Remark, ...], tuple[Remark, ...]]:
+    """The same inputs without what the runs beside these files were fitted to, reasons why nothing is proven all the same, and
+    remarks. Where nothing is left, everything is kept, to be told and not to be trusted."""
+    runs = {run.folder: run for place in places if place is not None and (run := find_run(place)) is not None}
+    if not runs:
+        return inputs, (), ()
+    data = inputs.data
+    rows = _rows(inputs, list(runs.values()))
+    count = sum(int(r.sum()) for r in rows)
+    if not count:
+        return inputs, (), ()
+    files = tuple(dict.fromkeys(o.source for o, r in zip(data.observations, rows, strict=True) if r.any()))
+    seen = np.zeros(len(data.configurations), dtype=bool)
+    for obs, r in zip(data.observations, rows, strict=True):
+        seen[obs.configuration[r]] = True
+    left = np.flatnonzero(~seen)
+    if not len(left):
+        return inputs, (Remark.of(Code.FITTED_TO_THESE, files=files),), ()
+    total = sum(len(o) for o in data.observations)
+    told = Remark.of(Code.SEEN_LEFT_OUT, count=count, total=total, files=files, left=len(left))
+    few = (Remark.of(Code.FEW_UNSEEN_HERE, left=len(left), fewest=FEWEST),) if len(left) < FEWEST else ()
+    return inputs.with_data(data.take(left)), few, (told,)
+
+
+def _rows(inputs: Inputs, runs: Sequence[Run]) -> list[NDArray[np.bool_]]:
+    """Which rows of each of the observations a run was fitted to."""
+    known: set[int] = set()
+    files: set[str] = set()  # of runs that do not say which rows they were fitted to
+    for run in runs:
+        place = run.part(RESIDUALS)
+        marks = read_residuals(place).get("fingerprint") if place is not None else None
+        known |= {_mark(m, place) for m in marks or ()}
+        if marks is None:
+            files |= {i.sha256 for i in run.result.provenance.inputs}
+    again = {str(f.file) for f in inputs.reading.files if f.sha256 in files}
+    marks_here = fingerprints(inputs.data)
+    wanted = np.array(sorted(known), dtype=np.uint64)
+    return [np.isin(m, wanted) | (o.source in again) for m, o in zip(marks_here, inputs.data.observations, strict=True)]
+
+
+def _mark(cell: str, place: Path | None) -> int:
+    """A fingerprint as residuals.csv holds it. Raises FormatError where it is none."""
+    if not cell or len(cell) > 16 or set(cell.lower()) - set("0123456789abcdef"):
+        raise FormatError(
+            "not the fingerprint of a row",
+            file=place,
+            column="fingerprint",
+            found=cell,
+            expected="16 digits from 0 to f",
+        )
+    return int(cell, 16)
+
+
+def layer_beside(
+    robot: str | os.PathLike[str], inputs: Inputs, values: Mapping[str, float], factor: float
+) -> Statistic | None:
+    """Errors in mm of a run folder's robot with its layer on top; None without a layer, or where it says nothing.
+
+    `values` are the frames as they were fitted to the robot alone, `factor` what that fit took away from the errors.
+    Raises FormatError for a broken layer.json, or one of another robot.
+    """
+    place = Path(robot) / LAYER
+    if inputs.opened.arm is None or not Path(robot).is_dir() or not place.is_file():
+        return None
+    layer = read_layer(place)
+    if layer.joints != inputs.robot.chain.joint_names:
+        raise FormatError(
+            "this residual layer is of another robot", file=place, key="joints", found=", ".join(layer.joints),
+            expected=", ".join(inputs.robot.chain.joint_names),
+        )  # fmt: skip
+    q = inputs.data.configurations.joints
+    made = problem(inputs.robot.chain, inputs.data, values=dict(values))
+    rows = layer_rows(inputs.data, made, made.start)
+    if rows is None or q is None or not np.isfinite(q).all():
+        return None
+    left = layer_errors(layer, rows, q) * (factor if np.isfinite(factor) else 1.0)
+    return Statistic.of(left * 1e3, profiled=factor != 1.0)
+
+
+def layer_remarks(found: Statistic | None) -> tuple[Remark, ...]:
+    """What is said of it."""
+    if found is None:
+        return ()
+    return (Remark.of(Code.LAYER_ON_TOP, mean=Quantity(found.mean * 1e-3)),)
+
 
 OFFSETS = "no --offsets: a length sensor counts from its zero, c1.l0, which `identify` finds"
 
