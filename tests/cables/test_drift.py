@@ -9,9 +9,10 @@ import pytest
 from cables.cable_robots import published
 
 from robocal.apply.anchors import compare_anchors as compared
-from robocal.apply.difference import POWER, SURE, Known
+from robocal.apply.difference import POWER, Known
 from robocal.cables.calibration.comparison import calibration_scatter
 from robocal.cables.geometry import cable_robot
+from robocal.diagnose.limits import DRIFT_PART_CHANCE
 from robocal.errors import ModelError
 from robocal.geometry import se3
 
@@ -62,7 +63,7 @@ def test_the_chance_is_what_it_says():
         moved = truth().reshape(8, 4).copy()
         moved[2, :3] += least * sight
         seen += "c3" in compared(ROBOT, a, known(rng, moved.ravel(), c)).cables_moved
-    assert wrong < 3 * 1000 * SURE and abs(seen / 1000 - POWER) < 0.03
+    assert wrong < 3 * 1000 * DRIFT_PART_CHANCE and abs(seen / 1000 - POWER) < 0.03
 
 
 def test_along_the_line_of_sight_anchor_and_zero_look_alike():

@@ -130,7 +130,7 @@ def xml_slips(text: str) -> Iterator[tuple[str, Path_, str]]:
 
 def quicker(monkeypatch: Any) -> None:
     """All readers take documents by `quick`."""
-    for module in ("robot", "cable.robot"):
+    for module in ("robot", "cable.cable_robot"):
         monkeypatch.setattr(f"robocal.files.{module}.parse", quick)
     for module in ("dataset", "region"):
         monkeypatch.setattr(f"robocal.files.{module}.load", lambda path: quick(read_text(path)))

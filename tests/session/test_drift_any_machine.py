@@ -79,7 +79,7 @@ def test_a_turntable_whose_plate_slipped_is_told_in_millimetres():
     q = data.configurations.joints
 
     def compared(one, other):
-        rows = (one.kept, other.kept)
+        rows = (one.whitened_rows, other.whitened_rows)
         return compare(one.corrected, other.corrected, (one.total, other.total), q, {}, rows=rows, matters=3e-4)
 
     same, moved = compared(first, again), compared(first, later)

@@ -90,7 +90,7 @@ def test_no_fit_that_did_not_converge_is_improved():
             self.solution = self.before = self.after = self
 
     def what(whole, proof, started=True):
-        known = {"started": Ended(converged=started), "fitted": whole, "proof": proof, "chosen": Options()}
+        known = {"need_baseline": Ended(converged=started), "need_fit": whole, "proof": proof, "chosen": Options()}
         return [f.numbers["what"] for f in fits_without_convergence.run(SimpleNamespace(**known))]
 
     good, bad = Ended(), Ended()

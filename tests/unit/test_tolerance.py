@@ -90,7 +90,7 @@ def test_data_without_a_length_have_no_greatest_error():
         parts, used, configuration, reading = ((0, 1, "rad"),), np.ones(3, bool), np.arange(3), True
 
     class Posed:
-        counted, table = np.ones(3, bool), ParameterTable((Parameter("a"),))
+        in_use, table = np.ones(3, bool), ParameterTable((Parameter("a"),))
 
         def residuals(self, x):
             return [Angles()]

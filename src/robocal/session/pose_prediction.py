@@ -25,7 +25,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import figure
 from robocal.session.prediction import Prediction
-from robocal.session.runs import run_doubts
+from robocal.session.runs import run_cautions
 
 __all__ = ["knowledge_of", "predict_poses", "shape_motion"]
 
@@ -82,7 +82,7 @@ def predict_poses(folder: Path, robot: Robot, poses: Path, absolute: bool) -> Pr
     conditions: dict[str, ArrayLike] = {**known.conditions, **targets.targets.extra}
     found = predict(robot.chain, q, known.total, conditions, motion)
     warnings = [
-        *run_doubts(str(folder)),
+        *run_cautions(str(folder)),
         *robot.warnings,
         *(remark for file in targets.files for remark in file.remarks),
         *_outside(robot, known, q),

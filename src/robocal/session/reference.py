@@ -13,9 +13,9 @@ from robocal.files.robot import Robot
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.arm import open_arm
-from robocal.session.runs import run_doubts, run_result
+from robocal.session.runs import run_cautions, run_result
 
-__all__ = ["OffsetRobot", "nominal_chain", "offset_robot", "run_doubts", "run_result"]
+__all__ = ["OffsetRobot", "nominal_chain", "offset_robot", "run_cautions", "run_result"]
 
 
 def nominal_chain(name: str, robot: Robot, nominal: str | None, *, base: str | None = None, tip: str | None = None,

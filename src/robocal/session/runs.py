@@ -9,7 +9,7 @@ from robocal.files.runfolder import find_run
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["run_doubts", "run_result", "shared_files", "tables_by_hash", "verdict_remarks"]
+__all__ = ["run_cautions", "run_result", "shared_files", "tables_by_hash", "verdict_remarks"]
 
 
 def tables_by_hash(result: Result) -> dict[str, str]:
@@ -37,6 +37,6 @@ def run_result(name: str) -> Result | None:
     return None if run is None else run.result
 
 
-def run_doubts(name: str) -> tuple[Remark, ...]:
+def run_cautions(name: str) -> tuple[Remark, ...]:
     """Remarks on a run folder whose model is handed on although its verdict is not `improved`."""
     return verdict_remarks(run_result(name), name)

@@ -29,7 +29,7 @@ CHANGED = declare(
 class Mistake:
     """What explains the data: changes, or other chains; what is left as stated and with the best of them (m)."""
 
-    found: Explanation | None
+    explanation: Explanation | None
     others: Sequence[OtherChain]
     stated: float
     best: float

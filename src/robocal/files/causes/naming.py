@@ -51,7 +51,7 @@ def _other(swapped: Mapping[str, str], unit: str) -> float:
 def change_error(robot: Robot, reading: Reading, mistake: Mistake) -> FormatError:
     """What a change, or another chain of the URDF, explains that the nominal arm does not, with the line that makes it."""
     best = mistake.best
-    found = mistake.found
+    found = mistake.explanation
     told = (
         [CauseText.of(c, robot, reading) for c in _changes_to_report(found)]
         if found and alike(found.left, best)

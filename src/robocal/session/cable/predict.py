@@ -65,7 +65,7 @@ def _lengths(ask: _Asked) -> Prediction:
         full = inverse(robot, rows.values)[0]
     except ModelError as error:
         raise locate_row(error, str(ask.path), rows) from None
-    shown = run.gains.shown(robot, full)
+    shown = run.gains.readings(robot, full)
     slope, by_number = _slopes(ask, rows.values, shown)
     left = _placed(by_number, slope @ motion_field(rows.values[:, :3, 3])[:, list(robot.axes)], ask.whole)
     if run.gains.gain is not None:

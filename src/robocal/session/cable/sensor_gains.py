@@ -33,7 +33,7 @@ class SensorGains:
         out = shown if self.gain is None else shown * self.gain
         return out if self.zeros is None else out + self.zeros - robot.zeros
 
-    def shown(self, robot: CableRobot, full: Array) -> Array:
+    def readings(self, robot: CableRobot, full: Array) -> Array:
         """What sensors show of lengths (k, m) that the robot's model has: the inverse of `lengths`."""
         out = full if self.zeros is None else full - self.zeros + robot.zeros
         return out if self.gain is None else out / self.gain

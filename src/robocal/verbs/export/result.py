@@ -16,7 +16,7 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.inputs import open_machine
-from robocal.session.reference import nominal_chain, run_doubts, run_result
+from robocal.session.reference import nominal_chain, run_cautions, run_result
 from robocal.verbs.export.controller_offsets import OFFSETS, offset_text, worth_of
 
 __all__ = ["Exported", "export_robot", "parameter_table"]
@@ -45,7 +45,7 @@ def export_robot(
     ours = into is None
     opened = open_machine(robot, base=base if ours else None, tip=tip if ours else None)
     if opened.arm is None and form == "yaml":
-        return Exported(opened.yaml, run_doubts(robot))
+        return Exported(opened.yaml, run_cautions(robot))
     arm = opened.need_arm("an arm, or --format yaml")
     notes: tuple[Remark, ...] = ()
     held: Chain | None = None  # the robot that the file describes, where that is not the whole model
@@ -75,7 +75,7 @@ def export_robot(
         held = _geometry(arm.chain) if form not in OFFSETS and _beyond(arm.chain) else held
     if held is not None:
         worth = worth_of(robot, arm, held)
-    return Exported(text, (*run_doubts(robot), *told, *notes), worth)
+    return Exported(text, (*run_cautions(robot), *told, *notes), worth)
 
 
 def _beyond(chain: Chain) -> tuple[Remark, ...]:

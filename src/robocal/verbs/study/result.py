@@ -77,8 +77,8 @@ def table_of(found: StudyOutputs, name: str) -> Listing:
     """One output at every point, with what was varied."""
     unit, every, points = found.units[name], summary(found, name), found.study.points
     unit = "" if unit == "1" else unit
-    parts = ("rms", "mean", "scatter", "foretold")
-    numbers = (Column(k, unit, [getattr(s, k) for s in every], label="" if k == "rms" else k) for k in parts)
+    parts = {"rms": "rms", "mean": "mean", "scatter": "scatter", "foretold": "theory"}  # columns and fields
+    numbers = (Column(k, unit, [getattr(s, f) for s in every], label="" if k == "rms" else k) for k, f in parts.items())
     varied = (Column(n, "", [dict(p.varied)[n] for p in points]) for n, _ in points[0].varied)
     return Listing((*varied, *numbers, Column("lost", "", [s.lost for s in every])))
 
