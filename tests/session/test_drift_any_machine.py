@@ -87,6 +87,6 @@ def test_a_turntable_whose_plate_slipped_is_told_in_millimetres():
     assert moved.status == "drifted" and moved.singles[0].name == "plate.x"
     assert moved.singles[0].change == pytest.approx(1e-3, abs=2e-4)
     # Turned through all angles, a plate that sits 1 mm elsewhere is nearly as far off on average, the base placed best.
-    assert moved.apart.change == pytest.approx(1e-3, rel=0.4) and moved.apart.n == 40
+    assert moved.difference.change == pytest.approx(1e-3, rel=0.4) and moved.difference.n == 40
     found = compare_truth(first.corrected.table, truth.table, first.total, ("axis.gain", "plate.x", "plate.y"))
     assert not found.named and {g.group for g in found.groups} == {"all", "lengths", "ratios", "axis", "plate"}

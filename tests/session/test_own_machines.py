@@ -55,6 +55,63 @@ def test_check_simulate_identify_validate(kind, tmp_path, monkeypatch):
     assert again.status == 3 and any("fitted" in r for r in json.loads(again.out)["reasons"])
 
 
+def calibrated(folder, own, kind, seed, **values):
+    """The run folder of a simulated machine whose free parameters are as given, nominal otherwise."""
+    machine, data, _ = MACHINES[kind]
+    there = {n: machine.table[n].value for n in machine.table.free} | values
+    units = {n: Units().of(machine.table[n].unit) for n in there}
+    words = [w for n, v in there.items() for w in ("--set", f"{n}={units[n].from_si(v)}")]
+    made = robocal("simulate", own, "-n", 60, "--seed", seed, *words, "-o", folder)
+    assert made.status == 0, made.err
+    found = robocal("identify", folder / "robot.yaml", folder / data, "-o", folder / "run")
+    assert found.status == 0, found.err
+    return folder / "run"
+
+
+@pytest.mark.parametrize(("kind", "changed", "value"), [("motor", "motor.sine", 0.01), ("turntable", "plate.x", 0.201)])
+def test_drift_names_what_changed(kind, changed, value, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "500")
+    machine, joints = MACHINES[kind][0], kind == "turntable"
+    own = tmp_path / "own.yaml"
+    own.write_text(files_of(machine, machine, "", Units(), kind)["robot.yaml"])
+    start = {machine.table.free[0]: 1.004}
+    first, again = (calibrated(tmp_path / f"sim{seed}", own, kind, seed, **start) for seed in (1, 2))
+    worn = calibrated(tmp_path / "sim3", own, kind, 3, **start, **{changed: value})
+
+    same = robocal("drift", first, again, "--json")
+    document = json.loads(same.out)
+    assert same.status == 0 and document["joint_test"]["p_value"] > 1e-3, same.err
+    assert document["joint_test"]["rank"] == len(machine.table.free)
+    assert document["verdict"]["status"] == ("unchanged" if joints else "possible")
+    if not joints:
+        assert document["verdict"]["reasons"][0].startswith("nothing changed by more than chance")
+
+    moved = robocal("drift", first, worn, "-o", tmp_path / "out")
+    assert moved.status == 0 and "DRIFTED" in moved.out and f"the change shows in {changed}" in moved.out, moved.err
+    document = json.loads((tmp_path / "out" / "drift.json").read_text())
+    assert document["verdict"]["status"] == "drifted" and (document["change"] is not None) == joints
+    top = min(document["changes"], key=lambda c: c["p_of_all"])
+    assert top["name"] == changed == document["single_causes"][0]["name"]
+    step = Units().of(machine.table[changed].unit).from_si(value - machine.table[changed].value)
+    assert abs(top["change"] - step) < 4.5 * top["sigma"]
+
+    for words in [("--new-tool",), *([] if joints else [("--matters", "1mm")])]:
+        said = robocal("drift", first, again, *words)
+        assert said.status == 2 and words[0] in said.err and f"nothing, for a {kind}" in said.err, said.err
+    beside = robocal("drift", worn, tmp_path / "sim3" / "truth.yaml", "--json")
+    assert beside.status == 0 and json.loads(beside.out)["verdict"]["consistent"], beside.err
+
+
+def test_machines_of_two_kinds_are_not_compared(tmp_path):
+    runs = []
+    for kind, (machine, *_) in MACHINES.items():
+        own = tmp_path / f"{kind}.yaml"
+        own.write_text(files_of(machine, machine, "", Units(), kind)["robot.yaml"])
+        runs.append(calibrated(tmp_path / kind, own, kind, 1, **{machine.table.free[0]: 1.004}))
+    said = robocal("drift", *runs)
+    assert said.status == 2 and "different robots" in said.err
+
+
 @pytest.mark.parametrize("kind", MACHINES)
 def test_what_such_a_machine_lacks_is_said(kind, tmp_path):
     machine, *_ = MACHINES[kind]

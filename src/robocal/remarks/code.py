@@ -95,6 +95,7 @@ class Code(StrEnum):
     CHANGE_SETTLED_BY = "change-settled-by"
     PREDICTIONS_APART = "predictions-apart"
     PARAMETERS_DIFFER = "parameters-differ"
+    NO_CHANGE_FOUND = "no-change-found"
     SHOWS_IN = "shows-in"
     SHOWS_IN_SUMS = "shows-in-sums"
     ONE_CAUSE = "one-cause"

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from robocal.errors import FileError
 from robocal.files.covariance import COVARIANCE, Knowledge
 from robocal.files.runfolder import Run, open_run
 from robocal.files.text import InputFile, read_text
-from robocal.session.cable.calibrated import open_calibrated
 from robocal.session.inputs import open_machine
 from robocal.session.opened import Opened
 from robocal.session.pose_prediction import knowledge_of
@@ -40,17 +38,11 @@ def open_calibration(place: Path) -> Calibration:
     """Opens a run folder of any machine. Raises InputError where it is none, or does not say how far its parameters may be off."""
     run = open_run(place)
     opened = open_machine(place)
+    known = knowledge_of(place, opened.arm)
+    own = InputFile(place / COVARIANCE, read_text(place / COVARIANCE).sha256)
+    found = Calibration(run, opened, known, (*opened.inputs, own))
     if opened.arm is not None:
-        known = knowledge_of(place, opened.arm)
-        own = InputFile(place / COVARIANCE, read_text(place / COVARIANCE).sha256)
-        return Calibration(run, opened, known, (*opened.inputs, own))
-    read = open_calibrated(str(place))
-    if read.knowledge is None:
-        raise FileError(
-            "this run does not say how far its parameters may be off", file=place,
-            expected=f"{COVARIANCE}: identify once more with this version",
-        )  # fmt: skip
-    file = read.file
-    return Calibration(
-        run, opened.with_machine(file.robot), read.knowledge, (InputFile(file.path or place, file.sha256), *file.beside)
-    )
+        return found
+    # The file of another machine may round what was identified, or lack a place for it.
+    values = {n: known.values[n] for n in found.identified if n in known.values}
+    return replace(found, opened=opened.with_machine(opened.machine.with_values(values)))

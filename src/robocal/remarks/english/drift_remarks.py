@@ -35,6 +35,10 @@ TABLE: dict[Code, Phrase] = {
         "without a change, parameters would differ as much with a chance of {chance:.2g} ({rank} combinations are "
         "observable in both runs)"
     ),
+    Code.NO_CHANGE_FOUND: Phrase(
+        "nothing changed by more than chance explains; a smaller change is possible",
+        "Measure more, to find smaller changes.",
+    ),
     Code.SHOWS_IN: Phrase("the change shows in {names}"),
     Code.SHOWS_IN_SUMS: Phrase("no parameter by itself changed significantly, only combinations of them"),
     Code.ONE_CAUSE: Phrase("a change of one parameter alone would explain it: {causes}"),

@@ -1,4 +1,4 @@
-"""`drift`: two calibrations of one robot, some time apart; has it changed, and by how much? Or one beside the truth."""
+"""`drift`: two calibrations of one machine, some time apart; has it changed, and by how much? Or one beside the truth."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class Options(BaseOptions):
     robocal drift run sim/truth.yaml
 
     unchanged: the 95 % interval of the change lies below what matters; drifted: it lies above; possible: the runs do not decide.
-    Runs of a cable robot are compared as `robocal cable drift` does. Beside the truth of a simulation, the errors of the
-    identified parameters are listed by group, in mm, deg and their standard deviations.
+    Runs of a cable robot are compared as `robocal cable drift` does, those of a machine without joints by their parameters.
+    Beside the truth of a simulation, the errors of the identified parameters are listed by group, in mm, deg and their standard deviations.
     Exit status 0 when the runs could be compared, with any result; 3 when nothing follows from these runs.
     """
 
@@ -66,21 +66,29 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[An
     if o.second.is_file():
         return _beside_truth(o, command)
     cables = machine_kind(o.first / ROBOTS[0]) == "cable"
-    return _cables(o, command) if cables else _arms(o, watch, command)
+    return _cables(o, command) if cables else _machines(o, watch, command)
 
 
-def _arms(o: Options, watch: Watch | None, command: str) -> Outcome[Any]:
+def _machines(o: Options, watch: Watch | None, command: str) -> Outcome[Any]:
     from robocal.files.plain import json_text
-    from robocal.files.runfolder import open_run
     from robocal.files.units import parse_quantity
     from robocal.files.writing import refuse_existing, write_files, write_text
+    from robocal.session.calibration import open_calibration
     from robocal.session.history import with_history
-    from robocal.verbs.drift.result import compare_runs
+    from robocal.verbs.drift.result import compare_runs, has_places
 
     refuse_existing(o.output, (FILE,), o.force)
     matters = parse_quantity(o.matters, "m", key="--matters")
-    made = compare_runs(o.first, o.second, o.new_tool, matters, command, watch)
-    added = None if o.history is None else with_history(o.history, [open_run(place) for place in (o.first, o.second)])
+    if watch:
+        watch({"stage": "read"})
+    pair = (open_calibration(o.first), open_calibration(o.second))
+    opened = pair[0].opened
+    if opened.arm is None:
+        _refuse(o, ("new_tool",), "this option is for arms", f"nothing, for a {opened.noun}")
+    if not has_places(opened.machine):
+        _refuse(o, ("matters",), "this option is for machines with joints", f"nothing, for a {opened.noun}")
+    made = compare_runs(pair, o.new_tool, matters, command)
+    added = None if o.history is None else with_history(o.history, [c.run for c in pair])
     if o.output is not None:
         made = replace(made, written=write_files(o.output, {FILE: json_text(made.document)}))
     if o.history is not None and added is not None:
@@ -134,19 +142,21 @@ def sections(made: Outcome[Any]) -> Iterator[Section]:
 
     pages = {Drifts: drift_sections, TruthComparison: truth_sections}
     page = pages.get(type(made.result))
-    yield from _arm_sections(made) if page is None else page(made.result, made.written)
+    yield from _run_sections(made) if page is None else page(made.result, made.written)
 
 
-def _arm_sections(made: Outcome[DriftResult]) -> Iterator[Section]:
+def _run_sections(made: Outcome[DriftResult]) -> Iterator[Section]:
     """The verdict, how far predictions are apart, and the parameters that changed most."""
     found = made.result
     apart = found.difference
-    size = f"change {figure(apart.change, 2)} mm, 95 %: {figure(apart.low, 2)} to {figure(apart.high, 2)} mm"
-    word: Cell = (found.status.upper(), STYLES[found.status])
+    words: list[Cell] = [(found.status.upper(), STYLES[found.status])]
+    if apart is not None and not found.void:
+        size = f"change {figure(apart.change, 2)} mm, 95 %: {figure(apart.low, 2)} to {figure(apart.high, 2)} mm"
+        words += ["   ", (size, "strong")]
     yield Section.of(
         "",
         Text.of((found.robot.name, "strong"), f"   {found.runs[0]} and {found.runs[1]}"),
-        Text.of(word) if found.void else Text.of(word, "   ", (size, "strong")),
+        Text.of(*words),
         *(Text.of(reason, indent=2) for reason in sentences(found.why)),
     )
     changes = sorted(found.changes, key=lambda c: c.p_value)

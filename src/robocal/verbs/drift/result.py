@@ -11,24 +11,22 @@ import numpy as np
 
 from robocal._types import Array
 from robocal._version import __version__
-from robocal.apply.drift import Drift, ParameterChange, Single, compare
+from robocal.apply.drift import Drift, ParameterChange, ParameterDrift, Single, compare, compare_models
 from robocal.apply.model_difference import ModelDifference
 from robocal.errors import ModelError
 from robocal.files.covariance import Knowledge
 from robocal.files.display import to_display
 from robocal.files.plain import plain
 from robocal.files.result import Result
-from robocal.files.robot import Robot
-from robocal.files.runfolder import open_run
+from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.prove.place_bands import sample_joints
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Number, Quantity, Remark, remark_fields
-from robocal.session.inputs import open_arm
-from robocal.session.pose_prediction import knowledge_of
+from robocal.session.calibration import Calibration
+from robocal.session.opened import Opened
 from robocal.session.runs import shared_files, verdict_remarks
-from robocal.session.watching import Watch
 
-__all__ = ["DriftResult", "colleague_remarks", "compare_runs", "reasons", "void"]
+__all__ = ["DriftResult", "colleague_remarks", "compare_runs", "has_places", "reasons", "void"]
 
 SAMPLES = 2000
 SAME = 1e-9  # of a nominal value, in m or rad
@@ -37,10 +35,10 @@ SAME = 1e-9  # of a nominal value, in m or rad
 @dataclass(frozen=True)
 class DriftResult:
     """Two runs compared: the drift, its verdict (unchanged, possible, drifted) with its reasons, and remarks. `void` are
-    reasons for which nothing can be concluded."""
+    reasons for which nothing can be concluded. Of a machine without places (`has_places`) the parameters alone are compared."""
 
-    robot: Robot
-    drift: Drift
+    robot: Opened[Any]
+    drift: ParameterDrift
     region: str
     reasons: tuple[Remark, ...]
     void: tuple[Remark, ...]
@@ -60,9 +58,9 @@ class DriftResult:
         return self.void or self.reasons
 
     @property
-    def difference(self) -> ModelDifference:
-        """How far it has changed, in mm."""
-        return to_display(ModelDifference, self.drift.difference)
+    def difference(self) -> ModelDifference | None:
+        """How far it has changed, in mm; None where it has no places."""
+        return to_display(ModelDifference, self.drift.difference) if isinstance(self.drift, Drift) else None
 
     @property
     def changes(self) -> tuple[ParameterChange, ...]:
@@ -72,10 +70,6 @@ class DriftResult:
     @property
     def document(self) -> dict[str, Any]:
         """drift.json: lengths in mm, angles in deg, parameters in the units of the robot file."""
-        apart, seen = self.difference, self.drift.scatter
-        mm = {k: getattr(apart, k) for k in ("rms", "largest", "expected", "limit")}
-        size = {k: getattr(apart, k) for k in ("change", "low", "high")}
-        place = {"place": apart.place, "joints": np.degrees(apart.joints)}
         return {
             "robocal": 1,
             "version": __version__,
@@ -84,16 +78,7 @@ class DriftResult:
             "verdict": {
                 "status": self.status, **remark_fields(self.why, "reasons"),
             },
-            "change": {
-                "unit": "mm", **size, "matters": 1e3 * self.drift.matters, "p_value": apart.p_value, "region": self.region,
-                "n": apart.n,
-            },
-            "workspace": {
-                "unit": "mm", "region": self.region, "n": apart.n, **mm, "p_value": apart.p_value, "worst": place,
-            },
-            "scatter": None if seen is None else {
-                "factor": seen.factor, "by": seen.by, "same_poses": seen.same, "dof": seen.dof,
-            },
+            **self._places,
             "joint_test": {
                 "statistic": self.drift.statistic, "rank": self.drift.rank, "dof": self.drift.dof,
                 "p_value": self.drift.p_value,
@@ -104,39 +89,61 @@ class DriftResult:
             "command": self.command,
         }  # fmt: skip
 
+    @property
+    def _places(self) -> dict[str, Any]:
+        """What the document says in millimetres; None for each where the machine has no places."""
+        apart, found = self.difference, self.drift
+        if apart is None or not isinstance(found, Drift):
+            return dict.fromkeys(("change", "workspace", "scatter"))
+        seen = found.scatter
+        mm = {k: getattr(apart, k) for k in ("rms", "largest", "expected", "limit")}
+        size = {k: getattr(apart, k) for k in ("change", "low", "high")}
+        place = {"place": apart.place, "joints": np.degrees(apart.joints)}
+        return {
+            "change": {
+                "unit": "mm", **size, "matters": 1e3 * found.matters, "p_value": apart.p_value, "region": self.region,
+                "n": apart.n,
+            },
+            "workspace": {
+                "unit": "mm", "region": self.region, "n": apart.n, **mm, "p_value": apart.p_value, "worst": place,
+            },
+            "scatter": None if seen is None else {
+                "factor": seen.factor, "by": seen.by, "same_poses": seen.same, "dof": seen.dof,
+            },
+        }  # fmt: skip
+
+
+def has_places(machine: Model) -> bool:
+    """Whether joint values alone say where the machine is, so that a change has a size in millimetres."""
+    return bool(joints_of(machine)) and freedom_of(machine) is None
+
 
 def compare_runs(
-    first: Path, second: Path, new_tool: bool, matters: float, command: str = "", watch: Watch | None = None
+    pair: tuple[Calibration, Calibration], new_tool: bool, matters: float, command: str = ""
 ) -> DriftResult:
-    """Compares two run folders of one robot; `matters` (m) is the change worth an alarm. Raises InputError when they cannot
+    """Compares two calibrations of one machine; `matters` (m) is the change worth an alarm. Raises InputError when they cannot
     be compared."""
-    if watch:
-        watch({"stage": "read"})
-    runs = (first, second)
-    results = (open_run(first).result, open_run(second).result)
-    robots = (open_arm(first), open_arm(second))
-    known = (knowledge_of(first, robots[0]), knowledge_of(second, robots[1]))
-    _comparable(runs, robots, known)
-    joints, region = _shared(robots[0], known)
-    found = compare(
-        robots[0].chain,
-        robots[1].chain,
-        (known[0].total, known[1].total),
-        joints,
-        known[0].conditions,
-        new_tool=new_tool,
-        rows=(known[0].rows, known[1].rows),
-        matters=matters,
-    )
-    warnings = tuple(
-        dict.fromkeys((*robots[0].warnings, *robots[1].warnings, *colleague_remarks(runs, results, known)))
-    )
-    why = reasons(robots[0], found, known, region)
-    names = (str(first), str(second))
-    return DriftResult(robots[1], found, region, why, void(runs, results), warnings, names, command)
+    one, two = (c.opened for c in pair)
+    runs, results = (pair[0].run.folder, pair[1].run.folder), (pair[0].run.result, pair[1].run.result)
+    known = (pair[0].known, pair[1].known)
+    _comparable(runs, (one, two), known)
+    totals, region = (known[0].total, known[1].total), ""
+    found: ParameterDrift
+    if has_places(one.machine):
+        joints, region = _shared(one.machine, known)
+        found = compare(
+            one.machine, two.machine, totals, joints, known[0].conditions, new_tool=new_tool,
+            rows=(known[0].rows, known[1].rows), matters=matters,
+        )  # fmt: skip
+    else:
+        found = compare_models(one.machine, two.machine, totals)
+    warnings = tuple(dict.fromkeys((*one.warnings, *two.warnings, *colleague_remarks(runs, results, known, one))))
+    why = reasons(one, found, known, region)
+    names = (str(runs[0]), str(runs[1]))
+    return DriftResult(two, found, region, why, void(runs, results), warnings, names, command)
 
 
-def _shared(robot: Robot, known: tuple[Knowledge, Knowledge]) -> tuple[Array, str]:
+def _shared(machine: Model, known: tuple[Knowledge, Knowledge]) -> tuple[Array, str]:
     """Joint values at which the two are compared: where they were measured; drawn from the range that both measured where a
     run does not keep its places, or within the limits where the two never met."""
     rows = [k.rows.joints for k in known if k.rows is not None]
@@ -148,18 +155,21 @@ def _shared(robot: Robot, known: tuple[Knowledge, Knowledge]) -> tuple[Array, st
         if (low < high).all():
             drawn = np.random.default_rng(0).uniform(low, high, (SAMPLES, len(low)))
             return drawn, "range of the joints in which both runs measured"
-    return sample_joints(robot.chain, ranges[0] if ranges else None, SAMPLES)
+    return sample_joints(machine, ranges[0] if ranges else None, SAMPLES)
 
 
-def _comparable(runs: tuple[Path, Path], robots: tuple[Robot, Robot], known: tuple[Knowledge, Knowledge]) -> None:
-    a, b = (r.chain for r in robots)
-    if a.table.names != b.table.names or a.convention != b.convention:
+def _comparable(
+    runs: tuple[Path, Path], robots: tuple[Opened[Any], Opened[Any]], known: tuple[Knowledge, Knowledge]
+) -> None:
+    a, b = robots
+    table = a.machine.table
+    if table.names != b.machine.table.names or a.convention != b.convention:
         raise ModelError(
             "these are runs of different robots", key=str(runs[1]), found=f"{b.name} ({b.convention})",
             expected=f"{a.name} ({a.convention}), as in {runs[0]}",
         )  # fmt: skip
     for name in known[0].total.names:
-        if name in known[1].total.names and name in a.table:
+        if name in known[1].total.names and name in table:
             one, two = known[0].nominal[name], known[1].nominal[name]
             if abs(one - two) > SAME:
                 raise ModelError(
@@ -177,8 +187,19 @@ WORTH_SAYING = 1.2  # times the variance as fitted
 FIGURES = 2
 
 
-def reasons(robot: Robot, found: Drift, known: tuple[Knowledge, Knowledge], region: str) -> tuple[Remark, ...]:
-    """The verdict in words: the change in mm first, then what chance would show, then the parameters."""
+def reasons(
+    robot: Opened[Any], found: ParameterDrift, known: tuple[Knowledge, Knowledge], region: str
+) -> tuple[Remark, ...]:
+    """The verdict in words: the change in mm first, where there are places, then what chance would show, then the parameters."""
+    differ = Remark.of(Code.PARAMETERS_DIFFER, chance=found.p_value, rank=found.rank)
+    if isinstance(found, Drift):
+        first = _size_reasons(found, known, region)
+    else:
+        first = [Remark.of(Code.NO_CHANGE_FOUND)] if found.p_value >= CHANCE else []
+    return (*first, differ, *(_parameters(robot, found, known) if found.p_value < CHANCE else ()))
+
+
+def _size_reasons(found: Drift, known: tuple[Knowledge, Knowledge], region: str) -> list[Remark]:
     apart, size = found.difference, _size(found)
     out = [Remark.of(VERDICT[found.status], region=region, **size)]
     counts = [None if k.rows is None else round(len(k.rows.joints) * k.rows.thinned) for k in known]
@@ -192,8 +213,7 @@ def reasons(robot: Robot, found: Drift, known: tuple[Knowledge, Knowledge], regi
         out.append(Remark.of(Code.ERRORS_SHARED, by=BLOCKS[seen.by], factor=seen.factor))
     elif seen is not None and seen.factor < 1:
         out.append(Remark.of(Code.ERRORS_CANCEL, same=seen.same, factor=seen.factor))
-    out.append(Remark.of(Code.PARAMETERS_DIFFER, chance=found.p_value, rank=found.rank))
-    return (*out, *(_parameters(robot, found, known) if found.p_value < CHANCE else ()))
+    return out
 
 
 def _size(found: Drift) -> dict[str, Number]:
@@ -210,7 +230,7 @@ def _round_up(value: float) -> int:
     return math.ceil(value / step) * step
 
 
-def _parameters(robot: Robot, found: Drift, known: tuple[Knowledge, Knowledge]) -> list[Remark]:
+def _parameters(robot: Opened[Any], found: ParameterDrift, known: tuple[Knowledge, Knowledge]) -> list[Remark]:
     """Which parameters show it, and which one alone would explain it."""
     sure = [c.name for c in sorted(found.changes, key=lambda c: c.p_value) if c.p_of_all < CHANCE]
     names = (*sure[:FEW], *(["..."] if len(sure) > FEW else []))
@@ -222,7 +242,7 @@ def _parameters(robot: Robot, found: Drift, known: tuple[Knowledge, Knowledge]) 
     if told:
         out.append(Remark.of(Code.ONE_CAUSE, causes=" or ".join(told)))
     left = max((k.noise.get("m", 0.0) for k in known), default=0.0)
-    if found.difference.rms < left:
+    if isinstance(found, Drift) and found.difference.rms < left:
         out.append(Remark.of(Code.BELOW_SCATTER, left=Quantity(left)))
     return out
 
@@ -238,17 +258,19 @@ def void(runs: tuple[Path, Path], results: tuple[Result, Result]) -> tuple[Remar
 
 
 def colleague_remarks(
-    runs: tuple[Path, Path], results: tuple[Result, Result], known: tuple[Knowledge, Knowledge]
+    runs: tuple[Path, Path], results: tuple[Result, Result], known: tuple[Knowledge, Knowledge], robot: Opened[Any]
 ) -> list[Remark]:
     """What a careful colleague would add."""
     out = []
     for run, result, k in zip(runs, results, known, strict=True):
         out += [r for r in verdict_remarks(result, str(run)) if r.code == Code.RUN_NOT_IMPROVED]
-        if k.rows is None:
+        if k.rows is None and has_places(robot.machine):
             out.append(Remark.of(Code.ROWS_NOT_KEPT, run=str(run)))
     names = [{n for n in k.total.names if n in known[0].nominal and n in known[1].nominal} for k in known]
     only = sorted((set(known[0].total.names) ^ set(known[1].total.names)) - names[0] - names[1])
-    only = [n for n in only if n.rpartition(".")[0].startswith("j")]
+    # Of an arm only what belongs to a joint: base and tool are placed anew.
+    arm, table = robot.arm is not None, robot.machine.table
+    only = [n for n in only if (n.rpartition(".")[0].startswith("j") if arm else n in table)]
     if only:
         out.append(Remark.of(Code.FREE_IN_ONE, names=(*only[:8],)))
     return out
