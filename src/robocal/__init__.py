@@ -11,30 +11,33 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from robocal._version import __version__
+from robocal._version import __version__ as __version__
 
 ARRAYS = ("Arm", "Measurements", "measurements", "robot", "table")
 FOUND = ("Found", "Identified")
 ERRORS = ("Cancelled", "InputError")
-CALLS = (
-    "check", "compensate", "drift", "export", "identify", "import_model", "new", "plan", "predict", "simulate", "study", "validate",
-    "verify",
-)  # fmt: skip
-__all__ = [
-    "Arm", "Cancelled", "Found", "Identified", "InputError", "Measurements", "__version__", "cable", "check", "compensate",
-    "drift", "export", "identify", "import_model", "measurements", "new", "plan", "predict", "robot", "simulate", "study", "table",
-    "validate", "verify",
-]  # fmt: skip
+TERMINAL = ("demo", "report")  # verbs that are no functions: they only write files for people
+
+
+def _calls() -> tuple[str, ...]:
+    """The verbs that are functions; read when somebody asks, so that importing this package stays cheap."""
+    from robocal.verbs.registry import VERBS
+
+    return tuple(sorted(verb for verb in VERBS if verb not in TERMINAL))
 
 
 def __getattr__(name: str) -> object:
-    if name in CALLS:
-        found: object = import_module("robocal.front.calls").call(name)
-    elif name == "cable":
-        found = import_module("robocal.front.cable")
+    if name == "cable":
+        found: object = import_module("robocal.front.cable")
     elif name in (*ARRAYS, *FOUND, *ERRORS):
         room = "front.arrays" if name in ARRAYS else "front.verb_result" if name in FOUND else "errors"
         found = getattr(import_module(f"robocal.{room}"), name)
+    elif name == "CALLS":
+        found = _calls()
+    elif name == "__all__":
+        found = __dir__()
+    elif name in _calls():
+        found = import_module("robocal.front.calls").call(name)
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = found
@@ -42,4 +45,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted([*ARRAYS, *FOUND, *ERRORS, *_calls(), "__version__", "cable"])

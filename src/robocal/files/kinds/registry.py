@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 
 from robocal.files.kinds.kind import KindFile
+from robocal.measure.kinds import NAMES
 from robocal.measure.machine import Model
 
 __all__ = ["READERS", "reader_of", "readers_of"]
@@ -29,6 +30,8 @@ MODULES = {
 OF_PARTS: dict[str, dict[str, str]] = {
     "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "inclination"},
 }
+# Whatever else is a kind has a module of its own name.
+MODULES |= {name: name for name in NAMES if not any(name in own for own in (MODULES, *OF_PARTS.values()))}
 
 
 class Readers(Mapping[str, KindFile]):
