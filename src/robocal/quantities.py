@@ -5,7 +5,7 @@
         unit: ShownUnit          # "m" in SI, "mm" in a document: the unit in force here and in whatever is below
         mean: Amount             # in that unit
 
-`files.shown` converts whole trees. A number that a document lacks (null) is NaN where a class says `Amount`, and None where it says
+`files.display` converts whole trees. A number that a document lacks (null) is NaN where a class says `Amount`, and None where it says
 `Amount | None`.
 
 Numbers of several units in one place carry theirs one by one: a `UnitValue`, or the columns of a `Listing`.

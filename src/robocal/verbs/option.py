@@ -5,7 +5,7 @@
         robot: str = arg(..., "ROBOT", "robot.yaml, a URDF, ...")
         noise: float | None = opt(None, "Standard deviation per axis", unit="length", otherwise="0.05 mm, converted")
 
-First the default, ... where there is none. What several verbs share is a type that carries what is told of it (`words.py`). The
+First the default, ... where there is none. What several verbs share is a type that carries what is told of it (`shared_options.py`). The
 command line, calls from Python and messages are made from it: no default and no range is written anywhere else. What follows the
 field's name is the option: `angle_noise` is `--angle-noise`.
 """
