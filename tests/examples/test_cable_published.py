@@ -68,7 +68,7 @@ def test_more_is_asked_of_cogiro(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     command = commands("cable-published")[-1].replace("examples/", f"{EXAMPLES.as_posix()}/")
     found = robocal(*shlex.split(command)[1:], "--cells", 15, "--rays", 1500, "--json").document
-    text = re.search(r"up to 5 degrees to any side, has (\d+) m³", readme("cable-published"))
+    text = re.search(r"up to 5 degrees to any side,\s+has (\d+) m³", readme("cable-published"))
     assert found["demand"]["masses"]["value"] == pytest.approx([91.058, 391.058])
     assert len(found["demand"]["orientations"]["value"]) == 17
     assert found["rays"]["size"]["value"] == pytest.approx(float(text[1]), rel=0.02)

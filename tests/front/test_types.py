@@ -18,7 +18,7 @@ import robocal as rc
 reveal_type(rc.identify("a", "b").result.verdict.status)
 reveal_type(rc.validate("a", "b").result.iso)
 reveal_type(rc.cable.tension("a", "b").result.margin)
-reveal_type(rc.cable.forward("a", "b").result.found.converged)
+reveal_type(rc.cable.forward("a", "b").result.solution.converged)
 """
 TYPES = (
     r"Literal\['improved'\] \| Literal\['not_improved'\] \| Literal\['refused'\]|Literal\['improved', 'not_improved', 'refused'\]",
