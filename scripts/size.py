@@ -34,9 +34,7 @@ EDGES = ("cli", "verbs", "session", "report", "front")
 SPINE = ("fit", "diagnose", "prove")
 LONG = 350
 # Participles that do not end in -ed.
-IRREGULAR = frozenset(
-    "told said shown seen held kept made found spoken known lost gone borne met".split(),
-)
+IRREGULAR = frozenset("told said shown seen held kept made found spoken known lost gone borne met".split())
 # Words in -ed and -ly that are orders or nouns, and two that are terms of programming.
 NO_ADJECTIVES = frozenset(
     "embed speed feed need seed red shed fed shared apply supply multiply reply assembly only".split()

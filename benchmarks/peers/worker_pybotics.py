@@ -42,9 +42,7 @@ def prepare(job):
     def solve():
         # the handler copies the robot, so each solve starts from the nominal one
         handler = OptimizationHandler(
-            robot,
-            kinematic_chain_mask=free[:-3].tolist(),
-            tool_mask=[*free[-3:].tolist(), False, False, False],
+            robot, kinematic_chain_mask=free[:-3].tolist(), tool_mask=[*free[-3:].tolist(), False, False, False]
         )
         result = least_squares(
             fun=FUNCTION, x0=handler.generate_optimization_vector(), args=(handler, job.q, positions)

@@ -113,15 +113,7 @@ def frame_parameters(
         scale = None if expected is None else expected[i // 3]
         unit = "m" if i < 3 else "rad"
         rows.append(
-            Parameter(
-                f"{owner}.{symbol}",
-                float(value[i]),
-                unit,
-                frees[i],
-                turn=i >= 3,
-                expected=scale,
-                source=source,
-            )
+            Parameter(f"{owner}.{symbol}", float(value[i]), unit, frees[i], turn=i >= 3, expected=scale, source=source)
         )
     return tuple(rows)
 

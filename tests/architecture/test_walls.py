@@ -153,10 +153,7 @@ def hand_eye(rng, m=60):
     tags = [frame(f"tag{i}", (0.2 + 0.1 * i, 0.1 * (i - 1), -0.4, 0.1, 0.05 * i, 0.02), mount="base") for i in range(3)]
     q = joints(rng, m, 0.35) + np.array([0, 0.2, 0.9, 1.9, 0])  # looking down
     k = 4 * m * 3
-    obs = replace(
-        pixels(np.repeat(np.arange(m), 3), camera, list(tags)),
-        target=np.tile(np.repeat(np.arange(3), 4), m),
-    )
+    obs = replace(pixels(np.repeat(np.arange(m), 3), camera, list(tags)), target=np.tile(np.repeat(np.arange(3), 4), m))
     assert len(obs) == k
     return robot, truth, camera, tags, synthesise(truth, DataSet(configurations(q), (obs,)), rng), q
 

@@ -124,8 +124,7 @@ def test_what_cable_poses_lists_can_be_gone(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("rows", "words"),
-    [([[0] * 6], "two poses or more"), ([[0] * 6, [0, np.nan, 0, 0, 0, 0]], "path.csv, row 3")],
+    ("rows", "words"), [([[0] * 6], "two poses or more"), ([[0] * 6, [0, np.nan, 0, 0, 0, 0]], "path.csv, row 3")]
 )
 def test_what_is_no_path(folder, rows, words):
     ran = robocal("cable", "contact", folder / "bare.yaml", path(folder, rows))

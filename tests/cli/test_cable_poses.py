@@ -297,10 +297,7 @@ def test_bad_wishes_are_refused(folder, more, words):
 
 @pytest.mark.parametrize(
     ("known", "words"),
-    [
-        ({"mass": None}, ["robot.yaml", "platform.mass"]),
-        ({"limits": None}, ["robot.yaml", "every_cable.tension"]),
-    ],
+    [({"mass": None}, ["robot.yaml", "platform.mass"]), ({"limits": None}, ["robot.yaml", "every_cable.tension"])],
 )
 def test_what_the_file_has_to_know(folder, known, words):
     (folder / "robot.yaml").write_text(describe_cable(robot(**known)))

@@ -155,7 +155,7 @@ def test_closed_form_that_leaves_the_limits_is_not_trusted(folder):
 
 def test_over_pulleys_the_cables_pull_where_they_arrive(folder):
     robot = read_cable(folder / "robot.yaml").robot.having(
-        pulleys=Pulleys(np.full(8, 0.06), np.tile([0.0, 0.0, 1.0], (8, 1))),
+        pulleys=Pulleys(np.full(8, 0.06), np.tile([0.0, 0.0, 1.0], (8, 1)))
     )
     (folder / "robot.yaml").write_text(describe_cable(robot))
     _, w, load = truth(folder, "held.csv")

@@ -212,9 +212,7 @@ def test_tables_and_runs_are_given_as_they_are(place: Path, monkeypatch: pytest.
     q = rc.table({"j1 [deg]": [10.0, 20.0], "j2 [deg]": [0.0, 5.0], "j3 [deg]": [3.0, 4.0]})
     rows = list(rc.predict(kept, q).result.poses.rows)
     assert len(rows) == 2 and np.allclose(
-        [rows[0][k] for k in "xyz"],
-        kept.pose(np.radians([[10.0, 0.0, 3.0]]))[0, :3, 3] * 1e3,
-        atol=1e-9,
+        [rows[0][k] for k in "xyz"], kept.pose(np.radians([[10.0, 0.0, 3.0]]))[0, :3, 3] * 1e3, atol=1e-9
     )
     assert rc.compensate(kept, q).result.compensation.reachable.any()
     page = kept.report("page.html").read_text()

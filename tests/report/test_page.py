@@ -15,16 +15,7 @@ from report.markup import Page
 
 from robocal.report.identified import report
 
-SECTIONS = (
-    "errors",
-    "parameters",
-    "identifiability",
-    "convergence",
-    "correlation",
-    "groups",
-    "warnings",
-    "recipe",
-)
+SECTIONS = ("errors", "parameters", "identifiability", "convergence", "correlation", "groups", "warnings", "recipe")
 CASES = {
     "improved": samples.improved(),
     "pose": samples.improved(56, 15, angle=True),

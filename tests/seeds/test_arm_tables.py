@@ -126,10 +126,7 @@ def decimals(number):
 
 @pytest.mark.parametrize(
     ("name", "angles", "table", "lost"),
-    [
-        ("small-arm-camera", camera_angles, "6.45", range(1, 10)),
-        ("small-arm-probe", probe_angles, "6.47", (1, 2)),
-    ],
+    [("small-arm-camera", camera_angles, "6.45", range(1, 10)), ("small-arm-probe", probe_angles, "6.47", (1, 2))],
 )
 def test_positions_of_chapters_5_and_6_are_cut_off_not_rounded(tables, name, angles, table, lost):
     """The printed digits are the computed ones cut off; the sign of y is lost in some configurations."""

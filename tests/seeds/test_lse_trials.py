@@ -155,8 +155,7 @@ def test_one_step_is_there_for_comparison(tables, name):
 
 
 @pytest.mark.parametrize(
-    ("name", "equation", "limit"),
-    [("rx-90", "6.29", 1e-9), ("trial 1", "6.35", 0.007), ("trial 3", "6.39", 0.025)],
+    ("name", "equation", "limit"), [("rx-90", "6.29", 1e-9), ("trial 1", "6.35", 0.007), ("trial 3", "6.39", 0.025)]
 )
 def test_printed_measurements_are_met_as_far_as_they_are_printed(tables, name, equation, limit):
     robot, measured = printed(tables, name, equation)

@@ -7,14 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robocal.apply.validate import (
-    Visits,
-    distance_figures,
-    every_pair,
-    next_pairs,
-    pose_figures,
-    visits,
-)
+from robocal.apply.validate import Visits, distance_figures, every_pair, next_pairs, pose_figures, visits
 from robocal.arms import catalog
 from robocal.geometry import se3, so3
 from robocal.measure.base import synthesise

@@ -72,10 +72,7 @@ def accuracy_map(
     side = float((high - low).max()) / ACROSS
     rng = np.random.default_rng(seed + 1)
     slices = []
-    for name, across, level in (
-        ("horizontal", (0, 1), float(np.median(place[:, 2]))),
-        ("vertical", (0, 2), 0.0),
-    ):
+    for name, across, level in (("horizontal", (0, 1), float(np.median(place[:, 2]))), ("vertical", (0, 2), 0.0)):
         normal = 3 - sum(across)
         inside = np.flatnonzero(np.abs(place[:, normal] - level) <= side / 2)
         if len(inside) > MOST:

@@ -194,14 +194,7 @@ def pose_figures(found: Visits) -> PoseFigures:
     vap, directions = _directions(found)
     ap = np.linalg.norm(gap, axis=1)
     return PoseFigures(
-        n,
-        np.where(repeated, ap, np.nan),
-        np.where(repeated[:, None], gap, np.nan),
-        rp,
-        ap_abc,
-        rp_abc,
-        vap,
-        directions,
+        n, np.where(repeated, ap, np.nan), np.where(repeated[:, None], gap, np.nan), rp, ap_abc, rp_abc, vap, directions
     )
 
 

@@ -167,10 +167,7 @@ PANDA: tuple[Row, ...] = (
     (1.666555, (6.0149e-2, -1.4117e-2, -1.0517e-2)),
     (0.735522, (1.0517e-2, -4.252e-3, 6.1597e-2)),
 )
-PUBLISHED = {
-    ("Universal Robots UR10", ("dh", "dh-hayati")): UR10,
-    ("Franka Emika Panda", ("mdh", "mdh-hayati")): PANDA,
-}
+PUBLISHED = {("Universal Robots UR10", ("dh", "dh-hayati")): UR10, ("Franka Emika Panda", ("mdh", "mdh-hayati")): PANDA}
 
 
 def catalog_loads(chain: Chain) -> tuple[Load, ...]:

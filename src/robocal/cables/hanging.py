@@ -44,11 +44,7 @@ class Hung:
 
 
 def hang(
-    d: ArrayLike,
-    tension: ArrayLike,
-    weight: ArrayLike,
-    elasticity: ArrayLike,
-    pulleys: Pulleys | None = None,
+    d: ArrayLike, tension: ArrayLike, weight: ArrayLike, elasticity: ArrayLike, pulleys: Pulleys | None = None
 ) -> Hung:
     """Cables from frame anchors to their ends d (..., 3) away that pull with `tension` (...) there, in N.
 

@@ -144,11 +144,7 @@ def _depth(name: str) -> int:
 
 
 def run(
-    when: When,
-    context: Context[Model],
-    *packages: str,
-    found: Iterable[Finding] = (),
-    skip: Container[str] = (),
+    when: When, context: Context[Model], *packages: str, found: Iterable[Finding] = (), skip: Container[str] = ()
 ) -> list[Finding]:
     """The findings of all checks of one time but those to `skip`, in their order, given what was `found` before.
 

@@ -26,13 +26,7 @@ from robocal.estimate.elimination import squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 
-__all__ = [
-    "OBSERVABLE",
-    "Combination",
-    "Identifiability",
-    "analyse",
-    "observability",
-]
+__all__ = ["OBSERVABLE", "Combination", "Identifiability", "analyse", "observability"]
 
 ROUNDING = 1e-12
 # Of what is known of a parameter, from data: 1 - 1/4, so its sigma is half of what was expected.

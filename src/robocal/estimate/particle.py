@@ -109,12 +109,7 @@ def _rho(loss: str, tuning: float, s: Array) -> Array:
 
 
 def particles(
-    problem: Problem,
-    x: Array,
-    rng: np.random.Generator,
-    *,
-    count: int = 1000,
-    watch: Watch | None = None,
+    problem: Problem, x: Array, rng: np.random.Generator, *, count: int = 1000, watch: Watch | None = None
 ) -> Cloud:
     """The posterior of a problem by particles, starting from a filter's or a fit's answer x (1, P).
 

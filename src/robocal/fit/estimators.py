@@ -183,14 +183,7 @@ ESTIMATORS = {
             finite=True,
             iterates=False,
         ),
-        Estimator(
-            "ekf-100",
-            "the seed's stacked Kalman filter",
-            _seed,
-            blind=True,
-            robust=False,
-            finite=True,
-        ),
+        Estimator("ekf-100", "the seed's stacked Kalman filter", _seed, blind=True, robust=False, finite=True),
     )
 }
 

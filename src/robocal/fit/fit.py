@@ -207,12 +207,7 @@ def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Int
 
 
 def _large_errors(
-    posed: Callable[[Tau], Problem],
-    stated: DataSet,
-    configurations: Ints,
-    start: Array,
-    tau: Tau,
-    soft: Array,
+    posed: Callable[[Tau], Problem], stated: DataSet, configurations: Ints, start: Array, tau: Tau, soft: Array
 ) -> tuple[Tau, Array]:
     """The noise once more without any hold, if that leaves far less: one length typed wrong by a decimal is no noise.
 

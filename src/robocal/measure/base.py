@@ -22,18 +22,7 @@ from robocal.measure.machine import Model, Rig, freedom_of
 from robocal.measure.rows import KINDS, Kind, Rows, kind_of, register
 from robocal.parameters import Parameter, ParameterTable, Together
 
-__all__ = [
-    "KINDS",
-    "Builder",
-    "Kind",
-    "Model",
-    "Rig",
-    "Rows",
-    "kind_of",
-    "problem",
-    "register",
-    "synthesise",
-]
+__all__ = ["KINDS", "Builder", "Kind", "Model", "Rig", "Rows", "kind_of", "problem", "register", "synthesise"]
 
 
 def problem(

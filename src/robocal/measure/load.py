@@ -27,10 +27,7 @@ BODY = ("mass", "cx", "cy", "cz")
 GRAVITY = 9.80665  # m/s^2, along -z of the base
 UNSTATED = (1.0,)
 WHAT = "load cells"
-NUMBERS = (
-    Number("platform", "mass", "kg", 0.0, 1.0),
-    *(Number("platform", s, "m", 0.0, 0.02) for s in BODY[1:]),
-)
+NUMBERS = (Number("platform", "mass", "kg", 0.0, 1.0), *(Number("platform", s, "m", 0.0, 0.02) for s in BODY[1:]))
 
 
 class LoadRows(Rows):

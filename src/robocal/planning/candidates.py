@@ -132,11 +132,7 @@ def draw(
 
 
 def margins(
-    chain: Chain,
-    template: Template,
-    region: Region,
-    q: Array,
-    columns: Mapping[str, Array] | None = None,
+    chain: Chain, template: Template, region: Region, q: Array, columns: Mapping[str, Array] | None = None
 ) -> dict[str, Array]:
     """How far inside each rule of the region joint values (m, n) are, by the rule's name, each (m,)."""
     ids = tuple(str(i) for i in range(len(q)))

@@ -20,12 +20,7 @@ from robocal.prove.split import Split
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = [
-    "Evidence",
-    "Gain",
-    "bootstrap_gain",
-    "constant_errors",
-]
+__all__ = ["Evidence", "Gain", "bootstrap_gain", "constant_errors"]
 
 DRAWN = 1 << 17  # grid: numbers of a bootstrap at once: more would leave the cache
 MANY = 1000  # grid: configurations: four thousand draws know the ends of their mean less well than its expansion

@@ -100,13 +100,7 @@ def region_between_poses(chain: Model, data: DataSet) -> JointRegion:
 
 
 def _shape(
-    model: Model,
-    data: DataSet,
-    whole: Fit,
-    off: Total,
-    joints: Array,
-    base: tuple[Problem, Array],
-    scaled: bool,
+    model: Model, data: DataSet, whole: Fit, off: Total, joints: Array, base: tuple[Problem, Array], scaled: bool
 ) -> tuple[Array, Array, Array]:
     """At joint values (m, n): the Jacobian of the tool (m, 3, k), the covariance of its columns, and what the correction
     moves (m, 3), up to the frames, and up to one factor on all lengths unless the data are `scaled`."""

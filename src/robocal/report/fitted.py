@@ -9,19 +9,7 @@ from typing import Any
 
 from robocal.report import matrix, pictures
 from robocal.report.numbers import ranges
-from robocal.report.sections import (
-    Block,
-    Cell,
-    Detail,
-    Facts,
-    Figure,
-    Folded,
-    Pair,
-    Section,
-    Text,
-    figure,
-    table,
-)
+from robocal.report.sections import Block, Cell, Detail, Facts, Figure, Folded, Pair, Section, Text, figure, table
 
 __all__ = ["fit_sections", "recipe"]
 

@@ -86,11 +86,7 @@ PlatformMass = Annotated[
 Payload = Annotated[float, Option("Payload at the centre of mass", metavar="MASS", unit="mass", least=0)]
 TensionLimits = Annotated[
     str | None,
-    Option(
-        "Tension limits of every cable, not those of the robot file",
-        numbers="LEAST,GREATEST",
-        unit="force",
-    ),
+    Option("Tension limits of every cable, not those of the robot file", numbers="LEAST,GREATEST", unit="force"),
 ]
 MomentLength = Annotated[
     float | None,

@@ -59,9 +59,7 @@ class Options(BaseOptions):
         most=1_000_000,
     )
     at: str | None = option(
-        None,
-        "Take the joint values of this data file or list of poses, or the platform's poses",
-        metavar="FILE",
+        None, "Take the joint values of this data file or list of poses, or the platform's poses", metavar="FILE"
     )
     kind: str | None = option(
         None,

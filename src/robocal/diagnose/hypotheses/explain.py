@@ -168,6 +168,5 @@ def rows_of(data: DataSet) -> list[NDArray[np.int64]] | None:
 
 def taken(data: DataSet, rows: list[NDArray[np.int64]]) -> DataSet:
     return DataSet(
-        data.configurations,
-        tuple(o.take(r) for o, r in zip(data.observations, rows, strict=True) if len(r)),
+        data.configurations, tuple(o.take(r) for o, r in zip(data.observations, rows, strict=True) if len(r))
     )

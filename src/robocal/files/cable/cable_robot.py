@@ -180,11 +180,7 @@ def _missing_zero(rows: CableRows, robot: CableRobot, document: YamlDocument) ->
 
 
 def _robot(
-    model: CableRobotModel,
-    rows: CableRows,
-    frame: Anchors,
-    platform: Anchors,
-    values: CableValues,
+    model: CableRobotModel, rows: CableRows, frame: Anchors, platform: Anchors, values: CableValues
 ) -> tuple[CableRobot, dict[str, Place]]:
     document = values.document
     names = [row.name or f"c{i + 1}" for i, (row, _, _) in enumerate(rows)]

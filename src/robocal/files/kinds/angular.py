@@ -92,10 +92,7 @@ def write_spherical(obs: Observations, units: Units) -> KindOutput:
     """Three columns and their sigmas."""
     far = columns(("range",), ("s_range",), [units.length], obs)
     turned = columns(ANGLES, ANGLE_SIGMAS, [units.angle] * 2, obs, 1)
-    lines = (
-        section("range", ("range",), ("s_range",), obs),
-        section("bearing", ANGLES, ANGLE_SIGMAS, obs),
-    )
+    lines = (section("range", ("range",), ("s_range",), obs), section("bearing", ANGLES, ANGLE_SIGMAS, obs))
     return KindOutput((*far, *turned), (*lines, *show_scalar("zero", obs.options, "zero", units.length)))
 
 

@@ -28,7 +28,7 @@ MODULES = {
 }
 # Those of machines that have such parts alone.
 OF_PARTS: dict[str, dict[str, str]] = {
-    "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "inclination"},
+    "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "inclination"}
 }
 # Whatever else is a kind has a module of its own name.
 MODULES |= {name: name for name in NAMES if not any(name in own for own in (MODULES, *OF_PARTS.values()))}

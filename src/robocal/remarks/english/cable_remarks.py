@@ -18,8 +18,7 @@ TABLE: dict[Code, Phrase] = {
         "Check the number of cables and the degrees of freedom.",
     ),
     Code.SAID_OF_SOME: Phrase(
-        "{file}: {what} is stated for some cables only, and ignored",
-        "State it for every cable.",
+        "{file}: {what} is stated for some cables only, and ignored", "State it for every cable."
     ),
     Code.INERTIA_OF_NO_BODY: Phrase(
         "{file}: the inertia (row {row} of {bodies}) is impossible for a rigid body, and ignored",
@@ -38,8 +37,7 @@ TABLE: dict[Code, Phrase] = {
         "No length or tension depends on it. Where you need it, keep the model of CASPR.",
     ),
     Code.ANCHORS_UNUSED: Phrase(
-        "{file}: no cable uses {side} anchor {anchors}",
-        "Spare anchors do no harm; check that no cable is missing.",
+        "{file}: no cable uses {side} anchor {anchors}", "Spare anchors do no harm; check that no cable is missing."
     ),
     Code.TENSIONS_ASIDE: Phrase(
         "the tensions of the list are ignored: the elasticity of {robot} is not known",
@@ -166,8 +164,7 @@ TABLE: dict[Code, Phrase] = {
         "Check the convention of its orientations: rows and columns, order and frame of angles, sign of the quaternion's vector.",
     ),
     Code.NO_DIAMETER: Phrase(
-        "no cable diameter is known: contacts are those of lines without thickness",
-        "--diameter states it.",
+        "no cable diameter is known: contacts are those of lines without thickness", "--diameter states it."
     ),
     Code.POSE_OUT_OF_REACH: Phrase(
         "{pose}: a platform with {degrees} cannot be there: it is {off:.3g} away from {first} in {column}",
@@ -180,10 +177,7 @@ TABLE: dict[Code, Phrase] = {
     Code.MOTIONS_OPEN: Phrase(
         "{count} motions end where the search for contacts stopped: free up to there, unknown beyond"
     ),
-    Code.LENGTH_NOISE_ASSUMED: Phrase(
-        "no noise of a length is stated: 1 mm is assumed",
-        "--sigma states it.",
-    ),
+    Code.LENGTH_NOISE_ASSUMED: Phrase("no noise of a length is stated: 1 mm is assumed", "--sigma states it."),
     Code.NOISE_TEACHES_NOTHING: Phrase(
         "--sigma {sigma:g} {unit} is larger than the residual without any measurement ({expected:g}): the measurement "
         "would add nothing",
@@ -214,12 +208,10 @@ TABLE: dict[Code, Phrase] = {
         "--sigma states what residual is expected. Check the unit of the lengths.",
     ),
     Code.NOT_HELD: Phrase(
-        "{pose}: no tensions within the limits hold it; {missing} is missing",
-        "Choose another pose, load or limits.",
+        "{pose}: no tensions within the limits hold it; {missing} is missing", "Choose another pose, load or limits."
     ),
     Code.CLOSED_FORM_LEAVES: Phrase(
-        "{pose}: the closed form violates the limits where other tensions do not",
-        "--method mid finds them.",
+        "{pose}: the closed form violates the limits where other tensions do not", "--method mid finds them."
     ),
     Code.AND_MORE: Phrase("... and {count} more"),
     Code.NO_MARGIN: Phrase(

@@ -56,8 +56,7 @@ TABLE: dict[Code, Phrase] = {
         "Identify the second run from new measurements.",
     ),
     Code.RUN_REFUSED: Phrase(
-        "{run}: the verdict of this run was refused, so its parameters mean nothing",
-        "Correct that run first.",
+        "{run}: the verdict of this run was refused, so its parameters mean nothing", "Correct that run first."
     ),
     Code.RUN_NOT_IMPROVED: Phrase(
         "{run}: the verdict of this run was not improved",

@@ -8,18 +8,11 @@ from robocal.remarks.phrase import Phrase
 __all__ = ["TABLE"]
 
 TABLE: dict[Code, Phrase] = {
-    Code.ROBOT_SIZE: Phrase(
-        "{file}: the lengths add up to {reach:.3g} m",
-        "Check units.length: {unit}.",
-    ),
+    Code.ROBOT_SIZE: Phrase("{file}: the lengths add up to {reach:.3g} m", "Check units.length: {unit}."),
     Code.OVER_A_TURN: Phrase(
-        "{file}: {parameter} is {value:.6g} {unit}, more than a whole turn",
-        "Check units.angle: {unit}.",
+        "{file}: {parameter} is {value:.6g} {unit}, more than a whole turn", "Check units.angle: {unit}."
     ),
-    Code.TIP_CHOSEN: Phrase(
-        "{file}: the arm is taken to end at link {tip}",
-        "Choose another with --tip.",
-    ),
+    Code.TIP_CHOSEN: Phrase("{file}: the arm is taken to end at link {tip}", "Choose another with --tip."),
     Code.RUN_HOLDS_MORE: Phrase(
         "{file} does not hold the fitted {names}; the run folder {folder} does",
         "Give the run folder instead of the file.",
@@ -56,13 +49,9 @@ TABLE: dict[Code, Phrase] = {
     Code.LARGEST_ANGLE: Phrase("the largest is {largest:.4g} {unit}"),
     Code.SPREAD_UNLIKE: Phrase("they spread over {spread:.3g} m, the arm measures {reach:.3g} m"),
     Code.AS_STATED_UNFIT: Phrase("the model does not fit the values as they are stated"),
-    Code.ROW_ZERO: Phrase(
-        "row {row}: every number is 0, as after a lost beam",
-        "Leave it out (--exclude).",
-    ),
+    Code.ROW_ZERO: Phrase("row {row}: every number is 0, as after a lost beam", "Leave it out (--exclude)."),
     Code.ROW_COPY: Phrase(
-        "row {row} equals row {partner} to the last digit, as if the instrument got stuck",
-        "Leave it out (--exclude).",
+        "row {row} equals row {partner} to the last digit, as if the instrument got stuck", "Leave it out (--exclude)."
     ),
     Code.ROW_TARGET: Phrase(
         "row {row} is where target {target} should be: two labels are swapped",
@@ -80,16 +69,11 @@ TABLE: dict[Code, Phrase] = {
         "Check how the columns were put together.",
     ),
     Code.ROW_SIGN: Phrase(
-        "row {row}: number {column} of the reading fits with the other sign",
-        "Check the sign there.",
+        "row {row}: number {column} of the reading fits with the other sign", "Check the sign there."
     ),
-    Code.ROW_COLUMN: Phrase(
-        "row {row}: only number {column} of the reading is off",
-        "Check how it was written down.",
-    ),
+    Code.ROW_COLUMN: Phrase("row {row}: only number {column} of the reading is off", "Check how it was written down."),
     Code.ROWS_EXCLUDED: Phrase(
-        "{file}: {count} rows were left out by the user ({rows})",
-        "The results are those of the other rows.",
+        "{file}: {count} rows were left out by the user ({rows})", "The results are those of the other rows."
     ),
     Code.ROWS_MISSING: Phrase(
         "{file}: {count} rows were left out because a value is missing ({rows})",

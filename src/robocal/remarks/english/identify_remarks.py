@@ -49,8 +49,7 @@ TABLE: dict[Code, Phrase] = {
         "Hold out a part of the configurations (--hold-out 0.2) or predict each from the others (--leave-one-out).",
     ),
     Code.NOTHING_MEASURED_THERE: Phrase(
-        "no measurement was held out, so nothing is proven",
-        "Hold out configurations at which something was measured.",
+        "no measurement was held out, so nothing is proven", "Hold out configurations at which something was measured."
     ),
     Code.ONE_PLACE: Phrase(
         "all configurations are equal: this shows repeatability, not geometry",
@@ -181,10 +180,7 @@ TABLE: dict[Code, Phrase] = {
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}: so much noise is not in these data",
         "Check the stated sigma and its unit, or do not state it. Effects below the stated sigma were neither looked for nor found.",
     ),
-    Code.PRIORS_IGNORED: Phrase(
-        "{method} ignores priors and bounds",
-        "Use lm where priors are stated.",
-    ),
+    Code.PRIORS_IGNORED: Phrase("{method} ignores priors and bounds", "Use lm where priors are stated."),
     Code.RESTARTED: Phrase("the first fit was not acceptable; {starts} further starts were tried"),
     Code.OUTLIERS: Phrase(
         "{group}: {count} of {total} rows are gross and were excluded (the farthest at configuration {configuration}[, "
@@ -195,10 +191,7 @@ TABLE: dict[Code, Phrase] = {
         "{group}: {count} of {total} rows are suspect but were used (the farthest at configuration {configuration})",
         "Look at these rows.",
     ),
-    Code.CAUSE_ZEROS: Phrase(
-        "exact zeros: a lost beam, or an empty value",
-        "Remove the row.",
-    ),
+    Code.CAUSE_ZEROS: Phrase("exact zeros: a lost beam, or an empty value", "Remove the row."),
     Code.CAUSE_ALONE: Phrase(
         "one row on its own: a wrong target, a slip, or a mistyped number", "Measure it again, or remove the row."
     ),

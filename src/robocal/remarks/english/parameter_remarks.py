@@ -13,8 +13,7 @@ TABLE: dict[Code, Phrase] = {
         "Measure where these differ, or fix all but one of them (--fix).",
     ),
     Code.LITTLE_SAID: Phrase(
-        "the data add little to the expected value",
-        "Measure more, or measure where this parameter has an effect.",
+        "the data add little to the expected value", "Measure more, or measure where this parameter has an effect."
     ),
     Code.HIDDEN_PARTNERS: Phrase(
         "cannot be separated from {partners}: the sigma shows how far",
@@ -26,8 +25,7 @@ TABLE: dict[Code, Phrase] = {
         "Move the joint through more of its range, or measure more configurations.",
     ),
     Code.AT_BOUND: Phrase(
-        "the value is at its bound",
-        "Widen the bound, or look for what pushes the parameter against it.",
+        "the value is at its bound", "Widen the bound, or look for what pushes the parameter against it."
     ),
     Code.NO_EFFECT: Phrase("{parameter} has no effect on these measurements"),
     Code.CANNOT_BE_TOLD: Phrase("{parameter} cannot be separated from {partners}[ and {more} more]"),
@@ -36,10 +34,7 @@ TABLE: dict[Code, Phrase] = {
         "no effect of it is observable above the noise[: no column {column} was recorded, or it never changes]",
         "Record what it depends on, and let it vary.",
     ),
-    Code.GROUP_FEW: Phrase(
-        "fewer than {least} configurations prove nothing about it",
-        "Measure more configurations.",
-    ),
+    Code.GROUP_FEW: Phrase("fewer than {least} configurations prove nothing about it", "Measure more configurations."),
     Code.BLOCKS_FALL: Phrase("the mean error on unseen blocks of rows falls"),
     Code.BLOCKS_DO_NOT_FALL: Phrase("the mean error on unseen blocks of rows does not fall significantly"),
     Code.LAYER_NEEDS: Phrase(

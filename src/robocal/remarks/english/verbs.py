@@ -33,8 +33,7 @@ TABLE: dict[Code, Phrase] = {
         "Give measurements of positions, poses or distances.",
     ),
     Code.NO_POSITION: Phrase(
-        "the model gives no finite position on these data",
-        "Look for joint values or lengths that are far too large.",
+        "the model gives no finite position on these data", "Look for joint values or lengths that are far too large."
     ),
     Code.MEAN_AS_GOOD: Phrase(
         "no better than predicting the mean of the measurements: {error:.4g} against {constant:.4g}",
@@ -78,8 +77,7 @@ TABLE: dict[Code, Phrase] = {
         "See the note of each target in the table.",
     ),
     Code.MODELS_APART: Phrase(
-        "the two models differ by {gap:.3g} at the targets",
-        "Check that the nominal model is that of this robot.",
+        "the two models differ by {gap:.3g} at the targets", "Check that the nominal model is that of this robot."
     ),
     Code.BRANCH_UNKNOWN: Phrase(
         "the targets do not show where the controller's joints would be: another branch (elbow, wrist) has other "
@@ -87,8 +85,7 @@ TABLE: dict[Code, Phrase] = {
         "Add joint columns to decide.",
     ),
     Code.TOOL_CHANGED: Phrase(
-        "the calibration changed the tool",
-        "--tool states which tool both models carry (calibrated by default).",
+        "the calibration changed the tool", "--tool states which tool both models carry (calibrated by default)."
     ),
     Code.NEEDS_JOINTS: Phrase("needs {joints}"),
     Code.BY_WAY_OF_LIMITS: Phrase("reached only with joints outside their limits on the way"),
@@ -96,25 +93,15 @@ TABLE: dict[Code, Phrase] = {
     Code.CORRECTION_LEAPS: Phrase("the correction moves {joint}"),
     Code.LOW_DEXTERITY: Phrase("dexterity {dexterity:.2g}, below {least:g}"),
     Code.ORIENTATION_RELAXED: Phrase("position exact, orientation off by {angle:.3g}"),
-    Code.URDF_CANNOT_HOLD: Phrase(
-        "a URDF cannot hold the fitted {names}",
-        "--format yaml holds them.",
-    ),
-    Code.BEYOND_LEFT_OUT: Phrase(
-        "non-geometric effects are left out: {groups}",
-        "--format yaml holds them.",
-    ),
+    Code.URDF_CANNOT_HOLD: Phrase("a URDF cannot hold the fitted {names}", "--format yaml holds them."),
+    Code.BEYOND_LEFT_OUT: Phrase("non-geometric effects are left out: {groups}", "--format yaml holds them."),
     Code.WORTH_ALONE: Phrase(
         "{what}: {nominal:.3g~} to {alone:.3g}, the whole model {whole:.3g} (mean error on {data} from the nominal robot, "
         "frames and tool fitted)"
     ),
-    Code.WORTH_UNKNOWN: Phrase(
-        "{what}: its gain could not be computed: {why}",
-        "robocal validate judges it on data.",
-    ),
+    Code.WORTH_UNKNOWN: Phrase("{what}: its gain could not be computed: {why}", "robocal validate judges it on data."),
     Code.OFFSETS_MISSING: Phrase(
-        "{file} has no row for {joints}: 0 is assumed",
-        "Add a row for each, or make sure that 0 is right.",
+        "{file} has no row for {joints}: 0 is assumed", "Add a row for each, or make sure that 0 is right."
     ),
     Code.URDF_PLACEHOLDERS: Phrase(
         "effort and velocity limits are placeholders (0): a URDF must have them, a kinematic model has none",

@@ -59,11 +59,7 @@ def _place(finding: Finding, n: Mapping[str, object], robot: object) -> dict[str
         LENGTHS: ("lengths.columns", None, "columns that hold {right} in this order"),
         EXCHANGED: ("{kind}.columns", None, "their columns in the order of {one}, {other}"),
         SHIFTED: ("{kind}", None, "each beside the id of its pose"),
-        NOT_AT_REST: (
-            "{kind}",
-            left,
-            "the order of the columns as that of the cables, one unit, the platform at rest",
-        ),
+        NOT_AT_REST: ("{kind}", left, "the order of the columns as that of the cables, one unit, the platform at rest"),
         CELLS: (
             "{kind}.unit",
             "{mass:.3g} where the robot's file states {stated:.3g} ({unit}?)",

@@ -202,11 +202,7 @@ def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:
 
 
 def verb_document(
-    robot: CableRobot,
-    found: Mapping[str, Any],
-    warnings: Sequence[Remark],
-    inputs: Sequence[InputFile],
-    command: str,
+    robot: CableRobot, found: Mapping[str, Any], warnings: Sequence[Remark], inputs: Sequence[InputFile], command: str
 ) -> dict[str, Any]:
     """The document of `cable drift`, schema 1."""
     return {

@@ -37,9 +37,7 @@ class Options(BaseOptions):
 
     robot: w.Robot
     data: str | None = arg(
-        None,
-        "DATA",
-        "A data file that describes the instrument; its measurements do not count (see --after).",
+        None, "DATA", "A data file that describes the instrument; its measurements do not count (see --after)."
     )
     output: Path | None = option(
         None, "Write poses.csv, data.yaml, plan.json and plan.html here", short="-o", metavar="DIR"

@@ -64,9 +64,7 @@ class Options(BaseOptions):
         None, "Validate these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE"
     )
     distances: str = option(
-        "consecutive",
-        "Pairs of places: consecutive, all, group, or a column of the configurations",
-        metavar="PAIRS",
+        "consecutive", "Pairs of places: consecutive, all, group, or a column of the configurations", metavar="PAIRS"
     )
     exclude: w.Exclude = ()
     output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")

@@ -43,10 +43,7 @@ def contact_details(made: Motions) -> Iterator[Section]:
         if made.demand is None
         else f" {significant(float(made.demand.masses.max()))} kg is held, without acceleration."
     )
-    yield part(
-        "How it was worked out",
-        "\n\n".join([words, *assumption_text(robot), *map(full_text, made.remarks)]),
-    )
+    yield part("How it was worked out", "\n\n".join([words, *assumption_text(robot), *map(full_text, made.remarks)]))
 
 
 def _drawn(made: Motions, i: int, more: str) -> Section:

@@ -32,9 +32,7 @@ class Options(BaseOptions):
 
     robot: w.CableRobot
     lengths: str = arg(
-        ...,
-        "LENGTHS",
-        "CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths without stretch.",
+        ..., "LENGTHS", "CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths without stretch."
     )
     sigma: float | None = option(
         None, "Standard deviation of a length", metavar="SIGMA", unit="length", above=0, wrong=w.NOISE

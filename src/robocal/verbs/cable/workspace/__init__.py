@@ -145,10 +145,7 @@ def sections(made: Outcome[Workspace]) -> Iterator[Section]:
 
 def _spares(found: Shape, force: Unit) -> Iterator[str]:
     """Margins and possible accelerations of the held cells."""
-    for spread, title, unit in (
-        (found.margin, "margin", force),
-        (found.acceleration, "possible acceleration", None),
-    ):
+    for spread, title, unit in ((found.margin, "margin", force), (found.acceleration, "possible acceleration", None)):
         if spread is not None and spread.greatest < float("inf"):
             values = (spread.least, spread.greatest, spread.median)
             least, greatest, median = (figure(v if unit is None else unit.from_si(v), 3) for v in values)
