@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from robocal.diagnose.context import Context
+from robocal.diagnose.check_registry import Context
 from robocal.prove.evidence import Evidence
 from robocal.prove.verdict import verdict_of
 

@@ -9,9 +9,25 @@ import pytest
 from judging import judge
 from unit.arm_data import arm, measured
 
-from robocal.diagnose.check_registry import ALL, CABLES, DIAGNOSE, Check, Given, Machines, When, checks, run
-from robocal.diagnose.context import Context, once
-from robocal.diagnose.finding import Finding, Level, doubt, note, qualify, refuse
+from robocal.diagnose.check_registry import (
+    ALL,
+    CABLES,
+    DIAGNOSE,
+    Check,
+    Context,
+    Finding,
+    Given,
+    Level,
+    Machines,
+    When,
+    checks,
+    doubt,
+    note,
+    once,
+    qualify,
+    refuse,
+    run,
+)
 from robocal.errors import Cancelled
 from robocal.measure.machine import Rig
 from robocal.prove.evidence import Gain

@@ -9,7 +9,7 @@ import pytest
 from prove.test_segments import moved, rig
 from trials import observations, open_robot, perturbed
 
-from robocal.diagnose.context import Context
+from robocal.diagnose.check_registry import Context
 from robocal.diagnose.follow import errors_follow
 from robocal.fit.baseline import baseline
 from robocal.fit.fit import fit

@@ -16,9 +16,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from robocal._types import Array, Ints
-from robocal.diagnose.check_registry import Machines, When, check
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, doubt
+from robocal.diagnose.check_registry import Context, Finding, Machines, When, check, doubt
 from robocal.diagnose.limits import FOLLOW_ALIKE, FOLLOW_PAIRS, FOLLOW_SHARE, FOLLOW_SIGMA
 from robocal.estimate.terms import Residuals
 from robocal.measure.data import DataSet

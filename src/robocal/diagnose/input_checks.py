@@ -7,9 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, Level, doubt, of_remarks
+from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, of_remarks
 from robocal.diagnose.limits import NUMBERS_PER_PARAMETER, PLANE_POINTS, PLANE_THICKNESS
 from robocal.geometry import fits
 from robocal.measure.machine import Model, freedom_of, joints_of

@@ -6,9 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, Level, doubt, note, of_remarks
+from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, note, of_remarks
 from robocal.fit.estimators import estimator
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code

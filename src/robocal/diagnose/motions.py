@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robocal._types import Array
-from robocal.diagnose.check_registry import Machines, When, check
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, Level, doubt, of_remarks
+from robocal.diagnose.check_registry import Context, Finding, Level, Machines, When, check, doubt, of_remarks
 from robocal.diagnose.limits import MOTION_UNSEEN
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code

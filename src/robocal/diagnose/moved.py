@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import Context, once
-from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.check_registry import Context, Finding, Level, When, check, of_remarks, once
 from robocal.diagnose.segments.find import Segment, find_segments, segment_remarks
 from robocal.measure.machine import Model
 

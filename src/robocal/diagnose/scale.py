@@ -24,9 +24,7 @@ import numpy as np
 from scipy import special
 
 from robocal._types import Array
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import Context, once
-from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.check_registry import Context, Finding, Level, When, check, of_remarks, once
 from robocal.diagnose.limits import (
     SCALE_CHANCE,
     SCALE_DOUBT_SIGMA,

@@ -21,7 +21,7 @@ import numpy as np
 import scipy
 
 from robocal._types import Array, Ints
-from robocal.diagnose.context import Context, once
+from robocal.diagnose.check_registry import Context, once
 from robocal.diagnose.limits import SAME_PLACES_SHARE
 from robocal.estimate.elimination import reweight
 from robocal.estimate.uncertainty import Total

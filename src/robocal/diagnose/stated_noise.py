@@ -6,9 +6,7 @@ from collections.abc import Iterator
 
 from scipy import special
 
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, doubt
+from robocal.diagnose.check_registry import Context, Finding, When, check, doubt
 from robocal.diagnose.implausible import implausible_changes
 from robocal.diagnose.limits import COMPUTED_ERROR, COMPUTED_FREEDOM, NOISE_ABOVE, NOISE_BELOW, NOISE_CHANCE
 from robocal.diagnose.stated_numbers import reads

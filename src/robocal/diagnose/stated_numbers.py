@@ -19,9 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robocal._types import Array
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import Context, once
-from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.check_registry import Context, Finding, Level, When, check, of_remarks, once
 from robocal.diagnose.limits import NUMBER_SHARE, NUMBER_SIGMA
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build

@@ -17,9 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robocal._types import Array
-from robocal.diagnose.check_registry import Machines, When, check
-from robocal.diagnose.context import Context, once
-from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.check_registry import Context, Finding, Level, Machines, When, check, of_remarks, once
 from robocal.diagnose.limits import LATE_DOUBT_SHARE, LATE_SHARE, NUMBER_SIGMA
 from robocal.diagnose.stated_numbers import score
 from robocal.measure.base import problem as build

@@ -17,9 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._types import Array
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import once
-from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.check_registry import Finding, Level, When, check, of_remarks, once
 from robocal.diagnose.limits import BOOTSTRAP_DRAWS, BOOTSTRAP_PLACES
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robocal.diagnose.check_registry import Given, When, check
-from robocal.diagnose.finding import Finding, Level, note, of_remarks, qualify, refuse
+from robocal.diagnose.check_registry import Finding, Given, Level, When, check, note, of_remarks, qualify, refuse
 from robocal.diagnose.implausible import implausible, out_of_tolerance
 from robocal.diagnose.limits import (
     ANGLES_LEFT,

@@ -8,9 +8,7 @@ import numpy as np
 from scipy import special
 
 from robocal._types import Ints
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import once
-from robocal.diagnose.finding import Finding, doubt, note
+from robocal.diagnose.check_registry import Finding, When, check, doubt, note, once
 from robocal.diagnose.limits import BAND_CHANCE
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit

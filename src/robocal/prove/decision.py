@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from robocal._types import Array, Bools
-from robocal.diagnose.context import Context, M_co
+from robocal.diagnose.check_registry import Context, M_co
 from robocal.diagnose.limits import FINEST_ERROR
 from robocal.diagnose.rounding import rounding_rms
 from robocal.fit.baseline import Baseline

@@ -6,9 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import once
-from robocal.diagnose.finding import Finding, doubt
+from robocal.diagnose.check_registry import Finding, When, check, doubt, once
 from robocal.diagnose.outliers import Outlier, find_outliers
 from robocal.measure.machine import Model
 from robocal.prove.decision import Decision

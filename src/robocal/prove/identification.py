@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._types import Array
-from robocal.diagnose.finding import Finding
+from robocal.diagnose.check_registry import Finding
 from robocal.diagnose.outliers import Outlier
 from robocal.diagnose.scale import Scale
 from robocal.diagnose.scatter import WhitenedRows

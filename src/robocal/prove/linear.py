@@ -10,9 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robocal._types import Array
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import once
-from robocal.diagnose.finding import Finding, doubt, note
+from robocal.diagnose.check_registry import Finding, When, check, doubt, note, once
 from robocal.diagnose.limits import CURVATURE, STEP_MISLEADS
 from robocal.estimate.linearity import Curvature, Step, curvature, one_step
 from robocal.estimate.uncertainty import Uncertainty

@@ -28,9 +28,7 @@ import scipy
 from scipy import special
 
 from robocal._types import Array
-from robocal.diagnose.check_registry import Given, When, check
-from robocal.diagnose.context import once
-from robocal.diagnose.finding import Finding, qualify
+from robocal.diagnose.check_registry import Finding, Given, When, check, once, qualify
 from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, WORSE_CHANCE
 from robocal.diagnose.scale import common_scale
 from robocal.estimate.problem import Problem

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robocal._types import Array, Ints
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import once
-from robocal.diagnose.finding import Finding, note
+from robocal.diagnose.check_registry import Finding, When, check, note, once
 from robocal.diagnose.limits import PARTNERS_WIDER
 from robocal.estimate.choosing.choice import together
 from robocal.estimate.problem import Problem

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robocal.diagnose.check_registry import Given, When, check
-from robocal.diagnose.finding import Finding, qualify, refuse
+from robocal.diagnose.check_registry import Finding, Given, When, check, qualify, refuse
 from robocal.diagnose.gross import share
 from robocal.diagnose.limits import GROSS_SHARE, MEAN_RIVAL, PROOF_PLACES, ROUNDING_MARGIN, UNEXPLAINED_MOST
 from robocal.measure.machine import Model

@@ -13,8 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import groupby
 
-from robocal.diagnose.check_registry import DIAGNOSE, PROVE, When, run
-from robocal.diagnose.finding import Finding, Level
+from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, Level, When, run
 from robocal.measure.machine import Model
 from robocal.prove.decision import Decision
 from robocal.prove.evidence import Gain

@@ -9,9 +9,7 @@ import numpy as np
 from robocal.cables.geometry import CableRobot
 from robocal.diagnose.cables.column_order import find_exchange
 from robocal.diagnose.cables.pose_axes import find_pose_axes
-from robocal.diagnose.check_registry import Given, When, check
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, refuse
+from robocal.diagnose.check_registry import Context, Finding, Given, When, check, refuse
 from robocal.diagnose.limits import AXES_SIMPLER
 from robocal.geometry import se3
 from robocal.remarks.english import declare

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from robocal.diagnose.check_registry import Given, When, check
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, refuse
+from robocal.diagnose.check_registry import Context, Finding, Given, When, check, refuse
 from robocal.diagnose.limits import CABLE_COPIES
 from robocal.measure.machine import Model
 from robocal.remarks.english import declare

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.diagnose.cables.balance import Balance, balance
-from robocal.diagnose.check_registry import Given, When, check
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, Level, doubt, refuse
+from robocal.diagnose.check_registry import Context, Finding, Given, Level, When, check, doubt, refuse
 from robocal.diagnose.limits import CELL_UNIT_NEAR, TENSION_FARTHER, TENSION_MASS, TENSION_POSES
 from robocal.fit.starts.own import place_configurations
 from robocal.geometry import se3

@@ -7,9 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.cables.geometry import CableRobot
-from robocal.diagnose.check_registry import Given, When, check
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, refuse
+from robocal.diagnose.check_registry import Context, Finding, Given, When, check, refuse
 from robocal.diagnose.limits import SIZE_CONFIGURATIONS, SIZES_APART
 from robocal.measure.lengths import locate_platform
 from robocal.remarks.english import declare

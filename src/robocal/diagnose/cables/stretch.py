@@ -7,9 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.cables.geometry import CableRobot
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, note
+from robocal.diagnose.check_registry import Context, Finding, When, check, note
 from robocal.measure.data import Observations
 from robocal.measure.lengths import owner
 from robocal.remarks.code import Code

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from robocal.diagnose.check_registry import Given, Machines, When, check
-from robocal.diagnose.context import once
-from robocal.diagnose.finding import Finding, doubt, refuse
+from robocal.diagnose.check_registry import Finding, Given, Machines, When, check, doubt, once, refuse
 from robocal.diagnose.hypotheses.explain import Explanation, assess_misfit, explain
 from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
 from robocal.diagnose.hypotheses.remounted import find_remount

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from robocal.diagnose.context import Context, M_co
+from robocal.diagnose.check_registry import Context, M_co
 from robocal.diagnose.hypotheses.other_units import OtherUnit
 from robocal.remarks.remark import Remark
 

@@ -8,8 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from robocal._types import Array
-from robocal.diagnose.check_registry import Given, Machines, When, check
-from robocal.diagnose.finding import Finding, Level, of_remarks, refuse
+from robocal.diagnose.check_registry import Finding, Given, Level, Machines, When, check, of_remarks, refuse
 from robocal.diagnose.hypotheses.other_units import OtherUnit
 from robocal.diagnose.hypotheses.reading import ReadContext
 from robocal.diagnose.limits import UNIT_BETTER, UNIT_GAIN, UNIT_MISFIT, UNIT_SPARE

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._types import Array
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.finding import Finding, doubt
+from robocal.diagnose.check_registry import Finding, When, check, doubt
 from robocal.diagnose.rows.table import TableContext
 from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import limits_of

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal._types import Array
-from robocal.diagnose.check_registry import When, check
-from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.check_registry import Finding, Level, When, check, of_remarks
 from robocal.diagnose.limits import COPY_CHANCE, QUIETEST, REPEAT_SIGMA
 from robocal.diagnose.rows.table import TableContext
 from robocal.measure.base import kind_of

@@ -6,9 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robocal.diagnose.check_registry import Given, Machines, When, check
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, refuse
+from robocal.diagnose.check_registry import Context, Finding, Given, Machines, When, check, refuse
 from robocal.diagnose.limits import STILL_MOVED, STILL_PLACES
 from robocal.measure.base import kind_of
 from robocal.measure.machine import Model

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.diagnose.context import Context, M_co
+from robocal.diagnose.check_registry import Context, M_co
 
 __all__ = ["TableContext"]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robocal.arms.conventions import CONVENTIONS
-from robocal.diagnose.finding import Finding
+from robocal.diagnose.check_registry import Finding
 from robocal.diagnose.hypotheses.changes import Change, What, changes
 from robocal.diagnose.hypotheses.explain import Explanation, Trial, alike
 from robocal.diagnose.hypotheses.one_change import Mistake

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from robocal.diagnose.check_registry import HYPOTHESES, ROWS, When, run
-from robocal.diagnose.finding import Finding, Level
+from robocal.diagnose.check_registry import HYPOTHESES, ROWS, Finding, Level, When, run
 from robocal.diagnose.hypotheses.explain import Doubt
 from robocal.diagnose.hypotheses.one_change import CHANGED, mistake
 from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext

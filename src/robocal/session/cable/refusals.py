@@ -10,9 +10,7 @@ from robocal.diagnose.cables.columns import ANCHORS, AXES, LENGTHS
 from robocal.diagnose.cables.copies import COPIED
 from robocal.diagnose.cables.rest import CELLS, EXCHANGED, NOT_AT_REST, SHIFTED
 from robocal.diagnose.cables.sizes import TWO_SIZES
-from robocal.diagnose.check_registry import CABLES, When, run
-from robocal.diagnose.context import Context
-from robocal.diagnose.finding import Finding, Level
+from robocal.diagnose.check_registry import CABLES, Context, Finding, Level, When, run
 from robocal.errors import FormatError, ToWrite
 from robocal.files.cable.cablefile import CableFile
 from robocal.measure.data import DataSet

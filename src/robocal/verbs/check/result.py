@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robocal.diagnose.check_registry import When, run
-from robocal.diagnose.context import Context
+from robocal.diagnose.check_registry import Context, When, run
 from robocal.diagnose.gross import sift
 from robocal.diagnose.moved import findings_of_segments
 from robocal.diagnose.outliers import Outlier, name_outliers
