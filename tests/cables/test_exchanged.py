@@ -8,7 +8,7 @@ from cables.cable_robots import box, poses, published
 from cables.test_calibration import read
 
 from robocal.cables.geometry import cable_robot
-from robocal.diagnose.cables.column_order import find_exchange
+from robocal.diagnose.cables.columns import find_exchange
 from robocal.geometry import se3
 
 NOISE, TILT = 3e-3, np.radians(15)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robocal.diagnose.rows.repeats import repeat_remarks
+from robocal.diagnose.rows.table import repeat_remarks
 from robocal.measure.data import Configurations, Observations
 from robocal.remarks.code import Code
 

@@ -32,7 +32,6 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal._types import Array
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.progress import Watch
@@ -163,13 +162,6 @@ class Context(Generic[M_co]):
 
         data = self.need_data
         return far_from(data, self.need_fit.problem, self.need_fit.solution.x, np.arange(len(data.configurations)))
-
-    @cached_property
-    def rates(self) -> tuple[Array, bool] | None:
-        """The rate of every joint along a path, (m, n), and whether it is per second; None where there is no path."""
-        from robocal.diagnose.paths import joint_rates
-
-        return joint_rates(self.need_fit.data.configurations)
 
     @cached_property
     def places(self) -> NDArray[np.int64]:

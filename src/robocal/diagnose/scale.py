@@ -24,16 +24,8 @@ import numpy as np
 from scipy import special
 
 from robocal._types import Array
+from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, When, check, of_remarks, once
-from robocal.diagnose.limits import (
-    SCALE_CHANCE,
-    SCALE_DOUBT_SIGMA,
-    SCALE_LEAST,
-    SCALE_OPEN,
-    SCALE_READ_SIGMA,
-    SCALE_SIGMA,
-    SCALE_WIDEST,
-)
 from robocal.estimate.uncertainty import Total
 from robocal.measure.base import Rows
 from robocal.measure.machine import Model
@@ -62,16 +54,19 @@ class Scale:
     @property
     def observable(self) -> bool:
         """Whether the data know it at all."""
-        return self.sigma <= SCALE_OPEN
+        return self.sigma <= limits.SCALE_OPEN
 
     @property
     def _notable(self) -> bool:
-        return self.common and abs(self.factor) > SCALE_LEAST
+        return self.common and abs(self.factor) > limits.SCALE_LEAST
 
     @property
     def implausible(self) -> bool:
         """Whether no arm's making leaves that."""
-        return self._notable and abs(self.factor) > (SCALE_SIGMA if self.stated else SCALE_READ_SIGMA) * self.sigma
+        return (
+            self._notable
+            and abs(self.factor) > (limits.SCALE_SIGMA if self.stated else limits.SCALE_READ_SIGMA) * self.sigma
+        )
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
@@ -79,7 +74,7 @@ class Scale:
         numbers = {"factor": self.factor, "sigma": self.sigma}
         if self.stated and not self.observable and not self.implausible:
             return (Remark.of(Code.SCALE_OPEN, sigma=self.sigma),)
-        if abs(self.factor) <= SCALE_DOUBT_SIGMA * self.sigma or not self._notable:
+        if abs(self.factor) <= limits.SCALE_DOUBT_SIGMA * self.sigma or not self._notable:
             return ()
         if self.implausible:
             return (Remark.of(Code.SCALE_WRONG, **numbers),)
@@ -111,7 +106,7 @@ def scale_of(model: Model, fit: Fit, off: Total) -> Scale | None:
     weight = root @ along / information
     common = _common(along, root.T @ each, white)
     narrow = information**-0.5
-    wider = min(_wider(white - along * float(weight @ delta)), max(1.0, SCALE_WIDEST / narrow))
+    wider = min(_wider(white - along * float(weight @ delta)), max(1.0, limits.SCALE_WIDEST / narrow))
     fitted_part, making_part = (wider * float(np.sqrt(max(weight @ c @ weight, 0.0))) for c in (noise, making))
     stated = not any(t.metric for t in fit.problem.terms if isinstance(t, Rows))
     return Scale(float(weight @ delta), wider * narrow, fitted_part, making_part, stated, common)
@@ -120,7 +115,7 @@ def scale_of(model: Model, fit: Fit, off: Total) -> Scale | None:
 def _wider(left: Array) -> float:
     """How many times as large as expected are the changes (k,) that a factor leaves; 1 where that may be chance."""
     dof, chi2 = len(left) - 1, float(left @ left)
-    return float(np.sqrt(chi2 / dof)) if dof > 0 and chi2 > special.chdtri(dof, SCALE_CHANCE) else 1.0
+    return float(np.sqrt(chi2 / dof)) if dof > 0 and chi2 > special.chdtri(dof, limits.SCALE_CHANCE) else 1.0
 
 
 def _common(factor: Array, each: Array, change: Array) -> bool:
@@ -133,7 +128,7 @@ def _common(factor: Array, each: Array, change: Array) -> bool:
     other = each[:, best] / size[best]
     rest = factor - other * (other @ factor)
     left = float(np.linalg.norm(rest))
-    return left > 1e-9 * float(np.linalg.norm(factor)) and abs(float(rest @ change)) > SCALE_SIGMA * left
+    return left > 1e-9 * float(np.linalg.norm(factor)) and abs(float(rest @ change)) > limits.SCALE_SIGMA * left
 
 
 @once

@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robocal._types import Array
+from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, Machines, When, check, of_remarks, once
-from robocal.diagnose.limits import LATE_DOUBT_SHARE, LATE_SHARE, NUMBER_SIGMA
 from robocal.diagnose.stated_numbers import score
 from robocal.measure.base import problem as build
+from robocal.measure.data import Configurations
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from robocal.estimate.problem import Problem
     from robocal.fit.fit import Fit
 
-__all__ = ["TimeOffset", "find_time_offset", "time_offset"]
+__all__ = ["TimeOffset", "find_time_offset", "joint_rates", "time_offset"]
 
 STEP = 1e-6  # rad or m, by which joints move in the difference of residuals
 
@@ -48,7 +49,7 @@ class TimeOffset:
     @property
     def wrong(self) -> bool:
         """Whether no gain counts before it is put right."""
-        return self.share > LATE_SHARE
+        return self.share > limits.LATE_SHARE
 
     @property
     def remark(self) -> Remark:
@@ -87,7 +88,7 @@ def find_time_offset(model: Model, fit: Fit, told: tuple[Array, bool] | None) ->
     found = score(
         seen.j, seen.r, here.scales, np.stack([np.where(np.isin(term, mine), every, 0.0) for mine in some], axis=1)
     )
-    if found is None or found.t < NUMBER_SIGMA or found.share < LATE_DOUBT_SHARE:
+    if found is None or found.t < limits.NUMBER_SIGMA or found.share < limits.LATE_DOUBT_SHARE:
         return None
     return TimeOffset(names[some[found.column][0]], -found.change, timed, found.t, found.share)
 
@@ -95,7 +96,7 @@ def find_time_offset(model: Model, fit: Fit, told: tuple[Array, bool] | None) ->
 @once
 def time_offset(context: Context[Model]) -> TimeOffset | None:
     """That of the fit to everything."""
-    return find_time_offset(context.model, context.need_fit, context.rates)
+    return find_time_offset(context.model, context.need_fit, joint_rates(context.need_fit.data.configurations))
 
 
 @check("time-offset", When.FIT, order=230, machines=Machines.JOINTED, needs=("fit",))
@@ -112,3 +113,25 @@ def refuse_time(context: Context[Model]) -> Iterator[Finding]:
     found = time_offset(context)
     if found is not None and found.wrong:
         yield from of_remarks((found.remark,), Level.REFUSE)
+
+
+def joint_rates(configurations: Configurations) -> tuple[Array, bool] | None:
+    """The speed of every joint (m, n), and whether it is per second (else per row); nought where a neighbour is far; None where
+    no path was measured."""
+    q, t = configurations.joints, configurations.columns.get("time")
+    if q is None or len(q) < limits.PATH_CONFIGURATIONS or not np.isfinite(q).all():
+        return None
+    timed = t is not None and bool(np.isfinite(t).all() and np.ptp(t) > 0)
+    order = np.argsort(t, kind="stable") if timed and t is not None else np.arange(len(q))
+    way, clock = q[order], t[order] if timed and t is not None else np.arange(len(q), dtype=np.float64)
+    spread = q.std(axis=0)
+    place = way / np.where(spread > 0, spread, 1.0)
+    step = np.linalg.norm(np.diff(place, axis=0), axis=1)
+    near = step < limits.PATH_STEP * np.sqrt(2 * (spread > 0).sum())
+    inside = np.flatnonzero(near[:-1] & near[1:] & (clock[2:] > clock[:-2])) + 1
+    if len(inside) < limits.PATH_SHARE * len(q):
+        return None
+    speed = np.zeros_like(q)
+    gap = (clock[inside + 1] - clock[inside - 1])[:, None]
+    speed[order[inside]] = (way[inside + 1] - way[inside - 1]) / gap
+    return (speed, timed) if speed.any() else None

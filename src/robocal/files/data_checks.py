@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from robocal._types import Array
-from robocal.diagnose.hypotheses.other_units import OtherUnit
+from robocal.diagnose.hypotheses.reading import OtherUnit
 from robocal.diagnose.limits import (
     DEGREES_MOVED,
     DEGREES_RANGE,
@@ -22,7 +22,7 @@ from robocal.diagnose.limits import (
     SPREAD_ROWS,
     SPREAD_SMALL,
 )
-from robocal.diagnose.rows.joint_limits import outside
+from robocal.diagnose.rows.table import outside
 from robocal.files.units import UNITS, Unit
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model, joints_of

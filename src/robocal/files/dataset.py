@@ -15,7 +15,7 @@ import numpy as np
 
 from robocal._types import Ints
 from robocal.diagnose.check_registry import ROWS, When, run
-from robocal.diagnose.hypotheses.other_units import OtherUnit
+from robocal.diagnose.hypotheses.reading import OtherUnit
 from robocal.diagnose.rows.table import TableContext
 from robocal.errors import FormatError, one_of
 from robocal.files.configurations import nowhere, read_configurations, remarks_on_columns

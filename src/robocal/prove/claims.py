@@ -1,5 +1,7 @@
-"""What a gain on unseen measurements is worth: whether every fit ended, whether it is the robot that was identified, and whether the
-model that is returned is the one that was proven."""
+"""Whether unseen measurements can be judged at all (the first of these findings ends it, and no gain is computed), and what a gain on
+them is worth: whether every fit ended, whether it is the robot that was identified, and whether the model that is returned is the
+one that was proven.
+"""
 
 from __future__ import annotations
 
@@ -7,24 +9,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, Level, When, check, note, of_remarks, qualify, refuse
-from robocal.diagnose.implausible import implausible, out_of_tolerance
-from robocal.diagnose.limits import (
-    ANGLES_LEFT,
-    ANGLES_SIGMA,
-    BENT_LEAVES,
-    KEPT_GAIN,
-    PROOF_PLACES,
-    ROUNDING_MARGIN,
-    UNEXPLAINED_SHARE,
-)
+from robocal.diagnose.fit_checks import implausible, out_of_tolerance
+from robocal.diagnose.gross import share
 from robocal.fit.baseline import frame_names
 from robocal.fit.estimators import estimator
 from robocal.fit.misfit import errors
 from robocal.measure.machine import Model
 from robocal.prove.bands import find_identified
 from robocal.prove.decision import Decision, rms
-from robocal.prove.unseen import left_over
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
@@ -43,15 +37,15 @@ def convergence(context: Decision[Model]) -> Iterator[Finding]:
 def few_unseen(context: Decision[Model]) -> Iterator[Finding]:
     """Too few unseen places for a bootstrap to doubt."""
     assert context.evidence is not None
-    if len(np.unique(context.evidence.configurations)) < PROOF_PLACES:
-        yield qualify(Code.FEW_UNSEEN, least=PROOF_PLACES)
+    if len(np.unique(context.evidence.configurations)) < limits.PROOF_PLACES:
+        yield qualify(Code.FEW_UNSEEN, least=limits.PROOF_PLACES)
 
 
 @check("unexplained-without-gain", When.PROOF, order=30, given=Given.NOTHING, needs=("evidence",))
 def residual_without_gain(context: Decision[Model]) -> Iterator[Finding]:
     """Much is left and no gain is proven: nobody should hear that the nominal model may be as good as can be."""
     if not context.improvement:
-        yield from left_over(context, UNEXPLAINED_SHARE)
+        yield from left_over(context, limits.UNEXPLAINED_SHARE)
 
 
 @check("unfinished", When.PROOF, order=40, given=Given.GAIN, needs=("proven",))
@@ -95,7 +89,7 @@ def bent(context: Decision[Model]) -> Iterator[Finding]:
     part = context.need_proofs.part
     changes = implausible(context.model, part)
     left = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
-    if changes and left > BENT_LEAVES:
+    if changes and left > limits.BENT_LEAVES:
         yield refuse(Code.BENT, left=Quantity(left))
         yield from of_remarks(changes, Level.REFUSE)
     else:
@@ -106,7 +100,7 @@ def bent(context: Decision[Model]) -> Iterator[Finding]:
 def angles(context: Decision[Model]) -> Iterator[Finding]:
     """Angles that were measured and are not explained."""
     for g in context.need_proofs.part.groups:
-        if g.unit == "rad" and g.rms > max(ANGLES_LEFT, ANGLES_SIGMA * (g.stated or 0.0)):
+        if g.unit == "rad" and g.rms > max(limits.ANGLES_LEFT, limits.ANGLES_SIGMA * (g.stated or 0.0)):
             yield refuse(Code.ANGLES_UNEXPLAINED, group=g.name, left=Quantity(g.rms, "rad"))
             return
 
@@ -117,7 +111,7 @@ def same_model(context: Decision[Model]) -> Iterator[Finding]:
     one predicted, and must keep a good part of the gain."""
     before, after, counted = context.errors
     left = errors(context.residuals, context.unit)[0][counted].mean()
-    if left > (1 - KEPT_GAIN) * before[counted].mean() + KEPT_GAIN * after[counted].mean():
+    if left > (1 - limits.KEPT_GAIN) * before[counted].mean() + limits.KEPT_GAIN * after[counted].mean():
         amounts = {"left": float(left), "after": float(after[counted].mean())}
         yield qualify(Code.ENDED_ELSEWHERE, **{k: Quantity(v, context.unit) for k, v in amounts.items()})
 
@@ -126,7 +120,7 @@ def same_model(context: Decision[Model]) -> Iterator[Finding]:
 def exact(context: Decision[Model]) -> Iterator[Finding]:
     """The identified model leaves nothing but rounding."""
     _, after, counted = context.errors
-    if context.digits is not None and (left := rms(after[counted])) <= ROUNDING_MARGIN * context.digits:
+    if context.digits is not None and (left := rms(after[counted])) <= limits.ROUNDING_MARGIN * context.digits:
         yield note(Code.EXACT, left=Quantity(left), digits=Quantity(context.digits))
 
 
@@ -134,3 +128,74 @@ def exact(context: Decision[Model]) -> Iterator[Finding]:
 def missing_proofs(context: Decision[Model]) -> Iterator[Finding]:
     """A proof that was asked for and not made."""
     yield from of_remarks(context.need_proofs.left_out, Level.NOTE)
+
+
+@check("one-place", When.UNSEEN, order=10, given=Given.NOTHING, needs=("proven",))
+def one_place(context: Decision[Model]) -> Iterator[Finding]:
+    """All measurements were taken at one place."""
+    if len(np.unique(context.places)) < 2:
+        yield refuse(Code.ONE_PLACE)
+
+
+@check("excluded-share", When.UNSEEN, order=20, given=Given.NOTHING, needs=("proven",))
+def share_of_excluded(context: Decision[Model]) -> Iterator[Finding]:
+    """So many rows are excluded that they are no outliers. A fit that did not see all rows may see more clearly which are gross."""
+    excluded = max(share(context.need_data), context.need_proofs.part.problem.aside)
+    if excluded > limits.GROSS_SHARE:
+        yield refuse(Code.TOO_MANY_ASIDE, share=excluded, most=limits.GROSS_SHARE)
+
+
+@check("nothing-unseen", When.UNSEEN, order=30, given=Given.NOTHING, needs=("proven",))
+def nothing_unseen(context: Decision[Model]) -> Iterator[Finding]:
+    """Nothing was held out, or nothing that was held out proves anything."""
+    if context.proof is None:
+        yield qualify(Code.NOTHING_HELD_OUT)
+    elif not context.errors[2].any() and len(np.unique(context.places)) < limits.PROOF_PLACES:
+        yield qualify(Code.FEW_UNSEEN, least=limits.PROOF_PLACES)
+    elif not context.errors[2].any():
+        yield qualify(Code.NOTHING_MEASURED_THERE)
+
+
+@check("exact-nominal", When.UNSEEN, order=40, given=Given.NOTHING, needs=("proven",))
+def exact_nominal(context: Decision[Model]) -> Iterator[Finding]:
+    """The nominal model leaves nothing but rounding."""
+    before, _, counted = context.errors
+    if context.digits is not None and (left := rms(before[counted])) <= limits.ROUNDING_MARGIN * context.digits:
+        yield qualify(Code.NOMINAL_EXACT, left=Quantity(left), digits=Quantity(context.digits))
+
+
+@check("nothing-observable", When.UNSEEN, order=50, given=Given.NOTHING, needs=("evidence",))
+def nothing_observable(context: Decision[Model]) -> Iterator[Finding]:
+    """No parameter is seen above the noise, or the model cannot be evaluated."""
+    assert context.evidence is not None
+    if context.evidence.blind:
+        yield refuse(Code.RANK_ZERO)
+    elif not np.isfinite(context.evidence.after).all():
+        yield refuse(Code.NOT_FINITE)
+
+
+@check("mean-rival", When.UNSEEN, order=60, given=Given.NOTHING, needs=("evidence",))
+def mean_rival(context: Decision[Model]) -> Iterator[Finding]:
+    """The model is no better than predicting the mean of the measurements."""
+    assert context.evidence is not None
+    there, constant = context.evidence.there, context.evidence.constant
+    if constant is None or not len(constant) or not len(there):
+        return
+    if there.mean() >= limits.MEAN_RIVAL * constant.mean():
+        after, mean = Quantity(float(there.mean())), Quantity(float(constant.mean()))
+        yield refuse(Code.NO_BETTER_THAN_MEAN, after=after, constant=mean)
+
+
+@check("unexplained", When.UNSEEN, order=70, given=Given.NOTHING, needs=("evidence",))
+def residual_finding(context: Decision[Model]) -> Iterator[Finding]:
+    """The model leaves so much that it does not describe this robot."""
+    yield from left_over(context, limits.UNEXPLAINED_MOST)
+
+
+def left_over(context: Decision[Model], most: float) -> Iterator[Finding]:
+    """What is left beyond the stated noise, where it is more than a share of the variance."""
+    assert context.evidence is not None
+    part, left = context.evidence.residual_share
+    if part > most and context.evidence.exceeds_noise:
+        noise = Quantity(context.evidence.stated) if context.evidence.stated else None
+        yield refuse(Code.UNEXPLAINED, explained=1 - part, rms=Quantity(left), stated=noise)

@@ -21,8 +21,8 @@ from robocal.fit.noise import NoiseGroup
 from robocal.fit.options import Options
 from robocal.measure.machine import Model
 from robocal.parameters import ParameterTable
+from robocal.prove.beside_verdict import Linearity
 from robocal.prove.bootstrap import Resampled
-from robocal.prove.linear import Linearity
 from robocal.prove.offsets import OffsetsAlone
 from robocal.prove.region import Holds
 from robocal.prove.statistics import Coverage, Stages

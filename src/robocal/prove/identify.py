@@ -23,14 +23,11 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.progress import Watch
 from robocal.prove.bands import mean_conditions, range_of_joints
+from robocal.prove.beside_verdict import linearity_of, outliers, unseen_coverage
 from robocal.prove.bootstrap import bootstrap_of
-from robocal.prove.covered import unseen_coverage
-from robocal.prove.decide import decide
-from robocal.prove.decision import Decision
-from robocal.prove.excluded import outliers
+from robocal.prove.decision import Decision, decide
 from robocal.prove.identification import Identification
 from robocal.prove.judge import stages, units_of
-from robocal.prove.linear import linearity_of
 from robocal.prove.offsets import offsets_alone
 from robocal.prove.region import range_of
 from robocal.prove.results import parameter_results, prediction_of, row_table

@@ -23,8 +23,7 @@ from robocal.measure.data import DataSet, Frame
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.planning.candidates import Template, joint_range
 from robocal.planning.pose_selection import PlanOptions, plan
-from robocal.prove.decide import decide
-from robocal.prove.decision import Decision
+from robocal.prove.decision import Decision, decide
 from robocal.prove.identification import Identification
 from robocal.prove.identify import identify
 from robocal.prove.verdict import verdict_of

@@ -1,21 +1,31 @@
-"""Lengths that stand in each other's columns, or poses in other axes, by poses that were measured."""
+"""Lengths that stand in each other's columns, or poses in other axes, by poses that were measured.
+
+Columns: each is fitted by each platform anchor, and the best pairing is looked at. A cable whose frame anchor and zero are free fits
+lengths of its own platform anchor down to their noise, and those of another one only as far as the platform does not turn. Nothing
+is taken from the robot but its platform anchors, so it stands whatever is wrong with frame anchors and zeros, and wherever the
+instrument is. Axes: poses may be mirrored, exchanged, or their orientations inverted.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
+from robocal.cables.calibration.per_cable import per_cable
 from robocal.cables.geometry import CableRobot
-from robocal.diagnose.cables.column_order import find_exchange
-from robocal.diagnose.cables.pose_axes import find_pose_axes
 from robocal.diagnose.check_registry import Context, Finding, Given, When, check, refuse
-from robocal.diagnose.limits import AXES_SIMPLER
+from robocal.diagnose.limits import AXES_SIMPLER, COLUMN_CLEARLY, COLUMN_LEAVES, COLUMN_POSES
+from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["ANCHORS", "AXES", "LENGTHS", "columns"]
+__all__ = ["ANCHORS", "AXES", "LENGTHS", "Exchange", "Turned", "columns", "find_exchange", "find_pose_axes"]
 
 GAIN = ": with that, what they leave falls from {stated:.3g} to {left:.3g}"
 RIGHT = "Give poses in right-handed axes, T_base_platform."
@@ -65,3 +75,119 @@ def columns(context: Context[CableRobot]) -> Iterator[Finding]:
             stated=Quantity(order.stated),
             left=Quantity(order.left),
         )
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """Column j holds what belongs to cable `of` [j]; what the cables concerned leave as stated and with that (m, rms), and whether
+    frame anchors say that it is the platform anchors in the robot file that are exchanged, not the columns."""
+
+    of: tuple[int, ...]
+    stated: float
+    left: float
+    anchors: bool
+
+    @property
+    def wrong_columns(self) -> tuple[int, ...]:
+        """The columns that hold another cable."""
+        return tuple(j for j, i in enumerate(self.of) if i != j)
+
+
+def find_exchange(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> Exchange | None:
+    """The exchange that explains poses (n, 4, 4), in anybody's coordinates, and readings (n, m) in m, NaN where there is none; None
+    where as stated is as good, and where the list cannot tell."""
+    from scipy.optimize import linear_sum_assignment
+
+    y, m = np.asarray(readings, float), len(robot.cables)
+    if len(y) < COLUMN_POSES or np.isfinite(y).sum(axis=0).min() < COLUMN_POSES:
+        return None
+    left, found = np.empty((m, m)), np.empty((m, m, 3))
+    for i in range(m):  # every column by platform anchor i
+        same = {robot.row(f"{c}.b{s}"): float(v) for c in robot.cables for s, v in zip("xyz", robot.b[i], strict=True)}
+        try:
+            fit = per_cable(replace(robot, table=robot.table.with_values(same)), poses, y)
+        except ModelError:
+            return None
+        left[i], found[i] = fit.left[0], fit.anchors[0]
+    if not np.isfinite(left).all():
+        return None
+    # The product of what is left: a cable that fits badly anyhow does not outweigh those that fit.
+    rows, columns = linear_sum_assignment(np.log(np.maximum(left, 1e-12)))
+    of = tuple(int(i) for i in rows[np.argsort(columns)])
+    moved = [j for j, i in enumerate(of) if i != j]
+    if not moved:
+        return None
+    stated, new = (float(np.sqrt(np.mean([left[i, j] ** 2 for i, j in pairs]))) for pairs in (
+        [(j, j) for j in moved], [(of[j], j) for j in moved],
+    ))  # fmt: skip
+    spread = float(np.linalg.norm(np.std(np.asarray(poses, float)[:, :3, 3], axis=0)))
+    if not (COLUMN_CLEARLY * new <= stated and new <= COLUMN_LEAVES * spread):
+        return None
+    here = np.array([found[of[j], j] for j in range(m)])
+    as_columns, as_cables = (_unlike(here, robot.a[list(order)]) for order in (range(m), of))
+    return Exchange(of, stated, new, as_columns < as_cables)
+
+
+def _unlike(a: Array, b: Array) -> float:
+    """How far the distances among points (m, 3) differ from those among others."""
+    one, two = (np.linalg.norm(p[:, None] - p[None], axis=2) for p in (a, b))
+    return float(np.abs(one - two).sum())
+
+
+Kind = Literal["position", "pose", "orientation"]
+REFLECTIONS = {
+    "x has the wrong sign": (0, 1, 2, -1, 1, 1), "y has the wrong sign": (0, 1, 2, 1, -1, 1), "z has the wrong sign": (0, 1, 2, 1, 1, -1),
+    "x and y are exchanged": (1, 0, 2, 1, 1, 1), "x and z are exchanged": (2, 1, 0, 1, 1, 1), "y and z are exchanged": (0, 2, 1, 1, 1, 1),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Turned:
+    """What explains the lengths: of positions alone, of whole poses (a left-handed frame), or of orientations; what anchors of every
+    cable by itself leave as stated and with that, rms m."""
+
+    kind: Kind
+    what: str
+    stated: float
+    left: float
+
+
+def find_pose_axes(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> Turned | None:
+    """The other axes in which poses (n, 4, 4) explain readings (n, m), NaN where there is none; None where they do as they are, or where
+    nothing does."""
+    t, y = np.asarray(poses, float), np.asarray(readings, float)
+    if len(robot.axes) < 6 or len(y) < COLUMN_POSES or np.isfinite(y).sum(axis=0).min() < COLUMN_POSES:
+        return None
+    spread = float(np.linalg.norm(np.std(t[:, :3, 3], axis=0)))
+    stated = _left(robot, t, y)
+    if stated is None or stated <= COLUMN_LEAVES * spread / COLUMN_CLEARLY:
+        return None
+    tried = [(left, kind, what) for kind, what, moved in _others(t) if (left := _left(robot, moved, y)) is not None]
+    if not tried:
+        return None
+    left, kind, what = min(tried, key=lambda v: v[0])
+    return (
+        Turned(kind, what, stated, left) if COLUMN_CLEARLY * left <= stated and left <= COLUMN_LEAVES * spread else None
+    )
+
+
+def _left(robot: CableRobot, poses: Array, readings: Array) -> float | None:
+    try:
+        return float(np.sqrt(np.mean(per_cable(robot, poses, readings).left[0] ** 2)))
+    except ModelError:
+        return None
+
+
+def _others(t: Array) -> Iterator[tuple[Kind, str, Array]]:
+    for what, numbers in REFLECTIONS.items():
+        s = np.zeros((3, 3))
+        s[range(3), numbers[:3]] = numbers[3:]
+        moved = t.copy()
+        moved[:, :3, 3] = t[:, :3, 3] @ s.T
+        yield "position", what, moved
+        both = moved.copy()
+        both[:, :3, :3] = s @ t[:, :3, :3] @ s.T
+        yield "pose", what, both
+    inverted = t.copy()
+    inverted[:, :3, :3] = t[:, :3, :3].swapaxes(1, 2)
+    yield "orientation", "inverted", inverted

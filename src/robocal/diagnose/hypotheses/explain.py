@@ -19,17 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._types import Array
+from robocal.diagnose import limits
 from robocal.diagnose.hypotheses.changes import Both, Change, What, pairs
 from robocal.diagnose.hypotheses.lockstep import SoftPrior, fit_trials, reach_of
 from robocal.diagnose.hypotheses.sights import Sights, sights, usable
-from robocal.diagnose.limits import (
-    EXPLAINED_CLEARLY,
-    EXPLANATIONS_ALIKE,
-    HYPOTHESIS_PLACES,
-    MAKING_LEAVES,
-    MISFIT_ASKS,
-    QUARTER_TURN_NEAR,
-)
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 
@@ -64,7 +57,9 @@ class Doubt:
 
     def explains(self, left: float) -> bool:
         """Whether this is little enough to explain the data."""
-        return left <= MAKING_LEAVES * self.reach and left * EXPLAINED_CLEARLY <= min(self.stated, self.lost)
+        return left <= limits.MAKING_LEAVES * self.reach and left * limits.EXPLAINED_CLEARLY <= min(
+            self.stated, self.lost
+        )
 
 
 def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
@@ -79,9 +74,11 @@ def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
     with np.errstate(all="ignore"):
         soft = SoftPrior.of_chain(chain, SOFT)
         left = float(min(fit_trials(chain, stated, soft).left[0], fit_trials(chain, stated).left[0]))
-        if left <= MISFIT_ASKS * reach:
+        if left <= limits.MISFIT_ASKS * reach:
             return None
-        return Doubt(rows, left, _rms_without_mastering(chain, stated, left), reach, stated.places < HYPOTHESIS_PLACES)
+        return Doubt(
+            rows, left, _rms_without_mastering(chain, stated, left), reach, stated.places < limits.HYPOTHESIS_PLACES
+        )
 
 
 def explain(
@@ -107,13 +104,13 @@ def explain(
 
 def alike(left: float, best: float) -> bool:
     """Whether two misfits (m) are not told apart."""
-    return left <= EXPLANATIONS_ALIKE * best + 1e-9
+    return left <= limits.EXPLANATIONS_ALIKE * best + 1e-9
 
 
 def left_of(chain: Mechanism, data: DataSet, doubt: Doubt) -> float:
     """What another arm leaves of the same rows (m); inf where it cannot be told."""
     seen = sights(chain, [taken(data, doubt.rows)])
-    if seen is None or not np.isfinite(seen.joints).all() or seen.places < HYPOTHESIS_PLACES:
+    if seen is None or not np.isfinite(seen.joints).all() or seen.places < limits.HYPOTHESIS_PLACES:
         return math.inf
     with np.errstate(all="ignore"):
         return float(fit_trials(chain, seen, SoftPrior.of_chain(chain, SOFT)).left[0])
@@ -125,7 +122,7 @@ def _rms_without_mastering(chain: Mechanism, stated: Sights, as_stated: float) -
     turning = np.array([j.type != "prismatic" for j in chain.joints])
     zeros = free.zeros[0][turning]
     quarter = np.abs(zeros - np.round(zeros / (math.pi / 2)) * (math.pi / 2))
-    square = np.abs(np.round(zeros / (math.pi / 2))).sum() > 0 and quarter.max(initial=0.0) < QUARTER_TURN_NEAR
+    square = np.abs(np.round(zeros / (math.pi / 2))).sum() > 0 and quarter.max(initial=0.0) < limits.QUARTER_TURN_NEAR
     return as_stated if square else float(free.left[0])
 
 
@@ -148,7 +145,7 @@ def _best(
     left = np.full(len(trials), np.inf)
     again = fit_trials(chain, seen.take(few), soft)
     # Readings made so small that anything meets them are explained by nothing.
-    left[few] = np.where(again.left <= 2 * MAKING_LEAVES * again.spread, again.left, np.inf)
+    left[few] = np.where(again.left <= 2 * limits.MAKING_LEAVES * again.spread, again.left, np.inf)
     return [int(i) for i in np.argsort(left, kind="stable") if np.isfinite(left[i])], left
 
 
@@ -163,7 +160,7 @@ def rows_of(data: DataSet) -> list[NDArray[np.int64]] | None:
     for i in seen:
         size = len(data.observations[i])
         out[i] = np.sort(rng.permutation(size)[:each])
-    return out if sum(len(r) for r in out) >= HYPOTHESIS_PLACES else None
+    return out if sum(len(r) for r in out) >= limits.HYPOTHESIS_PLACES else None
 
 
 def taken(data: DataSet, rows: list[NDArray[np.int64]]) -> DataSet:

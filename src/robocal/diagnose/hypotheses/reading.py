@@ -1,20 +1,26 @@
-"""What was read of all files, and what may be wrong with it: other units, changes of the data, other chains of the robot's file."""
+"""What was read of all files, and what may be wrong with it: other units, each of which can be tried, changes of the data, other
+chains of the robot's file.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
+
 from robocal.diagnose.check_registry import Context, M_co
-from robocal.diagnose.hypotheses.other_units import OtherUnit
+from robocal.measure.base import kind_of
+from robocal.measure.data import DataSet, Observations
+from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
 if TYPE_CHECKING:
     from robocal.diagnose.hypotheses.changes import Change
     from robocal.diagnose.hypotheses.explain import Doubt
 
-__all__ = ["OtherChain", "ReadContext"]
+__all__ = ["OtherChain", "OtherUnit", "ReadContext"]
 
 
 class OtherChain(Protocol):
@@ -39,3 +45,61 @@ class ReadContext(Context[M_co]):
     forgotten: tuple[Remark, ...] = ()
     changes: Callable[[], Sequence[Change]] | None = None
     others: Callable[[Doubt], Sequence[OtherChain]] | None = None
+
+
+@dataclass(frozen=True)
+class OtherUnit:
+    """`part` (joints, or the section that holds lengths) of `source` is stated in `stated` but looks like
+    `alternative`: its SI values times `factor`."""
+
+    part: str
+    source: str
+    stated: str
+    alternative: str
+    factor: float
+    reason: Remark
+    columns: tuple[int, ...] = ()
+
+    def apply(self, data: DataSet) -> DataSet:
+        """The data set as it would be in the other unit; also when it was joined with others."""
+        if self.part != "joints":
+            return DataSet(
+                data.configurations, tuple(self._scaled(o) if o.source == self.source else o for o in data.observations)
+            )
+        joints = data.configurations.joints
+        if joints is None:
+            return data
+        rows = np.unique(
+            np.concatenate(
+                [
+                    part
+                    for o in data.observations
+                    if o.source == self.source
+                    for part in (o.configuration, o.second)
+                    if part is not None
+                ]
+                or [np.empty(0, int)]
+            )
+        )
+        joints = joints.copy()
+        joints[np.ix_(rows.astype(int), np.array(self.columns, dtype=int))] *= self.factor
+        return DataSet(replace(data.configurations, joints=joints), data.observations)
+
+    def _scaled(self, obs: Observations) -> Observations:
+        scale = np.ones(obs.value.shape[-1])
+        for first, last, unit in kind_of(obs).parts:
+            if unit == "m":
+                scale[first:last] = self.factor
+        return replace(obs, value=obs.value * scale, sigma=None if obs.sigma is None else obs.sigma * scale)
+
+    @property
+    def remark(self) -> Remark:
+        """What is said where nothing proves it."""
+        return Remark.of(
+            Code.OTHER_UNIT,
+            file=self.source,
+            part=self.part,
+            stated=self.stated,
+            alternative=self.alternative,
+            why=self.reason.sentence,
+        )

@@ -9,8 +9,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Given, Level, Machines, When, check, of_remarks, refuse
-from robocal.diagnose.hypotheses.other_units import OtherUnit
-from robocal.diagnose.hypotheses.reading import ReadContext
+from robocal.diagnose.hypotheses.reading import OtherUnit, ReadContext
 from robocal.diagnose.limits import UNIT_BETTER, UNIT_GAIN, UNIT_MISFIT, UNIT_SPARE
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import baseline, frame_names

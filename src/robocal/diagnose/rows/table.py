@@ -1,15 +1,41 @@
-"""The rows of one file, while it is read."""
+"""The rows of one file, while it is read: outside the limits of the joints, repeats of one place that differ by too much or not even
+in the last digit, an instrument that reads one and the same wherever the arm stands (it was stuck, or columns were filled in).
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
-from robocal.diagnose.check_registry import Context, M_co
+from robocal._types import Array
+from robocal.diagnose.check_registry import (
+    Context,
+    Finding,
+    Given,
+    Level,
+    M_co,
+    Machines,
+    When,
+    check,
+    doubt,
+    of_remarks,
+    refuse,
+)
+from robocal.diagnose.limits import COPY_CHANCE, QUIETEST, REPEAT_SIGMA, STILL_MOVED, STILL_PLACES
+from robocal.measure.base import kind_of
+from robocal.measure.data import Configurations, Observations
+from robocal.measure.machine import Model, joints_of
+from robocal.measure.reach import limits_of
+from robocal.remarks.code import Code
+from robocal.remarks.english import declare
+from robocal.remarks.remark import Remark
 
-__all__ = ["TableContext"]
+__all__ = ["STILL", "TableContext", "joint_limits", "outside", "repeat_remarks", "repeats", "still"]
 
 
 @dataclass(frozen=True)
@@ -19,3 +45,142 @@ class TableContext(Context[M_co]):
     joints: NDArray[np.float64] | None = None
     lines: NDArray[np.int64] | None = None
     file: str = ""
+
+
+SLACK = 1e-9  # tolerance: rad or m; limits that were written in other units
+
+
+@check("joint-limits", When.FILE, order=10, needs=("joints", "lines"))
+def joint_limits(context: TableContext[Model]) -> Iterator[Finding]:
+    """How many rows, which joints, and the first row."""
+    assert context.joints is not None and context.lines is not None
+    off = outside(context.joints, limits_of(context.model))
+    rows = np.flatnonzero(off.any(axis=1))
+    if len(rows):
+        names = tuple(joints_of(context.model)[i].name for i in np.flatnonzero(off.any(axis=0)))
+        first = int(context.lines[rows[0]])
+        yield doubt(Code.OUTSIDE_LIMITS, file=context.file, rows=len(rows), joints=names, row=first)
+
+
+def outside(q: Array, limits: Array) -> NDArray[np.bool_]:
+    """Which joint values (m, n) lie outside limits (n, 2)."""
+    return np.asarray((q < limits[:, 0] - SLACK) | (q > limits[:, 1] + SLACK))
+
+
+@check("repeats", When.FILE, order=20, needs=("data",))
+def repeats(context: TableContext[Model]) -> Iterator[Finding]:
+    """Copies and repeats that differ, of every instrument."""
+    data = context.need_data
+    for obs in data.observations:
+        yield from of_remarks(repeat_remarks(obs, data.configurations, context.file), Level.DOUBT)
+
+
+def repeat_remarks(obs: Observations, configurations: Configurations, file: object) -> tuple[Remark, ...]:
+    """Repeated joints (target, point, other configuration) whose results differ by more than 10 sigma of a
+    difference, or not even in the last digit."""
+    joints = configurations.joints
+    if len(obs) < 2 or obs.rows is None or joints is None:
+        return ()
+    same: list[Array] = [joints[obs.configuration]]
+    if obs.second is not None:
+        same.append(joints[obs.second])
+    if obs.target is not None:
+        same.append(obs.target[:, None].astype(float))
+    same += [v.reshape(len(obs), -1) for v in obs.extra.values()]
+    _, group = np.unique(np.hstack(same), axis=0, return_inverse=True)
+    order = np.argsort(group, kind="stable")
+    sorted_group = group[order].ravel()
+    starts = np.flatnonzero(np.r_[True, np.diff(sorted_group) > 0])
+    if len(starts) == len(obs):
+        return ()
+    first = np.repeat(order[starts], np.diff(np.r_[starts, len(order)]))
+    out = _twice(obs, order, first, file)
+    if obs.sigma is None:
+        return out
+    # Angles are left out: they may differ by a turn, and a difference of rotation vectors has no sigma near a half one.
+    compared = [i for a, b, unit in kind_of(obs).parts if unit != "rad" for i in range(a, b)]
+    gap = np.abs(obs.value[order] - obs.value[first])[:, compared]
+    sigma = np.hypot(obs.sigma[order], obs.sigma[first])[:, compared]
+    bad = np.flatnonzero((gap > REPEAT_SIGMA * sigma).any(axis=1))
+    if not len(bad):
+        return out
+    a, b = int(obs.rows[first[bad[0]]]), int(obs.rows[order[bad[0]]])
+    return (*out, Remark.of(Code.REPEATS_DIFFER, file=str(file), count=len(bad), first=a, second=b))
+
+
+def _twice(obs: Observations, order: NDArray[np.int64], first: NDArray[np.int64], file: object) -> tuple[Remark, ...]:
+    """One line on rows that are copies of others. A single number may read alike twice, and a contact has no reading; and
+    where an instrument shows few digits, honest repeats agree in all of them now and then."""
+    assert obs.rows is not None
+    if obs.value.shape[1] < 2:
+        return ()
+    _, index, key = np.unique(
+        np.column_stack([first, obs.value[order]]), axis=0, return_index=True, return_inverse=True
+    )
+    original = index[key.ravel()]
+    copy = (original != np.arange(len(order))) & (obs.value[order] != 0).any(axis=1)
+    found = np.flatnonzero(copy)
+    if not len(found):
+        return ()
+    size = np.bincount(first, minlength=len(obs))
+    honest = (order != first) & ~copy
+    pairs = float((size * (size - 1) / 2).sum())
+    if special.pdtrc(len(found) - 1, pairs * _agreeing(obs, order[honest], first[honest])) > COPY_CHANCE:
+        return ()
+    a, b = min(sorted(int(obs.rows[order[i]]) for i in (original[k], k)) for k in found)
+    return (Remark.of(Code.COPIED, file=str(file), count=len(found), first=a, second=b),)
+
+
+def _agreeing(obs: Observations, one: NDArray[np.int64], other: NDArray[np.int64]) -> float:
+    """The chance that two honest readings of one place agree to the last digit: of each number step / (2 sqrt(pi) sigma),
+    with the step in which it is written and sigma as stated, as other repeats scatter, or as little as anything does."""
+    chance = 1.0
+    for start, stop, unit in kind_of(obs).parts:
+        for i in range(start, stop):
+            step = _step(obs.value[:, i])
+            if obs.sigma is not None:
+                sigma = float(np.sqrt(np.mean(obs.sigma[:, i] ** 2)))
+            elif len(one):
+                sigma = float(np.sqrt(np.mean((obs.value[one, i] - obs.value[other, i]) ** 2) / 2))
+            else:
+                sigma = QUIETEST.get(unit, 0.0)
+            chance *= min(1.0, step / (2 * math.sqrt(math.pi) * sigma)) if sigma > 0 else 1.0
+    return chance
+
+
+def _step(values: Array) -> float:
+    """The power of ten in which numbers are written, 0 where they are written in none."""
+    for digits in range(13):
+        step = 10.0**-digits
+        whole = values / step
+        if np.abs(whole - np.round(whole)).max() < 1e-3:
+            return step
+    return 0.0
+
+
+PLACED = ("position", "pose", "spherical", "bearing", "range", "pixels")  # kinds that read where the tool is
+STILL = declare(
+    "readings-still",
+    "all readings are equal, though the joints move",
+    "Give a different reading at each configuration.",
+)
+
+
+@check("still", When.READ, order=10, machines=Machines.JOINTED, given=Given.ACCEPTED, needs=("data",))
+def still(context: Context[Model]) -> Iterator[Finding]:
+    """A bar of fixed length may read so, and so may a contact."""
+    joints = context.need_data.configurations.joints
+    if joints is None:
+        return
+    for obs in context.need_data.observations:
+        if obs.kind not in PLACED or obs.rows is None or len(obs) < STILL_PLACES:
+            continue
+        where = joints[obs.configuration]
+        if (
+            np.ptp(obs.value, axis=0).any()
+            or len(np.unique(where, axis=0)) < STILL_PLACES
+            or np.ptp(where, axis=0).max() < STILL_MOVED
+        ):
+            continue
+        yield refuse(STILL, source=obs.source, kind=kind_of(obs).name, rows=len(obs))
+        return

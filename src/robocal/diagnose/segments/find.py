@@ -23,18 +23,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal._types import Array
-from robocal.diagnose.limits import (
-    SEGMENT_APART,
-    SEGMENT_CHANCE,
-    SEGMENT_COUNT,
-    SEGMENT_MAJORITY,
-    SEGMENT_RIVAL,
-    SEGMENT_ROWS,
-    SEGMENT_SEEN,
-    SEGMENT_SIZE,
-    SEGMENT_SMALL,
-    SEGMENT_ZERO_SIZE,
-)
+from robocal.diagnose import limits
 from robocal.diagnose.segments.candidate_rows import runs
 from robocal.diagnose.segments.posed import ZERO
 from robocal.diagnose.segments.robust_model import SegmentFit, SegmentModel, spread
@@ -80,16 +69,16 @@ def find_segments(
     """The segments of every file, the strongest first; `start` holds the parameters of a fit, `weights` (1, U) which
     configurations count."""
     found, info = runs(model, data, start, weights)
-    long = [r for r in found if len(r.residual) >= 2 * SEGMENT_ROWS]
+    long = [r for r in found if len(r.residual) >= 2 * limits.SEGMENT_ROWS]
     if not long:
         return ()
     state = SegmentModel(found, [r.jacobian for r in found], info)
     tried = sum(len(r.candidates) * len(r.residual) ** 2 / 2 for r in long)
     out: list[Segment] = []
-    while len(out) < SEGMENT_COUNT and (reset := _reset(state, long)) is not None:
+    while len(out) < limits.SEGMENT_COUNT and (reset := _reset(state, long)) is not None:
         out.append(reset[0])
         state = reset[1]
-    while len(out) < SEGMENT_COUNT:
+    while len(out) < limits.SEGMENT_COUNT:
         best = _best(state, long)
         if best is None:
             break
@@ -126,13 +115,13 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
     # More columns explain more by chance.
     first = max(out, key=lambda f: f.gain - f.cost, default=None)
-    if first is None or special.chdtrc(first.column.shape[2], first.gain) > SEGMENT_CHANCE:
+    if first is None or special.chdtrc(first.column.shape[2], first.gain) > limits.SEGMENT_CHANCE:
         return None
-    rivals = [f for f in out if f.run is first.run and f.gain > SEGMENT_RIVAL * first.gain]
+    rivals = [f for f in out if f.run is first.run and f.gain > limits.SEGMENT_RIVAL * first.gain]
     after = [state.with_segment(f) for f in rivals]
     best = int(np.argmin([m.misfit(first.run) + f.cost for f, m in zip(rivals, after, strict=True)]))
     left = [_left_of(m, rivals[best]) for m in after]
-    causes = {f.candidate.cause for f, v in zip(rivals, left, strict=True) if v < SEGMENT_APART * left[best]}
+    causes = {f.candidate.cause for f, v in zip(rivals, left, strict=True) if v < limits.SEGMENT_APART * left[best]}
     return replace(rivals[best], either=len(causes) > 1)
 
 
@@ -152,10 +141,10 @@ def _reset(state: SegmentModel, among: list[RowSequence]) -> tuple[Segment, Segm
         for c in run.candidates
         if c.cause == ZERO
         for ends in run.files
-        if ends[1] - ends[0] >= SEGMENT_ROWS
+        if ends[1] - ends[0] >= limits.SEGMENT_ROWS
     ]
     best = max((state.whole_file(run, c, *ends) for run, c, ends in tried), key=lambda f: f.gain, default=None)
-    if best is None or special.chdtrc(1, best.gain) * len(tried) > SEGMENT_CHANCE:
+    if best is None or special.chdtrc(1, best.gain) * len(tried) > limits.SEGMENT_CHANCE:
         return None
     after = state.with_segment(best)
     told = _assess_segment(state, best, after, len(tried), whole=True)
@@ -183,17 +172,20 @@ def _assess_segment(
     few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
     moved = _motion_size(best, mine)
     seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
-    large = strength >= (SEGMENT_SIZE if c.cause != ZERO else SEGMENT_ZERO_SIZE) and seen >= SEGMENT_SEEN
-    if not whole and (not large or _together(best, left, unit, mine) < SEGMENT_MAJORITY):
+    large = (
+        strength >= (limits.SEGMENT_SIZE if c.cause != ZERO else limits.SEGMENT_ZERO_SIZE)
+        and seen >= limits.SEGMENT_SEEN
+    )
+    if not whole and (not large or _together(best, left, unit, mine) < limits.SEGMENT_MAJORITY):
         return None
-    if all(v <= SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items()):
+    if all(v <= limits.SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items()):
         return None
     inflation = _correlation_factor(np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked]))
     q = c.column.shape[2]
     dof = max((int(looked.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
     gain = best.gain * max(1.0, float(np.min(state.unit[i] / unit)) ** 2)
     chance = float(special.fdtrc(q, dof, gain / (inflation * q))) * tried
-    if chance > SEGMENT_CHANCE or not (whole or _abrupt(state, best)):
+    if chance > limits.SEGMENT_CHANCE or not (whole or _abrupt(state, best)):
         return None
     source, rows = best.run.place(best.a, best.b - 1)
     _, without = best.run.place(*best.run.beside(c, best.a, best.b - 1))
@@ -244,7 +236,7 @@ def _abrupt(state: SegmentModel, best: SegmentFit) -> bool:
     k = len(rows)
     first, last = int(np.searchsorted(rows, best.a)), int(np.searchsorted(rows, best.b))
     step = state.shared(best.run, best.candidate, _profile(k, first, last, 0))
-    width = 2 * SEGMENT_ROWS
+    width = 2 * limits.SEGMENT_ROWS
     while width <= 2 * k:
         if state.shared(best.run, best.candidate, _profile(k, first, last, width)) > step:
             return False

@@ -10,7 +10,7 @@ from robocal.diagnose.hypotheses.explain import Doubt
 from robocal.diagnose.hypotheses.one_change import CHANGED, mistake
 from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
 from robocal.diagnose.hypotheses.units import WRONG_UNIT
-from robocal.diagnose.rows.still import STILL
+from robocal.diagnose.rows.table import STILL
 from robocal.errors import FormatError
 from robocal.files.causes.naming import candidate_changes, change_error, target_error
 from robocal.files.dataset import Reading

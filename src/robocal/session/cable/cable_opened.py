@@ -20,7 +20,7 @@ from robocal.cables.hanging import hang
 from robocal.cables.pulley import Pulleys, run
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
-from robocal.diagnose.cables.stretch import stretch
+from robocal.diagnose.cables.read_lengths import stretch
 from robocal.diagnose.check_registry import Context
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable

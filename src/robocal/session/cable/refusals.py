@@ -7,9 +7,8 @@ from typing import Any
 
 from robocal.cables.geometry import CableRobot
 from robocal.diagnose.cables.columns import ANCHORS, AXES, LENGTHS
-from robocal.diagnose.cables.copies import COPIED
+from robocal.diagnose.cables.read_lengths import COPIED, TWO_SIZES
 from robocal.diagnose.cables.rest import CELLS, EXCHANGED, NOT_AT_REST, SHIFTED
-from robocal.diagnose.cables.sizes import TWO_SIZES
 from robocal.diagnose.check_registry import CABLES, Context, Finding, Level, When, run
 from robocal.errors import FormatError, ToWrite
 from robocal.files.cable.cablefile import CableFile

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robocal.diagnose.check_registry import Context, When, run
+from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.gross import sift
-from robocal.diagnose.moved import findings_of_segments
 from robocal.diagnose.outliers import Outlier, name_outliers
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files import evidence_parts

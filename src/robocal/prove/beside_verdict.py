@@ -1,0 +1,191 @@
+"""What is told beside a verdict, with the words that a reader should not miss: how linear an identification was (the step that was
+needed, the step that all free parameters would have taken, the curvature within the sigmas), whether the bands of a fit hold the
+measurements that it had not seen, and rows that do not belong to the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import special
+
+from robocal._types import Array, Ints
+from robocal.diagnose.check_registry import Finding, When, check, doubt, note, once
+from robocal.diagnose.limits import BAND_CHANCE, CURVATURE, STEP_MISLEADS
+from robocal.diagnose.outliers import Outlier, find_outliers
+from robocal.estimate.linearity import Curvature, Step, curvature, one_step
+from robocal.estimate.uncertainty import Uncertainty
+from robocal.fit.estimators import estimator
+from robocal.fit.fit import Fit
+from robocal.measure.machine import Model
+from robocal.prove.bands import coverage, row_bands, total_of
+from robocal.prove.decision import Decision
+from robocal.prove.judge import units_of
+from robocal.prove.statistics import Coverage
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity
+
+__all__ = ["Linearity", "coverage_of", "linearity", "linearity_of", "outliers", "unseen_coverage"]
+
+
+@dataclass(frozen=True)
+class Linearity:
+    """One linear step from the baseline in the fitted parameters, and one in everything free without priors (the seed's
+    linear estimate), and the curvature at the solution."""
+
+    fitted: Step
+    everything: Step | None
+    bend: Curvature | None
+
+    @property
+    def unit(self) -> str:
+        """The SI unit of both steps."""
+        return self.fitted.unit
+
+    @property
+    def curvature(self) -> float | None:
+        """The largest relative curvature within one sigma."""
+        return None if self.bend is None else self.bend.value
+
+    @property
+    def curvature_parameter(self) -> str:
+        """What such a step moves most."""
+        return "" if self.bend is None else self.bend.parameter
+
+    @property
+    def misleads(self) -> bool:
+        """Whether one step in the fitted parameters leaves clearly more than it promises and than the noise is."""
+        return not self.fitted.left <= STEP_MISLEADS * max(self.fitted.promised, self.fitted.noise)
+
+    @property
+    def ruins(self) -> bool:
+        """Whether one step in everything that is free leaves more than there was before."""
+        e = self.everything
+        return e is not None and not e.left <= max(e.before, e.noise)
+
+
+def linearity(fit: Fit, start: Array, u: Uncertainty, units: tuple[str, ...]) -> Linearity | None:
+    """Of a fit that began at x (1, P), in the first SI unit that was measured; None with local blocks."""
+    if not units:
+        return None
+    loose = replace(fit.problem, priors=False).with_free(fit.problem.table.free)
+    # What overflows or cannot be factored tells nothing; the verdict says what is wrong with such numbers.
+    with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
+        if fit.problem.blocks:
+            return None
+        lin = loose.with_weights(None).linearize(start)
+        fitted = one_step(fit.problem, start, units[0], lin.columns(loose.column_of[fit.problem.index]))
+        if fitted is not None:
+            bend = curvature(fit.problem, fit.solution.x, u.covariance * u.factor**2)
+            return Linearity(fitted, one_step(loose, start, units[0], lin), bend)
+    return None
+
+
+@once
+def linearity_of(context: Decision[Model]) -> Linearity | None:
+    """Of the fit to everything, with the covariance of its method where that has one of its own."""
+    fit, u = context.need_fit, context.need_fit.uncertainty
+    if fit.covariance is not None:
+        u = replace(u, covariance=fit.covariance)
+    assert context.start is not None
+    return linearity(fit, context.start, u, units_of(context.need_proofs.base))
+
+
+@check("linearity", When.FIT, order=190, needs=("proven",))
+def doubt_linearity(context: Decision[Model]) -> Iterator[Finding]:
+    """What one linear step would have done, where it would mislead."""
+    found = linearity_of(context)
+    if found is None:
+        return
+
+    def amounts(step: Step) -> dict[str, Quantity]:
+        return {"promised": Quantity(step.promised, step.unit), "left": Quantity(step.left, step.unit)}
+
+    if found.misleads:
+        yield note(Code.NOT_LINEAR, **amounts(found.fitted), before=None)
+    if found.ruins and found.everything is not None:
+        before = Quantity(found.everything.before, found.fitted.unit)
+        yield note(Code.ONE_STEP_MISLEADS, **amounts(found.everything), before=before)
+    if found.curvature is not None and found.curvature > CURVATURE:
+        yield doubt(Code.CURVED, curvature=found.curvature, parameter=found.curvature_parameter)
+
+
+WHOLE = {"position": "positions", "orientation": "orientations"}
+
+
+@once
+def unseen_coverage(context: Decision[Model]) -> tuple[Coverage, ...]:
+    """That of the fit that was judged, on what was held out."""
+    return coverage_of(context.need_proofs.part, context.need_proofs.held_out)
+
+
+@check("narrow-bands", When.FIT, order=260, needs=("proven",))
+def narrow_bands(context: Decision[Model]) -> Iterator[Finding]:
+    """Bands that miss so many unseen measurements as hardly an honest one would."""
+    if estimator(context.chosen.method).blind:
+        return
+    for c in unseen_coverage(context):
+        if c.quantity in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < BAND_CHANCE:
+            yield doubt(Code.BAND_TOO_NARROW, whole=c.whole, n=c.n, quantity=WHOLE[c.quantity])
+
+
+@check("coverage", When.FIT, order=240, needs=("proven",))
+def bands_without_check(context: Decision[Model]) -> Iterator[Finding]:
+    """Why the bands were not checked, where they were not."""
+    part, held = context.need_proofs.part, context.need_proofs.held_out
+    if estimator(context.chosen.method).blind or unseen_coverage(context):
+        return
+    if part.problem.blocks:
+        yield note(Code.BAND_PROFILED)
+    elif len(held):
+        yield note(Code.BAND_BLIND, names=unmet(part)[:6])
+    else:
+        yield note(Code.BAND_UNCHECKED)
+
+
+def coverage_of(found: Fit, held: Ints) -> tuple[Coverage, ...]:
+    """Whether the bands of a fit hold the measurements of configurations that it had not seen."""
+    # A pose that is found from the very rows that are to be predicted leaves nothing to predict.
+    if not len(held) or found.problem.blocks:
+        return ()
+    off = total_of(found)
+    return coverage(row_bands(found.problem, found.solution.x, off, held, unmet(found)), off.dof)
+
+
+def unmet(found: Fit) -> tuple[str, ...]:
+    """Parameters that no fitted row depends on: a frame that only held-out rows see (a new marker) was fitted to nothing,
+    and its rows have no band worth the name. What is nearly unseen is as uncertain as expected, and that is a band."""
+    alone = tuple(c.name for c in found.identifiability.combinations if not c.partners)
+    some = found.problem.with_free(alone)
+    seen = np.diag(some.normal(found.solution.x).a[0]) if some.n else np.zeros(0)
+    return tuple(n for n, s in zip(some.free, seen, strict=True) if s == 0)
+
+
+@once
+def outliers(context: Decision[Model]) -> tuple[Outlier, ...]:
+    """Rows that are far from a fit to all others, of the fit that excluded more of them."""
+    whole, part, best = context.need_fit, context.need_proofs.part, context.proof
+    seen = max(whole, part, key=lambda f: f.problem.aside)
+    counted = {u: best.errors(u)[2] for u in units_of(context.need_proofs.base)} if best else None
+    return find_outliers(context.model, context.need_data, seen, counted, context.leverage if seen is whole else None)
+
+
+@check("outliers", When.FIT, order=160, needs=("proven",))
+def doubt_outliers(context: Decision[Model]) -> Iterator[Finding]:
+    """Rows that were excluded, and rows that are far and were used all the same."""
+    for group in dict.fromkeys(o.group for o in outliers(context)):
+        mine = [o for o in outliers(context) if o.group == group]
+        total = sum(len(t.configuration) for t in context.need_fit.problem.terms if t.group == group)
+        for code, some in (
+            (Code.OUTLIERS, [o for o in mine if o.set_aside]),
+            (Code.STRANGE, [o for o in mine if not o.set_aside]),
+        ):
+            if some:
+                first, far = some[0].configuration, some[0].distance if np.isfinite(some[0].distance) else None
+                counted = sum(o.counted for o in some) if code is Code.OUTLIERS else 0
+                yield doubt(
+                    code, group=group, count=len(some), total=total, configuration=first, distance=far, counted=counted or None
+                )  # fmt: skip
