@@ -59,15 +59,13 @@ class Options(BaseOptions):
 
     robot: w.Robot
     data: w.Data
-    against: str | None = option(None, "Compare with this robot, for example the nominal one", metavar="ROBOT")
-    offsets: str | None = option(
-        None, "Validate these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE"
-    )
+    against: str | None = option(None, "Compare with this robot, for example the nominal one", "ROBOT")
+    offsets: str | None = option(None, "Validate these joint offsets (CSV, ROS, xacro) on the nominal robot", "FILE")
     distances: str = option(
-        "consecutive", "Pairs of places: consecutive, all, group, or a column of the configurations", metavar="PAIRS"
+        "consecutive", "Pairs of places: consecutive, all, group, or a column of the configurations", "PAIRS"
     )
     exclude: w.Exclude = ()
-    output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", "DIR", short="-o")
     force: w.Force = False
     seed: w.Seed = 0
     base: w.Base = None

@@ -46,7 +46,7 @@ class Options(BaseOptions):
     reference: str = arg(..., "REFERENCE", "The poses of the external instrument; with --summary a table of groups.")
     sources: Annotated[tuple[str, ...], SOURCES] = ()
     summary: bool = option(False, "Analysis of variance from means and standard deviations")
-    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", "DIR", short="-o")
     force: w.Force = False
 
 
