@@ -64,7 +64,8 @@ Diameter = Annotated[
 PlatformBody = Annotated[str, Option("The platform: hull or box of its anchors, none, or LX,LY,LZ", "BODY")]
 Relief = Annotated[
     float | None,
-    Option("Distance from an anchor within which a cable may touch its own eyelet", "R", unit="length", above=0, wrong="not a length", otherwise="10 diameters"),
+    Option("Distance from an anchor within which a cable may touch its own eyelet", "R", unit="length", above=0, wrong="not a length",
+    otherwise="10 diameters"),
 ]  # fmt: skip
 Sag = Annotated[bool, Option("Include the sag of the cables by their weight")]
 TensionMethod = Annotated[str, Option("norm (least), mid, closed, barycentre (continuous), p-norm", "METHOD")]

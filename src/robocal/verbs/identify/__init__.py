@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -135,22 +135,11 @@ class Options(BaseOptions):
             raise ModelError("this method does not iterate", key="--tolerance", found=self.method, expected=some)
         if self.reselect and self.folds is None:
             raise ModelError("without folds nothing is selected again", key="--reselect", expected="--folds K as well")
-        return Solver(
-            method=self.method,
-            # The seeds' way uses everything that was measured, unless somebody asks for proof.
-            hold_out=0.0 if method.blind and self.hold_out is None else held,
-            folds=self.folds,
-            blocks=self.blocks,
-            reselect=self.reselect,
-            seed=self.seed,
-            loss=self.loss,
-            max_iterations=self.iterations,
-            leave_one_out=self.leave_one_out,
-            keep_all=self.keep_all,
-            particles=self.particles,
-            bootstrap=self.bootstrap,
-            measured=self.region == MEASURED,
-        )
+        same = {f.name: self.given[f.name] for f in fields(Solver) if f.name in self.given}
+        # The seeds' way uses everything that was measured, unless somebody asks for proof.
+        share_held = 0.0 if method.blind and self.hold_out is None else held
+        own = {"hold_out": share_held, "max_iterations": self.iterations, "measured": self.region == MEASURED}
+        return Solver(**{**same, **own, "region": None, "tolerance": None})  # these two follow from robot and data
 
     @property
     def record(self) -> dict[str, Any]:
