@@ -124,7 +124,7 @@ def test_a_cable_robot_is_exported_as_yaml(run):
 
 
 def test_a_robot_of_another_format_is_simulated_as_robot_yaml(tmp_path):
-    from robocal.verbs.demo.case import example_folder
+    from robocal.verbs.demo.cases import example_folder
 
     made = robocal("simulate", example_folder("cable-published") / "cogiro.yaml", "-n", 20, "-o", tmp_path / "sim")
     assert made.status == 0, made.err

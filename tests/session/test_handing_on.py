@@ -25,7 +25,7 @@ from robocal.files.urdf import read_urdf
 from robocal.files.urdf_into import urdf_text
 from robocal.session.inputs import open_arm
 from robocal.session.simulated_robot import Errors, sample_joints, true_chain
-from robocal.verbs.demo.case import example_folder
+from robocal.verbs.demo.cases import example_folder
 from robocal.verbs.export.controller_offsets import joint_offsets
 from robocal.verbs.export.result import parameter_table
 

@@ -43,7 +43,7 @@ class Options(BaseOptions):
 
     model: str = arg(..., "MODEL", "CASPR's X_cables.xml, with X_bodies.xml beside it.")
     cables: str | None = option(
-        None, "The cable set to read, by its id", metavar="SET", otherwise="the model's default set, or its only one"
+        None, "The cable set to read, by its id", "SET", otherwise="the model's default set, or its only one"
     )
     output: w.OutputFile = None
     force: w.Force = False

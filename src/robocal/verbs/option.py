@@ -91,9 +91,9 @@ def arg(default: Any, metavar: str, help: str) -> Any:
     return field(default=MISSING if default is ... else default, metadata={"told": Arg(metavar, help)})
 
 
-def option(default: Any, help: str, **facts: Any) -> Any:
+def option(default: Any, help: str, metavar: str = "", **facts: Any) -> Any:
     """The field of an option, with the facts of `Option`; ... where it must be given."""
-    return field(default=MISSING if default is ... else default, metadata={"told": Option(help, **facts)})
+    return field(default=MISSING if default is ... else default, metadata={"told": Option(help, metavar, **facts)})
 
 
 @dataclass(frozen=True)

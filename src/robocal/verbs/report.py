@@ -18,7 +18,7 @@ class Options(BaseOptions):
     """Write report.html again, from result.json, residuals.csv and accuracy_map.csv of a run folder."""
 
     folder: Path = arg(..., "RUN", "A run folder with result.json and residuals.csv.")
-    output: Path | None = option(None, "The page", short="-o", metavar="FILE", otherwise="RUN/report.html")
+    output: Path | None = option(None, "The page", "FILE", short="-o", otherwise="RUN/report.html")
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Path]:

@@ -21,34 +21,30 @@ DATA = Arg("DATA...", "data.yaml, or a CSV whose headers carry units; several ar
 Data = Annotated[tuple[str, ...], DATA]
 Exclude = Annotated[
     tuple[str, ...],
-    Option("Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW", metavar="ROWS", listed=True),
+    Option("Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW", "ROWS", listed=True),
 ]
-Base = Annotated[str | None, Option("First link of the chain in a URDF", metavar="LINK")]
-Tip = Annotated[str | None, Option("Last link of the chain in a URDF", metavar="LINK")]
-Seed = Annotated[int, Option("Seed of all random draws", metavar="N", least=0)]
+Base = Annotated[str | None, Option("First link of the chain in a URDF", "LINK")]
+Tip = Annotated[str | None, Option("Last link of the chain in a URDF", "LINK")]
+Seed = Annotated[int, Option("Seed of all random draws", "N", least=0)]
 Force = Annotated[bool, Option("Replace files that exist")]
-OutputFile = Annotated[Path | None, Option("Write here, not to the terminal", short="-o", metavar="FILE")]
+OutputFile = Annotated[Path | None, Option("Write here, not to the terminal", "FILE", short="-o")]
 History = Annotated[
-    Path | None, Option("Add the runs to this CSV, a row for each number; they are not added twice", metavar="FILE")
+    Path | None, Option("Add the runs to this CSV, a row for each number; they are not added twice", "FILE")
 ]
 Kind = Annotated[
     str,
     Option(
         "What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, "
         "sphere, pixels",
-        metavar="KIND",
+        "KIND",
     ),
 ]
 Noise = Annotated[
-    float | None,
-    Option("Standard deviation per axis", metavar="SIGMA", unit="length", least=0, otherwise="0.05 mm, converted"),
+    float | None, Option("Standard deviation per axis", "SIGMA", unit="length", least=0, otherwise="0.05 mm, converted")
 ]
 Frame = Annotated[
     str,
-    Option(
-        "Pose of the base in the instrument frame: x,y,z,rx,ry,rz; auto: chosen; none: base coordinates",
-        metavar="FRAME",
-    ),
+    Option("Pose of the base in the instrument frame: x,y,z,rx,ry,rz; auto: chosen; none: base coordinates", "FRAME"),
 ]
 
 # cable robots
@@ -57,38 +53,31 @@ CableRobot = Annotated[str, Arg("ROBOT", "robot.yaml with kind: cable, or CASPR'
 PlatformPoses = Annotated[str, Arg("POSES", "CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.")]
 CableTension = Annotated[
     float | None,
-    Option("Tension of every cable: cables stretch", metavar="T", unit="force", least=0, wrong="a cable cannot push"),
+    Option("Tension of every cable: cables stretch", "T", unit="force", least=0, wrong="a cable cannot push"),
 ]
 Diameter = Annotated[
     float | None,
     Option(
-        "Diameter of every cable, in place of that in the robot file",
-        metavar="D",
-        unit="length",
-        least=0,
-        wrong="not a length",
+        "Diameter of every cable, in place of that in the robot file", "D", unit="length", least=0, wrong="not a length"
     ),
 ]
-PlatformBody = Annotated[str, Option("The platform: hull or box of its anchors, none, or LX,LY,LZ", metavar="BODY")]
+PlatformBody = Annotated[str, Option("The platform: hull or box of its anchors, none, or LX,LY,LZ", "BODY")]
 Relief = Annotated[
     float | None,
-    Option(
-        "Distance from an anchor within which a cable may touch its own eyelet", metavar="R", unit="length", above=0, wrong="not a length",
-        otherwise="10 diameters",
-    ),
+    Option("Distance from an anchor within which a cable may touch its own eyelet", "R", unit="length", above=0, wrong="not a length",
+    otherwise="10 diameters"),
 ]  # fmt: skip
 Sag = Annotated[bool, Option("Include the sag of the cables by their weight")]
-TensionMethod = Annotated[str, Option("norm (least), mid, closed, barycentre (continuous), p-norm", metavar="METHOD")]
+TensionMethod = Annotated[str, Option("norm (least), mid, closed, barycentre (continuous), p-norm", "METHOD")]
 PlatformMass = Annotated[
-    float | None,
-    Option("Mass of the platform, in place of that in the robot file", metavar="MASS", unit="mass", least=0),
+    float | None, Option("Mass of the platform, in place of that in the robot file", "MASS", unit="mass", least=0)
 ]
-Payload = Annotated[float, Option("Payload at the centre of mass", metavar="MASS", unit="mass", least=0)]
+Payload = Annotated[float, Option("Payload at the centre of mass", "MASS", unit="mass", least=0)]
 TensionLimits = Annotated[
     str | None,
     Option("Tension limits of every cable, not those of the robot file", numbers="LEAST,GREATEST", unit="force"),
 ]
 MomentLength = Annotated[
     float | None,
-    Option("Divides moments to compare them with forces", metavar="LENGTH", unit="length", above=0, otherwise="1 m"),
+    Option("Divides moments to compare them with forces", "LENGTH", unit="length", above=0, otherwise="1 m"),
 ]

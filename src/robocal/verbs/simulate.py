@@ -49,49 +49,49 @@ class Options(BaseOptions):
     """
 
     robot: w.Robot
-    output: Path = option(..., "Folder for robot, data and truth", short="-o", metavar="DIR")
+    output: Path = option(..., "Folder for robot, data and truth", "DIR", short="-o")
     poses: int = option(
         80,
         "Configurations drawn within the joint limits, or within the frame",
+        "N",
         short="-n",
-        metavar="N",
         least=1,
         most=1_000_000,
     )
     at: str | None = option(
-        None, "Take the joint values of this data file or list of poses, or the platform's poses", metavar="FILE"
+        None, "Take the joint values of this data file or list of poses, or the platform's poses", "FILE"
     )
     kind: str | None = option(
         None,
         "What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, "
         "pixels; of a cable robot position or pose, beside its lengths",
-        metavar="KIND",
+        "KIND",
         otherwise="position; pose of a platform that turns",
     )
     noise: w.Noise = None
     angle_noise: float | None = option(
-        None, "The same for orientations", metavar="SIGMA", unit="angle", least=0, otherwise="0.1 mrad, converted"
+        None, "The same for orientations", "SIGMA", unit="angle", least=0, otherwise="0.1 mrad, converted"
     )
     cable_noise: float | None = option(
-        None, "Of the lengths of cables", metavar="SIGMA", unit="length", least=0, otherwise="0.5 mm, converted"
+        None, "Of the lengths of cables", "SIGMA", unit="length", least=0, otherwise="0.5 mm, converted"
     )
     length_error: float | None = option(
         None,
         "Standard deviation of true lengths around nominal ones",
-        metavar="SIGMA",
+        "SIGMA",
         unit="length",
         least=0,
         otherwise="0.3 mm, converted; 10 mm of a cable robot's anchors and zeros",
     )
     angle_error: float | None = option(
-        None, "The same for angles", metavar="SIGMA", unit="angle", least=0, otherwise="1 mrad, converted"
+        None, "The same for angles", "SIGMA", unit="angle", least=0, otherwise="1 mrad, converted"
     )
     settings: tuple[str, ...] = option(
-        (), "A true value, in the robot file's units; may be repeated", name="--set", metavar="NAME=VALUE"
+        (), "A true value, in the robot file's units; may be repeated", "NAME=VALUE", name="--set"
     )
     frame: w.Frame = "auto"
     fresh: int = option(
-        0, "As many more configurations of the same robot, to validate with", metavar="N", least=0, most=1_000_000
+        0, "As many more configurations of the same robot, to validate with", "N", least=0, most=1_000_000
     )
     seed: w.Seed = 0
     force: w.Force = False

@@ -38,13 +38,13 @@ class Options(BaseOptions):
     targets: str = arg(
         ..., "TARGETS", "A CSV whose headers carry units (poses, positions, joints), or a YAML beside it."
     )
-    nominal: str | None = option(None, "The model of the controller; a run folder contains it", metavar="ROBOT")
+    nominal: str | None = option(None, "The model of the controller; a run folder contains it", "ROBOT")
     tool: str = option(
         "calibrated",
         "Tool of both models: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; own: each model has its own",
-        metavar="TOOL",
+        "TOOL",
     )
-    output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", "DIR", short="-o")
     force: w.Force = False
     base: w.Base = None
     tip: w.Tip = None

@@ -29,7 +29,7 @@ class Options(BaseOptions):
     """
 
     name: str | None = arg(None, "NAME", "rv-2aj, camera or tracker; all of them by default.")
-    output: Path = option(Path("robocal-demo"), "Where files and reports go", short="-o", metavar="DIR")
+    output: Path = option(Path("robocal-demo"), "Where files and reports go", "DIR", short="-o")
     seed: w.Seed = 0
 
 

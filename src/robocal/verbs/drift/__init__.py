@@ -47,12 +47,10 @@ class Options(BaseOptions):
         ..., "RUN2", "The later run folder, identified from the same robot file; or truth.yaml of a simulation."
     )
     new_tool: bool = option(False, "The tool was mounted again and may differ")
-    matters: str = option(
-        "0.1mm", "The change that matters, with its unit: mean over the measured poses", metavar="LENGTH"
-    )
+    matters: str = option("0.1mm", "The change that matters, with its unit: mean over the measured poses", "LENGTH")
     history: w.History = None
     output: Path | None = option(
-        None, "Write drift.json here; of a cable robot or beside a truth, a page too", short="-o", metavar="DIR"
+        None, "Write drift.json here; of a cable robot or beside a truth, a page too", "DIR", short="-o"
     )
     force: w.Force = False
 

@@ -36,15 +36,13 @@ class Options(BaseOptions):
         "yaml",
         "yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: "
         "offsets (CSV), ros (parameters), xacro (properties)",
+        "FORMAT",
         name="--format",
-        metavar="FORMAT",
         choices=FORMATS,
     )
-    nominal: str | None = option(
-        None, "The robot to which offsets are added; a run folder contains it", metavar="ROBOT"
-    )
+    nominal: str | None = option(None, "The robot to which offsets are added; a run folder contains it", "ROBOT")
     into: str | None = option(
-        None, "With --format urdf: this URDF with calibrated origins; every other byte stays", metavar="URDF"
+        None, "With --format urdf: this URDF with calibrated origins; every other byte stays", "URDF"
     )
     force: w.Force = False
     base: w.Base = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,59 +46,53 @@ class Options(BaseOptions):
 
     robot: w.Robot
     data: w.Data
-    output: Path | None = option(None, "Write a run folder here", short="-o", metavar="DIR")
+    output: Path | None = option(None, "Write a run folder here", "DIR", short="-o")
     force: bool = option(False, "Write the run into a folder with other content; files of other names stay")
     free: tuple[str, ...] = option(
         (),
         "Free exactly these parameters, in place of those of the robot file: j2.alpha, alpha, j2, tool. Repeat, or separate by commas",
-        metavar="NAME",
+        "NAME",
     )
-    fix: tuple[str, ...] = option((), "Fix these parameters; also frames of data files", metavar="NAME")
+    fix: tuple[str, ...] = option((), "Fix these parameters; also frames of data files", "NAME")
     prior: tuple[str, ...] = option(
         (),
         "Standard deviation before the measurements, in the robot file's units; length=... and angle=... for all",
-        metavar="NAME=SIGMA",
+        "NAME=SIGMA",
     )
     exclude: w.Exclude = ()
     groups: tuple[str, ...] = option(
         (),
         f"Try these beyond geometry; each enters only if unseen blocks of rows get better: {GROUPS}",
-        metavar="NAMES",
+        "NAMES",
         listed=True,
     )
     layer: bool = option(False, "Try a residual layer on top; used only if unseen blocks of rows get better")
     region: str | None = option(
         None,
         "Where the robot works: a list of poses, or ranges of joints; measured: the measured range is enough",
-        metavar="FILE",
+        "FILE",
         otherwise="joint limits that you wrote (not those of a catalogue robot), else where it was measured",
     )
     method: str = option(
         USUAL.method,
         "lm, gauss-newton, ekf, particle; to compare with: pinv (iterated pseudo-inverse), lse (one step), ekf-100",
-        metavar="METHOD",
+        "METHOD",
     )
     compare: str | None = option(
         None,
         "Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it",
-        metavar="[METHODS]",
+        "[METHODS]",
     )
-    loss: str = option(
-        USUAL.loss, f"{', '.join(LOSSES)}: reduces the weight of outliers", metavar="LOSS", choices=LOSSES
-    )
+    loss: str = option(USUAL.loss, f"{', '.join(LOSSES)}: reduces the weight of outliers", "LOSS", choices=LOSSES)
     hold_out: str | float | None = option(
         None,
         "Share of configurations held out, 0 to 0.5; blocks: rows in time order; group: whole groups",
-        metavar="SHARE",
+        "SHARE",
         otherwise="0.2 from 25 configurations on",
     )
-    group: str | None = option(
-        None, "The column whose groups are held out together", name="--group-by", metavar="COLUMN"
-    )
-    folds: int | None = option(
-        None, "Hold out everything once, in K rounds, and fit the model to everything", metavar="K"
-    )
-    blocks: int = option(USUAL.blocks, "Number of blocks, with --hold-out blocks", metavar="N", least=2)
+    group: str | None = option(None, "The column whose groups are held out together", "COLUMN", name="--group-by")
+    folds: int | None = option(None, "Hold out everything once, in K rounds, and fit the model to everything", "K")
+    blocks: int = option(USUAL.blocks, "Number of blocks, with --hold-out blocks", "N", least=2)
     reselect: bool = option(False, "With --folds: estimate noise and select observable parameters again in every round")
     leave_one_out: bool | None = option(
         None,
@@ -107,20 +101,18 @@ class Options(BaseOptions):
         otherwise="up to 400 configurations",
     )
     keep_all: bool = option(False, "Fit also parameters that the data cannot separate")
-    iterations: int = option(USUAL.max_iterations, "Maximum number of iterations", metavar="N", least=1)
+    iterations: int = option(USUAL.max_iterations, "Maximum number of iterations", "N", least=1)
     tolerance: float | None = option(
         None,
         "Stop where the greatest error of any measurement is no larger",
-        metavar="ERROR",
+        "ERROR",
         unit="length",
         above=0,
         otherwise="go to the minimum",
     )
-    particles: int = option(
-        USUAL.particles, "Number of particles, for --method particle", metavar="N", least=50, most=100_000
-    )
+    particles: int = option(USUAL.particles, "Number of particles, for --method particle", "N", least=50, most=100_000)
     bootstrap: int | None = option(
-        None, "Draw the configurations N times again: intervals without a model of the noise", metavar="N"
+        None, "Draw the configurations N times again: intervals without a model of the noise", "N"
     )
     seed: w.Seed = 0
     base: w.Base = None
@@ -143,22 +135,11 @@ class Options(BaseOptions):
             raise ModelError("this method does not iterate", key="--tolerance", found=self.method, expected=some)
         if self.reselect and self.folds is None:
             raise ModelError("without folds nothing is selected again", key="--reselect", expected="--folds K as well")
-        return Solver(
-            method=self.method,
-            # The seeds' way uses everything that was measured, unless somebody asks for proof.
-            hold_out=0.0 if method.blind and self.hold_out is None else held,
-            folds=self.folds,
-            blocks=self.blocks,
-            reselect=self.reselect,
-            seed=self.seed,
-            loss=self.loss,
-            max_iterations=self.iterations,
-            leave_one_out=self.leave_one_out,
-            keep_all=self.keep_all,
-            particles=self.particles,
-            bootstrap=self.bootstrap,
-            measured=self.region == MEASURED,
-        )
+        same = {f.name: self.given[f.name] for f in fields(Solver) if f.name in self.given}
+        # The seeds' way uses everything that was measured, unless somebody asks for proof.
+        share_held = 0.0 if method.blind and self.hold_out is None else held
+        own = {"hold_out": share_held, "max_iterations": self.iterations, "measured": self.region == MEASURED}
+        return Solver(**{**same, **own, "region": None, "tolerance": None})  # these two follow from robot and data
 
     @property
     def record(self) -> dict[str, Any]:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import datetime
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -49,24 +48,10 @@ from robocal.session.opened import Opened
 from robocal.session.watching import Watch
 
 if TYPE_CHECKING:
-    from robocal.prove.nongeometric.group_choice import Tried
     from robocal.prove.nongeometric.layer import Layer
     from robocal.prove.nongeometric.layered import Guarded
 
-__all__ = [
-    "MEASURED",
-    "Timed",
-    "beside",
-    "compare_methods",
-    "group_results",
-    "guard_layer",
-    "layer_result",
-    "methods_of",
-    "recipe_of",
-    "select_groups",
-    "with_groups",
-    "working_range",
-]
+__all__ = ["MEASURED", "Timed", "beside", "methods_of", "recipe_of", "with_groups", "working_range"]
 
 O = TypeVar("O", bound=Opened[Any])
 
@@ -136,54 +121,27 @@ def working_range(
 
 def _written(robot: Robot) -> bool:
     """Whether somebody wrote the joint limits into the robot file, and not the maker's out of the catalogue."""
-    if robot.format != "yaml" or robot.path is None or not np.isfinite(robot.chain.limits).any():
+    limits = robot.chain.limits
+    if robot.format != "yaml" or robot.path is None or not np.isfinite(limits).any():
         return False
-    return not any(_same(robot.chain, catalog.get(name)) for name in catalog.names())
-
-
-def _same(one: Chain, other: Chain) -> bool:
-    return one.limits.shape == other.limits.shape and np.allclose(one.limits, other.limits, rtol=0.0, atol=1e-4)
+    makers = (catalog.get(name).limits for name in catalog.names())
+    return not any(limits.shape == m.shape and np.allclose(limits, m, rtol=0.0, atol=1e-4) for m in makers)
 
 
 def with_groups(
     opened: O, data: DataSet, names: Sequence[str], options: Options, watch: Watch | None
 ) -> tuple[O, dict[str, Any]]:
-    """The machine with the groups beyond geometry that its data support, and what a result says of them; of a machine without groups,
-    where none were asked for, the same machine and nothing."""
+    """The machine with the groups beyond geometry that its data support, and what a result says of them: what was tried, and what the
+    machine has, so that it can be made again. Of a machine without groups, where none were asked for, the same machine and nothing.
+
+    Only the rows that the identification will fit are asked: what it holds out stays unseen. Raises ModelError for an unknown group."""
     arm = opened.arm
     if arm is None or not (names or arm.chain.groups):
         return opened, {}
-    robot, tried = select_groups(arm, data, names, options, watch)
-    return opened.with_machine(robot.chain), group_results(robot, tried)
-
-
-def beside(
-    opened: Opened[Any], data: DataSet, found: Identification[Any], o: Any, solved: tuple[Options, float], watch: Watch | None
-) -> tuple[Layer | None, dict[str, Any]]:  # fmt: skip
-    """The residual layer on top of an identification and what a result says beside it, where the options of the verb ask for them;
-    `solved` are the options and seconds of the identification."""
-    more: dict[str, Any] = {}
-    if opened.arm is None:
-        return None, more
-    if methods := methods_of(o.compare, o.method):
-        more["comparison"] = compare_methods(opened.machine, data, methods, solved[0], (found, solved[1]), watch)
-    if not o.layer:
-        return None, more
-    guarded = guard_layer(found, data, watch)
-    return guarded.layer, more | {"layer": layer_result(guarded)}
-
-
-def select_groups(
-    robot: Robot, data: DataSet, names: Sequence[str], options: Options, watch: Watch | None = None
-) -> tuple[Robot, tuple[Tried, ...]]:
-    """The robot with the groups that the data support, asked of the rows that the identification will fit: what it
-    holds out stays unseen. Raises ModelError for an unknown group."""
-    there = {g.name for g in robot.chain.groups}
-    extra: dict[str, dict[str, Any]] = {rule_of(n).name: {} for n in names if n not in there}
-    if not extra and not there:
-        return robot, ()
     from robocal.prove.nongeometric.group_choice import choose_groups
 
+    there = {g.name for g in arm.chain.groups}
+    extra: dict[str, dict[str, Any]] = {rule_of(n).name: {} for n in names if n not in there}
     share = options.hold_out
     if share is None:
         many = len(np.unique(places(data.configurations)))
@@ -191,8 +149,35 @@ def select_groups(
     split = make_split(data, share, folds=options.folds, blocks=options.blocks, seed=options.seed)
     if len(split) and options.folds is None:
         data = data.take(split.configurations(0)[0])
-    choice = choose_groups(robot.chain, data, extra, options, watch)
-    return replace(robot, chain=choice.model), choice.tried
+    choice = choose_groups(arm.chain, data, extra, options, watch)
+    tried = []
+    for t in choice.tried:
+        orders = {j: list(o) for j, o in t.orders}
+        tried.append(to_display(files.GroupTried, t, reason=str(t.reason), code=t.reason.code, orders=orders))
+    beyond = [files.NongeometricGroup(name=g.name, options=plain_options(g.options)) for g in choice.model.groups]
+    return opened.with_machine(choice.model), {"groups_tried": tried, "beyond": beyond}
+
+
+def beside(
+    opened: Opened[Any], data: DataSet, found: Identification[Any], o: Any, solved: tuple[Options, float], watch: Watch | None
+) -> tuple[Layer | None, dict[str, Any]]:  # fmt: skip
+    """The residual layer on top of an identification and what a result says beside it, where the options of the verb ask for them: the
+    layer, and the methods side by side, in mm or deg. `solved` are the options and seconds of the identification."""
+    more: dict[str, Any] = {}
+    if opened.arm is None:
+        return None, more
+    if methods := methods_of(o.compare, o.method):
+        from robocal.prove.compare import compare
+
+        known = (found, solved[1])
+        compared = compare(opened.machine, data, methods, solved[0], known=known, watch=watch)
+        more["comparison"] = to_display(files.Comparison, compared)
+    if not o.layer:
+        return None, more
+    guarded = guard_layer(found, data, watch)
+    reason, points = guarded.reason, 0 if guarded.layer is None else len(guarded.layer.points)
+    said = {"reason": str(reason), "code": reason.code, "used": guarded.layer is not None, "n": guarded.rows}
+    return guarded.layer, more | {"layer": to_display(files.LayerSummary, guarded, points=points, **said)}
 
 
 def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None = None) -> Guarded:
@@ -204,47 +189,16 @@ def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None
     return try_layer(found.nominal, noisy, made, made.with_table(found.table).start, watch)
 
 
-def group_results(robot: Robot, tried: Sequence[Tried]) -> dict[str, Any]:
-    """The groups of a result: what was tried, and what the robot has, so that it can be made again."""
-    told = [
-        to_display(
-            files.GroupTried, t, reason=str(t.reason), code=t.reason.code, orders={j: list(o) for j, o in t.orders}
-        )
-        for t in tried
-    ]
-    beyond = [files.NongeometricGroup(name=g.name, options=plain_options(g.options)) for g in robot.chain.groups]
-    return {"groups_tried": told, "beyond": beyond}
-
-
-def layer_result(found: Guarded | None) -> files.LayerSummary | None:
-    """The residual layer of a result, in mm."""
-    if found is None:
-        return None
-    points = 0 if found.layer is None else len(found.layer.points)
-    said: dict[str, Any] = {"reason": str(found.reason), "code": found.reason.code}
-    return to_display(files.LayerSummary, found, used=found.layer is not None, n=found.rows, points=points, **said)
-
-
 def methods_of(words: str | None, chosen: str) -> tuple[str, ...]:
     """The methods of `--compare`: all that are worth it, or those named, the chosen one first where it is among them.
     Raises ModelError for an unknown name."""
     if words is None:
         return ()
-    from robocal.prove import compare as solver
+    from robocal.prove.compare import DEFAULT
 
-    named = solver.DEFAULT if words == "all" else tuple(w.strip() for w in words.split(",") if w.strip())
+    named = DEFAULT if words == "all" else tuple(w.strip() for w in words.split(",") if w.strip())
     if not named:
         raise ModelError("no method is named", key="--compare", found=words, expected=", ".join(ESTIMATORS))
     for name in named:
         estimator(name)
     return tuple(dict.fromkeys((chosen, *named)))
-
-
-def compare_methods(
-    chain: Chain, data: DataSet, methods: Sequence[str], options: Options, known: tuple[Identification[Chain], float], watch: Watch | None
-) -> files.Comparison:  # fmt: skip
-    """The methods side by side, in mm or deg; `known` is the identification that was done, with its seconds."""
-    from robocal.prove import compare as solver
-
-    found = solver.compare(chain, data, methods, options, known=known, watch=watch)
-    return to_display(files.Comparison, found)

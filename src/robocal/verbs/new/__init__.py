@@ -34,8 +34,8 @@ class Options(BaseOptions):
     """
 
     robot: str | None = arg(None, "ROBOT", "A catalogue name, a convention, cable, or the file of a robot.")
-    output: Path = option(Path("."), "Folder for the files", short="-o", metavar="DIR")
-    joints: int = option(6, "How many, when ROBOT is a convention", metavar="N", least=1, most=30)
+    output: Path = option(Path("."), "Folder for the files", "DIR", short="-o")
+    joints: int = option(6, "How many, when ROBOT is a convention", "N", least=1, most=30)
     kind: w.Kind = "position"
     listing: bool = option(False, "List the catalogue and the conventions", name="--list")
     force: w.Force = False

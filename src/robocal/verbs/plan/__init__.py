@@ -39,38 +39,28 @@ class Options(BaseOptions):
     data: str | None = arg(
         None, "DATA", "A data file that describes the instrument; its measurements do not count (see --after)."
     )
-    output: Path | None = option(
-        None, "Write poses.csv, data.yaml, plan.json and plan.html here", short="-o", metavar="DIR"
-    )
+    output: Path | None = option(None, "Write poses.csv, data.yaml, plan.json and plan.html here", "DIR", short="-o")
     count: int | None = option(
-        None, "How many poses", name="--poses", short="-n", metavar="N", least=1, most=500, otherwise="enough"
+        None, "How many poses", "N", name="--poses", short="-n", least=1, most=500, otherwise="enough"
     )
-    criterion: str = option("I", "I: mean error at test poses; G: the largest; D, A, E, O1 to O5", metavar="NAME")
-    accuracy: float | None = option(None, "Required mean error at test poses", metavar="LENGTH", unit="length", above=0)
-    after: tuple[str, ...] = option((), "Continue from these measurements: their information counts", metavar="DATA")
+    criterion: str = option("I", "I: mean error at test poses; G: the largest; D, A, E, O1 to O5", "NAME")
+    accuracy: float | None = option(None, "Required mean error at test poses", "LENGTH", unit="length", above=0)
+    after: tuple[str, ...] = option((), "Continue from these measurements: their information counts", "DATA")
     kind: w.Kind = "position"
     noise: w.Noise = None
     frame: w.Frame = "auto"
     candidates: int = option(
-        5000, "How many candidates to draw in the region", name="--draw", metavar="N", least=20, most=100_000
+        5000, "How many candidates to draw in the region", "N", name="--draw", least=20, most=100_000
     )
     listed: str | None = option(
-        None, "Choose from this list of poses (CSV with joint columns, data.yaml)", name="--candidates", metavar="FILE"
+        None, "Choose from this list of poses (CSV with joint columns, data.yaml)", "FILE", name="--candidates"
     )
-    tests: str | None = option(None, "Predict at these poses, not at a sample", metavar="FILE")
+    tests: str | None = option(None, "Predict at these poses, not at a sample", "FILE")
     task: str | None = option(
-        None,
-        f"Predict for the tool point inside {BOX}; measure at any allowed pose",
-        metavar="BOX",
-        unit="length",
-        numbers=BOX,
+        None, f"Predict for the tool point inside {BOX}; measure at any allowed pose", "BOX", unit="length", numbers=BOX
     )
-    box: str | None = option(
-        None, f"Measure only with the tool point inside {BOX}", metavar="BOX", unit="length", numbers=BOX
-    )
-    floor: float | None = option(
-        None, "Keep tool point and flange above this height over the base", metavar="Z", unit="length"
-    )
+    box: str | None = option(None, f"Measure only with the tool point inside {BOX}", "BOX", unit="length", numbers=BOX)
+    floor: float | None = option(None, "Keep tool point and flange above this height over the base", "Z", unit="length")
     pedestal: str | None = option(
         None, "Keep both outside a cylinder of radius R up to height H around the base", numbers="R,H", unit="length"
     )
@@ -78,14 +68,10 @@ class Options(BaseOptions):
         None, "Keep the target this far from the instrument", name="--range", numbers="MIN,MAX", unit="length"
     )
     cone: float | None = option(
-        None, "Keep the target within this angle of the instrument's z axis", metavar="ANGLE", unit="angle", above=0
+        None, "Keep the target within this angle of the instrument's z axis", "ANGLE", unit="angle", above=0
     )
     facing: float | None = option(
-        None,
-        "Let the target's z axis point at the instrument within this angle",
-        metavar="ANGLE",
-        unit="angle",
-        above=0,
+        None, "Let the target's z axis point at the instrument within this angle", "ANGLE", unit="angle", above=0
     )
     seed: w.Seed = 0
     force: w.Force = False

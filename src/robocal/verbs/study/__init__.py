@@ -36,19 +36,19 @@ class Options(BaseOptions):
 
     study: str = arg(..., "STUDY", "study.yaml: robot, poses, noise, trials and the varied keys.")
     workers: int | None = option(
-        None, "Processes on this machine", metavar="N", least=1, most=1024, otherwise="as many as cores"
+        None, "Processes on this machine", "N", least=1, most=1024, otherwise="as many as cores"
     )
     cluster: str | None = option(
         None,
         "A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT; workers read the robot file under the same path",
-        metavar="ADDRESS",
+        "ADDRESS",
     )
-    tls_ca: Path | None = option(None, "For --cluster: certificate of the authority", metavar="FILE")
-    tls_cert: Path | None = option(None, "For --cluster: certificate of this machine", metavar="FILE")
-    tls_key: Path | None = option(None, "For --cluster: key of that certificate", metavar="FILE")
+    tls_ca: Path | None = option(None, "For --cluster: certificate of the authority", "FILE")
+    tls_cert: Path | None = option(None, "For --cluster: certificate of this machine", "FILE")
+    tls_key: Path | None = option(None, "For --cluster: key of that certificate", "FILE")
     resume: bool = option(False, "Continue a study that was interrupted")
     output: Path | None = option(
-        None, "File for every trial, .npz or .csv", short="-o", metavar="FILE", otherwise="beside the study, as .npz"
+        None, "File for every trial, .npz or .csv", "FILE", short="-o", otherwise="beside the study, as .npz"
     )
     force: w.Force = False
 

@@ -7,22 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robocal.report.sections import (
-    SPREAD,
-    Block,
-    Cell,
-    Detail,
-    Facts,
-    Noted,
-    Section,
-    Text,
-    VerdictBlock,
-    ends,
-    figure,
-    quiet,
-    spread,
-    table,
-)
+from robocal.report import sections as blocks
+from robocal.report.sections import SPREAD, Block, Section, Text, ends, figure, quiet, spread, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
@@ -59,15 +45,13 @@ class Options(BaseOptions):
 
     robot: w.Robot
     data: w.Data
-    against: str | None = option(None, "Compare with this robot, for example the nominal one", metavar="ROBOT")
-    offsets: str | None = option(
-        None, "Validate these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE"
-    )
+    against: str | None = option(None, "Compare with this robot, for example the nominal one", "ROBOT")
+    offsets: str | None = option(None, "Validate these joint offsets (CSV, ROS, xacro) on the nominal robot", "FILE")
     distances: str = option(
-        "consecutive", "Pairs of places: consecutive, all, group, or a column of the configurations", metavar="PAIRS"
+        "consecutive", "Pairs of places: consecutive, all, group, or a column of the configurations", "PAIRS"
     )
     exclude: w.Exclude = ()
-    output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", "DIR", short="-o")
     force: w.Force = False
     seed: w.Seed = 0
     base: w.Base = None
@@ -100,11 +84,11 @@ def sections(made: Outcome[Validation]) -> Iterator[Section]:
         head += quiet(f"judged: the nominal robot with the joint offsets of {found.offsets}")
     if found.reasons:
         advice = tuple(dict.fromkeys(r.advice for r in found.reasons if r.advice))
-        head.append(VerdictBlock("not to be trusted", "bad", tuple(r.sentence for r in found.reasons), advice))
+        head.append(blocks.VerdictBlock("not to be trusted", "bad", tuple(r.sentence for r in found.reasons), advice))
     yield Section.of("", *head)
     yield Section.of("", *_errors(found), title="Errors of single measurements", key="errors")
     if found.iso:
-        more = Detail(lambda: standing(found.iso, found.against is not None))
+        more = blocks.Detail(lambda: standing(found.iso, found.against is not None))
         yield Section.of("", *_standard(found.iso), more, title=str(found.iso.get("standard")), key="standard")
     told = list(_frame_blocks(found))
     worst = sorted(found.poses.rows, key=lambda p: -p["error"])[:3]
@@ -113,29 +97,21 @@ def sections(made: Outcome[Validation]) -> Iterator[Section]:
     if told:
         yield Section.of("", *told)
     yield from ends(made.remarks, key="warnings")
-    yield Section.of("", Detail(lambda: _recipe(found)), title="Recipe", key="recipe")
+    rows: list[tuple[blocks.Cell, ...]] = [(str(i.file), (i.sha256, "code")) for i in found.inputs]
+    inputs = table("file", "SHA-256", rows=rows, title="Inputs")
+    recipe = blocks.Detail(lambda: (blocks.Facts((("Command", found.command),)), inputs))
+    yield Section.of("", recipe, title="Recipe", key="recipe")
     yield from ends(written=made.written)
-
-
-def _recipe(found: Validation) -> Iterator[Block]:
-    yield Facts((("Command", found.command),))
-    rows: list[tuple[Cell, ...]] = [(str(i.file), (i.sha256, "code")) for i in found.inputs]
-    yield table("file", "SHA-256", rows=rows, title="Inputs")
 
 
 def _errors(found: Validation) -> Iterator[Block]:
     """A table of lengths and one of angles."""
-    for unit, mine, theirs in (
-        ("mm", found.statistic, found.statistic_against),
-        ("deg", found.angle, found.angle_against),
-    ):
-        if mine is None:
+    pairs = {"mm": (found.statistic, found.statistic_against), "deg": (found.angle, found.angle_against)}
+    for unit, pair in pairs.items():
+        if pair[0] is None:
             continue
-        rows = [
-            (label, *spread(s), "profiled" if s.profiled else "")
-            for label, s in (("this robot", mine), ("against", theirs))
-            if s is not None
-        ]
+        both = zip(("this robot", "against"), pair, strict=True)
+        rows = [(label, *spread(s), "profiled" if s.profiled else "") for label, s in both if s is not None]
         if found.constant is not None and unit == "mm":
             rows.append(("predicting the mean", figure(found.constant), "", "", "", "", ""))
         yield table(f"error [{unit}]", *SPREAD, "", right=(1, 2, 3, 4, 5), rows=rows)
@@ -144,9 +120,8 @@ def _errors(found: Validation) -> Iterator[Block]:
 def _frame_blocks(found: Validation) -> Iterator[Block]:
     """What was fitted to these data, and by how much one robot is better."""
     if found.frames:
-        yield from quiet(
-            f"profiled: {len(found.frames)} parameters of frames were fitted to these data; the errors are enlarged by what that took away"
-        )
+        fitted = f"{len(found.frames)} parameters of frames were fitted to these data"
+        yield from quiet(f"profiled: {fitted}; the errors are enlarged by what that took away")
     own = found.robot.machine.table
     if all(n in own.free and own[n].value == 0 and n not in found.frames for n in TOOL):
         # A file that says nothing of the tool: its whole length stands in the errors, and nothing else would say so.
@@ -154,8 +129,7 @@ def _frame_blocks(found: Validation) -> Iterator[Block]:
             f"{', '.join(TOOL)} of this robot are 0 and were not fitted: a target that sits elsewhere on the tool is part of these errors; "
             "of a robot after --against they are fitted"
         )
-    tool = [n for n in found.frames_against if n.startswith("tool.")]
-    if tool:
+    if tool := [n for n in found.frames_against if n.startswith("tool.")]:
         yield from quiet(f"of the robot compared with, {', '.join(tool)} were fitted to these data too")
     if found.gain is not None:
         mean, low, high = found.gain
@@ -169,10 +143,7 @@ def _standard(iso: Mapping[str, Any]) -> Iterator[Block]:
     compared = any("against" in (iso.get(part) or {}).get("summary", {}) for part in ("pose", "distance"))
     columns = ("ISO 9283", "mean", "max", *(("against: mean", "max") if compared else ()), "n", "")
     rows = []
-    for part in ("pose", "distance"):
-        found = iso.get(part)
-        if not found:
-            continue
+    for found in filter(None, (iso.get("pose"), iso.get("distance"))):
         for name, s in found["summary"]["this"].items():
             other = found["summary"].get("against", {}).get(name, {})
             unit = found.get("angle_unit", "") if "_" in name else found["unit"]
@@ -181,7 +152,7 @@ def _standard(iso: Mapping[str, Any]) -> Iterator[Block]:
             what, how = FIGURES.get(name, ("", ""))
             note = what + (f", {found['pairs']}" if name == "AD" else "")
             cells = (figure(s["mean"]), figure(s["max"]), *(there if compared else ()), str(s["n"]))
-            rows.append((Noted(f"{name} [{unit}]", how), *cells, (note, "quiet")))
+            rows.append((blocks.Noted(f"{name} [{unit}]", how), *cells, (note, "quiet")))
     yield table(*columns, right=tuple(range(1, len(columns) - 1)), rows=rows)
     yield from quiet(*(f"{name}: not computable: {why}" for name, why in iso.get("not_computable", {}).items()))
     yield from quiet(*iso.get("notes", ()))

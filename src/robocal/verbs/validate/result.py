@@ -42,7 +42,7 @@ from robocal.remarks.remark import Quantity, Remark, documents, sentences
 from robocal.session.arm import OpenedArm
 from robocal.session.inputs import Inputs, open_machine, read_inputs
 from robocal.session.opened import Opened
-from robocal.session.reference import OffsetRobot, offset_robot
+from robocal.session.reference import offset_robot
 from robocal.session.watching import Watch, computable
 
 __all__ = ["Validation", "validate_robot"]
@@ -54,18 +54,14 @@ def unseen(inputs: Inputs, places: Iterable[Path | None]) -> tuple[Inputs, tuple
     """The same inputs without what the runs beside these files were fitted to, reasons why nothing is proven all the same, and
     remarks. Where nothing is left, everything is kept, to be told and not to be trusted."""
     runs = {run.folder: run for place in places if place is not None and (run := find_run(place)) is not None}
-    if not runs:
-        return inputs, (), ()
     data = inputs.data
-    rows = _rows(inputs, list(runs.values()))
-    count = sum(int(r.sum()) for r in rows)
+    used = list(zip(data.observations, _rows(inputs, list(runs.values())), strict=True)) if runs else []
+    count = sum(int(rows.sum()) for _, rows in used)
     if not count:
         return inputs, (), ()
-    files = tuple(dict.fromkeys(o.source for o, r in zip(data.observations, rows, strict=True) if r.any()))
-    seen = np.zeros(len(data.configurations), dtype=bool)
-    for obs, r in zip(data.observations, rows, strict=True):
-        seen[obs.configuration[r]] = True
-    left = np.flatnonzero(~seen)
+    files = tuple(dict.fromkeys(obs.source for obs, rows in used if rows.any()))
+    seen = [obs.configuration[rows] for obs, rows in used]
+    left = np.setdiff1d(np.arange(len(data.configurations)), np.concatenate(seen))
     if not len(left):
         return inputs, (Remark.of(Code.FITTED_TO_THESE, files=files),), ()
     total = sum(len(o) for o in data.observations)
@@ -93,13 +89,8 @@ def _rows(inputs: Inputs, runs: Sequence[Run]) -> list[NDArray[np.bool_]]:
 def _mark(cell: str, place: Path | None) -> int:
     """A fingerprint as residuals.csv holds it. Raises FormatError where it is none."""
     if not cell or len(cell) > 16 or set(cell.lower()) - set("0123456789abcdef"):
-        raise FormatError(
-            "not the fingerprint of a row",
-            file=place,
-            column="fingerprint",
-            found=cell,
-            expected="16 digits from 0 to f",
-        )
+        message, expected = "not the fingerprint of a row", "16 digits from 0 to f"
+        raise FormatError(message, file=place, column="fingerprint", found=cell, expected=expected)
     return int(cell, 16)
 
 
@@ -115,25 +106,18 @@ def layer_beside(
     if inputs.opened.arm is None or not Path(robot).is_dir() or not place.is_file():
         return None
     layer = read_layer(place)
-    if layer.joints != inputs.robot.chain.joint_names:
-        raise FormatError(
-            "this residual layer is of another robot", file=place, key="joints", found=", ".join(layer.joints),
-            expected=", ".join(inputs.robot.chain.joint_names),
-        )  # fmt: skip
+    chain = inputs.robot.chain
+    if layer.joints != chain.joint_names:
+        found, expected = ", ".join(layer.joints), ", ".join(chain.joint_names)
+        message = "this residual layer is of another robot"
+        raise FormatError(message, file=place, key="joints", found=found, expected=expected)
     q = inputs.data.configurations.joints
-    made = problem(inputs.robot.chain, inputs.data, values=dict(values))
+    made = problem(chain, inputs.data, values=dict(values))
     rows = layer_rows(inputs.data, made, made.start)
     if rows is None or q is None or not np.isfinite(q).all():
         return None
     left = layer_errors(layer, rows, q) * (factor if np.isfinite(factor) else 1.0)
     return Statistic.of(left * 1e3, profiled=factor != 1.0)
-
-
-def layer_remarks(found: Statistic | None) -> tuple[Remark, ...]:
-    """What is said of it."""
-    if found is None:
-        return ()
-    return (Remark.of(Code.LAYER_ON_TOP, mean=Quantity(found.mean * 1e-3)),)
 
 
 OFFSETS = "no --offsets: a length sensor counts from its zero, c1.l0, which `identify` finds"
@@ -210,7 +194,6 @@ class Validation:
     @property
     def document(self) -> ValidationDocument:
         """What validation.json holds."""
-        angle = None if self.angle is None else ErrorsPart("deg", self.angle, self.angle_against)
         return ValidationDocument(
             robot=self.robot.name,
             offsets=None if self.offsets is None else str(self.offsets),
@@ -218,7 +201,7 @@ class Validation:
             trusted=self.trusted,
             reasons=sentences(self.reasons),
             errors=ErrorsPart("mm", self.statistic, self.statistic_against),
-            angle=angle,
+            angle=None if self.angle is None else ErrorsPart("deg", self.angle, self.angle_against),
             layer=None if self.layer is None else {"unit": "mm"} | asdict(self.layer),
             gain=None if self.gain is None else GainPart("mm", *self.gain),
             predicting_the_mean=unit_value(self.constant, "mm"),
@@ -241,7 +224,10 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
     inputs, used, left_out = unseen(inputs, places)
     shifted = None if o.offsets is None else offset_robot(o.robot, inputs.opened.need_arm(OFFSETS), o.offsets)
     if shifted is not None:
-        inputs, other = _with_offsets(inputs, shifted), other or OpenedArm(shifted.nominal)
+        judged = OpenedArm(shifted.robot, inputs.opened.given)
+        files = (*inputs.files, InputFile(shifted.file.path, shifted.file.sha256))
+        inputs = replace(inputs, opened=judged, files=files, warnings=(*inputs.warnings, *shifted.warnings))
+        other = other or OpenedArm(shifted.nominal)
     machine = inputs.opened.machine
     with computable(o.robot, *o.data):
         # A nominal robot says as little of its tool with offsets as without.
@@ -267,7 +253,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
     warnings = (
         *inputs.warnings,
         *left_out,
-        *layer_remarks(layer),
+        *(() if layer is None else (Remark.of(Code.LAYER_ON_TOP, mean=Quantity(layer.mean * 1e-3)),)),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
     files = (*inputs.files, *(() if other is None or o.against is None else other.inputs))
@@ -284,21 +270,10 @@ def _standing(
 ) -> Standard:
     """Accuracy and repeatability by ISO 9283, of an arm that is compared with none or with another arm; nothing of a machine whose joint
     values do not command a pose."""
-    arm, second = inputs.opened.arm, None
-    if arm is None:
+    if (arm := inputs.opened.arm) is None:
         return {}
-    if other is not None and theirs is not None:
-        second = (other.need_arm().chain, theirs.values)
+    second = None if other is None or theirs is None else (other.need_arm().chain, theirs.values)
     return standard(inputs.data, (arm.chain, mine.values), second, distances)
-
-
-def _with_offsets(inputs: Inputs, shifted: OffsetRobot) -> Inputs:
-    """The same data for the nominal robot with offsets."""
-    file = InputFile(shifted.file.path, shifted.file.sha256)
-    said = (*inputs.warnings, *shifted.warnings)
-    return replace(
-        inputs, opened=OpenedArm(shifted.robot, inputs.opened.given), files=(*inputs.files, file), warnings=said
-    )
 
 
 def _statistic(e: Errors | None, unit: str) -> Statistic | None:

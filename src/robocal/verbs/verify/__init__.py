@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from robocal.remarks.remark import percent
-from robocal.report.sections import Cell, Section, Text, ends, figure, quiet, table
+from robocal.report.sections import Block, Cell, Section, Table, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import Arg, BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
@@ -22,6 +24,7 @@ __all__ = ["Options", "run", "sections"]
 FILE, PAGE = "verify.json", "report.html"
 SOURCES = Arg("SOURCES...", "The poses to compare: of the robot, of its camera, ...; the same ids.")
 LEVEL = 0.05
+SCALES = (1e3, 180 / math.pi)  # mm of positions in m, deg of angles in rad
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ class Options(BaseOptions):
     reference: str = arg(..., "REFERENCE", "The poses of the external instrument; with --summary a table of groups.")
     sources: Annotated[tuple[str, ...], SOURCES] = ()
     summary: bool = option(False, "Analysis of variance from means and standard deviations")
-    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", "DIR", short="-o")
     force: w.Force = False
 
 
@@ -59,9 +62,8 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ve
 
     refuse_existing(o.output, (FILE, PAGE), o.force)
     if o.summary and o.sources:
-        raise ModelError(
-            "a summary is one file", key="--summary", found=", ".join(o.sources), expected="nothing beside it"
-        )
+        sources, expected = ", ".join(o.sources), "nothing beside it"
+        raise ModelError("a summary is one file", key="--summary", found=sources, expected=expected)
     made: Any = summarise_groups(o.reference, command) if o.summary else verify_sources(o.reference, o.sources, command)
     outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
     return outcome.with_page(
@@ -77,20 +79,14 @@ def sections(made: Outcome[Verified | AnovaResult]) -> Iterator[Section]:
     found = made.result
     if isinstance(found, AnovaResult):
         yield Section.of("", Text.of(f"{len(found.groups)} groups: {', '.join(found.groups)}"))
-        yield Section.of(
-            "",
-            _anova([(name, one) for name, one in found.anova.items()]),
-            title="One-way analysis of variance",
-            key="anova",
-        )
+        yield Section.of("", _anova(found.anova), title="One-way analysis of variance", key="anova")
         yield from ends(written=made.written)
         return
     yield Section.of("", Text.of((found.reference.name, "strong"), f"   {len(found.reference.ids)} poses in all files"))
     rows: list[tuple[Cell, ...]] = []
     for source, each in zip(found.sources, found.errors, strict=True):
         for view, e in each.items():
-            deg = 57.29577951308232
-            rows.append((source.name, view, *_spread(1e3 * e.position), *_spread(deg * e.orientation)))
+            rows.append((source.name, view, *_spread(SCALES[0] * e.position), *_spread(SCALES[1] * e.orientation)))
     columns = ("source", "errors", "position [mm]", "± sd", "largest", "orientation [deg]", "± sd", "largest")
     yield Section.of(
         "", table(*columns, right=(2, 3, 4, 5, 6, 7), rows=rows),
@@ -98,11 +94,8 @@ def sections(made: Outcome[Verified | AnovaResult]) -> Iterator[Section]:
         title="Errors", key="errors",
     )  # fmt: skip
     if found.anova:
-        both = [
-            (f"{view}, {what}", a)
-            for view, pair in found.anova.items()
-            for what, a in zip(("position", "orientation"), pair, strict=True)
-        ]
+        parts = ("position", "orientation")
+        both = {f"{v}, {what}": a for v, pair in found.anova.items() for what, a in zip(parts, pair, strict=True)}
         yield Section.of("", _anova(both), title="Do the means of the sources differ?", key="anova")
     if found.agreement is not None:
         names = [*(s.name for s in found.sources), found.reference.name]
@@ -115,47 +108,27 @@ def _spread(values: Any) -> tuple[str, ...]:
     return figure(float(values.mean()), 3), spread, figure(float(values.max()), 3)
 
 
-def _anova(found: Sequence[tuple[str, Anova]]) -> Any:
-    rows = [
-        (
-            name,
-            figure(a.f, 3),
-            f"{a.between}, {a.within}",
-            f"{a.chance:.2g}",
-            "differ" if a.chance < LEVEL else "not shown to differ",
-        )
-        for name, a in found
-    ]
+def _anova(found: Mapping[str, Anova]) -> Table:
+    rows = []
+    for name, a in found.items():
+        shown = "differ" if a.chance < LEVEL else "not shown to differ"
+        rows.append((name, figure(a.f, 3), f"{a.between}, {a.within}", f"{a.chance:.2g}", shown))
     return table("means of", "F", "degrees of freedom", "chance", f"at {percent(1 - LEVEL)}", right=(1, 3), rows=rows)
 
 
-def _agreement_table(found: tuple[Agreement, Agreement], names: Sequence[str]) -> Iterator[Any]:
+def _agreement_table(found: tuple[Agreement, Agreement], names: Sequence[str]) -> Iterator[Block]:
     position, turned = found
-    pairs = ((0, 1), (0, 2), (1, 2))
-    rows: list[tuple[Cell, ...]] = [
-        (
-            f"{names[i]} - {names[j]}",
-            figure(1e3 * position.differences[k], 3),
-            figure(57.29577951308232 * turned.differences[k], 3),
-        )
-        for k, (i, j) in enumerate(pairs)
-    ]
-    rows += [
-        (
-            f"{n} by itself",
-            *(
-                figure(v, 3) if v == v else "none left"
-                for v in (1e3 * position.own[i], 57.29577951308232 * turned.own[i])
-            ),
-        )
-        for i, n in enumerate(names)
-    ]
+    rows = []
+    for pair, *both in zip(combinations(names, 2), position.differences, turned.differences, strict=True):
+        rows.append((" - ".join(pair), *(figure(s * v, 3) for s, v in zip(SCALES, both, strict=True))))
+    for name, *both in zip(names, position.own, turned.own, strict=True):
+        own = (figure(s * v, 3) if v == v else "none left" for s, v in zip(SCALES, both, strict=True))
+        rows.append((f"{name} by itself", *own))
     yield table("rms, aligned to the reference", "position [mm]", "orientation [deg]", right=(1, 2), rows=rows)
     yield from quiet("by itself: if the errors of the three have nothing in common (Grubbs)")
     for what, one in (("positions", position), ("orientations", turned)):
         if one.shared is not None:
             a, b = (names[i] for i in one.shared)
             third = next(n for i, n in enumerate(names) if i not in one.shared)
-            yield Text.of(
-                f"{what}: {a} and {b} agree better than errors of their own allow: they share an error, or {third} errs"
-            )
+            why = f"they share an error, or {third} errs"
+            yield Text.of(f"{what}: {a} and {b} agree better than errors of their own allow: {why}")

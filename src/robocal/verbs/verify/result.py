@@ -32,6 +32,7 @@ __all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "summarise_groups",
 T = TypeVar("T")
 VIEWS = ("as measured", "relative to the first", "aligned", "aligned, another point")
 FARTHEST = 1e5  # m
+ID = "configuration.id"
 FEWEST = 2  # poses that several files have in common
 
 
@@ -108,7 +109,6 @@ class Verified:
     reference: PoseSource
     sources: tuple[PoseSource, ...]
     errors: tuple[dict[str, PoseErrors], ...]
-    left_out: int
     remarks: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str
@@ -117,11 +117,12 @@ class Verified:
     @cached_property
     def anova(self) -> dict[str, tuple[Anova, Anova]]:
         """Of every view that all sources have, by position and orientation."""
-        views = [v for v in VIEWS if all(v in e for e in self.errors)]
         if len(self.sources) < 2:
             return {}
-        return {v: (_of([e[v].position for e in self.errors]), _of([e[v].orientation for e in self.errors])) for v in views
-                if all(len(e[v].position) > 1 for e in self.errors)}  # fmt: skip
+        views = [v for v in VIEWS if all(v in e and len(e[v].position) > 1 for e in self.errors)]
+        return {
+            v: (_of([e[v].position for e in self.errors]), _of([e[v].orientation for e in self.errors])) for v in views
+        }
 
     @cached_property
     def agreement(self) -> tuple[Agreement, Agreement] | None:
@@ -137,15 +138,14 @@ class Verified:
     def document(self) -> VerifyDocument:
         """What --json says: mm and deg."""
         both = self.agreement
-        errors = {
-            s.name: {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
-            for s, of in zip(self.sources, self.errors, strict=True)
-        }
         names = [*(s.name for s in self.sources), self.reference.name]
         return VerifyDocument(
             reference=self.reference.name,
             poses=self.reference.ids,
-            sources=errors,
+            sources={
+                s.name: {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
+                for s, of in zip(self.sources, self.errors, strict=True)
+            },
             anova={v: PosePair(*pair) for v, pair in self.anova.items()},
             agreement=None if both is None else PosePair(_agreement(both[0], names, "m"), _agreement(both[1], names, "rad")),
             **remark_fields(self.remarks),
@@ -193,31 +193,18 @@ def _read(place: str) -> tuple[PoseSource, tuple[InputFile, ...], tuple[Remark, 
     seen = reading.dataset.observations
     if len(seen) != 1 or seen[0].kind != "pose":
         kinds = ", ".join(dict.fromkeys(o.kind for o in seen))
-        raise FormatError(
-            "only poses are compared, and this file has another kind",
-            file=place,
-            key="kind",
-            found=kinds,
-            expected="pose",
-        )
+        message = "only poses are compared, and this file has another kind"
+        raise FormatError(message, file=place, key="kind", found=kinds, expected="pose")
     obs = seen[0]
     ids = tuple(reading.dataset.configurations.ids[c] for c in obs.configuration)
     if len(set(ids)) < len(ids):
-        again = next(i for i in ids if ids.count(i) > 1)
-        raise FormatError(
-            "two poses have the same id",
-            file=place,
-            key="configuration.id",
-            found=again,
-            expected="one row for each id",
-        )
-    far = np.abs(obs.value[:, :3]).max(axis=1) > FARTHEST
-    if far.any():
-        at = int(np.argmax(far))
-        raise FormatError(
-            "a position too far away for any machine", file=place, key=ids[at], found=f"{np.abs(obs.value[at, :3]).max():.3g} m",
-            expected=f"below {FARTHEST:.0e} m",
-        )  # fmt: skip
+        again, expected = next(i for i in ids if ids.count(i) > 1), "one row for each id"
+        raise FormatError("two poses have the same id", file=place, key=ID, found=again, expected=expected)
+    away = np.abs(obs.value[:, :3]).max(axis=1)
+    if (far := away > FARTHEST).any():
+        at, expected = int(np.argmax(far)), f"below {FARTHEST:.0e} m"
+        message = "a position too far away for any machine"
+        raise FormatError(message, file=place, key=ids[at], found=f"{away[at]:.3g} m", expected=expected)
     return PoseSource(Path(place).stem, ids, se3.from_vector(obs.value)), reading.files, reading.warnings
 
 
@@ -225,37 +212,28 @@ def verify_sources(reference: str, places: Sequence[str], command: str = "") -> 
     """Poses of sources against those of a reference, row by row of the same id. Raises InputError."""
     if not places:
         raise ModelError("there are no poses to compare with the reference", key="SOURCES", expected="files with poses")
-    read = [_read(p) for p in (reference, *places)]
+    files = (reference, *places)
+    read = [_read(p) for p in files]
     every = [r[0] for r in read]
-    names = [s.name for s in every]
-    if len(set(names)) < len(names):
-        every = [replace(s, name=str(p)) for s, p in zip(every, (reference, *places), strict=True)]
-    _distinct(every, (reference, *places))
+    if len({s.name for s in every}) < len(every):
+        every = [replace(s, name=str(p)) for s, p in zip(every, files, strict=True)]
+    for (i, one), (j, other) in combinations(enumerate(every), 2):
+        if one.ids == other.ids and np.array_equal(one.poses, other.poses):  # they agree with themselves
+            found, expected = f"those of {files[i]}", "another source"
+            raise FormatError("the same poses twice", file=files[j], found=found, expected=expected)
     both = [i for i in every[0].ids if all(i in s.ids for s in every[1:])]
     if len(both) < FEWEST:
-        raise FormatError(
-            "too few poses in common", file=places[0], key="configuration.id", found=f"{len(both)} ids of {reference}",
-            expected=f"{FEWEST} or more, the same ids in all files",
-        )  # fmt: skip
+        found, expected = f"{len(both)} ids of {reference}", f"{FEWEST} or more, the same ids in all files"
+        raise FormatError("too few poses in common", file=places[0], key=ID, found=found, expected=expected)
     first, *sources = (s.take(both) for s in every)
     left = max(len(s.ids) for s in every) - len(both)
     said = [r for _, _, warnings in read for r in warnings]
     if left:
         said.append(Remark.of(Code.POSES_NOT_IN_ALL, count=left, both=len(both)))
-    found = tuple(_views(s.poses, first.poses) for s in sources)
+    views = tuple(_views(s.poses, first.poses) for s in sources)
     doubts = [d for s in sources if (d := _doubt(s, first)) is not None]
-    said += doubts
-    inputs = tuple(i for _, files, _ in read for i in files)
-    return Verified(first, tuple(sources), found, left, tuple(said), inputs, command, not doubts)
-
-
-def _distinct(every: Sequence[PoseSource], places: Sequence[str]) -> None:
-    """Raises FormatError for the same poses twice: they agree with themselves."""
-    for (i, one), (j, other) in combinations(enumerate(every), 2):
-        if one.ids == other.ids and np.array_equal(one.poses, other.poses):
-            raise FormatError(
-                "the same poses twice", file=places[j], found=f"those of {places[i]}", expected="another source"
-            )
+    inputs = tuple(i for _, inputs, _ in read for i in inputs)
+    return Verified(first, tuple(sources), views, (*said, *doubts), inputs, command, not doubts)
 
 
 CODES: dict[Cause, Code] = {
@@ -268,11 +246,9 @@ def _doubt(source: PoseSource, reference: PoseSource) -> Remark | None:
     found = unlike(source.poses, reference.poses)
     if found is None:
         return None
-    unit = "rad" if found.turns else "m"
+    unit, names = "rad" if found.turns else "m", {"source": source.name, "reference": reference.name}
     left, spread = Quantity(found.left, unit), Quantity(found.spread, unit)
-    return Remark.of(
-        CODES[found.cause], source=source.name, reference=reference.name, left=left, spread=spread, factor=found.factor
-    )
+    return Remark.of(CODES[found.cause], **names, left=left, spread=spread, factor=found.factor)
 
 
 def _views(found: Array, reference: Array) -> dict[str, PoseErrors]:
@@ -289,15 +265,12 @@ def summarise_groups(place: str, command: str = "") -> AnovaResult:
     table = read_csv(place)
     names = [str(n) for n in table.names]
     quantities = [n[: -len("_mean")] for n in names if n.endswith("_mean")]
-    for need in ("group", "n", *(f"{q}_sd" for q in quantities)):
+    for need in ("group", "n", *(f"{q}_sd" for q in quantities), *(() if quantities else ("NAME_mean",))):
         if need not in names:
             raise table.fail("a column is missing", None, need, expected="group, n, NAME_mean, NAME_sd")
-    if not quantities:
-        raise table.fail("a column is missing", None, "NAME_mean", expected="group, n, NAME_mean, NAME_sd")
     counts = table.numbers(["n"])[:, 0]
-    table.insist(
-        (counts >= 2) & (counts == np.round(counts)), ["n"], "not a count", counts, expected="a whole number, 2 or more"
-    )
+    whole = (counts >= 2) & (counts == np.round(counts))
+    table.insist(whole, ["n"], "not a count", counts, expected="a whole number, 2 or more")
     groups = tuple(str(g) for g in table.texts("group"))
     for i, name in enumerate(groups):
         if name in groups[:i]:
@@ -309,13 +282,8 @@ def summarise_groups(place: str, command: str = "") -> AnovaResult:
         both = [f"{q}_mean", f"{q}_sd"]
         factor = [1.0 if (u := table.unit(c)) is None else parse_unit(u, file=place, column=c).factor for c in both]
         if len({table.unit(c) is None for c in both}) > 1:
-            raise table.fail(
-                "one of two columns has a unit",
-                None,
-                both[1],
-                found=str(table.unit(both[1])),
-                expected="both, or neither",
-            )
+            message, unit = "one of two columns has a unit", str(table.unit(both[1]))
+            raise table.fail(message, None, both[1], found=unit, expected="both, or neither")
         mean, spread = (table.numbers(both) * np.array(factor)).T
         table.insist(spread >= 0, [f"{q}_sd"], "a standard deviation is not negative", spread, expected="0 or above")
         found[q] = anova(mean.tolist(), spread.tolist(), counts.astype(int).tolist())
