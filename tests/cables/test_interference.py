@@ -7,11 +7,12 @@ import itertools
 import numpy as np
 import pytest
 from cables.cable_robots import PUBLISHED
+from cables.crossing_cables import crossings
 from cables.motions import anchors, beyond, body_overlap, pair_distances, random_motions, sampled, turns
 from sizes import size
 
 from robocal.cables.contact.segments import distances
-from robocal.cables.interference import KINDS, box, crossings, first_contact, hull
+from robocal.cables.interference import KINDS, box, first_contact, hull
 from robocal.errors import ModelError
 
 STILL = np.eye(4)

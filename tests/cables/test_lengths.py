@@ -8,11 +8,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from cables.cable_robots import PUBLISHED, box, moved, poses, published
+from cables.catenaries import hang_by_length, sag, shape
 from laws import check_jacobian
 from scipy.optimize import fsolve, minimize_scalar
 
-from robocal.cables.cable_lengths import inverse, rates
-from robocal.cables.elastic import catenary, hang_by_length, hang_by_tension, sag, shape, stretch
+from robocal.cables.cable_lengths import inverse
+from robocal.cables.elastic import catenary, hang_by_tension, stretch
 from robocal.cables.geometry import lengths, straight
 from robocal.cables.pulley import Pulleys, run
 from robocal.errors import ModelError
@@ -75,13 +76,6 @@ def test_structure_matrix_is_minus_the_gradient_transposed(name, rng):
         pull /= np.linalg.norm(pull, axis=1, keepdims=True)
         w = np.concatenate([pull, np.cross(lever, pull)], axis=1)
         np.testing.assert_allclose(w, -slope[:, i], atol=1e-14)
-
-
-def test_rates_are_the_derivative_along_a_motion(rng):
-    robot, twist, step = box(), rng.normal(size=6), 1e-4
-    pose = poses(robot, rng, 1)
-    ends = [inverse(robot, moved(pose, s * step * twist))[0] for s in (1, -1)]
-    np.testing.assert_allclose(rates(robot, pose, twist), (ends[0] - ends[1]) / (2 * step), atol=1e-7)
 
 
 def test_stretch_of_the_seed():

@@ -12,7 +12,7 @@ from laws import check_jacobian
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import cable_robot, lengths, straight
 from robocal.cables.pulley import Pulleys, curvature, run
-from robocal.cables.statics import gravity_wrench, null_vector, stiffness, structure, structure_of
+from robocal.cables.statics import gravity_wrench, stiffness, structure, structure_of
 from robocal.cables.tension import distribute
 from robocal.errors import ModelError
 from robocal.geometry import so3
@@ -58,20 +58,6 @@ def test_structure_of_a_robot_has_its_rows_and_heeds_its_pulleys(rig, degrees, p
         w, gradient = structure_of(robot, pose), straight(robot, pose)[1]
         np.testing.assert_allclose(w, -gradient.swapaxes(1, 2)[:, list(robot.axes)], atol=1e-14)
     assert np.abs(w - structure(pose, a, b)[:, list(robot.axes)]).max() > 1e-3
-
-
-def test_planar_null_vector_is_the_cross_product(rng):
-    a = np.array([[0, 0, 0], [2, 0, 0], [1, 2, 0]]) + rng.normal(0, 0.1, (3, 3)) * [1, 1, 0]
-    pose = np.tile(np.eye(4), (50, 1, 1))
-    share = rng.dirichlet([1, 1, 1], 50)
-    pose[:, :3, 3] = share @ a
-    w = structure_of(cable_robot("flat", a, np.zeros((3, 3)), degrees="2T", plane="xy"), pose)
-    u = null_vector(w)
-    cross = np.cross(w[:, 0], w[:, 1])
-    cross /= np.linalg.norm(cross, axis=1, keepdims=True)
-    np.testing.assert_allclose(u, cross * np.sign(cross.sum(axis=1, keepdims=True)), atol=1e-13)
-    assert (u > 0).all()  # inside the triangle all three pull
-    np.testing.assert_allclose(np.einsum("kdm,km->kd", w, u), 0, atol=1e-14)
 
 
 def test_weight_is_the_gradient_of_the_potential(rig, rng):
@@ -180,7 +166,6 @@ def test_cables_over_pulleys_hold_a_weight_from_above(rng):
         (lambda p, a, b: structure(p, a[:7], b), "of one length"),
         (lambda p, a, b: structure(p[0], a, b), r"\(k, 4, 4\)"),
         (lambda p, a, b: structure(p, p[0, :3, 3] + b @ p[0, :3, :3].T, b), "no length"),
-        (lambda p, a, b: null_vector(structure(p, a, b)), "one cable more"),
         (lambda p, a, b: structure_of(cable_robot("", a, b, degrees="2R"), p), "3R3T"),
         (lambda p, a, b: structure_of(cable_robot("", p[0, :3, 3] + b @ p[0, :3, :3].T, b), p), "no length"),
         (lambda p, a, b: structure_of(wheeled(p[0, :3, 3] + b @ p[0, :3, :3].T, b), p), "no length"),

@@ -69,14 +69,6 @@ def test_motions_are_a_group(x, y):
     np.testing.assert_allclose(a, expm(generator), atol=1e-12)
 
 
-@given(twist6, twist6)
-def test_adjoint_carries_a_twist_through_a_motion(x, y):
-    t = se3.from_vector(x)
-    np.testing.assert_allclose(t @ se3.exp(y) @ se3.inverse(t), se3.exp(se3.adjoint(t) @ y), atol=1e-11)
-    u = se3.exp(y)
-    np.testing.assert_allclose(se3.adjoint(t @ u), se3.adjoint(t) @ se3.adjoint(u), atol=1e-11)
-
-
 @pytest.mark.parametrize("angle", ANGLES)
 @pytest.mark.parametrize("axis", AXES, ids=str)
 def test_exp_and_log_are_inverse_up_to_pi(axis, angle):

@@ -21,7 +21,7 @@ from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.hanging import hang
 from robocal.errors import ModelError
 
-__all__ = ["inverse", "model_of", "pulls", "rates"]
+__all__ = ["inverse", "model_of", "pulls"]
 
 Lengths = Callable[[Array, Array | None], tuple[Array, Array]]
 TOUCHING = 1e-9  # m; a cable shorter than this has no direction
@@ -62,12 +62,6 @@ def pulls(robot: CableRobot, tension: ArrayLike, shape: tuple[int, int]) -> Arra
         key, found = robot.cables[cable], f"{pull[at, cable]:.4g} N"
         raise ModelError(f"a cable cannot push (pose {at})", row=at, key=key, found=found, expected="0 N or more")
     return pull
-
-
-def rates(robot: CableRobot, pose: ArrayLike, twist: ArrayLike) -> Array:
-    """How fast the cables lengthen, L (v, w), (k, m) in m/s; twist (k, 6) in m/s and rad/s."""
-    _, slope, _ = straight(robot, pose)
-    return np.asarray((slope @ np.asarray(twist, float).reshape(-1, 6, 1))[..., 0])
 
 
 def model_of(robot: CableRobot, *, sag: bool, tense: bool) -> Lengths:

@@ -1,4 +1,4 @@
-"""Statics of a platform on taut cables, straight or over pulleys: structure matrix, null vector, gravity, stiffness.
+"""Statics of a platform on taut cables, straight or over pulleys: structure matrix, gravity, stiffness.
 
     W t + w = 0
 
@@ -23,7 +23,7 @@ from robocal.errors import ModelError
 from robocal.geometry import so3
 from robocal.geometry.gravity import GRAVITY
 
-__all__ = ["gravity_wrench", "null_vector", "row_weights", "stiffness", "structure", "structure_of"]
+__all__ = ["gravity_wrench", "row_weights", "stiffness", "structure", "structure_of"]
 
 
 def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike, strict: bool = True) -> Array:
@@ -75,20 +75,6 @@ def _whole(structures: Array, cables: Sequence[str]) -> None:
             row=int(row),
             key=cables[cable],
         )
-
-
-def null_vector(structures: ArrayLike) -> Array:
-    """Unit u (k, d + 1) with W u = 0, for W (k, d, d + 1): the last column of Q in the QR factorisation of W^T.
-
-    Its sign makes the sum of its components positive: adding it pulls the cables taut. (2.18) and (2.19) of the seed.
-    Raises ModelError unless there is exactly one cable more than degrees of freedom.
-    """
-    w = np.asarray(structures, dtype=float)
-    if w.ndim != 3 or w.shape[2] != w.shape[1] + 1:
-        raise ModelError("a null vector needs one cable more than degrees of freedom", found=w.shape)
-    q, _ = np.linalg.qr(np.swapaxes(w, 1, 2), mode="complete")
-    u: Array = q[:, :, -1]
-    return u * np.where(u.sum(axis=1, keepdims=True) < 0.0, -1.0, 1.0)
 
 
 def row_weights(d: int, length: ArrayLike = 1.0) -> Array:

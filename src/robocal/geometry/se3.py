@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robocal._types import Array
 from robocal.geometry import so3
 
-__all__ = ["adjoint", "compose", "exp", "from_vector", "inverse", "log", "to_vector"]
+__all__ = ["compose", "exp", "from_vector", "inverse", "log", "to_vector"]
 
 
 def compose(rotation: ArrayLike, translation: ArrayLike) -> Array:
@@ -55,13 +55,3 @@ def log(transform: ArrayLike) -> Array:
     w = so3.log(t[..., :3, :3])
     v = (so3.left_jacobian_inverse(w) @ t[..., :3, 3:])[..., 0]
     return np.concatenate([v, w], axis=-1)
-
-
-def adjoint(transform: ArrayLike) -> Array:
-    """Ad with Ad xi = (T [xi] T^-1) as a twist (v, w): [[R, [p] R], [0, R]], shape (..., 6, 6)."""
-    t = np.asarray(transform, float)
-    r = t[..., :3, :3]
-    out = np.zeros((*t.shape[:-2], 6, 6))
-    out[..., :3, :3] = out[..., 3:, 3:] = r
-    out[..., :3, 3:] = so3.skew(t[..., :3, 3]) @ r
-    return out
