@@ -258,7 +258,7 @@ def _distinct(every: Sequence[PoseSource], places: Sequence[str]) -> None:
             )
 
 
-CODES: dict[Cause, Code] = {
+CODES: dict[Cause, str] = {
     "still": Code.UNLIKE_STILL, "scaled": Code.UNLIKE_SCALED, "mirrored": Code.UNLIKE_MIRRORED, "shifted": Code.UNLIKE_SHIFTED,
     "turn-unit": Code.UNLIKE_TURN_UNIT, "turn-inverted": Code.UNLIKE_TURN_INVERTED, "unknown": Code.UNLIKE_UNKNOWN,
 }  # fmt: skip
