@@ -6,26 +6,18 @@ import re
 from pathlib import Path
 
 from robocal.diagnose.check_registry import ALL, checks
-from robocal.remarks.english import (
-    DECLARED,
-    cable_remarks,
-    drift_remarks,
-    files,
-    identify_remarks,
-    parameter_remarks,
-    verbs,
-)
+from robocal.remarks.english import DECLARED, Code
+from robocal.remarks.phrase import Phrase
 
 PAGE = Path(__file__).parents[1] / "docs" / "verdicts.md"
 BEGIN, END = "<!-- every remark: made by scripts/remarks_table.py -->", "<!-- end of every remark -->"
-TOPICS = (
-    ("An identification", identify_remarks.TABLE),
-    ("Single parameters, and non-geometric effects", parameter_remarks.TABLE),
-    ("Files of arms and their data", files.TABLE),
-    ("A model that is validated, used and exported", verbs.TABLE),
-    ("Two runs of one robot", drift_remarks.TABLE),
-    ("Cable robots", cable_remarks.TABLE),
-    ("Declared beside their checks", DECLARED),
+TITLES = (
+    "An identification",
+    "Single parameters, and non-geometric effects",
+    "Files of arms and their data",
+    "A model that is validated, used and exported",
+    "Two runs of one robot",
+    "Cable robots",
 )
 
 
@@ -39,9 +31,10 @@ def table() -> str:
     for package in ALL:
         checks(package)  # their modules declare codes
     out = [BEGIN, ""]
-    for title, words in TOPICS:
+    topics = [[(p.code, p) for p in vars(topic).values() if isinstance(p, Phrase)] for topic in Code.__bases__]
+    topics.append(sorted(DECLARED.items()))
+    for title, rows in zip((*TITLES, "Declared beside their checks"), topics, strict=True):
         out += [f"### {title}", "", "| code | sentence | advice |", "|---|---|---|"]
-        rows = sorted(words.items()) if words is DECLARED else words.items()
         out += [f"| `{code}` | {shown(w.sentence)} | {shown(w.advice)} |" for code, w in rows]
         out.append("")
     return "\n".join([*out, END])

@@ -77,7 +77,7 @@ def standard(data: DataSet, this: Model, against: Model | None, distances: str) 
 
 def _lacking(why: Mapping[str, Remark]) -> dict[str, dict[str, str]]:
     """Figures that cannot be computed: the reason of each, as a sentence and as a code."""
-    words, codes = {k: r.sentence for k, r in why.items()}, {k: str(r.code) for k, r in why.items()}
+    words, codes = {k: r.sentence for k, r in why.items()}, {k: r.code for k, r in why.items()}
     return {"not_computable": words, "not_computable_codes": codes}
 
 

@@ -62,7 +62,7 @@ def unread_remarks(found: Iterable[Unread]) -> tuple[Remark, ...]:
     )
 
 
-def remark_unknown_names(code: Code, file: object, found: Mapping[str, str | None]) -> Remark:
+def remark_unknown_names(code: str, file: object, found: Mapping[str, str | None]) -> Remark:
     """A remark on words of a file that are not read, each with the known one that it looks like; these are named first."""
     found = {word if len(word) <= LONG else f"{word[: LONG - 3]}...": near for word, near in found.items()}
     missed = {word: near for word, near in found.items() if near is not None}

@@ -1,1 +1,1 @@
-"""What is said of data and results: reasons, remarks and warnings as data, their sentences in one table per language."""
+"""What is said of data and results: reasons, remarks and warnings as data, each code with its sentence in English."""

@@ -1,4 +1,4 @@
-"""A remark is a code with its numbers; its sentence and its advice stand in one table per language.
+"""A remark is a code with its numbers; its sentence and its advice stand beside the code, in `english`.
 
     Remark.of(Code.GAIN_PROVEN, gain=Quantity(3.5e-4, "m"), low=..., high=..., how="held out")
 
@@ -74,7 +74,7 @@ class Remark:
     def document(self) -> dict[str, Any]:
         """The same for machines: code, sentence, advice and numbers, quantities in the unit in which they are shown."""
         return {
-            "code": str(self.code),
+            "code": self.code,
             "sentence": self.sentence,
             "advice": self.advice,
             "numbers": {k: _plain(v) for k, v in self.items if v is not None},

@@ -66,7 +66,7 @@ class Rendered:
 
     text: str
     left_out: tuple[str, ...] = ()
-    code: Code = Code.URDF_LACKS
+    code: str = Code.URDF_LACKS
 
 
 @dataclass(frozen=True)

@@ -1,34 +1,35 @@
-"""Sentences and advice in English: one entry for every code, by topic, and a test that there is. A check may
-declare its code and its sentence beside itself."""
+"""Sentences and advice in English by topic, each under the name of its code. A check may declare its code and its sentence beside
+itself."""
 
 from __future__ import annotations
 
-from robocal.remarks.code import Code
-from robocal.remarks.english import cable_remarks, drift_remarks, files, identify_remarks, parameter_remarks, verbs
+from robocal.remarks.english.cable_remarks import CableRemarks
+from robocal.remarks.english.drift_remarks import DriftRemarks
+from robocal.remarks.english.files import FileRemarks
+from robocal.remarks.english.identify_remarks import IdentificationRemarks
+from robocal.remarks.english.parameter_remarks import ParameterRemarks
+from robocal.remarks.english.verbs import UseRemarks
 from robocal.remarks.phrase import Phrase
 
-__all__ = ["DECLARED", "TABLE", "declare", "phrase_of"]
+__all__ = ["DECLARED", "TABLE", "Code", "declare", "phrase_of"]
 
-TABLE: dict[Code, Phrase] = {
-    **identify_remarks.TABLE,
-    **parameter_remarks.TABLE,
-    **files.TABLE,
-    **verbs.TABLE,
-    **drift_remarks.TABLE,
-    **cable_remarks.TABLE,
-}
 
+class Code(IdentificationRemarks, ParameterRemarks, FileRemarks, UseRemarks, DriftRemarks, CableRemarks):
+    """Everything that robocal may remark on, by name."""
+
+
+TABLE = {p.code: p for topic in Code.__bases__ for p in vars(topic).values() if isinstance(p, Phrase)}
 DECLARED: dict[str, Phrase] = {}  # by modules of checks
 
 
 def declare(code: str, sentence: str, advice: str = "") -> str:
     """Gives a code of its own to the module of a check: its sentence and its advice. Raises ValueError for a code that is taken."""
-    if code in TABLE or DECLARED.get(code, (sentence, advice)) != (sentence, advice):
+    phrase = Phrase(sentence, advice)
+    if code in TABLE or DECLARED.setdefault(code, phrase) != phrase:
         raise ValueError(f"the code {code} has a sentence already")
-    DECLARED[code] = Phrase(sentence, advice)
     return code
 
 
 def phrase_of(code: str) -> Phrase:
     """Sentence and advice of a code."""
-    return DECLARED[code] if code in DECLARED else TABLE[Code(code)]
+    return DECLARED[code] if code in DECLARED else TABLE[code]

@@ -2,260 +2,257 @@
 
 from __future__ import annotations
 
-from robocal.remarks.code import Code
 from robocal.remarks.phrase import Phrase
 
-__all__ = ["TABLE"]
+__all__ = ["CableRemarks"]
 
-TABLE: dict[Code, Phrase] = {
-    Code.SAME_FRAME_POINT: Phrase(
+
+class CableRemarks:
+    """What is remarked on cable robots and their lists."""
+
+    SAME_FRAME_POINT = Phrase(
         "[{file}: ]cables {one} and {other} leave the frame at the same point",
         "Check their frame anchors, unless they truly share one.",
-    ),
-    Code.POSE_UNDETERMINED: Phrase(
+    )
+    POSE_UNDETERMINED = Phrase(
         "[{file}: ]{cables} cables do not determine {degrees} degrees of freedom: the pose does not follow from the "
         "lengths",
         "Check the number of cables and the degrees of freedom.",
-    ),
-    Code.SAID_OF_SOME: Phrase(
-        "{file}: {what} is stated for some cables only, and ignored", "State it for every cable."
-    ),
-    Code.INERTIA_OF_NO_BODY: Phrase(
+    )
+    SAID_OF_SOME = Phrase("{file}: {what} is stated for some cables only, and ignored", "State it for every cable.")
+    INERTIA_OF_NO_BODY = Phrase(
         "{file}: the inertia (row {row} of {bodies}) is impossible for a rigid body, and ignored",
         "Correct the moments of inertia in that file where they matter.",
-    ),
-    Code.CABLE_SETS_ASIDE: Phrase(
+    )
+    CABLE_SETS_ASIDE = Phrase(
         "{file}: of its cable sets only {chosen} is read, not {others}",
         "--cables SET reads another one, into a separate robot.yaml.",
-    ),
-    Code.COUNTED_FROM_ELSEWHERE: Phrase(
+    )
+    COUNTED_FROM_ELSEWHERE = Phrase(
         "{file}: CASPR counts the platform's position from {x:.6g}, {y:.6g}, {z:.6g} m, robot.yaml from the base",
         "Add these to the positions of CASPR's trajectories; lengths at a pose are the same.",
-    ),
-    Code.NO_KEY_FOR: Phrase(
+    )
+    NO_KEY_FOR = Phrase(
         "{file}: robot.yaml has no key for {names}",
         "No length or tension depends on it. Where you need it, keep the model of CASPR.",
-    ),
-    Code.ANCHORS_UNUSED: Phrase(
+    )
+    ANCHORS_UNUSED = Phrase(
         "{file}: no cable uses {side} anchor {anchors}", "Spare anchors do no harm; check that no cable is missing."
-    ),
-    Code.TENSIONS_ASIDE: Phrase(
+    )
+    TENSIONS_ASIDE = Phrase(
         "the tensions of the list are ignored: the elasticity of {robot} is not known",
         "State the elasticity of the cables in the robot file.",
-    ),
-    Code.ANCHOR_MOVED: Phrase(
+    )
+    ANCHOR_MOVED = Phrase(
         "{run}: the frame anchor of {cable} moved: {across:.3g} across its line of sight, {along:.3g~} ± {off:.2g} along "
         "it ({x:+.3g~}, {y:+.3g~}, {z:+.3g} in x, y, z)",
         "Look at its pulley and the mounting of the pulley. Use the later calibration.",
-    ),
-    Code.ANCHOR_OR_ZERO: Phrase(
+    )
+    ANCHOR_OR_ZERO = Phrase(
         "{run}: anchor or zero of {cable} changed along its line of sight; the data do not show which (zero {zero:+.3g}, "
         "anchor {along:+.3g})",
         "If the sensors counted on between the runs, --zeros-unchanged separates the two.",
-    ),
-    Code.ZEROS_CHANGED: Phrase(
+    )
+    ZEROS_CHANGED = Phrase(
         "{run}: the zeros of {cables} changed, as they do at a power-up; an anchor that moved along its line of sight "
         "looks the same",
         "To detect such a drift, compare runs of one power-up with --zeros-unchanged.",
-    ),
-    Code.NOTHING_MOVED: Phrase("{run}: no frame anchor moved by more than these calibrations would show by chance"),
-    Code.SMALLEST_DRIFT: Phrase(
+    )
+    NOTHING_MOVED = Phrase("{run}: no frame anchor moved by more than these calibrations would show by chance")
+    SMALLEST_DRIFT = Phrase(
         "a drift of one anchor would be detected with 95 % certainty from {along:.2g} along its line of sight and "
         "{across:.2g} across it"
-    ),
-    Code.SMALLEST_DRIFT_FREE: Phrase(
+    )
+    SMALLEST_DRIFT_FREE = Phrase(
         "zeros may have changed: a drift of one anchor would be detected with 95 % certainty from {across:.2g} across its "
         "line of sight; along it from {along:.2g}, where anchor and zero look alike",
         "If the sensors counted on between the runs, --zeros-unchanged detects much smaller drifts along it.",
-    ),
-    Code.NOTHING_KNOWN_OF_ERRORS: Phrase(
+    )
+    NOTHING_KNOWN_OF_ERRORS = Phrase(
         "{run}: the uncertainty of its parameters is not known; the report shows how the calibrations scatter, not what "
         "moved",
         "Compare run folders of `identify` (-o).",
-    ),
-    Code.CALIBRATION_CARRIED: Phrase(
+    )
+    CALIBRATION_CARRIED = Phrase(
         "standard deviations include the uncertainty of the calibration of {run}, beside the noise of these lengths"
-    ),
-    Code.STRETCH_TAKEN: Phrase("stretch is removed from the lengths, up to {most}, by {how} tensions"),
-    Code.BASE_NOT_MEASURED: Phrase(
+    )
+    STRETCH_TAKEN = Phrase("stretch is removed from the lengths, up to {most}, by {how} tensions")
+    BASE_NOT_MEASURED = Phrase(
         "{runs}: no instrument stood on the base, so only the shape is known: the base may differ by a motion",
         "To detect anchors that move together, measure poses by a camera or a tracker on the base in both runs.",
-    ),
-    Code.MEASUREMENTS_SHARED: Phrase(
+    )
+    MEASUREMENTS_SHARED = Phrase(
         "{run}: identified from {files}, as the first run was: both runs share these errors, and the comparison cannot "
         "show them",
         "Compare runs that have no measurement in common.",
-    ),
-    Code.CABLE_FILE_LACKS: Phrase(
+    )
+    CABLE_FILE_LACKS = Phrase(
         "calibrated.yaml cannot hold the fitted {names}: by itself it is not the identified robot; the run folder is",
         "Give the folder to `cable forward`: it reads lengths with them.",
-    ),
-    Code.BEYOND_TAKEN: Phrase("lengths are read with the {names} that {run} identified"),
-    Code.ZEROS_LEFT_ASIDE: Phrase(
+    )
+    BEYOND_TAKEN = Phrase("lengths are read with the {names} that {run} identified")
+    ZEROS_LEFT_ASIDE = Phrase(
         "lengths are read with the zeros of the robot file, not with the {names} that {run} identified as well"
-    ),
-    Code.TENSIONS_WEIGH: Phrase(
+    )
+    TENSIONS_WEIGH = Phrase(
         "the tensions carry a mass of {mass}, the robot file states {stated}",
         "Check the unit of the tensions. They carry the payload too: state it with the mass of the platform.",
-    ),
-    Code.MIRROR_IMAGE: Phrase(
+    )
+    MIRROR_IMAGE = Phrase(
         "the platform anchors of {cables} stay in {shape}: a frame anchor and its mirror image fit equally well, and the "
         "predicted errors hold only where the start is nearer to the right one",
         "Poses that turn the platform, or leave the plane, need no start.",
-    ),
-    Code.POSES_AWAY: Phrase(
+    )
+    POSES_AWAY = Phrase(
         "the poses are {away} from the middle of the frame anchors, which scatter by {size}",
         "Check the unit of the list, and that the list belongs to this robot.",
-    ),
-    Code.POSES_TAKEN_EXACT: Phrase(
+    )
+    POSES_TAKEN_EXACT = Phrase(
         "poses are chosen as if an instrument measured them exactly",
         "--pose-noise states the noise of the instrument; --encoders-only states that there is no instrument.",
-    ),
-    Code.TENSIONS_NOT_ASKED: Phrase(
+    )
+    TENSIONS_NOT_ASKED = Phrase(
         "only contacts were checked: tension limits or mass of {robot} are not known",
         "State them in the robot file, or by --limits and --mass.",
-    ),
-    Code.SAG_TAKEN: Phrase("sag is removed from the lengths, up to {most}, by the density that the robot file states"),
-    Code.STRETCH_LEFT: Phrase(
+    )
+    SAG_TAKEN = Phrase("sag is removed from the lengths, up to {most}, by the density that the robot file states")
+    STRETCH_LEFT = Phrase(
         "stretch is not removed from the lengths: no tensions are stated, and within its limits a cable's length changes "
         "by up to {most}",
         "`tension: {{columns: [...], unit: N}}` in the data file removes it. So does `tension: computed`, with tensions in "
         "the middle of the limits.",
-    ),
-    Code.LENGTHS_GEOMETRIC: Phrase(
+    )
+    LENGTHS_GEOMETRIC = Phrase(
         "the cables of {robot} stretch and no tension is given: these lengths are geometric, not what the sensors show",
         "Give --tension, or columns of tensions (c1.tension).",
-    ),
-    Code.LENGTHS_TAKEN_GEOMETRIC: Phrase(
+    )
+    LENGTHS_TAKEN_GEOMETRIC = Phrase(
         "the cables of {robot} stretch and no tension is given: the lengths are taken as geometric, and the poses err by "
         "the stretch",
         "Give --tension, or columns of tensions (c1.tension). Lengths without stretch belong in columns called "
         "c1.geometric.",
-    ),
-    Code.UNLIKE_UNKNOWN: Phrase(
+    )
+    UNLIKE_UNKNOWN = Phrase(
         "{source}: these are not the poses of {reference}: after the best alignment they differ by {left}, and the poses "
         "scatter by {spread}",
         "Check units, the order of the rows, axes and the convention of the orientations.",
-    ),
-    Code.UNLIKE_STILL: Phrase(
+    )
+    UNLIKE_STILL = Phrase(
         "{source}: its positions scatter by {left}, those of {reference} by {spread}",
         "Check the columns of its positions.",
-    ),
-    Code.UNLIKE_SCALED: Phrase(
+    )
+    UNLIKE_SCALED = Phrase(
         "{source}: its positions scatter {factor:.4g} times as far as those of {reference}",
         "Check the unit of its positions.",
-    ),
-    Code.UNLIKE_MIRRORED: Phrase(
+    )
+    UNLIKE_MIRRORED = Phrase(
         "{source}: its positions are a mirror image of those of {reference}: mirrored, they fit; as they stand, {left} "
         "remain",
         "Two axes are exchanged, one has the wrong sign, or its frame is left-handed.",
-    ),
-    Code.UNLIKE_SHIFTED: Phrase(
+    )
+    UNLIKE_SHIFTED = Phrase(
         "{source}: its rows are those of {reference} shifted by {factor:.0f}: shifted back, they fit; as they stand, "
         "{left} remain",
         "Check its ids.",
-    ),
-    Code.UNLIKE_TURN_UNIT: Phrase(
+    )
+    UNLIKE_TURN_UNIT = Phrase(
         "{source}: its orientations are those of {reference} in degrees that were read as radians, or the other way round",
         "Check the unit of its orientations.",
-    ),
-    Code.UNLIKE_TURN_INVERTED: Phrase(
+    )
+    UNLIKE_TURN_INVERTED = Phrase(
         "{source}: its orientations are the inverse of those of {reference}",
         "Check the convention of its orientations: rows and columns, order and frame of angles, sign of the quaternion's vector.",
-    ),
-    Code.NO_DIAMETER: Phrase(
+    )
+    NO_DIAMETER = Phrase(
         "no cable diameter is known: contacts are those of lines without thickness", "--diameter states it."
-    ),
-    Code.POSE_OUT_OF_REACH: Phrase(
+    )
+    POSE_OUT_OF_REACH = Phrase(
         "{pose}: a platform with {degrees} cannot be there: it is {off:.3g} away from {first} in {column}",
         "Check the columns of the list, and the degrees of the robot. The result is for the pose as stated.",
-    ),
-    Code.WRENCH_UNBALANCED: Phrase(
+    )
+    WRENCH_UNBALANCED = Phrase(
         "left out of the wrench: {components}; a platform with {degrees} does not balance them",
         "Another support has to carry them. Or state other degrees in the robot file.",
-    ),
-    Code.MOTIONS_OPEN: Phrase(
-        "{count} motions end where the search for contacts stopped: free up to there, unknown beyond"
-    ),
-    Code.LENGTH_NOISE_ASSUMED: Phrase("no noise of a length is stated: 1 mm is assumed", "--sigma states it."),
-    Code.NOISE_TEACHES_NOTHING: Phrase(
+    )
+    MOTIONS_OPEN = Phrase("{count} motions end where the search for contacts stopped: free up to there, unknown beyond")
+    LENGTH_NOISE_ASSUMED = Phrase("no noise of a length is stated: 1 mm is assumed", "--sigma states it.")
+    NOISE_TEACHES_NOTHING = Phrase(
         "--sigma {sigma:g} {unit} is larger than the residual without any measurement ({expected:g}): the measurement "
         "would add nothing",
         "Check the unit of --sigma, or measure lengths better.",
-    ),
-    Code.NO_POSE: Phrase(
+    )
+    NO_POSE = Phrase(
         "{pose}: no pose was found at which the cables can hang with these lengths",
         "Check the lengths of this row, their unit and the order of the cables.",
-    ),
-    Code.SEARCH_UNENDED: Phrase(
+    )
+    SEARCH_UNENDED = Phrase(
         "{pose}: the search did not converge to a minimum",
         "Allow more starts (--starts), and check the lengths of this row.",
-    ),
-    Code.SINGULAR_POSE: Phrase(
+    )
+    SINGULAR_POSE = Phrase(
         "{pose}: near this pose the lengths do not determine where the platform is: a singular pose",
         "Measure another pose, or hold the platform with more cables.",
-    ),
-    Code.SEVERAL_POSES: Phrase(
+    )
+    SEVERAL_POSES = Phrase(
         "{pose}: {count} poses explain these lengths equally well",
         "Choose by what you know of the position. More cables remove the ambiguity.",
-    ),
-    Code.LENGTHS_UNEXPLAINED: Phrase(
+    )
+    LENGTHS_UNEXPLAINED = Phrase(
         "{pose}: no pose explains these lengths: the residual is {left:.3g}, {expected:.3g} is expected",
         "Check the lengths of this row, the model of the cables (tension, sag) and --sigma.",
-    ),
-    Code.LENGTHS_LEFT: Phrase(
+    )
+    LENGTHS_LEFT = Phrase(
         "{pose}: the residual of its lengths is {left:.3g}",
         "--sigma states what residual is expected. Check the unit of the lengths.",
-    ),
-    Code.NOT_HELD: Phrase(
+    )
+    NOT_HELD = Phrase(
         "{pose}: no tensions within the limits hold it; {missing} is missing", "Choose another pose, load or limits."
-    ),
-    Code.CLOSED_FORM_LEAVES: Phrase(
+    )
+    CLOSED_FORM_LEAVES = Phrase(
         "{pose}: the closed form violates the limits where other tensions do not", "--method mid finds them."
-    ),
-    Code.AND_MORE: Phrase("... and {count} more"),
-    Code.NO_MARGIN: Phrase(
+    )
+    AND_MORE = Phrase("... and {count} more")
+    NO_MARGIN = Phrase(
         "held, but with no margin: at a singular pose, or at a limit, some disturbance moves the platform: {poses}[ and "
         "{more} more]",
         "Keep away from these poses, or widen the limits.",
-    ),
-    Code.LEANING: Phrase(
+    )
+    LEANING = Phrase(
         "{pose}: cable {cable} leaves the plane {plane} by {angle:.3g}; nothing balances its force across the plane",
         "Check the anchors, or model the robot in space (3R3T).",
-    ),
-    Code.PARTS_APART: Phrase(
+    )
+    PARTS_APART = Phrase(
         "{count} parts that do not touch ({sizes} {unit}): rays reach only the part around their start",
         "--start chooses another part.",
-    ),
-    Code.HOLES: Phrase("{count} holes ({size:.3g} {unit}) inside: rays end at the first they meet"),
-    Code.START_SEES_PART: Phrase(
+    )
+    HOLES = Phrase("{count} holes ({size:.3g} {unit}) inside: rays end at the first they meet")
+    START_SEES_PART = Phrase(
         "rays from the start do not reach {share:.2g} % of the feasible cells: the {edge} leaves them out",
         "--start X,Y,Z chooses another.",
-    ),
-    Code.RAYS_DIFFER: Phrase(
+    )
+    RAYS_DIFFER = Phrase(
         "rays and grid differ by {percent:+.1f} %",
         "[More --cells or --rays reduce the difference (rays from the start reach {seen:.0%} of the feasible cells).]",
-    ),
-    Code.ONLY_SINGULAR: Phrase(
+    )
+    ONLY_SINGULAR = Phrase(
         "every feasible cell is a singular pose: there the cables balance the demanded wrench and no other disturbance; "
         "the volume by the grid means nothing",
         "Demand a reserve or an acceleration, or give the robot other anchors or limits.",
-    ),
-    Code.NOTHING_HELD: Phrase(
+    )
+    NOTHING_HELD = Phrase(
         "no cell of the grid can be held: the nearest to it, at {at} {length}, lacks {lack:.3g} {force} or more",
         "Demand less, or widen the limits.",
-    ),
-    Code.NOTHING_CLOSED: Phrase(
+    )
+    NOTHING_CLOSED = Phrase(
         "no cell of the grid is wrench-closed: cables only pull, and at no cell do they balance every wrench, however "
         "strong they are",
         "A platform that hangs from above needs its weight: leave --closure out.",
-    ),
-    Code.ONLY_START_CLOSED: Phrase(
+    )
+    ONLY_START_CLOSED = Phrase(
         "no cell of the grid is wrench-closed, but the start of the rays is", "Choose a smaller --box, or more --cells."
-    ),
-    Code.ONLY_START_HELD: Phrase(
+    )
+    ONLY_START_HELD = Phrase(
         "no cell of the grid can be held: the nearest to it, at {at} {length}, lacks {lack:.3g} {force} or more; but the "
         "start of the rays can be held",
         "Choose a smaller --box, or more --cells.",
-    ),
-}
+    )

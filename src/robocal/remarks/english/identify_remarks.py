@@ -2,342 +2,343 @@
 
 from __future__ import annotations
 
-from robocal.remarks.code import Code
 from robocal.remarks.phrase import Phrase
 
-__all__ = ["TABLE"]
+__all__ = ["IdentificationRemarks"]
 
-TABLE: dict[Code, Phrase] = {
+
+class IdentificationRemarks:
+    """What an identification remarks on."""
+
     # --- the verdict ---
-    Code.GAIN_PROVEN: Phrase(
+    GAIN_PROVEN = Phrase(
         "the mean error on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})[; gross rows that are "
         "not counted: {aside}][; with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
-    ),
-    Code.EXACT: Phrase(
+    )
+    EXACT = Phrase(
         "exact to the digits given: the residual on unseen poses is {left:.2g} rms; rounding to the digits of the data gives "
         "{digits:.2g}",
         "No instrument and no robot is that good: these measurements or joint values were computed. A simulation without noise "
         "proves the model and the poses. Only real measurements show what the real robot does.",
-    ),
-    Code.NOMINAL_EXACT: Phrase(
+    )
+    NOMINAL_EXACT = Phrase(
         "the nominal model is exact to the digits given: the residual on unseen poses is {left:.2g} rms; rounding to the digits of "
         "the data gives {digits:.2g}; there is nothing to improve",
         "These measurements or joint values were computed with the nominal model itself. Simulate a robot with errors (robocal "
         "simulate), or measure the real one.",
-    ),
-    Code.GAIN_NOT_PROVEN: Phrase(
+    )
+    GAIN_NOT_PROVEN = Phrase(
         "the mean error on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})[; "
         "gross rows that are not counted: {aside}][; with them it is {otherwise:.4g}]",
         "If the residual is far above the stated noise, an input is wrong: correct it first. Otherwise the unseen configurations do "
         "not decide: measure more of them. Or accept that the nominal model is already as good as these measurements can show.",
-    ),
-    Code.NOT_CONVERGED: Phrase(
+    )
+    NOT_CONVERGED = Phrase(
         "the iteration did not converge[ ({what})]",
         "Start nearer to the solution, state priors, or free fewer parameters. --iterations allows more steps.",
-    ),
-    Code.GAIN_ANYWAY: Phrase(
+    )
+    GAIN_ANYWAY = Phrase(
         "reduction of the mean error {gain:.4g}[, 95 % interval {low:.4g~} to {high:.4g}] ({how})[; gross rows that are "
         "not counted: {aside}][; with them it is {otherwise:.4g}]"
-    ),
-    Code.FEW_UNSEEN: Phrase(
+    )
+    FEW_UNSEEN = Phrase(
         "fewer than {least} unseen configurations prove nothing",
         "Measure more configurations, or hold out more of them.",
-    ),
-    Code.NOTHING_HELD_OUT: Phrase(
+    )
+    NOTHING_HELD_OUT = Phrase(
         "nothing was held out, so nothing is proven",
         "Hold out a part of the configurations (--hold-out 0.2) or predict each from the others (--leave-one-out).",
-    ),
-    Code.NOTHING_MEASURED_THERE: Phrase(
+    )
+    NOTHING_MEASURED_THERE = Phrase(
         "no measurement was held out, so nothing is proven", "Hold out configurations at which something was measured."
-    ),
-    Code.ONE_PLACE: Phrase(
+    )
+    ONE_PLACE = Phrase(
         "all configurations are equal: this shows repeatability, not geometry",
         "Let every joint move through most of its range.",
-    ),
-    Code.RANK_ZERO: Phrase(
+    )
+    RANK_ZERO = Phrase(
         "the data determine no parameter at all",
         "These measurements do not depend on any free parameter: free others, or measure something else.",
-    ),
-    Code.NOT_FINITE: Phrase(
+    )
+    NOT_FINITE = Phrase(
         "the model cannot be evaluated on the unseen poses",
         "Look for joint values or lengths that are far too large, and state bounds or priors.",
-    ),
-    Code.NO_BETTER_THAN_MEAN: Phrase(
+    )
+    NO_BETTER_THAN_MEAN = Phrase(
         "no gain over predicting the mean: {after:.3g} on unseen poses, {constant:.3g} for the mean of the measurements",
         "The joint values explain nothing of the measurements. Check that each row pairs a measurement with the joint values of the "
         "same moment, in the right order. Check that units and signs of the joints agree with the model.",
-    ),
-    Code.UNEXPLAINED: Phrase(
+    )
+    UNEXPLAINED = Phrase(
         "the model cannot explain the data: {explained:.0%} of the variance on unseen poses, {rms:.3g} rms[, where {stated:.3g} of "
         "noise was stated]",
         "The model lacks an effect that is larger than the noise. Check convention, units, tool and the order of rotations. In the "
         "worst configurations, look for a slipped target or a moved instrument. Check also the stated sigma.",
-    ),
-    Code.NOTHING_OF_ROBOT: Phrase(
+    )
+    NOTHING_OF_ROBOT = Phrase(
         "no parameter of the robot itself is observable in these data",
         "Only frames, targets and tool were fitted. Measure more or better, or free other parameters.",
-    ),
-    Code.NOTHING_IDENTIFIED: Phrase(
+    )
+    NOTHING_IDENTIFIED = Phrase(
         "no parameter of the robot is identified: the data determine only combinations",
         "The fitted model explains measurements like these better, but the positions of the robot are known no better. Measure its "
         "poses with an external instrument, or free fewer parameters.",
-    ),
-    Code.FEW_NUMBERS: Phrase(
+    )
+    FEW_NUMBERS = Phrase(
         "too few measurements: without one {noun} {left} numbers remain for {sought} parameters",
         "Measure more configurations: at least three times as many numbers as free parameters, and some more to hold out. Or free "
         "fewer parameters (calibrate: free in the robot file).",
-    ),
-    Code.BENT: Phrase(
+    )
+    BENT = Phrase(
         "the fit changes the model implausibly, and the residual is still {left:.3g} per axis",
         "Check the nominal model, and the order, signs and units of the joints.",
-    ),
-    Code.UNMADE: Phrase(
+    )
+    UNMADE = Phrase(
         "changes far outside manufacturing tolerances: {changes}",
         "If one number was mistyped, correct it to what the data show. If several parameters changed, look for a joint that counts "
         "the other way (gain: -1). Look also for a zero that is off by 90 or 180 deg, and for exchanged columns or cables. Each of "
         "these errors forces the fit to change the geometry. If the robot truly differs so much from its drawing, state how far it "
         "may be off (calibrate: prior).",
-    ),
-    Code.SCALE_WRONG: Phrase(
+    )
+    SCALE_WRONG = Phrase(
         "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): real errors differ from length to length, so the source "
         "of the scale, or the nominal lengths, must be wrong",
         "Check the distance, bar, radius, camera, speed or instrument that gives the scale, and its unit. If nothing gives the "
         "scale, state a length.",
-    ),
-    Code.NUMBER_WRONG: Phrase(
+    )
+    NUMBER_WRONG = Phrase(
         "{name} is fixed at {stated:.4g}, but these data give {there:.4g} ({z:.0f} sigma): the difference explains {share:.0%} of the "
         "squared residuals",
         "Correct it in the data file, or identify it ({line}).",
-    ),
-    Code.LATE: Phrase(
+    )
+    LATE = Phrase(
         "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] their joint values ({z:.0f} sigma): this "
         "time offset explains {share:.0%} of the squared residuals",
         "Measure at rest, or synchronise both clocks: shift the readings, or their times, by this offset. Commanded joint values in "
         "place of actual ones look the same. So may backlash that every path takes up in one direction (--groups backlash).",
-    ),
-    Code.HOLDS_WHERE_MEASURED: Phrase(
+    )
+    HOLDS_WHERE_MEASURED = Phrase(
         "the model holds where it was measured, not in the whole {region}: there it may be off by {band:.3g} rms; it differs from "
         "the nominal model by {moved:.3g}, and is the worse of the two with a chance of {chance:.0%}",
         "Measure in the whole range in which the robot works. Or name that range (limits in the robot file, --region FILE). If the "
         "robot works only near the measured poses, state that (--region measured).",
-    ),
-    Code.ANGLES_UNEXPLAINED: Phrase(
+    )
+    ANGLES_UNEXPLAINED = Phrase(
         "the angles of {group} are not explained: the residual is {left:.3g} per axis",
         "Check their unit, order and signs in the data file.",
-    ),
-    Code.ENDED_ELSEWHERE: Phrase(
+    )
+    ENDED_ELSEWHERE = Phrase(
         "the fit to all data ended elsewhere: its mean error on the unseen poses is {left:.3g}, that of the fit without them "
         "{after:.3g}",
         "The data support more than one solution. Measure more configurations, or state priors.",
-    ),
-    Code.TOO_MANY_ASIDE: Phrase(
+    )
+    TOO_MANY_ASIDE = Phrase(
         "{share:.0%} of the rows disagree with the others, more than {most:.0%}: these are no outliers, and the data do not show "
         "which rows are right",
         "Look at the named rows. Possible causes: several targets or instruments in one file, a wrong pairing of rows, a target that "
         "moved. Leave out the wrong rows, or measure again.",
-    ),
-    Code.SEGMENT: Phrase(
+    )
+    SEGMENT = Phrase(
         "{file}: from row {first} to row {last} everything is off[ by {shift:.3g}][, turned by {turn:.3g}]; the {moved} "
         "seems to have moved ({count} rows, {strength:.1f} times the residual elsewhere)",
         "Leave these rows out of this data file (exclude: {first}-{last}). Read them by a second data file, which excludes "
         "the other rows and states {line}. Or do without them (--exclude {first}-{last}).",
-    ),
-    Code.SEGMENT_OF_TARGET: Phrase(
+    )
+    SEGMENT_OF_TARGET = Phrase(
         "{file}: from row {first} to row {last} the readings of {target} are off[ by {shift:.3g}][, turned by {turn:.3g}]; "
         "it seems to have moved ({count} rows, {strength:.1f} times the residual elsewhere)",
         "Give the target another name from row {first} to row {last}, in the column of targets. Or do without these rows "
         "(--exclude {first}-{last}).",
-    ),
-    Code.SEGMENT_OF_ZERO: Phrase(
+    )
+    SEGMENT_OF_ZERO = Phrase(
         "{file}: from row {first} to row {last} {zero} is off[ by {shift:.3g}]; the drum seems to have slipped, or the "
         "sensor to have been reset ({count} rows, {strength:.1f} times the residual elsewhere)",
         "Look at the drum and at the sensor. Do without these rows (--exclude {begin}-{end}). If the sensor was reset, put "
         "the rows into a separate file with `zeros: NAME`.",
-    ),
+    )
     # --- what a careful colleague would say about data and fit ---
-    Code.PARALLEL_AXES: Phrase(
+    PARALLEL_AXES = Phrase(
         "parallel axes ({pairs}): {convention} cannot describe a small tilt between them",
         "Use a convention with Hayati's beta[ ({better})].",
-    ),
-    Code.FEW_MEASUREMENTS: Phrase(
+    )
+    FEW_MEASUREMENTS = Phrase(
         "few measurements: {numbers} numbers for {parameters} parameters",
         "Measure more configurations: the uncertainties become smaller.",
-    ),
-    Code.JOINTS_STILL: Phrase(
+    )
+    JOINTS_STILL = Phrase(
         "these joints never move: {joints}",
         "Let every joint move through most of its range, so that each parameter is observable.",
-    ),
-    Code.ONE_PLANE: Phrase(
+    )
+    ONE_PLANE = Phrase(
         "all points of {group} lie in one plane (within {off:.3g}): parameters across it are poorly observable",
         "Measure elsewhere too: spread the configurations over the whole space that the robot can reach.",
-    ),
-    Code.ABOVE_STATED_NOISE: Phrase(
+    )
+    ABOVE_STATED_NOISE = Phrase(
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}; uncertainties are those of the fit",
         "Non-geometric effects may explain the rest (identify --groups), or the stated sigma is too small.",
-    ),
-    Code.BELOW_STATED_NOISE: Phrase(
+    )
+    BELOW_STATED_NOISE = Phrase(
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}: so much noise is not in these data",
         "Check the stated sigma and its unit, or do not state it. Effects below the stated sigma were neither looked for nor found.",
-    ),
-    Code.PRIORS_IGNORED: Phrase("{method} ignores priors and bounds", "Use lm where priors are stated."),
-    Code.RESTARTED: Phrase("the first fit was not acceptable; {starts} further starts were tried"),
-    Code.OUTLIERS: Phrase(
+    )
+    PRIORS_IGNORED = Phrase("{method} ignores priors and bounds", "Use lm where priors are stated.")
+    RESTARTED = Phrase("the first fit was not acceptable; {starts} further starts were tried")
+    OUTLIERS = Phrase(
         "{group}: {count} of {total} rows are gross and were excluded (the farthest at configuration {configuration}[, "
         "{distance:.3g} robust standard deviations])[; {counted} of them are held out and count in the mean that decides]",
         "Look at these rows, and correct or remove them. They were not fitted.",
-    ),
-    Code.STRANGE: Phrase(
+    )
+    STRANGE = Phrase(
         "{group}: {count} of {total} rows are suspect but were used (the farthest at configuration {configuration})",
         "Look at these rows.",
-    ),
-    Code.CAUSE_ZEROS: Phrase("exact zeros: a lost beam, or an empty value", "Remove the row."),
-    Code.CAUSE_ALONE: Phrase(
+    )
+    CAUSE_ZEROS = Phrase("exact zeros: a lost beam, or an empty value", "Remove the row.")
+    CAUSE_ALONE = Phrase(
         "one row on its own: a wrong target, a slip, or a mistyped number", "Measure it again, or remove the row."
-    ),
-    Code.IMPLAUSIBLE: Phrase(
+    )
+    IMPLAUSIBLE = Phrase(
         "implausible changes ({changes}): a model that was fitted to wrong data can fit well and still be wrong elsewhere",
         "Check the nominal model, and the order, signs and units of the joints.",
-    ),
-    Code.COMPUTED: Phrase(
+    )
+    COMPUTED = Phrase(
         "{group}: the residual is {left:.2g} per axis, less than any arm repeats: joint values or readings were computed, not "
         "measured",
         "For a simulation this is correct. For a real arm, give the recorded joint values, not those computed from the readings by "
         "inverse kinematics.",
-    ),
-    Code.REMOUNTED: Phrase(
+    )
+    REMOUNTED = Phrase(
         "{target} seems to be mounted differently on the tool in each of {files}: with a separate target for every file, the nominal "
         "model leaves {apart:.3g} instead of {together:.3g}",
         "Give each file a separate target: another name under targets.",
-    ),
-    Code.SCALED: Phrase(
+    )
+    SCALED = Phrase(
         "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): real errors differ from length to length",
         "Check the scale of the instrument, its unit and its temperature.",
-    ),
-    Code.NUMBER_DOUBTED: Phrase(
+    )
+    NUMBER_DOUBTED = Phrase(
         "{name} is fixed at {stated:.4g}, but these data give {there:.4g} ({z:.0f} sigma): the difference explains {share:.1%} of the "
         "squared residuals",
         "Check it, or identify it ({line} in the data file).",
-    ),
-    Code.LATE_DOUBTED: Phrase(
+    )
+    LATE_DOUBTED = Phrase(
         "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] their joint values ({z:.0f} sigma): this "
         "time offset explains {share:.0%} of the squared residuals",
         "Check the clocks, the filters of the instrument, and whether joint values were read or commanded. Or measure at rest.",
-    ),
-    Code.SCALE_DOUBTED: Phrase(
+    )
+    SCALE_DOUBTED = Phrase(
         "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}), more than manufacturing usually leaves",
         "Check the distance, bar, radius, camera or speed that gives the scale, and its unit.",
-    ),
-    Code.SCALE_OPEN: Phrase(
+    )
+    SCALE_OPEN = Phrase(
         "these data hardly determine the scale of the arm (sigma {sigma:.2%}): the nominal lengths do",
         "State a length that gives the scale: a distance, a bar, the radius of a ball.",
-    ),
-    Code.MOTIONS_UNSEEN: Phrase(
+    )
+    MOTIONS_UNSEEN = Phrase(
         "no measurement shows {motions}: these {count} are not observable, and {held} keep their values",
         "Choose other parameters by --fix. Where absolute coordinates matter, move the result by known points.",
-    ),
-    Code.WORSE_THAN_UNMEASURED: Phrase(
+    )
+    WORSE_THAN_UNMEASURED = Phrase(
         "with {count} numbers fixed, these measurements alone determine the others to {low:.0f~} to {high:.0f} (one standard "
         "deviation): worse than a tape measure, which leaves {expected:.0f}",
         "Measure more poses, spread wider, or some of them with an instrument.",
-    ),
-    Code.TOO_FEW_POSES: Phrase(
+    )
+    TOO_FEW_POSES = Phrase(
         "{poses} poses leave {left} numbers, beyond those that determine the poses, for {unknown} unknowns[: {needed} poses are "
         "needed]",
         "Measure more poses, measure some of them with an instrument as well, or state known values by --prior.",
-    ),
-    Code.PLACE_OPEN: Phrase(
+    )
+    PLACE_OPEN = Phrase(
         "only the shape is better known: no measurement shows where the coordinates of base and platform lie; absolute poses may be "
         "further off than before",
         "Measure some poses with an instrument as well. Or place the corrected robot by known points before you trust absolute poses.",
-    ),
-    Code.ERRORS_FOLLOW: Phrase(
+    )
+    ERRORS_FOLLOW = Phrase(
         "{group}: errors follow those measured just before, more than similar poses explain ({share:.0%} of their squares, z = "
         "{z:.0f}): a target slipped, or an instrument or arm warmed up; held-out errors may then be too small",
         "Hold out blocks of time (--hold-out blocks), and measure in random order.",
-    ),
-    Code.NOT_LINEAR: Phrase(
+    )
+    NOT_LINEAR = Phrase(
         "far from linear: after one linear step in the fitted parameters the predicted residual is {promised:.3g} per axis, the "
         "actual one {left:.3g}",
         "The iteration is needed. Other starts may end elsewhere.",
-    ),
-    Code.ONE_STEP_MISLEADS: Phrase(
+    )
+    ONE_STEP_MISLEADS = Phrase(
         "one linear least-squares step in all free parameters would mislead: its predicted residual is {promised:.3g} per axis, the "
         "actual one {left:.3g}; before the step it was {before:.3g}",
         "Do not use the one-step estimate (--method lse) on these data.",
-    ),
-    Code.CURVED: Phrase(
+    )
+    CURVED = Phrase(
         "the model is curved within its own uncertainty (curvature {curvature:.2g} along {parameter}): sigmas are those of a linear "
         "model and may be far off",
         "Measure more, or look at the bootstrap (--bootstrap 1000).",
-    ),
-    Code.BOOTSTRAP_SPREAD: Phrase(
+    )
+    BOOTSTRAP_SPREAD = Phrase(
         "bootstrap, {draws} draws: the fitted parameters scatter {median:.2g} times as far as the linear sigmas of the fit (median), "
         "{parameter} {worst:.2g} times; intervals in result.json[; {places} places are few for a bootstrap, its intervals are rather "
         "too narrow][; {lost} draws could not be fitted]"
-    ),
-    Code.PARTICLES_GAUSSIAN: Phrase(
+    )
+    PARTICLES_GAUSSIAN = Phrase(
         "under Gaussian noise, particles repeat the result of the filter",
         "--loss cauchy allows noise with heavy tails.",
-    ),
-    Code.PARTICLES_STUCK: Phrase(
+    )
+    PARTICLES_STUCK = Phrase(
         "only {share:.0%} of the particles' moves were accepted", "Take more particles (--particles), or lm."
-    ),
-    Code.LEAVE_ONE_OUT_LEFT: Phrase(
+    )
+    LEAVE_ONE_OUT_LEFT = Phrase(
         "leave-one-out was not run: with this method it needs a refit for every configuration",
         "--leave-one-out runs it.",
-    ),
-    Code.FILTER_UNSETTLED: Phrase(
+    )
+    FILTER_UNSETTLED = Phrase(
         "the further passes of the filter did not converge; the result of its first pass is returned",
         "Use lm, or state priors.",
-    ),
-    Code.BAND_TOO_NARROW: Phrase(
+    )
+    BAND_TOO_NARROW = Phrase(
         "only {whole:.0%} of {n} held-out {quantity} lie in their 95 % region",
         "Trust the held-out errors, not the error bars.",
-    ),
-    Code.BAND_UNCHECKED: Phrase(
+    )
+    BAND_UNCHECKED = Phrase(
         "the bands were not checked: no set was held out as a whole",
         "Hold out a part of the configurations (--hold-out 0.2).",
-    ),
-    Code.BAND_PROFILED: Phrase(
+    )
+    BAND_PROFILED = Phrase(
         "the bands were not checked: the pose of each held-out configuration is estimated from the same rows that are to be predicted",
         "The error that counts is the residual of a held-out configuration, enlarged for its pose.",
-    ),
-    Code.BAND_BLIND: Phrase(
+    )
+    BAND_BLIND = Phrase(
         "the bands were not checked: all held-out rows depend on {names}, and no fitted row does",
         "Hold out configurations whose places and targets appear in other configurations too.",
-    ),
-    Code.ELSEWHERE: Phrase(
+    )
+    ELSEWHERE = Phrase(
         "elsewhere in the {region}, the predicted error is {mean:.3g} on average and {p95:.3g} at the 95th percentile (one standard "
         "deviation; what is not observable is as uncertain as expected[; the residual at every pose is {left:.3g}])"
-    ),
-    Code.OVER_THE_RANGE: Phrase(
+    )
+    OVER_THE_RANGE = Phrase(
         "over the {region}, the model may be off by {band:.3g} rms and differs from the nominal one by {moved:.3g}; the "
         "nominal one is the better of the two there with a chance of {chance:.2%}[; all of this without the {scale}, which "
         "is not observable in these data]"
-    ),
-    Code.SCALE_SEEN: Phrase(
+    )
+    SCALE_SEEN = Phrase(
         "against the stated length, the free lengths all together change by {factor:+.3%} (sigma {sigma:.3%})"
-    ),
+    )
     # --- the joint offsets alone ---
-    Code.OFFSETS_PROVEN: Phrase(
+    OFFSETS_PROVEN = Phrase(
         "joint offsets only: mean error on unseen poses {before:.3g~} to {after:.3g}, whole model {whole:.3g} (gain {low:.3g~} to "
         "{high:.3g} with 95 %, {how})",
         "robocal export --format offsets writes them for a controller that takes nothing else.",
-    ),
-    Code.OFFSETS_NOT_PROVEN: Phrase(
+    )
+    OFFSETS_NOT_PROVEN = Phrase(
         "joint offsets only: no proven gain: mean error on unseen poses {before:.3g~} to {after:.3g}, whole model {whole:.3g} (gain "
         "{low:.3g~} to {high:.3g} with 95 %, {how})",
         "Joint offsets are not what this robot needs. Use the whole model (export --format yaml or urdf), or correct the targets of "
         "a controller that cannot (robocal compensate).",
-    ),
-    Code.OFFSETS_UNSEEN: Phrase(
+    )
+    OFFSETS_UNSEEN = Phrase(
         "no joint offset is observable in these measurements beside frames and tool",
         "Move every joint through most of its range. Or fix the tool or the instrument's frame, if you know them.",
-    ),
+    )
     # --- what was written ---
-    Code.URDF_LACKS: Phrase(
+    URDF_LACKS = Phrase(
         "calibrated.urdf cannot hold the fitted {names}: by itself it is not the identified robot; the run folder is",
         "Give the folder to validate, export or simulate.",
-    ),
-}
+    )

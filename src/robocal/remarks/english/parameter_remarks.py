@@ -2,43 +2,42 @@
 
 from __future__ import annotations
 
-from robocal.remarks.code import Code
 from robocal.remarks.phrase import Phrase
 
-__all__ = ["TABLE"]
+__all__ = ["ParameterRemarks"]
 
-TABLE: dict[Code, Phrase] = {
-    Code.ONLY_COMBINATION: Phrase(
+
+class ParameterRemarks:
+    """What is remarked on single parameters and on what lies beyond geometry."""
+
+    ONLY_COMBINATION = Phrase(
         "only a combination with {partners} is observable",
         "Measure where these differ, or fix all but one of them (--fix).",
-    ),
-    Code.LITTLE_SAID: Phrase(
+    )
+    LITTLE_SAID = Phrase(
         "the data add little to the expected value", "Measure more, or measure where this parameter has an effect."
-    ),
-    Code.HIDDEN_PARTNERS: Phrase(
+    )
+    HIDDEN_PARTNERS = Phrase(
         "cannot be separated from {partners}: the sigma shows how far",
         "Measure where these differ, or fix all but one of them (--fix).",
-    ),
-    Code.FOLLOWS_TURN: Phrase("the turn about this axis was fixed; the number follows the others of its rotation"),
-    Code.BELOW_THE_REST: Phrase(
+    )
+    FOLLOWS_TURN = Phrase("the turn about this axis was fixed; the number follows the others of its rotation")
+    BELOW_THE_REST = Phrase(
         "not significant above the residual of joint offsets alone",
         "Move the joint through more of its range, or measure more configurations.",
-    ),
-    Code.AT_BOUND: Phrase(
-        "the value is at its bound", "Widen the bound, or look for what pushes the parameter against it."
-    ),
-    Code.NO_EFFECT: Phrase("{parameter} has no effect on these measurements"),
-    Code.CANNOT_BE_TOLD: Phrase("{parameter} cannot be separated from {partners}[ and {more} more]"),
-    Code.NO_RIPPLE: Phrase("no order of ripple is significant above the noise"),
-    Code.GROUP_UNSEEN: Phrase(
+    )
+    AT_BOUND = Phrase("the value is at its bound", "Widen the bound, or look for what pushes the parameter against it.")
+    NO_EFFECT = Phrase("{parameter} has no effect on these measurements")
+    CANNOT_BE_TOLD = Phrase("{parameter} cannot be separated from {partners}[ and {more} more]")
+    NO_RIPPLE = Phrase("no order of ripple is significant above the noise")
+    GROUP_UNSEEN = Phrase(
         "no effect of it is observable above the noise[: no column {column} was recorded, or it never changes]",
         "Record what it depends on, and let it vary.",
-    ),
-    Code.GROUP_FEW: Phrase("fewer than {least} configurations prove nothing about it", "Measure more configurations."),
-    Code.BLOCKS_FALL: Phrase("the mean error on unseen blocks of rows falls"),
-    Code.BLOCKS_DO_NOT_FALL: Phrase("the mean error on unseen blocks of rows does not fall significantly"),
-    Code.LAYER_NEEDS: Phrase(
+    )
+    GROUP_FEW = Phrase("fewer than {least} configurations prove nothing about it", "Measure more configurations.")
+    BLOCKS_FALL = Phrase("the mean error on unseen blocks of rows falls")
+    BLOCKS_DO_NOT_FALL = Phrase("the mean error on unseen blocks of rows does not fall significantly")
+    LAYER_NEEDS = Phrase(
         "a residual layer needs positions or poses of the tool, measured from the base",
         "Measure positions or poses with an instrument that stands still.",
-    ),
-}
+    )

@@ -2,138 +2,139 @@
 
 from __future__ import annotations
 
-from robocal.remarks.code import Code
 from robocal.remarks.phrase import Phrase
 
-__all__ = ["TABLE"]
+__all__ = ["UseRemarks"]
 
-TABLE: dict[Code, Phrase] = {
-    Code.FITTED_TO_THESE: Phrase(
+
+class UseRemarks:
+    """What is remarked on when a model is judged, used and handed on."""
+
+    FITTED_TO_THESE = Phrase(
         "the robot was fitted to {files}: that proves nothing",
         "Validate on measurements that the identification did not use.",
-    ),
-    Code.SEEN_LEFT_OUT: Phrase(
+    )
+    SEEN_LEFT_OUT = Phrase(
         "the robot was fitted to {count} of the {total} measurements in {files}: it is judged on the other {left} configurations"
-    ),
-    Code.FEW_UNSEEN_HERE: Phrase(
+    )
+    FEW_UNSEEN_HERE = Phrase(
         "only {left} configurations were not used to fit the robot, and {fewest} are needed to judge it",
         "Measure some more configurations for validation.",
-    ),
-    Code.FEW_AFTER_FRAMES: Phrase(
+    )
+    FEW_AFTER_FRAMES = Phrase(
         "{numbers} measured numbers are too few to judge anything after {fitted} parameters of the instruments' frames "
         "were fitted",
         "Measure more configurations, or state where the instrument stands.",
-    ),
-    Code.POSES_NOT_IN_ALL: Phrase(
+    )
+    POSES_NOT_IN_ALL = Phrase(
         "{count} poses are not in all files and are left out: {both} are compared",
         "Check the ids if this was not intended.",
-    ),
-    Code.NO_LENGTHS: Phrase(
+    )
+    NO_LENGTHS = Phrase(
         "no lengths were measured, and a model is validated in lengths",
         "Give measurements of positions, poses or distances.",
-    ),
-    Code.NO_POSITION: Phrase(
+    )
+    NO_POSITION = Phrase(
         "the model gives no finite position on these data", "Look for joint values or lengths that are far too large."
-    ),
-    Code.MEAN_AS_GOOD: Phrase(
+    )
+    MEAN_AS_GOOD = Phrase(
         "no better than predicting the mean of the measurements: {error:.4g} against {constant:.4g}",
         "Check that each row pairs a measurement with its own joint values, and that units and signs of the joints "
         "agree with the model.",
-    ),
-    Code.LAYER_ON_TOP: Phrase(
+    )
+    LAYER_ON_TOP = Phrase(
         "with the residual layer of the run folder on top, the mean error is {mean:.4g}; the figures above are without "
         "it"
-    ),
-    Code.LAYER_LEFT_OUT: Phrase(
+    )
+    LAYER_LEFT_OUT = Phrase(
         "the residual layer of the run folder is left out: {what} are those of the calibrated model alone"
-    ),
-    Code.OUTSIDE_MEASURED: Phrase(
+    )
+    OUTSIDE_MEASURED = Phrase(
         "{poses} of {total} poses lie outside the measured range of {joints}: there the error bars follow from the model "
         "alone",
         "Measure there too before relying on it.",
-    ),
-    Code.CONDITIONS_ASSUMED: Phrase(
+    )
+    CONDITIONS_ASSUMED = Phrase(
         "the poses do not state {columns}: the mean during the measurements is assumed",
         "Add these columns to the list of poses.",
-    ),
-    Code.ACCURACY_NOT_REACHED: Phrase(
+    )
+    ACCURACY_NOT_REACHED = Phrase(
         "the required accuracy is not reached: {best:.3g} after {poses} poses",
         "Plan more poses, or measure with less noise.",
-    ),
-    Code.SIGMA_ASSUMED: Phrase(
+    )
+    SIGMA_ASSUMED = Phrase(
         "no sigma is stated: 0.1 mm and 0.1 mrad per axis are assumed",
         "State the sigma of the instrument: every error bar scales with it.",
-    ),
-    Code.NO_DATA_FILE: Phrase(
+    )
+    NO_DATA_FILE = Phrase(
         "no data file was written: {reason}",
         "Write the measurements into a new data file (robocal new writes an example).",
-    ),
-    Code.CALIBRATION_UNPROVEN: Phrase(
+    )
+    CALIBRATION_UNPROVEN = Phrase(
         "the calibration's verdict is {verdict}: compensating with it is not known to help",
         "Identify with more or better measurements first.",
-    ),
-    Code.TARGETS_UNREACHED: Phrase(
+    )
+    TARGETS_UNREACHED = Phrase(
         "{count} of {total} targets cannot be reached and have no correction: {targets}[ and {others} others]",
         "See the note of each target in the table.",
-    ),
-    Code.MODELS_APART: Phrase(
+    )
+    MODELS_APART = Phrase(
         "the two models differ by {gap:.3g} at the targets", "Check that the nominal model is that of this robot."
-    ),
-    Code.BRANCH_UNKNOWN: Phrase(
+    )
+    BRANCH_UNKNOWN = Phrase(
         "the targets do not show where the controller's joints would be: another branch (elbow, wrist) has other "
         "corrections",
         "Add joint columns to decide.",
-    ),
-    Code.TOOL_CHANGED: Phrase(
+    )
+    TOOL_CHANGED = Phrase(
         "the calibration changed the tool", "--tool states which tool both models carry (calibrated by default)."
-    ),
-    Code.NEEDS_JOINTS: Phrase("needs {joints}"),
-    Code.BY_WAY_OF_LIMITS: Phrase("reached only with joints outside their limits on the way"),
-    Code.NEAREST_REACHED: Phrase("the nearest pose that the arm reaches is {gap:.3g}[, {angle:.3g}] away"),
-    Code.CORRECTION_LEAPS: Phrase("the correction moves {joint}"),
-    Code.LOW_DEXTERITY: Phrase("dexterity {dexterity:.2g}, below {least:g}"),
-    Code.ORIENTATION_RELAXED: Phrase("position exact, orientation off by {angle:.3g}"),
-    Code.URDF_CANNOT_HOLD: Phrase("a URDF cannot hold the fitted {names}", "--format yaml holds them."),
-    Code.BEYOND_LEFT_OUT: Phrase("non-geometric effects are left out: {groups}", "--format yaml holds them."),
-    Code.WORTH_ALONE: Phrase(
+    )
+    NEEDS_JOINTS = Phrase("needs {joints}")
+    BY_WAY_OF_LIMITS = Phrase("reached only with joints outside their limits on the way")
+    NEAREST_REACHED = Phrase("the nearest pose that the arm reaches is {gap:.3g}[, {angle:.3g}] away")
+    CORRECTION_LEAPS = Phrase("the correction moves {joint}")
+    LOW_DEXTERITY = Phrase("dexterity {dexterity:.2g}, below {least:g}")
+    ORIENTATION_RELAXED = Phrase("position exact, orientation off by {angle:.3g}")
+    URDF_CANNOT_HOLD = Phrase("a URDF cannot hold the fitted {names}", "--format yaml holds them.")
+    BEYOND_LEFT_OUT = Phrase("non-geometric effects are left out: {groups}", "--format yaml holds them.")
+    WORTH_ALONE = Phrase(
         "{what}: {nominal:.3g~} to {alone:.3g}, the whole model {whole:.3g} (mean error on {data} from the nominal robot, "
         "frames and tool fitted)"
-    ),
-    Code.WORTH_UNKNOWN: Phrase("{what}: its gain could not be computed: {why}", "robocal validate judges it on data."),
-    Code.OFFSETS_MISSING: Phrase(
+    )
+    WORTH_UNKNOWN = Phrase("{what}: its gain could not be computed: {why}", "robocal validate judges it on data.")
+    OFFSETS_MISSING = Phrase(
         "{file} has no row for {joints}: 0 is assumed", "Add a row for each, or make sure that 0 is right."
-    ),
-    Code.URDF_PLACEHOLDERS: Phrase(
+    )
+    URDF_PLACEHOLDERS = Phrase(
         "effort and velocity limits are placeholders (0): a URDF must have them, a kinematic model has none",
         "Enter those of the robot where a program uses them.",
-    ),
-    Code.URDF_TOOL_OFF: Phrase(
+    )
+    URDF_TOOL_OFF = Phrase(
         "{file}: behind the last axis there is no fixed joint that could hold the tool, which is off by {gap:.3g} and "
         "{angle:.3g}; all axes are right",
         "Add a fixed joint behind the last axis of that URDF.",
-    ),
-    Code.NO_TRIAL_ENDED: Phrase(
+    )
+    NO_TRIAL_ENDED = Phrase(
         "{output}: at {points} of {total} points no trial has a number",
         "Look at one of these points: too few poses, too much noise, or nothing was held out.",
-    ),
-    Code.TRIALS_LOST: Phrase(
+    )
+    TRIALS_LOST = Phrase(
         "{output}: at {points} of {total} points trials are lost, at most {most} of {trials}; rms, mean and scatter are "
         "those of the other trials",
         "Such a point is worse than it looks: the lost trials are seldom the best ones.",
-    ),
-    Code.REPEATABILITY_UNCHANGED: Phrase(
+    )
+    REPEATABILITY_UNCHANGED = Phrase(
         "repeatability (RP, RD, vAP) compares measurements with each other: it needs no model, so calibration does not "
         "change it"
-    ),
-    Code.FEW_VISITS: Phrase(
+    )
+    FEW_VISITS = Phrase(
         "the standard asks for {asked} visits; here some places have {visits}",
         "Visit every place as often as the standard asks.",
-    ),
-    Code.NO_STANDING_POSITIONS: Phrase("the data contain no positions of the tool by an instrument that stands still"),
-    Code.VISITED_ONCE: Phrase("every place was visited once[; {what}]"),
-    Code.NO_ORIENTATIONS: Phrase("no orientations were measured"),
-    Code.ONE_DIRECTION: Phrase("no place was approached from several directions"),
-    Code.DIRECTIONS_UNMARKED: Phrase("no column {column} marks them"),
-    Code.FEW_PLACES: Phrase("fewer than two places were measured by one instrument"),
-    Code.DISTANCES_ONCE: Phrase("no distance was run repeatedly"),
-}
+    )
+    NO_STANDING_POSITIONS = Phrase("the data contain no positions of the tool by an instrument that stands still")
+    VISITED_ONCE = Phrase("every place was visited once[; {what}]")
+    NO_ORIENTATIONS = Phrase("no orientations were measured")
+    ONE_DIRECTION = Phrase("no place was approached from several directions")
+    DIRECTIONS_UNMARKED = Phrase("no column {column} marks them")
+    FEW_PLACES = Phrase("fewer than two places were measured by one instrument")
+    DISTANCES_ONCE = Phrase("no distance was run repeatedly")

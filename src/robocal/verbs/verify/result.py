@@ -236,7 +236,7 @@ def verify_sources(reference: str, places: Sequence[str], command: str = "") -> 
     return Verified(first, tuple(sources), views, (*said, *doubts), inputs, command, not doubts)
 
 
-CODES: dict[Cause, Code] = {
+CODES: dict[Cause, str] = {
     "still": Code.UNLIKE_STILL, "scaled": Code.UNLIKE_SCALED, "mirrored": Code.UNLIKE_MIRRORED, "shifted": Code.UNLIKE_SHIFTED,
     "turn-unit": Code.UNLIKE_TURN_UNIT, "turn-inverted": Code.UNLIKE_TURN_INVERTED, "unknown": Code.UNLIKE_UNKNOWN,
 }  # fmt: skip
