@@ -210,24 +210,24 @@ def _read_table(
     alone = iter(range(len(places.configurations), len(configurations)))
     for part in parts:
         kept = np.flatnonzero(np.isin(part.rows, places.measuring)) if part.targeted else np.arange(len(part.rows))
-        rows = part.rows[kept]
+        rows, read = part.rows[kept], part.values.take(kept)
         second = None if part.kind or places.second is None else places.second[rows]
         observations.append(
             Observations(
                 part.kind or kind.name,
                 np.array([next(alone)]) if part.nowhere else places.first[rows],
-                part.value[kept],
-                None if part.sigma is None else part.sigma[kept],
+                read.value,
+                read.sigma,
                 frame,
                 targets if part.targeted else (),
                 target[rows] if part.targeted and target is not None else None,
-                {k: v[kept] for k, v in part.extra.items()},
-                part.options,
+                read.extra,
+                read.options,
                 model.group or part.group or ("" if frame else name),
                 source=str(table.path),
                 rows=None if part.nowhere else table.lines[rows],
                 second=second,
-                digits=None if part.digits is None else part.digits[kept],
+                digits=read.digits,
             )
         )
     warnings = remarks_on_columns(model, document)

@@ -16,7 +16,7 @@ from robocal.files import orientation
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, OrientationModel
 from robocal.files.headers import joint_columns
-from robocal.files.kinds.position import PositionModel, matrix_columns, place_columns
+from robocal.files.kinds.pose import PositionModel, matrix_columns, place_columns
 from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import YamlDocument
 from robocal.geometry import so3

@@ -24,8 +24,7 @@ from robocal.files.configurations import joint_values, read_recorded, remarks_on
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import OrientationModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, configuration_columns, joint_columns, matrices, vocabulary
-from robocal.files.kinds.pose import read_pose
-from robocal.files.kinds.position import PositionModel, read_position
+from robocal.files.kinds.pose import PositionModel, read_pose, read_position
 from robocal.files.outside import discreet
 from robocal.files.schema import validate
 from robocal.files.text import InputFile

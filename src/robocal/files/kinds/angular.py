@@ -1,29 +1,28 @@
-"""Instruments that read circles: bearings of a theodolite, and the spherical coordinates of a laser tracker.
+"""Instruments that read angles: bearings of a theodolite, the spherical coordinates of a laser tracker, and inclinations of the
+platform.
 
 Azimuth turns about the instrument's z axis from its x axis, elevation rises from its xy plane. A zenith distance is a
-quarter turn minus the elevation: convert it before.
+quarter turn minus the elevation: convert it before. Inclinations say by how much a sensor's x axis and y axis rise above the horizon.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, ScalarModel, ValueModel
 from robocal.files.kinds.kind import (
+    XYZ,
     Around,
     KindFile,
     KindOutput,
     Part,
+    QuantityColumns,
     Values,
-    columns,
-    quantity,
     refuse_one_sigma,
     scalar,
-    section,
     show_scalar,
     whole,
 )
@@ -31,11 +30,12 @@ from robocal.files.units import Units
 from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
 
-__all__ = ["BEARING", "SPHERICAL"]
+__all__ = ["BEARING", "INCLINATION", "SPHERICAL"]
 
-ANGLES = ("azimuth", "elevation")
-ANGLE_SIGMAS = ("s_azimuth", "s_elevation")
-POINT_SEEN = (True, True, True, False, False, False)
+FAR = QuantityColumns("range", ("range",), ("s_range",))
+ANGLES = QuantityColumns("bearing", ("azimuth", "elevation"), ("s_azimuth", "s_elevation"), "rad")
+TILTS = QuantityColumns("inclination", ("tilt_x", "tilt_y"), ("s_tilt_x", "s_tilt_y"), "rad")
+RIGHT = np.pi / 2 + 1e-9  # rad
 
 
 class BearingModel(FramedModel):
@@ -51,12 +51,18 @@ class SphericalModel(BearingModel):
     zero: ScalarModel | None = None
 
 
+class InclinationModel(FramedModel):
+    """Two angles; how the sensor sits on the platform is its `target`, which way is up the z axis of its `frame` (the base's)."""
+
+    inclination: ValueModel = ValueModel()
+
+
 def read_bearing(model: BearingModel, table: CsvTable, document: YamlDocument) -> Values:
     """Azimuth and elevation (k, 2) in rad."""
-    value, sigma, units = quantity(model.bearing, table, document, ("bearing",), ("rad", "rad"), ANGLES)
-    named, elevation = model.bearing.columns or ANGLES, value[:, 1]
+    value, sigma, units = ANGLES.numbers(model.bearing, table, document)
+    named, elevation = model.bearing.columns or ANGLES.names, value[:, 1]
     table.insist(
-        np.abs(elevation) <= np.pi / 2 + 1e-9,
+        np.abs(elevation) <= RIGHT,
         named[1:],
         "an elevation beyond a quarter turn",
         units[1].from_si(elevation),
@@ -67,8 +73,8 @@ def read_bearing(model: BearingModel, table: CsvTable, document: YamlDocument) -
 
 def read_spherical(model: SphericalModel, table: CsvTable, document: YamlDocument) -> Values:
     """Range in m, azimuth and elevation in rad, (k, 3)."""
-    far, spread, units = quantity(model.range, table, document, ("range",), ("m",), ("range",))
-    table.insist(far > 0, model.range.columns or ("range",), "a range must be above 0", units[0].from_si(far))
+    far, spread, units = FAR.numbers(model.range, table, document)
+    table.insist(far > 0, model.range.columns or FAR.names, "a range must be above 0", units[0].from_si(far))
     turned = read_bearing(model, table, document)
     if (spread is None) != (turned.sigma is None):
         refuse_one_sigma("range" if spread is None else "bearing", document)
@@ -76,35 +82,40 @@ def read_spherical(model: SphericalModel, table: CsvTable, document: YamlDocumen
     return Values(np.hstack([far, turned.value]), sigma, units[0], turned.angle)
 
 
+def read_inclination(model: InclinationModel, table: CsvTable, document: YamlDocument) -> Values:
+    """Inclinations (k, 2) in rad."""
+    value, sigma, units = TILTS.numbers(model.inclination, table, document)
+    named = model.inclination.columns or TILTS.names
+    table.insist(abs(value) <= RIGHT, named, "an inclination beyond a quarter turn", units[0].from_si(value),
+                 expected="-90 to 90 degrees above the horizon")  # fmt: skip
+    return Values(value, sigma, angle=units[0])
+
+
 def parts(model: SphericalModel, values: Values, around: Around) -> Sequence[Part]:
     """All rows are of one instrument; the zero of its ranges, where somebody speaks of it."""
-    options = {} if model.zero is None else scalar(model.zero, "m", "zero", "zero", around)
-    return whole(model, replace(values, options=options), around)
-
-
-def write_bearing(obs: Observations, units: Units) -> KindOutput:
-    """Two columns and their sigmas."""
-    made = columns(ANGLES, ANGLE_SIGMAS, [units.angle] * 2, obs)
-    return KindOutput(made, (section("bearing", ANGLES, ANGLE_SIGMAS, obs),))
+    return whole(model, values.with_options(scalar(model.zero, "m", "zero", around)), around)
 
 
 def write_spherical(obs: Observations, units: Units) -> KindOutput:
     """Three columns and their sigmas."""
-    far = columns(("range",), ("s_range",), [units.length], obs)
-    turned = columns(ANGLES, ANGLE_SIGMAS, [units.angle] * 2, obs, 1)
-    lines = (section("range", ("range",), ("s_range",), obs), section("bearing", ANGLES, ANGLE_SIGMAS, obs))
-    return KindOutput((*far, *turned), (*lines, *show_scalar("zero", obs.options, "zero", units.length)))
+    lines = (FAR.line(obs), ANGLES.line(obs), *show_scalar("zero", obs.options, units.length))
+    return KindOutput((*FAR.columns(obs, units), *ANGLES.columns(obs, units, 1)), lines)
 
 
 BEARING_KEYS = """bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.002}}    # elevation above the horizon
 frame: {{name: theodolite, free: true}}    # one data file for each theodolite, with a frame of its own
 """
-BEARING = KindFile("bearing", BearingModel, read_bearing, write_bearing, BEARING_KEYS, POINT_SEEN)
+BEARING = KindFile("bearing", BearingModel, read_bearing, ANGLES.write, BEARING_KEYS, XYZ)
 SPHERICAL_KEYS = """range: {{columns: [range], unit: {length}, sigma: 0.01}}
 bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.001}}    # elevation above the horizon
 frame: {{name: tracker, free: true}}    # where the tracker stands is found from the data
 # zero: {{name: prism, value: 0, unit: {length}, free: false}}    # is added to the range; unknown: free: true
 """
 SPHERICAL = KindFile(
-    "spherical", SphericalModel, read_spherical, write_spherical, SPHERICAL_KEYS, POINT_SEEN, parts, lengths="range"
+    "spherical", SphericalModel, read_spherical, write_spherical, SPHERICAL_KEYS, XYZ, parts, lengths="range"
 )
+INCLINATION_KEYS = """inclination: {{columns: [tilt_x, tilt_y], unit: {angle}, sigma: 0.05}}    # of the sensor's x and y above the horizon
+# target: {{name: level, free: [rx, ry, rz]}}    # how the sensor sits on the platform, where that is not known
+"""
+TURNED = (False, False, False, True, True, True)
+INCLINATION = KindFile("inclination", InclinationModel, read_inclination, TILTS.write, INCLINATION_KEYS, TURNED)

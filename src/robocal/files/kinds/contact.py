@@ -7,6 +7,7 @@ one (a probe that reports how far it is deflected).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -17,20 +18,16 @@ from robocal.errors import one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import ScalarModel, ValueModel, column_model
 from robocal.files.kinds.kind import (
-    DEVIATIONS,
     FULL,
-    SPREADS,
+    XYZ,
     Around,
     KindFile,
     KindOutput,
     Part,
+    QuantityColumns,
     Values,
-    columns,
-    contact,
-    quantity,
     scalar,
     show_scalar,
-    yaml_names,
 )
 from robocal.files.kinds.places import BetweenModel, PlacedModel, between, each_place
 from robocal.files.schema import FileModel
@@ -40,7 +37,12 @@ from robocal.measure.data import Observations
 
 __all__ = ["PLANE", "POINT", "SPHERE"]
 
-XYZ = (True, True, True, False, False, False)
+# What a contact leaves, by how many numbers that is.
+CONTACTS = {
+    1: QuantityColumns("contact", ("deviation",), ("s_contact",)),
+    3: QuantityColumns("contact", ("dx", "dy", "dz"), ("sdx", "sdy", "sdz")),
+}
+OFFSET = QuantityColumns("offset", ("offset",), ())
 # The faces of a cube: unit normals that point away from its centre.
 FACES = {f"{sign}{axis}": (1 if sign == "+" else -1) * np.eye(3)[i] for i, axis in enumerate("xyz") for sign in "+-"}
 NORMAL = ("nx", "ny", "nz")
@@ -86,12 +88,12 @@ class PlaneModel(ContactModel):
 
 def read_point(model: PointModel, table: CsvTable, document: YamlDocument) -> Values:
     """Deviations in m, normally 0: (k, 3) of a point, (k, 1) of a sphere."""
-    return Values(*contact(model.contact, table, document, "contact", 1 if isinstance(model, SphereModel) else 3))
+    return CONTACTS[1 if isinstance(model, SphereModel) else 3].deviations(model.contact, table, document)
 
 
 def read_plane(model: PlaneModel, table: CsvTable, document: YamlDocument) -> Values:
     """Deviations (k, 1) in m, normally 0; normals (k, 3) and offsets (k,) where they differ by row."""
-    value, sigma, unit = contact(model.contact, table, document, "contact", 1)
+    values = CONTACTS[1].deviations(model.contact, table, document)
     if model.cube is not None and (model.normal is not None or model.offset is not None):
         document.fail("planes are stated twice", ("cube",), expected="cube, or normal and offset")
     extra: dict[str, Array] = {}
@@ -106,10 +108,10 @@ def read_plane(model: PlaneModel, table: CsvTable, document: YamlDocument) -> Va
         extra["normal"] = normal / size[:, None]
     if model.offset is not None:
         stated = ValueModel(columns=[model.offset.column], unit=model.offset.unit)
-        extra["offset"] = quantity(stated, table, document, ("offset",), ("m",), ("offset",))[0][:, 0]
+        extra["offset"] = OFFSET.numbers(stated, table, document)[0][:, 0]
     if model.cube is not None:
         extra["normal"] = _faces(model.cube, table)
-    return Values(value, sigma, unit, extra=extra)
+    return replace(values, extra=extra)
 
 
 def _faces(cube: CubeModel, table: CsvTable) -> Array:
@@ -138,9 +140,8 @@ def sphere_parts(model: SphereModel, values: Values, around: Around) -> Sequence
     """The same; all spheres share the radius."""
     if model.radius is not None and model.radius.value is not None and model.radius.value <= 0:
         around.document.fail("not a radius", ("radius", "value"), found=model.radius.value, expected="above 0")
-    options = scalar(model.radius, "m", "radius", "radius", around)
-    shared = Values(values.value, values.sigma, extra=values.extra, options=options)
-    return _with_distances(model, shared, around)
+    options = {"radius": around.name, **scalar(model.radius, "m", "radius", around)}
+    return _with_distances(model, values.with_options(options), around)
 
 
 def plane_parts(model: PlaneModel, values: Values, around: Around) -> Sequence[Part]:
@@ -153,41 +154,25 @@ def plane_parts(model: PlaneModel, values: Values, around: Around) -> Sequence[P
     # A pointed tool is a ball of no size.
     if model.radius is not None and model.radius.value is not None and model.radius.value < 0:
         around.document.fail("not a radius", ("radius", "value"), found=model.radius.value, expected="0 or above")
-    options = {} if model.radius is None else scalar(model.radius, "m", "radius", "radius", around)
-    shared = Values(values.value, values.sigma, extra=extra, options=options)
+    shared = replace(values, extra=extra).with_options(scalar(model.radius, "m", "radius", around))
     # A plate shows three of the six, which three depends on where it looks: those that are not seen are dropped.
     return [part for part, _ in each_place(model, shared, FULL, around)]
 
 
-def _contact(obs: Observations, units: Units) -> KindOutput:
-    """The sigma, and deviations where there are any."""
+def write_contact(obs: Observations, units: Units) -> KindOutput:
+    """The sigma, and deviations where there are any; normals, offsets and the radius, where they are known."""
     size = obs.value.shape[1]
-    names, spread = DEVIATIONS[size], SPREADS[size]
-    made, stated = columns(names, spread, [units.length] * size, obs), f"columns: {yaml_names(names)}"
+    quantity = CONTACTS[size]
+    made, lines = quantity.columns(obs, units), [quantity.line(obs)]
     if not obs.value.any():
-        made, stated = made[size:], f"unit: {units.length.name}"
-    if obs.sigma is not None:
-        stated += f", sigma: {{columns: {yaml_names(spread)}}}"
-    return KindOutput(made, (f"contact: {{{stated}}}",))
-
-
-def write_plane(obs: Observations, units: Units) -> KindOutput:
-    """Contact, normals and offsets."""
-    made = _contact(obs, units)
-    extra, lines = list(made.columns), list(made.lines)
+        made, lines = made[size:], [quantity.line(obs, f"unit: {units.length.name}")]
     if "normal" in obs.extra:
-        extra += [(n, UNITS["1"], obs.extra["normal"][:, i]) for i, n in enumerate(NORMAL)]
+        made += tuple((n, UNITS["1"], obs.extra["normal"][:, i]) for i, n in enumerate(NORMAL))
         lines.append("normal: {columns: [nx, ny, nz]}")
     if "offset" in obs.extra:
-        extra.append(("offset", units.length, obs.extra["offset"]))
+        made += (("offset", units.length, obs.extra["offset"]),)
         lines.append("offset: offset")
-    return KindOutput(tuple(extra), (*lines, *show_scalar("radius", obs.options, "radius", units.length)))
-
-
-def write_sphere(obs: Observations, units: Units) -> KindOutput:
-    """Contact and radius."""
-    made = _contact(obs, units)
-    return KindOutput(made.columns, (*made.lines, *show_scalar("radius", obs.options, "radius", units.length)))
+    return KindOutput(made, (*lines, *show_scalar("radius", obs.options, units.length)))
 
 
 POINT_KEYS = """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball sits
@@ -195,16 +180,16 @@ place: place    # the column that names the socket; one socket: {{name: socket, 
 # places: {{a: {{xyz: [{near}]}}}}    # roughly where they stand; by default unknown
 # between: {{places: [a, b], distance: 50, sigma: 0.01, unit: {length}}}    # sockets a known distance apart
 """
-POINT = KindFile("point", PointModel, read_point, _contact, POINT_KEYS, XYZ, _with_distances, XYZ)
+POINT = KindFile("point", PointModel, read_point, write_contact, POINT_KEYS, XYZ, _with_distances, XYZ)
 SPHERE_KEYS = """contact: {{unit: {length}, sigma: 0.01}}    # how well the probe touches
 place: place    # the column that names the sphere; one sphere: {{name: sphere, xyz: [...]}}
 radius: {{name: sphere, value: {ball}, unit: {length}, free: false}}    # sphere and probe together; unknown: free: true
 # between: {{places: [a, b], distance: 300, sigma: 0.01, unit: {length}}}    # centres a known distance apart: the scale
 """
-SPHERE = KindFile("sphere", SphereModel, read_point, write_sphere, SPHERE_KEYS, XYZ, sphere_parts, XYZ)
+SPHERE = KindFile("sphere", SphereModel, read_point, write_contact, SPHERE_KEYS, XYZ, sphere_parts, XYZ)
 PLANE_KEYS = """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball touches
 place: place    # the column that names the plane; one plane: {{name: plate}}
 # radius: {{name: ball, value: 5, unit: {length}, free: false}}    # of the ball on the tool; default: the tool's point touches
 # cube: {{column: face, edge: 100}}    # faces +x, -x, +y, ... of a datum cube, whose centre is the place
 """
-PLANE = KindFile("plane", PlaneModel, read_plane, write_plane, PLANE_KEYS, XYZ, plane_parts, FULL)
+PLANE = KindFile("plane", PlaneModel, read_plane, write_contact, PLANE_KEYS, XYZ, plane_parts, FULL)

@@ -6,7 +6,7 @@ A fixed bar has no column of readings; then the length is what counts, known or 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
@@ -15,16 +15,14 @@ from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, ScalarModel, SecondModel, ValueModel
 from robocal.files.frame_block import frame_vector
 from robocal.files.kinds.kind import (
+    XYZ,
     Around,
     KindFile,
     KindOutput,
     Part,
+    QuantityColumns,
     Values,
-    columns,
-    contact,
-    quantity,
     scalar,
-    section,
     show_scalar,
 )
 from robocal.files.kinds.places import PlaceModel, frame_line
@@ -35,7 +33,7 @@ from robocal.measure.data import Frame, Observations
 
 __all__ = ["DISTANCE"]
 
-POINT: tuple[bool, ...] = (True, True, True, False, False, False)
+BAR = QuantityColumns("distance", ("distance",), ("s_distance",))
 
 
 class EndModel(PlaceModel):
@@ -61,35 +59,32 @@ def read_distance(model: DistanceModel, table: CsvTable, document: YamlDocument)
         document.fail("a key is missing", ("ends",), expected="two ends, or `second`: the other configuration")
     given = model.distance
     if model.length is not None and (given is None or given.columns is None):
-        value, sigma, unit = contact(given, table, document, "distance", 1)
-        return Values(value, sigma, unit)
-    value, sigma, units = quantity(given, table, document, ("distance",), ("m",), ("distance",))
+        return BAR.deviations(given, table, document)
+    values = BAR.values(given, table, document)
     if model.length is None:
-        columns_ = (None if given is None else given.columns) or ("distance",)
-        table.insist(value >= 0, columns_, "a distance below 0", value, expected="0 or above, or `length`")
-    return Values(value, sigma, units[0])
+        named = (None if given is None else given.columns) or BAR.names
+        table.insist(values.value >= 0, named, "a distance below 0", values.value, expected="0 or above, or `length`")
+    return values
 
 
 def parts(model: DistanceModel, values: Values, around: Around) -> Sequence[Part]:
     """All rows are of one bar."""
-    options: dict[str, Any] = {}
-    if model.ends:
-        options["ends"] = tuple(_end(n, e, around) for n, e in model.ends.items())
-        if not any(f.mount == "tool" for f in options["ends"]):
-            around.document.fail("no end of the bar moves with the arm", ("ends",), expected="mount: tool for one end")
-    if model.length is not None:
-        options |= scalar(model.length, "m", "length", "length", around)
-    every = np.arange(len(values.value))
-    return [Part(every, values.value, values.sigma, options=options, targeted=not model.ends)]
+    ends = tuple(_end(n, e, around) for n, e in model.ends.items())
+    if ends and not any(f.mount == "tool" for f in ends):
+        around.document.fail("no end of the bar moves with the arm", ("ends",), expected="mount: tool for one end")
+    values = values.with_options({"ends": ends} if ends else {}).with_options(
+        scalar(model.length, "m", "length", around)
+    )
+    return [Part(np.arange(len(values.value)), values, targeted=not ends)]
 
 
 def _end(name: str, given: EndModel, around: Around) -> Frame:
     around.refuse_taken(name, ("ends", name))
     # On the tool a stated place is a part that was made; beside the robot it is where somebody put it.
     loose = not given.given or given.mount == "base"
-    flags = POINT if loose else (False,) * 6
+    flags = XYZ if loose else (False,) * 6
     if given.free is not None:
-        flags = POINT if given.free is True else given.free_flags(True)
+        flags = XYZ if given.free is True else given.free_flags(True)
     expected = (0.01, 0.05) if given.given and given.mount == "tool" else (0.1, 0.1) if given.given else (3.0, 3.0)
     return Frame(name, frame_vector(given, around.units), flags, given.mount, expected, given.has_details)
 
@@ -97,11 +92,11 @@ def _end(name: str, given: EndModel, around: Around) -> Frame:
 def write_distance(obs: Observations, units: Units) -> KindOutput:
     """One column, the ends and the length."""
     ends = obs.options.get("ends", ())
-    lines = [section("distance", ("distance",), ("s_distance",), obs)]
-    if isinstance(ends, tuple) and ends:
-        lines += ["ends:", *(f"  {frame_line(e, units, mount=True)}" for e in ends)]
-    lines += show_scalar("length", obs.options, "length", units.length)
-    return KindOutput(columns(("distance",), ("s_distance",), [units.length], obs), tuple(lines))
+    lines = (
+        ["ends:", *(f"  {frame_line(e, units, mount=True)}" for e in ends)] if isinstance(ends, tuple) and ends else []
+    )
+    lines = [BAR.line(obs), *lines, *show_scalar("length", obs.options, units.length)]
+    return KindOutput(BAR.columns(obs, units), tuple(lines))
 
 
 DISTANCE_KEYS = """distance: {{columns: [distance], unit: {length}, sigma: 0.005}}    # a fixed bar: {{unit: {length}, sigma: 0.005}}
@@ -111,5 +106,5 @@ ends:    # a bar between two configurations has no ends, but `second: {{columns:
 # length: {{name: bar, value: 300, unit: {length}, free: false}}    # is added to the reading; unknown: free: true
 """
 DISTANCE = KindFile(
-    "distance", DistanceModel, read_distance, write_distance, DISTANCE_KEYS, POINT, parts, lengths="distance"
+    "distance", DistanceModel, read_distance, write_distance, DISTANCE_KEYS, XYZ, parts, lengths="distance"
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -17,32 +17,27 @@ from robocal.files.yamlio import Path_, YamlDocument, quote
 from robocal.measure.data import Observations
 
 __all__ = [
-    "DEVIATIONS",
-    "SPREADS",
+    "FULL",
+    "XYZ",
     "Around",
     "KindFile",
     "KindOutput",
     "Part",
+    "QuantityColumns",
     "Values",
     "agree_unit",
     "column_units",
-    "columns",
-    "contact",
-    "quantity",
     "refuse_one_sigma",
     "scalar",
-    "section",
     "show_scalar",
     "sigmas",
     "whole",
     "yaml_names",
-]
+]  # fmt: skip
 
 Column = tuple[str, Unit, Array]
-FULL = (True,) * 6
-# The columns of what a contact leaves, and of their standard deviations, by how many numbers that is.
-DEVIATIONS = {1: ("deviation",), 3: ("dx", "dy", "dz")}
-SPREADS = {1: ("s_contact",), 3: ("sdx", "sdy", "sdz")}
+FULL = (True,) * 6  # of a frame: where it is and how it is turned
+XYZ: tuple[bool, ...] = (True, True, True, False, False, False)
 
 
 @dataclass(frozen=True)
@@ -55,24 +50,29 @@ class Values:
     length: Unit | None = None
     angle: Unit | None = None
     extra: Mapping[str, Array] = field(default_factory=dict)
-    options: Mapping[str, object] = field(default_factory=dict)
+    options: Mapping[str, object] = field(default_factory=dict)  # what the kind must know
     digits: Array | None = None  # (k, d) what one unit in the last digit means, where the file says the value itself
+
+    def take(self, rows: Ints) -> Values:
+        """The same of these rows alone."""
+        sigma, digits = (None if v is None else v[rows] for v in (self.sigma, self.digits))
+        extra = {k: v[rows] for k, v in self.extra.items()}
+        return replace(self, value=self.value[rows], sigma=sigma, extra=extra, digits=digits)
+
+    def with_options(self, options: Mapping[str, object]) -> Values:
+        """The same with more options."""
+        return replace(self, options={**self.options, **options})
 
 
 @dataclass(frozen=True)
 class Part:
-    """Observations of one thing, such as one place: rows of the table with their values, and what the kind must
-    know."""
+    """Observations of one thing, such as one place: rows of the table with their values."""
 
     rows: Ints
-    value: Array
-    sigma: Array | None
-    extra: Mapping[str, Array] = field(default_factory=dict)
-    options: Mapping[str, object] = field(default_factory=dict)
+    values: Values
     group: str = ""  # default: the file's
     kind: str = ""  # default: the file's
     targeted: bool = True  # whether a thing on the tool is measured
-    digits: Array | None = None
     nowhere: bool = False  # known without the machine: no row of the table is where it stood
 
 
@@ -104,8 +104,7 @@ class KindOutput:
 
 def whole(model: Any, values: Values, around: Around) -> Sequence[Part]:
     """All rows are observations of one instrument."""
-    rows = np.arange(len(values.value))
-    return [Part(rows, values.value, values.sigma, values.extra, values.options, digits=values.digits)]
+    return [Part(np.arange(len(values.value)), values)]
 
 
 @dataclass(frozen=True)
@@ -126,52 +125,79 @@ class KindFile:
     lengths: str = ""
 
 
-def quantity(
-    model: ValueModel | None,
-    table: CsvTable,
-    document: YamlDocument,
-    at: Path_,
-    si: Sequence[str],
-    names: Sequence[str],
-) -> tuple[Array, Array | None, list[Unit]]:
-    """The numbers of some columns in SI (k, d), their standard deviations, and units; `si` is the quantity of each,
-    `names` are the columns where none are stated. Raises FormatError."""
-    model = model or ValueModel()
-    columns = list(names) if model.columns is None else model.columns
-    if len(columns) != len(si):
-        found, expected = len(columns), f"{len(si)}: {', '.join(names)}"
-        document.fail("wrong number of columns", (*at, "columns"), found=found, expected=expected)
-    units = column_units(table, columns, model.unit, si, document, at)
-    numbers = table.numbers(columns) * np.array([u.factor for u in units])
-    return numbers, sigmas(model, table, units, si[0], document, at), units
+@dataclass(frozen=True)
+class QuantityColumns:
+    """A quantity in columns: its key in data.yaml, what its columns and those of their standard deviations are called where nobody
+    says, and its SI unit."""
+
+    key: str
+    names: tuple[str, ...]
+    sigmas: tuple[str, ...]
+    si: str = "m"
+
+    def numbers(
+        self, given: ValueModel | None, table: CsvTable, document: YamlDocument
+    ) -> tuple[Array, Array | None, list[Unit]]:
+        """The numbers in SI (k, d), their standard deviations, and units. Raises FormatError."""
+        model, si = given or ValueModel(), (self.si,) * len(self.names)
+        columns = list(self.names) if model.columns is None else model.columns
+        if len(columns) != len(si):
+            found, expected = len(columns), f"{len(si)}: {', '.join(self.names)}"
+            document.fail("wrong number of columns", (self.key, "columns"), found=found, expected=expected)
+        units = column_units(table, columns, model.unit, si, document, (self.key,))
+        numbers = table.numbers(columns) * np.array([u.factor for u in units])
+        return numbers, sigmas(model, table, units, self.si, document, self.key), units
+
+    def values(self, given: ValueModel | None, table: CsvTable, document: YamlDocument) -> Values:
+        """The same as values of a kind."""
+        value, sigma, units = self.numbers(given, table, document)
+        length, angle = (units[0] if self.si == si else None for si in ("m", "rad"))
+        return Values(value, sigma, length, angle)
+
+    def read(self, model: DataModel, table: CsvTable, document: YamlDocument) -> Values:
+        """The values of a kind that has this quantity alone."""
+        return self.values(getattr(model, self.key), table, document)
+
+    def deviations(self, given: ValueModel | None, table: CsvTable, document: YamlDocument) -> Values:
+        """Deviations (k, d) in m that are 0 unless columns are named. Raises FormatError."""
+        model = given or ValueModel()
+        if model.columns is not None:
+            return self.values(model, table, document)
+        zero, stated = np.zeros((len(table), len(self.names))), model.unit
+        if stated is None and isinstance(model.sigma, SigmaModel):
+            stated = next((u for u in map(table.unit, model.sigma.columns) if u is not None), None)
+        if stated is None and model.sigma is not None:
+            document.fail("the unit is missing", (self.key, "unit"), expected="mm, m, ... in which sigma is stated")
+        if stated is None:
+            return Values(zero, None)
+        unit = document.unit(stated, "m", (self.key, "unit"))
+        return Values(zero, sigmas(model, table, [unit] * len(self.names), "m", document, self.key), unit)
+
+    def columns(self, obs: Observations, units: Units, first: int = 0) -> tuple[Column, ...]:
+        """Columns of values from the `first` on, and of their standard deviations."""
+        unit = units.of(self.si)
+        made = [(name, unit, obs.value[:, first + i]) for i, name in enumerate(self.names)]
+        if obs.sigma is not None:
+            made += [(name, unit, obs.sigma[:, first + i]) for i, name in enumerate(self.sigmas)]
+        return tuple(made)
+
+    def line(self, obs: Observations, stated: str = "") -> str:
+        """The line of data.yaml that names the columns, or says what is `stated` in their place."""
+        stated = stated or f"columns: {yaml_names(self.names)}"
+        sigma = f", sigma: {{columns: {yaml_names(self.sigmas)}}}" if obs.sigma is not None else ""
+        return f"{self.key}: {{{stated}{sigma}}}"
+
+    def write(self, obs: Observations, units: Units) -> KindOutput:
+        """What is written of a kind that has this quantity alone."""
+        return KindOutput(self.columns(obs, units), (self.line(obs),))
 
 
-def contact(
-    model: ValueModel | None, table: CsvTable, document: YamlDocument, key: str, width: int
-) -> tuple[Array, Array | None, Unit | None]:
-    """Deviations (k, width) in m that are 0 unless columns are named, their standard deviations, and the unit. Raises
-    FormatError."""
+def scalar(model: ScalarModel | None, si: str, option: str, around: Around, symbol: str = "") -> dict[str, object]:
+    """The options of one number of the instrument, none where nobody speaks of it: `option` names its owner, its value in SI and
+    whether it is free are said of `symbol`, by default the same. Without a value it is free. Raises FormatError."""
     if model is None:
-        return np.zeros((len(table), width)), None, None
-    if model.columns is not None:
-        value, sigma, units = quantity(model, table, document, (key,), ("m",) * width, DEVIATIONS[width])
-        return value, sigma, units[0]
-    stated = model.unit
-    if stated is None and isinstance(model.sigma, SigmaModel):
-        stated = next((u for u in map(table.unit, model.sigma.columns) if u is not None), None)
-    if stated is None and model.sigma is not None:
-        document.fail("the unit is missing", (key, "unit"), expected="mm, m, ... in which sigma is stated")
-    if stated is None:
-        return np.zeros((len(table), width)), None, None
-    unit = document.unit(stated, "m", (key, "unit"))
-    return np.zeros((len(table), width)), sigmas(model, table, [unit] * width, "m", document, (key,)), unit
-
-
-def scalar(model: ScalarModel | None, si: str, option: str, symbol: str, around: Around) -> dict[str, object]:
-    """The options of one number of the instrument: `option` names its owner, its value in SI and whether it is free are
-    said of `symbol`. Without a value it is free. Raises FormatError."""
-    if model is None:
-        return {option: around.name}
+        return {}
+    symbol = symbol or option
     out: dict[str, object] = {option: model.name or around.name}
     document = around.document
     if model.value is not None:
@@ -187,16 +213,16 @@ def scalar(model: ScalarModel | None, si: str, option: str, symbol: str, around:
     return {**out, "free": (symbol,) if free else ()}
 
 
-def show_scalar(key: str, options: Mapping[str, object], symbol: str, unit: Unit) -> tuple[str, ...]:
+def show_scalar(key: str, options: Mapping[str, object], unit: Unit) -> tuple[str, ...]:
     """The line of data.yaml that `scalar` reads back; none where nobody owns the number."""
     if not options.get(key):
         return ()
     values, free = options.get("values", {}), options.get("free")
     words = [f"name: {quote(str(options[key]))}"]
-    if isinstance(values, Mapping) and symbol in values:
-        words += [f"value: {number(unit.from_si(values[symbol]))}", f"unit: {unit.name}"]
+    if isinstance(values, Mapping) and key in values:
+        words += [f"value: {number(unit.from_si(values[key]))}", f"unit: {unit.name}"]
     if isinstance(free, tuple):
-        words.append(f"free: {str(symbol in free).lower()}")
+        words.append(f"free: {str(key in free).lower()}")
     return (f"{key}: {{{', '.join(words)}}}",)
 
 
@@ -204,22 +230,6 @@ def refuse_one_sigma(missing: str, document: YamlDocument) -> NoReturn:
     """Raises FormatError where one of two quantities states a standard deviation and the other, `missing`, does not."""
     expected = "both, or neither (then estimated)"
     document.fail("only one of two standard deviations is stated", (missing, "sigma"), expected=expected)
-
-
-def section(key: str, names: Sequence[str], sigmas: Sequence[str], obs: Observations, more: str = "") -> str:
-    """The line of data.yaml that names the columns of a quantity and those of its standard deviation."""
-    stated = f", sigma: {{columns: {yaml_names(sigmas)}}}" if obs.sigma is not None else ""
-    return f"{key}: {{columns: {yaml_names(names)}{more}{stated}}}"
-
-
-def columns(
-    names: Sequence[str], sigmas: Sequence[str], units: Sequence[Unit], obs: Observations, first: int = 0
-) -> tuple[Column, ...]:
-    """Columns of values from the `first` on, and of their standard deviations."""
-    made = [(n, u, obs.value[:, first + i]) for i, (n, u) in enumerate(zip(names, units, strict=True))]
-    if obs.sigma is not None:
-        made += [(n, u, obs.sigma[:, first + i]) for i, (n, u) in enumerate(zip(sigmas, units, strict=True))]
-    return tuple(made)
 
 
 def yaml_names(names: Sequence[str]) -> str:
@@ -270,7 +280,7 @@ def agree_unit(found: Unit | None, header: str | None, si: str | None, table: Cs
 
 
 def sigmas(
-    model: ValueModel, table: CsvTable, units: Sequence[Unit], si: str, document: YamlDocument, at: Path_
+    model: ValueModel, table: CsvTable, units: Sequence[Unit], si: str, document: YamlDocument, key: str
 ) -> Array | None:
     """Standard deviations (k, d) in SI of d columns: a number, one column for all, or one column each; None when not
     stated."""
@@ -282,7 +292,7 @@ def sigmas(
     columns = model.sigma.columns
     if len(columns) not in (1, width):
         expected = "1" if width == 1 else f"1 or {width}"
-        document.fail("wrong number of columns", (*at, "sigma", "columns"), found=len(columns), expected=expected)
+        document.fail("wrong number of columns", (key, "sigma", "columns"), found=len(columns), expected=expected)
     numbers = table.numbers(columns)
     table.insist(numbers > 0, columns, "a standard deviation must be above 0", numbers, expected="a number above 0")
     stated = [table.unit(c) for c in columns]

@@ -13,7 +13,7 @@ from pydantic import Field
 from robocal.errors import ModelError
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, ScalarModel, ValueModel
-from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, Values, quantity, scalar
+from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, QuantityColumns, Values, scalar
 from robocal.files.schema import Name
 from robocal.files.units import Units
 from robocal.files.yamlio import YamlDocument
@@ -54,9 +54,7 @@ class LoadModel(DataModel):
     free: list[Literal["mass", "cx", "cy", "cz"]] = Field(default_factory=list)
 
 
-def _each(
-    given: ValueModel, table: CsvTable, document: YamlDocument, key: str, si: str
-) -> tuple[Values, tuple[str, ...]]:
+def _each(key: str, si: str, given: ValueModel, table: CsvTable, document: YamlDocument) -> Values:
     """Numbers (k, cables) of a quantity, and the names of their columns."""
     if given.columns is None:
         document.fail("a key is missing", (key, "columns"), expected="a column for each cable of the robot")
@@ -66,30 +64,37 @@ def _each(
         document.fail(
             "a column is named twice", (key, "columns"), found=", ".join(again), expected="one for each cable"
         )
-    value, sigma, units = quantity(given, table, document, (key,), (si,) * len(names), names)
-    length, angle = (units[0], None) if si == "m" else (None, units[0])
-    return Values(value, sigma, length, angle, options={"columns": names}), names
+    return QuantityColumns(key, names, (), si).values(given, table, document).with_options({"columns": names})
+
+
+def _pulls(key: str, given: ValueModel, table: CsvTable, document: YamlDocument) -> Values:
+    """Tensions (k, cables) in N."""
+    pulls = _each(key, "N", given, table, document)
+    table.insist(
+        pulls.value >= 0, given.columns, "a cable does not push", pulls.value, expected="a tension of 0 or above"
+    )
+    return pulls
 
 
 def read_lengths(model: LengthsModel, table: CsvTable, document: YamlDocument) -> Values:
     """Lengths (k, cables) in m."""
-    values, names = _each(model.lengths, table, document, "lengths", "m")
+    values = _each("lengths", "m", model.lengths, table, document)
     if model.zeros is not None:
-        values = replace(values, options={**values.options, "zeros": model.zeros})
+        values = values.with_options({"zeros": model.zeros})
     if isinstance(model.tension, str):
-        return replace(values, options={**values.options, "tension": COMPUTED})
+        return values.with_options({"tension": COMPUTED})
     if model.tension is None:
         return values
-    pull, pulls = _each(model.tension, table, document, "tension", "N")
-    if len(pulls) != len(names):
-        document.fail("wrong number of columns", ("tension", "columns"), found=len(pulls), expected=str(len(names)))
-    table.insist(pull.value >= 0, pulls, "a cable does not push", pull.value, expected="a tension of 0 or above")
-    return replace(values, extra={"tension": pull.value})
+    pulls = _pulls("tension", model.tension, table, document).value
+    found, expected = pulls.shape[1], values.value.shape[1]
+    if found != expected:
+        document.fail("wrong number of columns", ("tension", "columns"), found=found, expected=str(expected))
+    return replace(values, extra={"tension": pulls})
 
 
 def read_swivel(model: SwivelModel, table: CsvTable, document: YamlDocument) -> Values:
     """Angles (k, cables) in rad."""
-    return _each(model.swivel, table, document, "swivel", "rad")[0]
+    return _each("swivel", "rad", model.swivel, table, document)
 
 
 def length_parts(model: LengthsModel, values: Values, around: Around) -> Sequence[Part]:
@@ -98,25 +103,23 @@ def length_parts(model: LengthsModel, values: Values, around: Around) -> Sequenc
         return parts(model, values, around)
     if model.gain.value is not None and not model.gain.value > 0:
         around.document.fail("a gain is above 0", ("gain", "value"), found=model.gain.value, expected="a number near 1")
-    options = {**values.options, **scalar(model.gain, "1", "gain", "gain", around), "each": model.gain.each}
-    return parts(model, replace(values, options=options), around)
+    options = {**scalar(model.gain, "1", "gain", around), "each": model.gain.each}
+    return parts(model, values.with_options(options), around)
 
 
 def read_load(model: LoadModel, table: CsvTable, document: YamlDocument) -> Values:
     """Tensions (k, cables) in N."""
-    values, names = _each(model.load, table, document, "load", "N")
-    table.insist(values.value >= 0, names, "a cable does not push", values.value, expected="a tension of 0 or above")
+    values = _pulls("load", model.load, table, document)
     if values.sigma is not None and np.ptp(values.sigma) > 0:
         document.fail(
             "load cells have one standard deviation", ("load", "sigma"), expected="one number for all cells and rows"
         )
-    return replace(values, options={**values.options, "free": tuple(model.free)})
+    return values.with_options({"free": tuple(model.free)})
 
 
 def swivel_parts(model: SwivelModel, values: Values, around: Around) -> Sequence[Part]:
     """As of lengths; the zero that is stated, or none, is that of every encoder."""
-    zero = {} if model.zero is None else scalar(model.zero, "rad", "zero", "swivel", around)
-    return parts(model, replace(values, options={**values.options, **zero}), around)
+    return parts(model, values.with_options(scalar(model.zero, "rad", "zero", around, "swivel")), around)
 
 
 def parts(model: DataModel, values: Values, around: Around) -> Sequence[Part]:
@@ -124,8 +127,8 @@ def parts(model: DataModel, values: Values, around: Around) -> Sequence[Part]:
     rows, many = values.value.shape
     sigma = None if values.sigma is None else values.sigma.reshape(-1, 1)
     extra = {"cable": np.tile(np.arange(many, dtype=float), rows), **{k: v.ravel() for k, v in values.extra.items()}}
-    each = np.repeat(np.arange(rows), many)
-    return [Part(each, values.value.reshape(-1, 1), sigma, extra, values.options, targeted=False)]
+    each = replace(values, value=values.value.reshape(-1, 1), sigma=sigma, extra=extra)
+    return [Part(np.repeat(np.arange(rows), many), each, targeted=False)]
 
 
 def write_each(obs: Observations, units: Units) -> KindOutput:

@@ -6,6 +6,7 @@ corners: {column: corner, size: 60}     0 top left, 1 top right, 2 bottom right,
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -14,18 +15,17 @@ from pydantic import BeforeValidator, FiniteFloat
 from robocal.errors import one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, ValueModel
-from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, Values, columns, quantity, section
+from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, QuantityColumns, Values, whole
 from robocal.files.schema import FileModel, Name, refuse
-from robocal.files.units import UNITS, Units, number
+from robocal.files.units import Units, number
 from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
 from robocal.vision.camera import SYMBOLS
 
 __all__ = ["PIXELS"]
 
-UV = ("u", "v")
-UV_SIGMA = ("su", "sv")
-POINT = ("point_x", "point_y", "point_z")
+PIXEL = QuantityColumns("pixels", ("u", "v"), ("su", "sv"), "px")
+POINT = QuantityColumns("points", ("point_x", "point_y", "point_z"), ())
 # A square of edge 2 about the origin, in the order in which ArUco and AprilTag detectors list corners.
 SQUARE = np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
 
@@ -74,10 +74,10 @@ class PixelsModel(FramedModel):
 def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> Values:
     """Pixels (k, 2), and the points (k, 3) in m in the target's frame."""
     given = model.pixels
-    if given.unit is None and all(table.unit(c) is None for c in given.columns or UV):
+    if given.unit is None and all(table.unit(c) is None for c in given.columns or PIXEL.names):
         # Pixels are pixels.
         given = given.model_copy(update={"unit": "px"})
-    value, sigma, _ = quantity(given, table, document, ("pixels",), ("px", "px"), UV)
+    values = PIXEL.values(given, table, document)
     if model.camera.fx <= 0 or model.camera.fy <= 0:
         found = [model.camera.fx, model.camera.fy]
         document.fail("a focal length must be above 0", ("camera",), found=found, expected="fx and fy in pixels")
@@ -88,13 +88,13 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
             expected="points: {columns: [...], unit: mm}, or corners",
         )
     if model.points is not None:
-        point, _, units = quantity(model.points, table, document, ("points",), ("m",) * 3, POINT)
-        return Values(value, sigma, units[0], extra={"point": point})
+        points = POINT.values(model.points, table, document)
+        return replace(values, length=points.length, extra={"point": points.value})
     assert model.corners is not None
     column = model.corners.column
     which = table.numbers([column])[:, 0]
     table.insist(np.isin(which, np.arange(4)), [column], "no corner of a square", which, expected="0, 1, 2, 3")
-    return Values(value, sigma, extra={"point": SQUARE[which.astype(int)]})
+    return replace(values, extra={"point": SQUARE[which.astype(int)]})
 
 
 def parts(model: PixelsModel, values: Values, around: Around) -> Sequence[Part]:
@@ -108,19 +108,18 @@ def parts(model: PixelsModel, values: Values, around: Around) -> Sequence[Part]:
     around.refuse_taken(camera.name, ("camera", "name"))
     numbers = tuple(float(getattr(camera, s)) for s in SYMBOLS)
     options = {"camera": camera.name, "intrinsics": numbers, "free": camera.free}
-    return [Part(np.arange(len(values.value)), values.value, values.sigma, extra, options)]
+    return whole(model, replace(values, extra=extra, options=options), around)
 
 
 def write_pixels(obs: Observations, units: Units) -> KindOutput:
     """Pixels, points and the camera."""
-    made = columns(UV, UV_SIGMA, [UNITS["px"]] * 2, obs)
-    made += tuple((n, units.length, obs.extra["point"][:, i]) for i, n in enumerate(POINT))
     values, free = obs.options["intrinsics"], obs.options.get("free", ())
     assert isinstance(values, tuple) and isinstance(free, tuple)
     words = [f"{s}: {number(float(v))}" for s, v in zip(SYMBOLS, values, strict=True)]
     camera = f"camera: {{name: {obs.options['camera']}, {', '.join(words)}, free: [{', '.join(free)}]}}"
-    lines = (section("pixels", UV, UV_SIGMA, obs), "points: {columns: [point_x, point_y, point_z]}", camera)
-    return KindOutput(made, lines)
+    points = tuple((n, units.length, obs.extra["point"][:, i]) for i, n in enumerate(POINT.names))
+    lines = (PIXEL.line(obs), "points: {columns: [point_x, point_y, point_z]}", camera)
+    return KindOutput((*PIXEL.columns(obs, units), *points), lines)
 
 
 PIXELS_KEYS = """pixels: {{columns: [u, v], sigma: 0.2}}

@@ -135,14 +135,7 @@ def each_place(
 
 
 def _part(values: Values, rows: Ints, frame: Frame) -> Part:
-    return Part(
-        rows,
-        values.value[rows],
-        None if values.sigma is None else values.sigma[rows],
-        {k: v[rows] for k, v in values.extra.items()},
-        {**values.options, "place": frame},
-        frame.name,
-    )
+    return Part(rows, values.take(rows).with_options({"place": frame}), frame.name)
 
 
 def between(
@@ -168,9 +161,7 @@ def between(
         sigma = None if given.sigma is None else np.array([[unit.to_si(given.sigma)]])
         yield Part(
             np.array([touched.get(a, touched.get(b, 0))]),
-            np.array([[unit.to_si(given.distance)]]),
-            sigma,
-            options={"ends": (frames[a], frames[b])},
+            Values(np.array([[unit.to_si(given.distance)]]), sigma, options={"ends": (frames[a], frames[b])}),
             group=f"{a}-{b}",
             kind="distance",
             targeted=False,

@@ -1,4 +1,8 @@
-"""Poses: a position with an orientation in any of the usual forms."""
+"""Positions and poses, of a configuration or of two compared: three columns, and an orientation in any of the usual forms.
+
+relative_pose   T_first_second of the tool, as an inertial unit or visual odometry reports it
+displacement    p(second) - p(first) in the axes of an instrument
+"""
 
 from __future__ import annotations
 
@@ -10,28 +14,54 @@ import numpy as np
 from robocal._types import Array
 from robocal.files import orientation
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import OrientationModel, SigmaModel
+from robocal.files.datamodel import (
+    DataModel,
+    FramedModel,
+    OrientationModel,
+    PlaceValuesModel,
+    SecondModel,
+    SigmaModel,
+    ValueModel,
+)
 from robocal.files.kinds.kind import (
+    XYZ,
     KindFile,
     KindOutput,
+    QuantityColumns,
     Values,
     column_units,
-    columns,
     refuse_one_sigma,
-    section,
     sigmas,
 )
-from robocal.files.kinds.position import XYZ, XYZ_SIGMA, PositionModel, matrix_columns, position
 from robocal.files.units import UNITS, Unit, Units
-from robocal.files.yamlio import Path_, YamlDocument
+from robocal.files.yamlio import YamlDocument
 from robocal.geometry import so3
 from robocal.measure.data import Observations
 
-__all__ = ["POSE", "PoseModel", "read_pose", "write_pose"]
+__all__ = [
+    "DISPLACEMENT",
+    "POSE",
+    "POSITION",
+    "RELATIVE_POSE",
+    "PositionModel",
+    "matrix_columns",
+    "place_columns",
+    "read_pose",
+    "read_position",
+]  # fmt: skip
 
-TURN = ("rx", "ry", "rz")
-TURN_SIGMA = ("srx", "sry", "srz")
+PLACE = QuantityColumns("position", ("x", "y", "z"), ("sx", "sy", "sz"))
+TURN = QuantityColumns("orientation", ("rx", "ry", "rz"), ("srx", "sry", "srz"), "rad")
+STEP = QuantityColumns("displacement", ("dx", "dy", "dz"), ("sdx", "sdy", "sdz"))
+TRANSLATION = {12: (3, 7, 11), 16: (3, 7, 11)}
 ROTATION = {9: tuple(range(9)), 12: (0, 1, 2, 4, 5, 6, 8, 9, 10), 16: (0, 1, 2, 4, 5, 6, 8, 9, 10)}
+
+
+class PositionModel(FramedModel):
+    """Positions; an orientation that is stated as well is left aside (a 3x4 matrix may hold the position)."""
+
+    position: PlaceValuesModel | None = None
+    orientation: OrientationModel | None = None
 
 
 class PoseModel(PositionModel):
@@ -40,24 +70,75 @@ class PoseModel(PositionModel):
     orientation: OrientationModel
 
 
+class RelativePoseModel(DataModel):
+    """Poses of the second configuration seen from the first: T_first_second."""
+
+    position: PlaceValuesModel | None = None
+    orientation: OrientationModel
+    second: SecondModel = SecondModel()
+
+
+class DisplacementModel(FramedModel):
+    """How far the target moved, from the first configuration to the second."""
+
+    displacement: ValueModel = ValueModel()
+    second: SecondModel = SecondModel()
+
+
+def matrix_columns(model: OrientationModel, table: CsvTable) -> list[str | int]:
+    """The columns of an orientation; one name that is no column is the prefix of NAME_00, NAME_01, ..."""
+    columns = list(model.columns or ())
+    if model.form == "matrix" and len(columns) == 1 and isinstance(columns[0], str) and columns[0] not in table.names:
+        prefix = columns[0]
+        width = 4 if f"{prefix}_03" in table.names else 3
+        return [f"{prefix}_{i}{j}" for i in range(3) for j in range(width)]
+    return columns
+
+
+def place_columns(model: Any, table: CsvTable) -> list[str | int]:
+    """The columns of the coordinates, of their own or of the matrix; none where nothing says."""
+    if model.position is not None and model.position.columns is not None:
+        return list(model.position.columns)
+    matrix = matrix_columns(model.orientation, table) if model.orientation else []
+    return [matrix[i] for i in TRANSLATION.get(len(matrix), ())]
+
+
+def read_position(model: Any, table: CsvTable, document: YamlDocument) -> Values:
+    """Positions (k, 3) in m."""
+    value = model.position or PlaceValuesModel()
+    if value.columns is None:
+        found = place_columns(model, table)
+        if not found:
+            document.fail(
+                "no columns for the position", (PLACE.key,), expected="position: {columns: [x, y, z], unit: mm}"
+            )
+        value = value.model_copy(update={"columns": found})
+    for word, given in (("unit", value.unit), ("sign", value.sign)):
+        if isinstance(given, list) and len(given) != 3:
+            document.fail(
+                "wrong number of entries", (PLACE.key, word), found=len(given), expected="one for each column, 3"
+            )
+    numbers, sigma, units = PLACE.numbers(value, table, document)
+    digits = table.digits(value.columns) * np.array([u.factor for u in units])
+    return Values(numbers * np.array(value.sign or 1.0), sigma, units[0], digits=digits)
+
+
 def _rotations(model: OrientationModel, table: CsvTable, document: YamlDocument) -> tuple[Array, Array, Unit | None]:
     """R (k, 3, 3); E (k, 3, 3) that takes standard deviations of the file's angles to small rotations; the angles'
     unit."""
     columns = matrix_columns(model, table)
-    at: Path_ = ("orientation",)
     sizes = orientation.FORMS[model.form]
     if len(columns) not in sizes:
         expected = " or ".join(str(s) for s in sizes) + f" for {model.form}"
-        document.fail("wrong number of columns", (*at, "columns"), found=len(columns), expected=expected)
-    angular = model.form in ("rotation_vector", "euler")
+        document.fail("wrong number of columns", (TURN.key, "columns"), found=len(columns), expected=expected)
     plain = np.broadcast_to(np.eye(3), (len(table), 3, 3))
-    if angular:
-        units = column_units(table, columns, model.unit, ("rad",) * 3, document, at)
+    if model.form in ("rotation_vector", "euler"):
+        units = column_units(table, columns, model.unit, ("rad",) * 3, document, (TURN.key,))
         angles = table.numbers(columns) * np.array([u.factor for u in units])
         most = float(np.median(np.abs(angles).max(axis=1, initial=0.0))) if len(angles) else 0.0
         if most > 2 * np.pi:
             document.fail(
-                "orientations of more than a whole turn", (*at, "unit"),
+                "orientations of more than a whole turn", (TURN.key, "unit"),
                 expected=", ".join(f"{table.label(table.find(c))} [deg]" for c in columns) + " in the header, or unit: deg",
                 found=f"{units[0].name}: {most / np.pi * 180:.3g} deg in the median",
             )  # fmt: skip
@@ -65,12 +146,12 @@ def _rotations(model: OrientationModel, table: CsvTable, document: YamlDocument)
             return so3.exp(angles), plain, units[0]
         for word, expected in (("order", "XYZ, ZYX, ..."), ("frame", "intrinsic or extrinsic")):
             if getattr(model, word) is None:
-                document.fail("a key is missing", (*at, word), expected=expected)
+                document.fail("a key is missing", (TURN.key, word), expected=expected)
         order, intrinsic = model.order, model.frame == "intrinsic"
         axes = orientation.euler_axes(angles, order, intrinsic=intrinsic)
         return orientation.euler(angles, order, intrinsic=intrinsic), axes, units[0]
     numbers = table.numbers(columns)
-    unit = None if model.unit in (None, "1") else document.unit(model.unit, "rad", at, "orientation.unit")
+    unit = None if model.unit in (None, "1") else document.unit(model.unit, "rad", (TURN.key,), "orientation.unit")
     if model.form == "matrix":
         return _from_matrix(numbers, table, columns), plain, unit
     q = numbers if model.form == "quaternion_xyzw" else numbers[:, [1, 2, 3, 0]]
@@ -94,37 +175,58 @@ def _from_matrix(numbers: Array, table: CsvTable, columns: Sequence[str | int]) 
 
 def read_pose(model: Any, table: CsvTable, document: YamlDocument) -> Values:
     """Frame vectors (k, 6) in m and rad; sigma of the rotation about the instrument's axes."""
-    place, sigma, length, digits = position(model, table, document)
+    place = read_position(model, table, document)
     r, axes, angle = _rotations(model.orientation, table, document)
-    given = model.orientation.sigma
-    both = None
+    sigma, given = place.sigma, model.orientation.sigma
     if (sigma is None) != (given is None):
         refuse_one_sigma("position" if sigma is None else "orientation", document)
     if sigma is not None:
-        turn = sigmas(model.orientation, table, [angle or UNITS["rad"]] * 3, "rad", document, ("orientation",))
+        turn = sigmas(model.orientation, table, [angle or UNITS["rad"]] * 3, "rad", document, TURN.key)
         if angle is None and not isinstance(given, SigmaModel):
             expected = "deg, rad, ... in which sigma is stated"
-            document.fail("the unit is missing", ("orientation", "unit"), expected=expected)
+            document.fail("the unit is missing", (TURN.key, "unit"), expected=expected)
         assert turn is not None
         if isinstance(given, SigmaModel) and len(given.columns) == 3:
             # Independent errors of the file's angles, carried to the axes about which they turn.
             turn = np.sqrt((axes**2 @ (turn**2)[..., None])[..., 0])
-        both = np.hstack([sigma, turn])
+        sigma = np.hstack([sigma, turn])
+    assert place.digits is not None
     # What rounding does to a rotation depends on its form; it is left out.
-    written = np.hstack([digits, np.zeros_like(digits)])
-    return Values(np.hstack([place, so3.log(r)]), both, length, angle, digits=written)
+    written = np.hstack([place.digits, np.zeros_like(place.digits)])
+    return Values(np.hstack([place.value, so3.log(r)]), sigma, place.length, angle, digits=written)
 
 
 def write_pose(obs: Observations, units: Units) -> KindOutput:
-    """Position and rotation vector, and their sigmas."""
-    made = columns((*XYZ, *TURN), (*XYZ_SIGMA, *TURN_SIGMA), [units.length] * 3 + [units.angle] * 3, obs)
-    turn = section("orientation", TURN, TURN_SIGMA, obs, ", form: rotation_vector")
-    return KindOutput(made, (section("position", XYZ, XYZ_SIGMA, obs), turn))
+    """Position and rotation vector, then their sigmas."""
+    place, turn = PLACE.columns(obs, units), TURN.columns(obs, units, 3)
+    made = (*place[:3], *turn[:3], *place[3:], *turn[3:])
+    return KindOutput(made, (PLACE.line(obs), TURN.line(obs, "columns: [rx, ry, rz], form: rotation_vector")))
 
 
+POSITION_KEYS = """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
+frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
+"""
+POSITION = KindFile(
+    "position", PositionModel, read_position, PLACE.write, POSITION_KEYS, XYZ, located=True, lengths="position"
+)
 POSE_KEYS = """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
 orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}
 #   form: or matrix, quaternion_xyzw, quaternion_wxyz, euler with order: XYZ, frame: intrinsic
 frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
 """
 POSE = KindFile("pose", PoseModel, read_pose, write_pose, POSE_KEYS, located=True, lengths="position")
+RELATIVE_POSE_KEYS = """second: {{columns: [{second}], unit: {joint_unit}}}    # the joints of the other configuration of a row
+position: {{columns: [x, y, z], unit: {length}, sigma: 0.05}}    # where it came to, seen from the first
+orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}
+# targets: {{imu: {{xyz: [0, 0, 50], free: true}}}}    # the measured thing on the tool; default the tool frame
+"""
+RELATIVE_POSE = KindFile(
+    "relative_pose", RelativePoseModel, read_pose, write_pose, RELATIVE_POSE_KEYS, lengths="position"
+)
+DISPLACEMENT_KEYS = """second: {{columns: [{second}], unit: {joint_unit}}}    # the joints of the other configuration of a row
+displacement: {{columns: [dx, dy, dz], unit: {length}, sigma: 0.05}}    # second minus first
+frame: {{name: camera, free: [rx, ry, rz]}}    # only how the instrument is turned is seen
+"""
+DISPLACEMENT = KindFile(
+    "displacement", DisplacementModel, STEP.read, STEP.write, DISPLACEMENT_KEYS, XYZ, lengths="displacement"
+)

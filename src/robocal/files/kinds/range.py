@@ -11,7 +11,17 @@ from pydantic import BeforeValidator, FiniteFloat
 
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import SigmaModel, ValueModel
-from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, Values, agree_unit, columns, section, sigmas
+from robocal.files.kinds.kind import (
+    XYZ,
+    Around,
+    KindFile,
+    KindOutput,
+    Part,
+    QuantityColumns,
+    Values,
+    agree_unit,
+    sigmas,
+)
 from robocal.files.kinds.places import PlacedModel, each_place, place_frames
 from robocal.files.schema import FileModel, Name, refuse
 from robocal.files.units import UNITS, Unit, Units, number
@@ -20,7 +30,7 @@ from robocal.measure.data import Observations
 
 __all__ = ["RANGE"]
 
-XYZ = (True, True, True, False, False, False)
+RANGES = QuantityColumns("range", ("range",), ("s_range",))
 SOUND = 343.0
 SYMBOLS = ("speed", "delay")
 
@@ -61,10 +71,10 @@ def read_range(model: RangeModel, table: CsvTable, document: YamlDocument) -> Va
         # A sigma column may speak of time or of length on its own.
         spread = [_unit(model, c, table, document, units[0]) for c in given.sigma.columns]
         bare = replace(table, units=(None,) * table.width)
-        raw = sigmas(given, bare, [UNITS["1"]] * len(names), "1", document, ("range",))
+        raw = sigmas(given, bare, [UNITS["1"]] * len(names), "1", document, RANGES.key)
         sigma = None if raw is None else raw * np.array([u.factor for u in spread])
     else:
-        sigma = sigmas(given, table, units, "m", document, ("range",))
+        sigma = sigmas(given, table, units, "m", document, RANGES.key)
     length = next((u for u in units if u.name in UNITS and UNITS[u.name].si == "m"), None)
     return Values(value, sigma, length)
 
@@ -98,9 +108,9 @@ def parts(model: RangeModel, values: Values, around: Around) -> Sequence[Part]:
         "values": {"speed": medium.speed, "delay": around.units.length.to_si(medium.delay)},
         "free": medium.free,
     }
-    width = values.value.shape[1]
-    if width == 1:
-        return [p for p, _ in each_place(model, Values(values.value, values.sigma, options=options), XYZ, around)]
+    values = values.with_options(options)
+    if values.value.shape[1] == 1:
+        return [p for p, _ in each_place(model, values, XYZ, around)]
     if model.place is not None:
         expected = "a column per receiver and no place, or one column with `place`"
         around.document.fail("several columns, and a place", ("place",), expected=expected)
@@ -112,7 +122,8 @@ def parts(model: RangeModel, values: Values, around: Around) -> Sequence[Part]:
     every, out = np.arange(len(values.value)), []
     for i, name in enumerate(names):
         sigma = None if values.sigma is None else values.sigma[:, [i]]
-        out.append(Part(every, values.value[:, [i]], sigma, options={**options, "place": frames[name]}, group=name))
+        one = replace(values, value=values.value[:, [i]], sigma=sigma).with_options({"place": frames[name]})
+        out.append(Part(every, one, group=name))
     return out
 
 
@@ -123,8 +134,7 @@ def write_range(obs: Observations, units: Units) -> KindOutput:
     speed = float(values.get("speed", obs.options.get("speed", SOUND)))
     delay = number(units.length.from_si(values.get("delay", 0.0)))
     medium = f"name: {obs.options['medium']}, speed: {number(speed)}, delay: {delay}, free: [{', '.join(free)}]"
-    made = columns(("range",), ("s_range",), [units.length], obs)
-    return KindOutput(made, (section("range", ("range",), ("s_range",), obs), f"medium: {{{medium}}}"))
+    return KindOutput(RANGES.columns(obs, units), (RANGES.line(obs), f"medium: {{{medium}}}"))
 
 
 RANGE_KEYS = """range: {{columns: [range], unit: {length}, sigma: 0.2}}    # or times: unit: us; or one column per receiver

@@ -13,14 +13,14 @@ __all__ = ["READERS", "reader_of", "readers_of"]
 
 # The module in this package that reads and writes each kind; the name of the kind in capitals is its KindFile.
 MODULES = {
-    "position": "position",
+    "position": "pose",
     "pose": "pose",
     "spherical": "angular",
     "bearing": "angular",
     "range": "range",
     "distance": "distance",
-    "displacement": "relative",
-    "relative_pose": "relative",
+    "displacement": "pose",
+    "relative_pose": "pose",
     "point": "contact",
     "plane": "contact",
     "sphere": "contact",
@@ -28,7 +28,7 @@ MODULES = {
 }
 # Those of machines that have such parts alone.
 OF_PARTS: dict[str, dict[str, str]] = {
-    "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "inclination"}
+    "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "angular"}
 }
 # Whatever else is a kind has a module of its own name.
 MODULES |= {name: name for name in NAMES if not any(name in own for own in (MODULES, *OF_PARTS.values()))}
