@@ -155,7 +155,8 @@ def refuse_camera(folder: Path, seed: int, watch: Watch | None = None) -> Iterat
     """Copies the example and identifies it as anybody would."""
     copy_example("arm-with-camera", folder)
     outcome, command = identify_example(folder, seed, watch)
-    left, facts = outcome.result.residuals, ()
+    left = outcome.result.residuals
+    facts: tuple[str, ...] = ()
     if left.after and left.leave_one_out and left.after.mean is not None and left.leave_one_out.mean is not None:
         facts = (
             f"the model bends to the ten poses until {left.after.mean:.0f} mm are left",
