@@ -35,16 +35,27 @@ def constants(text: str) -> dict[str, bool]:
 def offences(text: str, read=None) -> list[str]:
     """Comparisons with a named number that is neither a limit nor marked; `read` gives the text of another module by name."""
     tree = ast.parse(text)
-    own, taken = constants(text), {}
+    own, taken, modules = constants(text), {}, {}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             taken |= {a.asname or a.name: (node.module, a.name) for a in node.names if a.name.isupper()}
+            modules |= {a.asname or a.name: f"{node.module}.{a.name}" for a in node.names}
     out = []
     for node in ast.walk(tree):
         if not isinstance(node, ast.Compare) or not any(isinstance(o, ORDER) for o in node.ops):
             continue
-        for name in dict.fromkeys(n.id for n in ast.walk(node) if isinstance(n, ast.Name) and n.id.isupper()):
-            module, there = taken.get(name, ("", name))
+        compared = {
+            n.id: taken.get(n.id, ("", n.id)) for n in ast.walk(node) if isinstance(n, ast.Name) and n.id.isupper()
+        }
+        for n in ast.walk(node):
+            if (
+                isinstance(n, ast.Attribute)
+                and n.attr.isupper()
+                and isinstance(n.value, ast.Name)
+                and n.value.id in modules
+            ):
+                compared[f"{n.value.id}.{n.attr}"] = (modules[n.value.id], n.attr)
+        for name, (module, there) in compared.items():
             if module == HOME:
                 continue
             known = own if not module else constants(read(module)) if read else {}
@@ -76,6 +87,7 @@ def test_what_is_compared_is_a_limit():
         "A, B = 1.0, 2.0\nf = [z for z in range(3) if A < z]",
         "SMALL = {'m': 1e-5}\ndef f(v):\n    return v <= SMALL['m']",
         "from robocal.elsewhere import FAR\ndef f(v):\n    return v < FAR",
+        "from robocal import elsewhere\ndef f(v):\n    return v < elsewhere.FAR",
     ],
 )
 def test_the_rule_finds(bad):
@@ -86,6 +98,7 @@ def test_the_rule_finds(bad):
     "fair",
     [
         "from robocal.diagnose.limits import NUMBER_SIGMA\ndef f(z):\n    return z > NUMBER_SIGMA",
+        "from robocal.diagnose import limits\ndef f(z):\n    return z > limits.NUMBER_SIGMA",
         "EPS = 1e-12  # tolerance: of the largest eigenvalue\ndef f(v):\n    return v > EPS",
         "# grid: more would leave the cache\nMANY = 400\ndef f(n):\n    return n < MANY",
         "KINDS = ('pose',)\ndef f(k):\n    return set(k) <= set(KINDS)",

@@ -25,8 +25,6 @@ from robocal.session.runs import shared_files, tables_by_hash
 
 __all__ = ["Drifts", "drifts"]
 
-FEWEST = 2  # tolerance: none; a comparison takes two
-
 
 @dataclass(frozen=True, eq=False)
 class Drifts:
@@ -139,7 +137,7 @@ def _reasons(place: str, found: AnchorDrift, zeros_unchanged: bool) -> list[Rema
 
 def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, command: str = "") -> Drifts:
     """Compares calibrations of one robot. Raises InputError where they cannot be compared."""
-    if len(places) < FEWEST:
+    if len(places) < 2:
         raise ModelError(
             "one calibration alone cannot be compared", key="RUNS", found=len(places), expected="2 or more"
         )
