@@ -22,7 +22,7 @@ from robocal.files.units import numbers_of
 from robocal.geometry import se3, so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.cable.statics_options import missing_text
+from robocal.session.cable.statics_options import missing_text, no_direction
 
 __all__ = ["body_of", "box_of", "clearance_of", "examine_start"]
 
@@ -65,12 +65,8 @@ def _whole(file: CableFile, robot: CableRobot, pose: Array) -> None:
     """Raises ModelError where a cable has no direction at the start."""
     lost = ~np.isfinite(structure_of(robot, pose[None], strict=False)[0]).all(axis=0)
     if lost.any():
-        raise ModelError(
-            f"cable {robot.cables[int(np.argmax(lost))]} has no direction at the start X_0: its anchors coincide there, or "
-            "the platform anchor lies in its pulley",
-            key="--start",
-            found=_pose_text(file, pose),
-        )
+        message = no_direction(robot.cables[int(np.argmax(lost))], "the start X_0")
+        raise ModelError(message, key="--start", found=_pose_text(file, pose))
 
 
 def _none() -> str:

@@ -18,31 +18,28 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import WRENCH, CableList
-from robocal.files.cable.values import CableUnits
 from robocal.files.parts import CableDocument, provenance_of
 from robocal.files.text import InputFile
 from robocal.files.units import numbers_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, remark_fields
-from robocal.report.cable.length_unit import LengthUnit
 
 __all__ = [
     "assumption_text",
     "balance_remarks",
     "cable_document",
     "fitting",
-    "length_unit_of",
     "limits_text",
     "locate_row",
     "mass_of",
     "missing_text",
     "name_option",
+    "no_direction",
     "redundant_robot",
     "robot_inputs",
     "robot_with_limits",
     "stretches",
     "tensions_of",
-    "verb_document",
     "wrench_of",
 ]
 
@@ -143,9 +140,9 @@ def missing_text(robot: CableRobot, missing: Array) -> str:
     )
 
 
-def length_unit_of(units: CableUnits) -> LengthUnit:
-    """The unit in which a page tells lengths: that of the robot's file."""
-    return LengthUnit(units.length.name, units.length.factor)
+def no_direction(cable: str, where: str) -> str:
+    """What is wrong with a cable that has no length there."""
+    return f"cable {cable} has no direction at {where}: its anchors coincide there, or the platform anchor lies in its pulley"
 
 
 def robot_inputs(file: CableFile, robot: str) -> tuple[InputFile, ...]:
@@ -201,21 +198,6 @@ def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:
         raise error.of_file(file.path) from None
 
 
-def verb_document(
-    robot: CableRobot, found: Mapping[str, Any], warnings: Sequence[Remark], inputs: Sequence[InputFile], command: str
-) -> dict[str, Any]:
-    """The document of `cable drift`, schema 1."""
-    return {
-        "robocal": 1,
-        "robot": robot.name,
-        "cables": list(robot.cables),
-        **found,
-        "assumed": list(robot.assumed),
-        **remark_fields(warnings),
-        "provenance": provenance_of(command, inputs),
-    }
-
-
 def cable_document(
     kind: type[D],
     robot: CableRobot,
@@ -231,9 +213,9 @@ def cable_document(
     )  # fmt: skip
 
 
-def assumption_text(robot: CableRobot) -> list[str]:
-    """A paragraph for a page where something of the robot was assumed."""
-    return [f"Assumed, not measured: {', '.join(robot.assumed)}. The result depends on it."] if robot.assumed else []
+def assumption_text(robot: CableRobot) -> str:
+    """A paragraph for a page, empty where nothing of the robot was assumed."""
+    return f"Assumed, not measured: {', '.join(robot.assumed)}. The result depends on it." if robot.assumed else ""
 
 
 def limits_text(limits: NDArray[np.float64]) -> str:

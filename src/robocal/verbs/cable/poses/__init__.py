@@ -80,21 +80,10 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Listed]:
     """Lists poses and chooses some of them; a folder gets FILES. Raises InputError."""
-    from robocal.files.listing import in_units, listing_text
-    from robocal.files.writing import refuse_existing
-    from robocal.verbs.cable.poses.result import make_list, texts
+    from robocal.verbs.cable.cable_result import run_verb
+    from robocal.verbs.cable.poses.result import make_list
 
-    refuse_existing(o.output, FILES, o.force)
-    out = make_list(o, watch or (lambda event: None), command)
-    note = _summary(out) if o.output is None else ""
-    shown = in_units(out.pose_rows, out.units)
-    text = listing_text(out.pose_rows, out.units)
-    outcome = Outcome(out, lambda: out.document, True, out.warnings, text, note, listing=shown).with_files(())
-    if watch is not None and o.output is not None:
-        watch({"stage": "report"})
-    told = (part for tell in (sections, details) for part in tell(outcome))
-    title = f"{out.robot.name}: poses that can be reached"
-    return outcome.with_page(o.output, told, lambda: texts(out), FILES[4], title=title, kind="Cable robot")
+    return run_verb(o, FILES, lambda: make_list(o, watch or (lambda event: None), command), sections, details)
 
 
 def details(made: Outcome[Listed]) -> Iterator[Section]:
@@ -104,25 +93,16 @@ def details(made: Outcome[Listed]) -> Iterator[Section]:
     yield from poses_details(made.result)
 
 
-def _summary(made: Any) -> str:
-    """One line on the whole list."""
-    from robocal.verbs.cable.poses.result import STOPPED_BY
-
-    stopped = ", ".join(f"{STOPPED_BY[name]} {count}" for name, count in made.limits.items() if count)
-    return f"{len(made.names)} poses, {figure(100 * made.listing.reach_share)} % of the box Z reached; stopped by {stopped}"
-
-
 def sections(made: Outcome[Listed]) -> Iterator[Section]:
     """What stopped the motions, where they start, and what the choice is worth."""
-    from robocal.session.cable.statics_options import length_unit_of
     from robocal.verbs.cable.poses.result import STOPPED_BY
 
     found = made.result
     n, robot, (k, l) = len(found.names), found.robot, found.start.nearest
-    head = f"   {n} poses, {figure(100 * found.listing.reach_share)} % of the box Z reached, mu {found.margin:g}"
+    head = f"   {n} poses, {found.reached} % of the box Z reached, mu {found.margin:g}"
     near: tuple[Text, ...] = ()
     if k >= 0:
-        gap = f"{robot.cables[k]} and {robot.cables[l]} pass with {length_unit_of(found.units).short(found.start.gap)} between them"
+        gap = f"{robot.cables[k]} and {robot.cables[l]} pass with {found.ruler.short(found.start.gap)} between them"
         near = quiet(f"at X_0 {gap}; capacity margin {figure(found.start.margin)} N")
     yield Section.of("", Text.of((robot.name, "strong"), head), *near)
     rows = ((STOPPED_BY[name], str(count), figure(100 * count / n, 3)) for name, count in found.limits.items())

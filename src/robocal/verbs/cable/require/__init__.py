@@ -56,30 +56,21 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Required]:
     """Expected errors, and what an accuracy needs. Raises InputError."""
-    from robocal.files.listing import listing_text
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
+    from robocal.verbs.cable.cable_result import run_verb
     from robocal.verbs.cable.require.result import compute_requirement
 
-    refuse_existing(o.output, FILES, o.force)
-    made = compute_requirement(o, command)
-    outcome = Outcome(made, lambda: made.document, made.enough, made.remarks).with_files(())
-    told = (part for tell in (sections, details) for part in tell(outcome))
-    return outcome.with_page(
-        o.output, told, lambda: {FILES[0]: json_text(made.document), FILES[1]: listing_text(made.lines)}, FILES[2],
-        title=f"{made.robot.name}: what a calibration needs", kind="Cable robot",
-    )  # fmt: skip
+    return run_verb(o, FILES, lambda: compute_requirement(o, command), sections, details)
 
 
 def details(made: Outcome[Required]) -> Iterator[Section]:
     """Every cable's numbers, lines of equal error, how it was worked out."""
-    from robocal.verbs.cable.require.page import require_details
+    from robocal.verbs.cable.require.result import require_details
 
     yield from require_details(made.result)
 
 
 def sections(made: Outcome[Required]) -> Iterator[Section]:
     """The errors to be expected, and what is needed."""
-    from robocal.verbs.cable.require.page import require_summary
+    from robocal.verbs.cable.require.result import require_summary
 
     yield from require_summary(made.result, made.written)

@@ -51,27 +51,15 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Tensions]:
     """Tensions with what they hold, margins and missing wrenches; a folder gets FILES. Raises InputError."""
-    from robocal.files.listing import listing_text
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
+    from robocal.verbs.cable.cable_result import run_verb
     from robocal.verbs.cable.tension.result import compute_tensions
 
-    refuse_existing(o.output, FILES, o.force)
-    made = compute_tensions(o, POWER if o.power is None else o.power, command)
-    text, remarks = listing_text(made.table_listing), (*made.warnings, *made.reasons)
-    outcome = Outcome(
-        made, lambda: made.document, not made.reasons, remarks, text, listing=made.table_listing
-    ).with_files(())
-    told = (part for tell in (sections, details) for part in tell(outcome))
-    return outcome.with_page(
-        o.output, told, lambda: {FILES[0]: text, FILES[1]: json_text(made.document)}, FILES[2],
-        title=f"{made.robot.name}: tensions", kind="Cable robot",
-    )  # fmt: skip
+    return run_verb(o, FILES, lambda: compute_tensions(o, command), sections, details)
 
 
 def details(made: Outcome[Tensions]) -> Iterator[Section]:
     """Pictures, every pose, how it was worked out."""
-    from robocal.verbs.cable.tension.page import tension_details
+    from robocal.verbs.cable.tension.result import tension_details
 
     yield from tension_details(made.result)
 
