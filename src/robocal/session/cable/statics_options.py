@@ -28,7 +28,6 @@ __all__ = [
     "assumption_text",
     "balance_remarks",
     "cable_document",
-    "fitting",
     "limits_text",
     "locate_row",
     "mass_of",
@@ -38,7 +37,6 @@ __all__ = [
     "redundant_robot",
     "robot_inputs",
     "robot_with_limits",
-    "stretches",
     "tensions_of",
     "wrench_of",
 ]
@@ -150,52 +148,39 @@ def robot_inputs(file: CableFile, robot: str) -> tuple[InputFile, ...]:
     return (InputFile(file.path or Path(robot), file.sha256), *file.beside)
 
 
-def stretches(robot: CableRobot) -> bool:
-    """Whether what the sensors show hangs on tensions."""
-    return robot.elasticity is not None
-
-
 def tensions_of(
     rows: CableList, tension: float | None, file: CableFile, sag: bool
 ) -> tuple[Array | None, tuple[Remark, ...]]:
     """Tensions of the list, or one for all, in N, and a warning where those of the list stretch nothing, since nobody
-    knows how elastic the cables are. Raises ModelError when both say."""
+    knows how elastic the cables are.
+
+    Raises ModelError when both say, and for sag without tensions; FormatError naming the file where the robot does not know what the
+    length model needs."""
+    said: tuple[Remark, ...] = ()
+    pull = None if rows.geometric else rows.tension
     if tension is not None:
         if rows.tension is not None:
             raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
         if rows.geometric:
-            raise ModelError(
-                "geometric lengths are not stretched",
-                key="--tension",
-                expected="a list of what the sensors show, or no tension",
-            )
-        return np.asarray(tension), ()
-    if rows.geometric:
-        return None, ()
-    if rows.tension is not None and file.robot.elasticity is None and not sag:
-        return None, (Remark.of(Code.TENSIONS_ASIDE, robot=file.robot.name),)
-    return rows.tension, ()
+            expected = "a list of what the sensors show, or no tension"
+            raise ModelError("geometric lengths are not stretched", key="--tension", expected=expected)
+        pull = np.asarray(tension)
+    elif pull is not None and file.robot.elasticity is None and not sag:
+        pull, said = None, (Remark.of(Code.TENSIONS_ASIDE, robot=file.robot.name),)
+    if sag and pull is None:
+        expected = f"columns {file.robot.cables[0]}.tension [N], ... in the list, or --tension"
+        raise ModelError("a sagging cable needs its tension", key="--sag", expected=expected)
+    try:
+        model_of(file.robot, sag=sag, tense=pull is not None)
+    except ModelError as error:
+        raise error.of_file(file.path) from None
+    return pull, said
 
 
 def locate_row(error: ModelError, path: str, rows: CableList) -> FormatError:
     """What a model complains of, said of the row of the list that it is about."""
     row = None if error.row is None else rows.lines[error.row]
     return error.of_file(path, row=row)
-
-
-def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:
-    """Whether the robot's file knows what the length model needs. Raises FormatError naming it, or ModelError for sag
-    without tensions."""
-    if sag and pull is None:
-        raise ModelError(
-            "a sagging cable needs its tension",
-            key="--sag",
-            expected=f"columns {file.robot.cables[0]}.tension [N], ... in the list, or --tension",
-        )
-    try:
-        model_of(file.robot, sag=sag, tense=pull is not None)
-    except ModelError as error:
-        raise error.of_file(file.path) from None
 
 
 def cable_document(

@@ -44,7 +44,7 @@ class Options(BaseOptions):
         False, "The coordinates may differ by a motion: another instrument, or another place of it"
     )
     history: w.History = None
-    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", "DIR", short="-o")
     force: w.Force = False
 
 

@@ -45,7 +45,7 @@ class Options(BaseOptions):
     payload: w.Payload = 0.0
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None
-    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", "DIR", short="-o")
     force: w.Force = False
 
 

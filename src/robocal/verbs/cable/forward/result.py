@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,7 +10,6 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.cables.forward import Forward
-from robocal.cables.geometry import CableRobot
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import pose_columns
 from robocal.files.listing import in_units
@@ -45,17 +45,19 @@ class Poses:
     @cached_property
     def rms(self) -> Array:
         """Root mean squares of the residuals, (k,) m."""
-        return np.asarray(np.sqrt((self.solution.residual**2).mean(axis=1)))
+        return np.sqrt((self.solution.residual**2).mean(axis=1))
 
     @cached_property
     def sigma(self) -> Array:
         """One sigma of position (m) and orientation (rad), (k, 2); not a number where unknown."""
-        return _spread(self.solution, self.file.robot)
+        axes, variances = self.file.robot.axes, np.einsum("kii->ki", self.solution.covariance)
+        parts = ([i for i, axis in enumerate(axes) if (axis < 3) is moves] for moves in (True, False))
+        return np.sqrt(np.stack([variances[:, part].sum(axis=1) for part in parts], axis=1))
 
     @cached_property
     def reasons(self) -> tuple[Remark, ...]:
         """Why poses must not be trusted."""
-        return _doubts(self.names, self.solution, self.noise)
+        return tuple(_doubts(self.names, self.solution, self.noise))
 
     @property
     def listing(self) -> Listing:
@@ -81,34 +83,24 @@ class Poses:
         return cable_document(PosesDocument, self.file.robot, remarks, inputs, command, poses=self.listing)
 
 
-def _spread(found: Forward, robot: CableRobot) -> Array:
-    """One sigma of the position and of the orientation, (k, 2): roots of the traces."""
-    variances = np.einsum("kii->ki", found.covariance)
-    moves = [i for i, axis in enumerate(robot.axes) if axis < 3]
-    turns = [i for i, axis in enumerate(robot.axes) if axis >= 3]
-    return np.asarray(np.sqrt(np.stack([variances[:, moves].sum(axis=1), variances[:, turns].sum(axis=1)], axis=1)))
-
-
-def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> tuple[Remark, ...]:
+def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> Iterator[Remark]:
     """Poses that were not found, are not the only ones, or do not fit their lengths."""
     from scipy.stats import chi2
 
-    out = []
     spare = found.residual.shape[1] - found.covariance.shape[1]
     for i, name in enumerate(names):
         r = found.residual[i]
         if not np.isfinite(r).all():
-            out.append(Remark.of(Code.NO_POSE, pose=name))
+            yield Remark.of(Code.NO_POSE, pose=name)
             continue
         if not found.converged[i]:
-            out.append(Remark.of(Code.SEARCH_UNENDED, pose=name))
+            yield Remark.of(Code.SEARCH_UNENDED, pose=name)
         if np.isnan(found.covariance[i]).any() and (sigma is not None or spare > 0):
-            out.append(Remark.of(Code.SINGULAR_POSE, pose=name))
+            yield Remark.of(Code.SINGULAR_POSE, pose=name)
         if found.solutions[i] > 1:
-            out.append(Remark.of(Code.SEVERAL_POSES, pose=name, count=int(found.solutions[i])))
+            yield Remark.of(Code.SEVERAL_POSES, pose=name, count=int(found.solutions[i]))
         if sigma is not None and spare > 0 and chi2.sf((r @ r) / sigma**2, spare) < UNLIKELY:
             rms = Quantity(float(np.sqrt((r @ r) / spare)))
-            out.append(Remark.of(Code.LENGTHS_UNEXPLAINED, pose=name, left=rms, expected=Quantity(sigma)))
+            yield Remark.of(Code.LENGTHS_UNEXPLAINED, pose=name, left=rms, expected=Quantity(sigma))
         if sigma is None and (left := np.sqrt((r @ r) / len(r))) > UNSTATED:
-            out.append(Remark.of(Code.LENGTHS_LEFT, pose=name, left=Quantity(float(left))))
-    return tuple(out)
+            yield Remark.of(Code.LENGTHS_LEFT, pose=name, left=Quantity(float(left)))

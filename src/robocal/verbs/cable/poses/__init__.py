@@ -31,21 +31,17 @@ class Options(BaseOptions):
     """
 
     robot: w.CableRobot
-    count: int = option(200, "Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)
-    margin: float = option(0.95, "Used fraction of each free path", name="--mu", metavar="MU", above=0, most=1)
+    count: int = option(200, "Poses to list", "N", name="--poses", short="-n", least=1, most=10_000)
+    margin: float = option(0.95, "Used fraction of each free path", "MU", name="--mu", above=0, most=1)
     start: str = option(
-        "mean",
-        "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units",
-        metavar="START",
+        "mean", "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units", "START"
     )
     box: str | None = option(
-        None,
-        "The box Z of random poses, in place of the box in which the frame can hold the platform",
-        numbers="X0,Y0,Z0,X1,Y1,Z1",
-        unit="length",
-    )
-    scale: float = option(1.1, "Z, as a multiple of the machine", metavar="S", least=0, most=1000)
-    turn: float | None = option(None, "Turns in Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")
+        None, "The box Z of random poses, in place of the box in which the frame can hold the platform",
+        numbers="X0,Y0,Z0,X1,Y1,Z1", unit="length",
+    )  # fmt: skip
+    scale: float = option(1.1, "Z, as a multiple of the machine", "S", least=0, most=1000)
+    turn: float | None = option(None, "Turns in Z, about each axis", "ANGLE", unit="angle", otherwise="30 deg")
     diameter: w.Diameter = None
     body: w.PlatformBody = "hull"
     relief: w.Relief = None
@@ -53,27 +49,21 @@ class Options(BaseOptions):
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None
     method: w.TensionMethod = METHOD
-    steps: int = option(10, "Waypoints on each path", metavar="K", least=1, most=1000)
-    wanted: int | None = option(None, "Choose the N poses that are best for calibration", name="--choose", metavar="N")
-    criterion: str = option("A", "For --choose: A (least rms), D, I, G, E, O1 to O5", metavar="C")
+    steps: int = option(10, "Waypoints on each path", "K", least=1, most=1000)
+    wanted: int | None = option(None, "Choose the N poses that are best for calibration", "N", name="--choose")
+    criterion: str = option("A", "For --choose: A (least rms), D, I, G, E, O1 to O5", "C")
     sigma: float | None = option(
-        None,
-        "For --choose: standard deviation of a length",
-        metavar="SIGMA",
-        unit="length",
-        above=0,
-        wrong=w.NOISE,
+        None, "For --choose: standard deviation of a length", "SIGMA", unit="length", above=0, wrong=w.NOISE,
         otherwise="1 mm, converted",
-    )
+    )  # fmt: skip
     pose_noise: str | None = option(
-        None,
-        "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
+        None, "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
         numbers="POSITION,ORIENTATION",
-    )
+    )  # fmt: skip
     encoders_only: bool = option(False, "For --choose: no instrument measures poses")
     seed: w.Seed = 0
     output: Path | None = option(
-        None, "Write poses.csv, program.csv, list.json and report.html here", short="-o", metavar="DIR"
+        None, "Write poses.csv, program.csv, list.json and report.html here", "DIR", short="-o"
     )
     force: w.Force = False
 

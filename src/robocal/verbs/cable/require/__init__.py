@@ -34,23 +34,23 @@ class Options(BaseOptions):
 
     robot: w.CableRobot
     poses: w.PlatformPoses
-    sigma: str = option("1mm", "Standard deviation of a length", metavar="SIGMA")
+    sigma: str = option("1mm", "Standard deviation of a length", "SIGMA")
     sigma_position: str | None = option(
-        None, "The same of a component of the measured position", metavar="SIGMA", otherwise="known exactly"
+        None, "The same of a component of the measured position", "SIGMA", otherwise="known exactly"
     )
     sigma_orientation: str | None = option(
-        None, "The same of a component of the measured rotation vector", metavar="SIGMA", otherwise="known exactly"
+        None, "The same of a component of the measured rotation vector", "SIGMA", otherwise="known exactly"
     )
-    accuracy: str | None = option(None, "The required error, root mean square", metavar="ERROR")
+    accuracy: str | None = option(None, "The required error, root mean square", "ERROR")
     of: str = option(
-        "anchors", "Quantity of --accuracy: frame anchors (components), zeros, or the platform's position or orientation", metavar="WHAT",
+        "anchors", "Quantity of --accuracy: frame anchors (components), zeros, or the platform's position or orientation", "WHAT",
         choices=("anchors", "zeros", "position", "orientation"),
     )  # fmt: skip
     estimator: str = option(
-        "maximum-likelihood", "Maximum likelihood with free poses, as identify does it, or every cable by itself", metavar="NAME",
+        "maximum-likelihood", "Maximum likelihood with free poses, as identify does it, or every cable by itself", "NAME",
         choices=("maximum-likelihood", "per-cable"),
     )  # fmt: skip
-    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", "DIR", short="-o")
     force: w.Force = False
 
 

@@ -35,17 +35,17 @@ class Options(BaseOptions):
     robot: w.CableRobot
     poses: w.PlatformPoses
     method: w.TensionMethod = METHOD
-    power: float | None = option(None, "Exponent of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")
+    power: float | None = option(None, "Exponent of --method p-norm, from 2 on", "P", otherwise=f"{POWER:g}")
     mass: w.PlatformMass = None
     payload: w.Payload = 0.0
     wrench: str | None = option(
         None,
         "Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm",
-        metavar="FX,FY,FZ,MX,MY,MZ",
+        "FX,FY,FZ,MX,MY,MZ",
     )
     limits: w.TensionLimits = None
     length: w.MomentLength = None
-    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", "DIR", short="-o")
     force: w.Force = False
 
 

@@ -29,17 +29,7 @@ from robocal.report.cable.scene import scene
 from robocal.report.cable.tension_series import tensions
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
-from robocal.session.cable.statics_options import (
-    balance_remarks,
-    limits_text,
-    mass_of,
-    missing_text,
-    name_option,
-    no_direction,
-    robot_inputs,
-    robot_with_limits,
-    wrench_of,
-)
+from robocal.session.cable import statics_options as statics
 from robocal.verbs.cable.cable_result import CableResult
 
 __all__ = ["Tensions", "compute_tensions", "tension_details"]
@@ -54,23 +44,27 @@ def compute_tensions(o: Any, command: str = "") -> Tensions:
     """Tensions with what they hold, margins and missing wrenches, by the options of the verb. Raises InputError."""
     file = read_cable(o.robot)
     si, power = o.si(file.units), POWER if o.power is None else o.power
-    able, weight, lever = robot_with_limits(file, si.limits), mass_of(file, si.payload, si.mass), si.length or 1.0
+    able, weight, lever = (
+        statics.robot_with_limits(file, si.limits),
+        statics.mass_of(file, si.payload, si.mass),
+        si.length or 1.0,
+    )
     rows = read_platform_poses(o.poses, able)
     structure = _structures(able, rows, o.poses)
-    extra = wrench_of(file, o.wrench) + (0.0 if rows.wrench is None else rows.wrench)
+    extra = statics.wrench_of(file, o.wrench) + (0.0 if rows.wrench is None else rows.wrench)
     load = (gravity_wrench(rows.values, weight, able.com) + extra)[:, able.axes]
-    with name_option({"method": "--method", "power": "--power"}):
+    with statics.name_option({"method": "--method", "power": "--power"}):
         spread = distribute(structure, load, able.need("limits"), o.method, power)
         if o.power is not None and o.method != "p-norm":
             raise ModelError("a power is only for the p-norm", key="power", found=o.power, expected="--method p-norm")
     margin = capacity_margin(structure, load, able.need("limits"), able.lengths_of_rows(lever))
     missing = spread.missing(able.lengths_of_rows(lever))
-    said = (*balance_remarks(able, extra), *_leaning(able, rows), *_bare(able, rows.names, spread, margin))
+    said = (*statics.balance_remarks(able, extra), *_leaning(able, rows), *_bare(able, rows.names, spread, margin))
     return Tensions(
         file=file.with_machine(able), names=rows.names, poses=rows.values, spread=spread, margin=margin, missing=missing, power=power,
         length=lever, mass=weight, warnings=(*file.warnings, *rows.warnings, *said),
         reasons=_doubts(able, rows.names, spread, missing),
-        inputs=(*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command=command,
+        inputs=(*statics.robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command=command,
     )  # fmt: skip
 
 
@@ -80,7 +74,7 @@ def _structures(robot: CableRobot, rows: CableList, poses: str) -> Array:
     bad = ~np.isfinite(out).all(axis=1)
     if bad.any():
         row, cable = (int(v) for v in np.argwhere(bad)[0])
-        message = no_direction(robot.cables[cable], rows.names[row])
+        message = statics.no_direction(robot.cables[cable], rows.names[row])
         raise FormatError(message, file=poses, row=rows.lines[row], key=robot.cables[cable])
     return out
 
@@ -88,7 +82,7 @@ def _structures(robot: CableRobot, rows: CableList, poses: str) -> Array:
 def _doubts(robot: CableRobot, names: tuple[str, ...], spread: Distribution, missing: Array) -> tuple[Remark, ...]:
     """Poses that no tensions hold, and those that this method has none for."""
     lost, left_out = np.flatnonzero(~spread.feasible), np.flatnonzero(spread.feasible & ~spread.has_solution)
-    out = [Remark.of(Code.NOT_HELD, pose=names[i], missing=missing_text(robot, missing[i])) for i in lost]
+    out = [Remark.of(Code.NOT_HELD, pose=names[i], missing=statics.missing_text(robot, missing[i])) for i in lost]
     out += [Remark.of(Code.CLOSED_FORM_LEAVES, pose=names[i]) for i in left_out]
     left = len(out) - MOST
     return (*out[:MOST], Remark.of(Code.AND_MORE, count=left)) if left > 0 else tuple(out)
@@ -282,6 +276,6 @@ def _how(made: Tensions) -> str:
     method = made.spread.method + (f", power {made.power_of_sum:g}" if made.power_of_sum else "")
     model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
     return (
-        f"{model}; method {method}; limits {limits_text(made.spread.limits)}; {significant(made.mass)} kg. "
+        f"{model}; method {method}; limits {statics.limits_text(made.spread.limits)}; {significant(made.mass)} kg. "
         f"Of margins, moments are divided by {made.ruler.short(made.length)}."
     )
