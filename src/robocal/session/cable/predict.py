@@ -71,14 +71,13 @@ def _lengths(ask: _Asked) -> Prediction:
     if run.gains.gain is not None:
         left = left / run.gains.gain[:, None]
     band = 1e3 * radius(_variance(ask, left[:, :, None]), ask.total.dof)
-    names, lengths = Column("configuration", "", rows.names), (1e3 * shown).T
+    names, own = Column("configuration", "", rows.names), list(zip(robot.cables, (1e3 * shown).T, band.T, strict=True))
     listing = Listing((
         names,
-        *(Column(c, "mm", v, spec=".3f") for c, v in zip(robot.cables, lengths, strict=True)),
-        *(Column(f"{c}_band", "mm", v, figures=2) for c, v in zip(robot.cables, band.T, strict=True)),
+        *(Column(c, "mm", v, spec=".3f") for c, v, _ in own),
+        *(Column(f"{c}_band", "mm", w, figures=2) for c, _, w in own),
     ))  # fmt: skip
-    pairs = zip(robot.cables, lengths, band.T, strict=True)
-    table = (Column(c, "mm", [f"{v:.3f} ± {figure(w, 2)}" for v, w in zip(*own, strict=True)]) for c, *own in pairs)
+    table = (Column(c, "mm", [f"{v:.3f} ± {figure(w, 2)}" for v, w in zip(*both, strict=True)]) for c, *both in own)
     what = f"{len(listing)} poses of the platform: what the sensors of its cables show"
     return _prediction(ask, listing, rows, what=what, table=Listing((names, *table)))
 

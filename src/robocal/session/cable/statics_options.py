@@ -47,18 +47,14 @@ UPRIGHT = {2, 3, 4}  # components of the twist (v, w) that a weight works on: z,
 
 def redundant_robot(file: CableFile, more: int = 0) -> CableRobot:
     """The robot, which has at least `more` cables than degrees of freedom. Raises FormatError naming the file."""
-    robot = file.robot
-    if len(robot.cables) < len(robot.axes) + more:
-        raise FormatError(
-            "fewer cables than degrees of freedom: such a platform is not held by its cables"
-            if len(robot.cables) < len(robot.axes)
-            else "no more cables than degrees of freedom: such cables balance some wrenches, never all",
-            file=file.path,
-            key="cables",
-            found=f"{len(robot.cables)} cables for {len(robot.axes)} degrees of freedom",
-            expected=f"{len(robot.axes) + more} or more",
-        )
-    return robot
+    cables, freedoms = len(file.robot.cables), len(file.robot.axes)
+    if cables < freedoms + more:
+        message = "no more cables than degrees of freedom: such cables balance some wrenches, never all"
+        if cables < freedoms:
+            message = "fewer cables than degrees of freedom: such a platform is not held by its cables"
+        found, expected = f"{cables} cables for {freedoms} degrees of freedom", f"{freedoms + more} or more"
+        raise FormatError(message, file=file.path, key="cables", found=found, expected=expected)
+    return file.robot
 
 
 def robot_with_limits(file: CableFile, limits: Array | None = None) -> CableRobot:
@@ -67,16 +63,12 @@ def robot_with_limits(file: CableFile, limits: Array | None = None) -> CableRobo
     robot = redundant_robot(file)
     if limits is None:
         if robot.limits is None:
-            raise FormatError(
-                f"the tension limits of {robot.name} are not known",
-                file=file.path,
-                key="every_cable.tension",
-                expected="every_cable: {tension: [LEAST, GREATEST]}, or --limits LEAST,GREATEST",
-            )
+            message = f"the tension limits of {robot.name} are not known"
+            expected = "every_cable: {tension: [LEAST, GREATEST]}, or --limits LEAST,GREATEST"
+            raise FormatError(message, file=file.path, key="every_cable.tension", expected=expected)
         return robot
     if not 0 <= limits[0] < limits[1]:
-        found = ",".join(f"{file.units.force.from_si(float(v)):g}" for v in limits)
-        expected = "0 <= LEAST < GREATEST"
+        found, expected = ",".join(f"{file.units.force.from_si(float(v)):g}" for v in limits), "0 <= LEAST < GREATEST"
         raise ModelError("the tension limits are crossed or negative", key="--limits", found=found, expected=expected)
     return replace(robot, limits=np.tile(limits, (len(robot.cables), 1)))
 
@@ -88,12 +80,8 @@ def mass_of(file: CableFile, payload: float = 0.0, mass: float | None = None) ->
     if mass is not None:
         return mass + payload
     if robot.mass is None and UPRIGHT.intersection(robot.axes):
-        raise FormatError(
-            f"the mass of {robot.name} is not known",
-            file=file.path,
-            key="platform.mass",
-            expected="platform: {mass: ...}, or --mass",
-        )
+        message, expected = f"the mass of {robot.name} is not known", "platform: {mass: ...}, or --mass"
+        raise FormatError(message, file=file.path, key="platform.mass", expected=expected)
     return (robot.mass or 0.0) + payload
 
 
@@ -111,9 +99,7 @@ def balance_remarks(robot: CableRobot, wrenches: Array) -> tuple[Remark, ...]:
     """A remark on components of wrenches (..., 6) that this platform's cables do not balance."""
     given = (wrenches.reshape(-1, 6) != 0).any(axis=0)
     lost = tuple(WRENCH[i] for i in np.flatnonzero(given) if i not in robot.axes)
-    if not lost:
-        return ()
-    return (Remark.of(Code.WRENCH_UNBALANCED, components=lost, degrees=robot.degrees),)
+    return (Remark.of(Code.WRENCH_UNBALANCED, components=lost, degrees=robot.degrees),) if lost else ()
 
 
 @contextmanager

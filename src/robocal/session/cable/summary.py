@@ -76,25 +76,15 @@ def summary(file: CableFile) -> Iterator[Section]:
     robot, length = file.robot, file.units.length
     said = facts(robot)
     cables = in_units(said.cables.without("pulley axis"), file.units)
-    spare = said.redundancy
+    spare, unit = said.redundancy, file.units.mass
     size = " x ".join(figure(float(v) / length.factor, 3) for v in said.frame.value)
-    mass = (
-        "mass not known"
-        if robot.mass is None
-        else f"{figure(robot.mass / file.units.mass.factor)} {file.units.mass.name}"
-    )
-    held = (
-        "as many cables as freedoms"
-        if spare == 0
-        else f"{abs(spare)} cables {'more' if spare > 0 else 'fewer'} than freedoms"
-    )
-    lines = [f"{robot.degrees}, {held}; frame {size} {length.name}; platform {mass}"]
+    mass = "mass not known" if robot.mass is None else f"{figure(robot.mass / unit.factor)} {unit.name}"
+    held = f"{abs(spare)} cables {'more' if spare > 0 else 'fewer'} than" if spare else "as many cables as"
+    lines = [f"{robot.degrees}, {held} freedoms; frame {size} {length.name}; platform {mass}"]
     if said.not_known:
         lines.append(f"not known: {', '.join(said.not_known)}")
     if robot.assumed:
         # c1.b to c8.b are one thing.
         what = dict.fromkeys(name.rpartition(".")[2] for name in robot.assumed)
         lines.append(f"assumed, not known: {', '.join(WORDS.get(w, w) for w in what)}")
-    yield Section.of(
-        "", *(Text.of(line) for line in lines[:1]), replace(listing_table(cables), right=()), *quiet(*lines[1:])
-    )
+    yield Section.of("", Text.of(lines[0]), replace(listing_table(cables), right=()), *quiet(*lines[1:]))

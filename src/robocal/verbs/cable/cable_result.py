@@ -46,7 +46,7 @@ class CableResult(ABC):
         return self.file.robot
 
     @property
-    def ruler(self) -> LengthUnit:
+    def length_unit(self) -> LengthUnit:
         """The unit in which a page tells lengths: that of the robot's file."""
         return LengthUnit(self.file.units.length.name, self.file.units.length.factor)
 

@@ -143,7 +143,7 @@ def _drawn(made: Motions, i: int, more: str) -> Section:
     at, shown = made.legs.end_poses[i], np.stack([made.legs.starts[i], made.legs.ends[i]])
     ends = f"ends at {significant(free)} of its way: {why}" if why else "can be gone to its end"
     caption, pull = f"{first} to {last}: {ends}", _tension(made, at)
-    picture = scene(made.robot, at, tension=pull, ghosts=shown, caption=caption, ruler=made.ruler)
+    picture = scene(made.robot, at, tension=pull, ghosts=shown, caption=caption, ruler=made.length_unit)
     text = f"The motion {ends}. In outline: where it starts, and where it was to end.{more}"
     return part(f"From {first} to {last}", text, picture)
 

@@ -36,7 +36,7 @@ def poses_details(made: Listed) -> Iterator[Section]:
         yield _picture(made, axes)
     caption = f"X_0 and {len(shown)} poses of {some}: margin {significant(start.margin)} N at X_0"
     poses, pull = made.listing.poses[shown], start.tensions.tension[0]
-    drawn = scene(robot, start.pose, tension=pull, poses=poses, caption=caption, ruler=made.ruler)
+    drawn = scene(robot, start.pose, tension=pull, poses=poses, caption=caption, ruler=made.length_unit)
     yield part("The robot at its start", _start(made), drawn)
     names = [made.names[i] for i in shown]
     text = f"Tensions at the poses of {some} ({made.method}); at every waypoint they are within the limits too."
@@ -67,7 +67,7 @@ def _picture(made: Listed, axes: tuple[int, int]) -> Section:
         + (" at its orientation" if turns else "")
         + ("." if robot.planar else f"; poses lie before and behind it{' and are turned' if turns else ''}.")
     )
-    drawn = draw_reach(_outline(made, axes), made.listing, axes, box=made.box, ruler=made.ruler)
+    drawn = draw_reach(_outline(made, axes), made.listing, axes, box=made.box, ruler=made.length_unit)
     return part(f"Wished for and found, {letters}", text, drawn)
 
 
@@ -82,7 +82,7 @@ def _outline(made: Listed, axes: tuple[int, int]) -> Outline:
 
 
 def _start(made: Listed) -> str:
-    (k, l), cables, ruler = made.start.nearest, made.robot.cables, made.ruler
+    (k, l), cables, ruler = made.start.nearest, made.robot.cables, made.length_unit
     text = f"X_0 is at {ruler.point(made.start.pose[:3, 3])}. "
     gap = f"{cables[k]} and {cables[l]}, with {ruler.short(made.start.gap)} between them"
     return text + (f"The cables nearest to each other there are {gap}." if k >= 0 else "")
@@ -104,7 +104,7 @@ def _choice(made: Listed, choice: PoseChoice) -> str:
 
 
 def _caption(made: Listed, shown: NDArray[np.int64]) -> str:
-    words = f"Positions in {made.ruler.name}, rotation vectors in deg, tensions in N."
+    words = f"Positions in {made.length_unit.name}, rotation vectors in deg, tensions in N."
     return words + (f" The first {MOST}; the others are in poses.csv." if len(shown) > MOST else "")
 
 
@@ -117,14 +117,14 @@ def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
     for i, vector in zip(shown[:MOST], vectors, strict=True):
         why = "tension limits" if found.limit[i] == 1 else who[i] if found.limit[i] > 1 else ""
         pull = made.program.tension[i, -1]
-        cells = [*(made.ruler.text(v) for v in vector[:3].tolist()), *(f"{v:.1f}" for v in vector[3:])]
+        cells = [*(made.length_unit.text(v) for v in vector[:3].tolist()), *(f"{v:.1f}" for v in vector[3:])]
         ends = [f"{found.fraction[i]:.3f}", why, significant(pull.min()), significant(pull.max())]
         rows.append([made.names[i], *cells, *ends])
     return [head, *rows]
 
 
 def _how(made: Listed) -> str:
-    robot, box, ruler = made.robot, made.box, made.ruler
+    robot, box, ruler = made.robot, made.box, made.length_unit
     z = ", ".join(significant(v / ruler.metres) for v in (2 * box.translation).tolist())
     turns = ", ".join(significant(v) for v in np.degrees(box.rotation).tolist())
     return (

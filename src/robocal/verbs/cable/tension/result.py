@@ -241,7 +241,12 @@ def _places(made: Tensions) -> Iterator[Section]:
         if chosen.any():
             worst = int(np.argmin(np.where(chosen, margin, np.inf)))
             caption = f"{made.names[worst]}: margin {significant(float(margin[worst]))} N"
-            place = {"tension": spread.tension[worst], "poses": made.poses, "caption": caption, "ruler": made.ruler}
+            place = {
+                "tension": spread.tension[worst],
+                "poses": made.poses,
+                "caption": caption,
+                "ruler": made.length_unit,
+            }
             yield part(heading, f"{caption}. {words}", scene(made.robot, made.poses[worst], **place))
 
 
@@ -277,5 +282,5 @@ def _how(made: Tensions) -> str:
     model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
     return (
         f"{model}; method {method}; limits {statics.limits_text(made.spread.limits)}; {significant(made.mass)} kg. "
-        f"Of margins, moments are divided by {made.ruler.short(made.length)}."
+        f"Of margins, moments are divided by {made.length_unit.short(made.length)}."
     )

@@ -29,7 +29,7 @@ MOST = 20  # orientations that are listed
 
 def workspace_details(made: Workspace) -> Iterator[Section]:
     """What a page has room for: the robot, sections with margins, what was demanded, how it was worked out."""
-    robot, demand, ruler = made.robot, made.demand, made.ruler
+    robot, demand, ruler = made.robot, made.demand, made.length_unit
     yield part("What belongs to it", _explanation(made))
     if made.boundary is not None:
         yield _picture(robot, demand, made.boundary, ruler)
