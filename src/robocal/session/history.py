@@ -52,15 +52,15 @@ def _who(row: Sequence[str]) -> tuple[str, ...]:
 
 def _check(place: Path, line: int, row: Sequence[str]) -> None:
     if len(row) != len(HEADER):
-        raise FormatError(
-            "not a row of a history", file=place, row=line, found=f"{len(row)} cells", expected=str(len(HEADER))
-        )
+        found, expected = f"{len(row)} cells", str(len(HEADER))
+        raise FormatError("not a row of a history", file=place, row=line, found=found, expected=expected)
+    cells = dict(zip(HEADER, row, strict=True))
     for name in ("value", "sigma"):
-        cell = row[HEADER.index(name)]
         try:
-            good = math.isfinite(float(cell)) if cell or name == "value" else True
+            good = math.isfinite(float(cells[name])) if cells[name] or name == "value" else True
         except ValueError:
             good = False
         if not good:
-            raise FormatError("not a number", file=place, row=line, column=name, found=cell, expected="a finite number")
-    parse_unit(row[HEADER.index("unit")], file=place, row=line, column="unit")
+            expected = "a finite number"
+            raise FormatError("not a number", file=place, row=line, column=name, found=cells[name], expected=expected)
+    parse_unit(cells["unit"], file=place, row=line, column="unit")

@@ -29,9 +29,8 @@ def knowledge(found: Identification[Model]) -> Knowledge:
     nominal = {n: by_name[n].nominal for n in found.total.names}
     # The first instrument of a unit speaks for new measurements in it.
     noise = {g.unit: g.sigma for g in reversed(found.groups) if math.isfinite(g.sigma)}
-    return Knowledge(
-        found.total, values, nominal, found.joints, found.conditions, noise, _base_is_known(found), found.whitened_rows
-    )
+    known = _base_is_known(found)
+    return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, known, found.whitened_rows)
 
 
 def _base_is_known(found: Identification[Model]) -> bool:

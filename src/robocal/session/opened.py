@@ -139,10 +139,8 @@ class Opened(Generic[M]):
         """Raises ModelError for a choice of one run, by the names of options, that means nothing for this machine."""
         for name in self.lacks:
             if choices.get(name) and not (name == "region" and choices[name] == "measured"):
-                expected = f"nothing, for a {self.noun}"
-                raise ModelError(
-                    "this option is for arms", key=f"--{name}", found=str(choices[name]), expected=expected
-                )
+                found, expected = str(choices[name]), f"nothing, for a {self.noun}"
+                raise ModelError("this option is for arms", key=f"--{name}", found=found, expected=expected)
 
     def with_table(self, table: ParameterTable) -> Self:
         """The same machine with another table of parameters."""
@@ -168,15 +166,15 @@ class Opened(Generic[M]):
 
     def simulator(self, request: Request) -> Simulator[M]:
         """Who simulates what such a machine records. Raises ModelError where nobody does."""
-        raise ModelError(
-            f"nothing says what is measured of a {self.noun}", found=self.name, expected="an arm or a cable robot"
-        )
+        raise self._unknown("measured")
 
     def predict(self, rows: Path, absolute: bool) -> Prediction:
         """What a run folder of such a machine knows of rows that nobody measured. Raises ModelError where nothing says how."""
-        raise ModelError(
-            f"nothing says what is predicted of a {self.noun}", found=self.name, expected="an arm or a cable robot"
-        )
+        raise self._unknown("predicted")
+
+    def _unknown(self, done: str) -> ModelError:
+        message = f"nothing says what is {done} of a {self.noun}"
+        return ModelError(message, found=self.name, expected="an arm or a cable robot")
 
     @property
     def yaml(self) -> str:

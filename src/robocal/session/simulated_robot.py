@@ -82,8 +82,8 @@ class ArmSimulator(Simulator[Chain]):
         """The data with its frame unknown, a table and its description."""
         blind, name = hidden(data), stem or "data"
         return {
-            f"{name}.csv": label + table_text(blind, self.machine, self.units),
-            f"{name}.yaml": label + data_text(blind, self.machine, f"{name}.csv", self.units),
+            f"{name}.csv": label + table_text(blind, self.machine, self.robot.units),
+            f"{name}.yaml": label + data_text(blind, self.machine, f"{name}.csv", self.robot.units),
         }
 
 

@@ -45,14 +45,14 @@ class Poses:
     @cached_property
     def rms(self) -> Array:
         """Root mean squares of the residuals, (k,) m."""
-        return np.sqrt((self.solution.residual**2).mean(axis=1))
+        return np.asarray(np.sqrt((self.solution.residual**2).mean(axis=1)))
 
     @cached_property
     def sigma(self) -> Array:
         """One sigma of position (m) and orientation (rad), (k, 2); not a number where unknown."""
         axes, variances = self.file.robot.axes, np.einsum("kii->ki", self.solution.covariance)
         parts = ([i for i, axis in enumerate(axes) if (axis < 3) is moves] for moves in (True, False))
-        return np.sqrt(np.stack([variances[:, part].sum(axis=1) for part in parts], axis=1))
+        return np.asarray(np.sqrt(np.stack([variances[:, part].sum(axis=1) for part in parts], axis=1)))
 
     @cached_property
     def reasons(self) -> tuple[Remark, ...]:

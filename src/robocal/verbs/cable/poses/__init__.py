@@ -92,10 +92,8 @@ def sections(made: Outcome[Listed]) -> Iterator[Section]:
     head = f"   {n} poses, {found.reached} % of the box Z reached, mu {found.margin:g}"
     near: tuple[Text, ...] = ()
     if k >= 0:
-        gap = (
-            f"{robot.cables[k]} and {robot.cables[l]} pass with {found.length_unit.short(found.start.gap)} between them"
-        )
-        near = quiet(f"at X_0 {gap}; capacity margin {figure(found.start.margin)} N")
+        gap, names = found.length_unit.short(found.start.gap), f"{robot.cables[k]} and {robot.cables[l]}"
+        near = quiet(f"at X_0 {names} pass with {gap} between them; capacity margin {figure(found.start.margin)} N")
     yield Section.of("", Text.of((robot.name, "strong"), head), *near)
     rows = ((STOPPED_BY[name], str(count), figure(100 * count / n, 3)) for name, count in found.limits.items())
     yield Section.of("", table("stopped by", "motions", "share [%]", right=(1, 2), rows=rows))

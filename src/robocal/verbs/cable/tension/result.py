@@ -241,13 +241,9 @@ def _places(made: Tensions) -> Iterator[Section]:
         if chosen.any():
             worst = int(np.argmin(np.where(chosen, margin, np.inf)))
             caption = f"{made.names[worst]}: margin {significant(float(margin[worst]))} N"
-            place = {
-                "tension": spread.tension[worst],
-                "poses": made.poses,
-                "caption": caption,
-                "ruler": made.length_unit,
-            }
-            yield part(heading, f"{caption}. {words}", scene(made.robot, made.poses[worst], **place))
+            pose, pull, ruler = made.poses[worst], spread.tension[worst], made.length_unit
+            drawn = scene(made.robot, pose, tension=pull, poses=made.poses, caption=caption, ruler=ruler)
+            yield part(heading, f"{caption}. {words}", drawn)
 
 
 def _summary(spread: Distribution) -> str:
