@@ -93,10 +93,8 @@ def _trials_or_error(setting: Setting) -> Any:
 def _of(setting: Setting, error: ModelError) -> FormatError:
     """What is wrong, said of the study's file and of the point."""
     at = ", ".join(f"{k}: {v}" for k, v in setting.point.varied)
-    where = f" (at {at})" if at else ""
-    return FormatError(
-        f"{error.message}{where}", file=setting.path, key=error.key, found=error.found, expected=error.expected
-    )
+    message = error.message + (f" (at {at})" if at else "")
+    return FormatError(message, file=setting.path, key=error.key, found=error.found, expected=error.expected)
 
 
 def drawn(seed: int, chunk: int = THEORY) -> np.random.Generator:
@@ -135,14 +133,5 @@ def unpack(place: Path) -> dict[str, Array]:
         with zipfile.ZipFile(place) as file:
             named = [(name, io.BytesIO(file.read(name))) for name in file.namelist()]
         return {n.removesuffix(".npy"): np.lib.format.read_array(f, allow_pickle=False) for n, f in named}
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        EOFError,
-        RuntimeError,
-        NotImplementedError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as error:
+    except (OSError, ValueError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
         raise FileError(f"not a part of a study: {error}", file=place) from None
