@@ -6,6 +6,7 @@ Parameters speak the units of the robot file; errors are in mm and deg, whatever
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,27 +16,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._types import Array
+from robocal.apply.accuracy import accuracy_map
+from robocal.errors import ModelError
 from robocal.files import evidence_parts as evidence
 from robocal.files import result as files
+from robocal.files.accuracy_map import accuracy_columns, accuracy_text
+from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
 from robocal.files.display import to_display
 from robocal.files.layerfile import LAYER, layer_text
 from robocal.files.parts import unique_remarks
 from robocal.files.run_documents import RESIDUAL_COLUMNS, write_run
+from robocal.files.runfolder import ACCURACY
 from robocal.fit.estimators import describe_end, estimator
-from robocal.measure.machine import Model, joints_of
+from robocal.measure.machine import Model, freedom_of, joints_of
+from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.bootstrap import Resampled
 from robocal.prove.identification import Identification, ParameterResult, RowTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
-from robocal.session.knowledge import knowledge_files, map_columns
 from robocal.session.opened import Opened
 from robocal.session.suspect_rows import outlier
 
 if TYPE_CHECKING:
     from robocal.prove.nongeometric.layer import Layer
 
-__all__ = ["IdentifyOutcome", "residual_columns", "save", "to_result"]
+__all__ = ["IdentifyOutcome", "map_columns", "residual_columns", "save", "to_result"]
 
+ABOARD = ("lengths", "swivel", "load", "inclination")  # kinds that say nothing of where the base is
 NOTHING = 1e-9  # tolerance: m; two models that differ by rounding are one, and neither is the better
 
 
@@ -225,6 +232,52 @@ def _none_for_nan(values: Array) -> NDArray[Any]:
     return out
 
 
+def _knowledge(found: Identification[Model]) -> Knowledge:
+    """What an identification knows of its parameters."""
+    assert found.total is not None
+    by_name = {p.name: p for p in found.parameters}
+    values = {n: by_name[n].identified for n in found.total.names}
+    nominal = {n: by_name[n].nominal for n in found.total.names}
+    # The first instrument of a unit speaks for new measurements in it.
+    noise = {g.unit: g.sigma for g in reversed(found.groups) if math.isfinite(g.sigma)}
+    known = _base_is_known(found)
+    return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, known, found.whitened_rows)
+
+
+def _base_is_known(found: Identification[Model]) -> bool:
+    """Whether an instrument stood still on the base: no frame was free, and of a platform on cables one of the instruments is no part
+    of the robot."""
+    assert found.total is not None
+    if not freedom_of(found.nominal):
+        return all(n in found.nominal.table for n in found.total.names)
+    frames = [n for n in found.total.names if n not in found.nominal.table and n.rpartition(".")[2] in FRAME_SYMBOLS]
+    return not frames and any(g.kind not in ABOARD for g in found.groups)
+
+
+def map_columns(found: Identification[Model]) -> dict[str, list[Any]]:
+    """The columns of accuracy_map.csv; none for a method that knows no errors, or where the model asks for columns that
+    nobody recorded."""
+    if found.total is None or found.baseline is None or estimator(found.options.method).blind:
+        return {}
+    moving, corrected = found.nominal.mechanism, found.corrected.mechanism
+    if moving is None or corrected is None or moving.freedom is not None:
+        return {}  # joint values do not say where it is
+    before = {n: found.baseline[n].value for n in found.nominal.table.names if n in found.baseline}
+    try:
+        made = accuracy_map(moving.with_values(before), corrected, found.total, found.conditions, found.joints)
+    except ModelError:
+        return {}
+    return accuracy_columns(made)
+
+
+def _knowledge_files(found: Identification[Model], cells: dict[str, list[Any]]) -> dict[str, str]:
+    """The texts by file name; a method that knows no errors has none."""
+    if found.total is None or estimator(found.options.method).blind:
+        return {}
+    units = {p.name: p.unit for p in found.parameters}
+    return {COVARIANCE: covariance_text(_knowledge(found), units)} | ({ACCURACY: accuracy_text(cells)} if cells else {})
+
+
 def save(outcome: IdentifyOutcome, folder: Path) -> IdentifyOutcome:
     """Writes the run folder, all or nothing; warns of values left out."""
     from robocal.report.identified import report
@@ -238,7 +291,7 @@ def save(outcome: IdentifyOutcome, folder: Path) -> IdentifyOutcome:
     cells = map_columns(outcome.identification)
     page = report(outcome.result, outcome.residuals, cells)
     name = "calibrated.urdf" if outcome.robot.file.format == "urdf" else "calibrated.yaml"
-    more = knowledge_files(outcome.identification, cells)
+    more = _knowledge_files(outcome.identification, cells)
     if outcome.layer is not None:
         more[LAYER] = layer_text(outcome.layer)
     written = write_run(folder, outcome.result, rendered.text, outcome.residuals, page, robot_name=name, more=more)

@@ -117,11 +117,8 @@ def name_option(options: Mapping[str | None, str]) -> Iterator[None]:
 def missing_text(robot: CableRobot, missing: Array) -> str:
     """A missing wrench (d,) [N, N m] in words; components that are nothing beside the greatest are left out."""
     size = np.abs(missing).max()
-    return ", ".join(
-        f"{WRENCH[axis]} {v:.4g} {'N' if axis < 3 else 'Nm'}"
-        for axis, v in zip(robot.axes, missing, strict=True)
-        if abs(v) > 1e-6 * size
-    )
+    parts = ((axis, v) for axis, v in zip(robot.axes, missing, strict=True) if abs(v) > 1e-6 * size)
+    return ", ".join(f"{WRENCH[axis]} {v:.4g} {'N' if axis < 3 else 'Nm'}" for axis, v in parts)
 
 
 def no_direction(cable: str, where: str) -> str:

@@ -53,7 +53,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Dr
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
     from robocal.session.cable.drift import drifts
-    from robocal.session.history import with_history
+    from robocal.session.runs import with_history
 
     refuse_existing(o.output, (FILE, PAGE), o.force)
     made = drifts(o.runs, o.zeros_unchanged, o.base_moves, command)

@@ -121,18 +121,16 @@ def _doubts(listing: PoseList, noise: MeasurementNoise, o: Any, file: CableFile)
 
 
 # LIMITS, and the groups of `PoseChoice.expected`, in words.
-STOPPED_BY: Mapping[str, str] = MappingProxyType(
-    {
-        "box": "nothing: X_r was reached",
-        "statics": "the tension limits",
-        "cable-cable": "two cables that would touch",
-        "cable-platform": "a cable that would touch the platform",
-        "cable-pulley": "an anchor that would reach its pulley",
-    }
-)
-EXPECTED_OF: Mapping[str, str] = MappingProxyType(
-    {"a": "frame anchors a", "b": "platform anchors b", "l0": "zeros of lengths", "position": "platform's position"}
-)
+STOPPED_BY: Mapping[str, str] = MappingProxyType({
+    "box": "nothing: X_r was reached",
+    "statics": "the tension limits",
+    "cable-cable": "two cables that would touch",
+    "cable-platform": "a cable that would touch the platform",
+    "cable-pulley": "an anchor that would reach its pulley",
+})  # fmt: skip
+EXPECTED_OF: Mapping[str, str] = MappingProxyType({
+    "a": "frame anchors a", "b": "platform anchors b", "l0": "zeros of lengths", "position": "platform's position",
+})  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
