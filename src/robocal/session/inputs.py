@@ -61,16 +61,9 @@ def need_arm(name: Name, expected: str, *, base: str | None = None, tip: str | N
 
 
 def read_inputs(
-    robot: Name,
-    data: Sequence[Name],
-    *,
-    base: str | None = None,
-    tip: str | None = None,
-    group: str | None = None,
-    exclude: Sequence[str] = (),
-    watch: Watch | None = None,
-    choices: Mapping[str, Any] | None = None,
-) -> Inputs:
+    robot: Name, data: Sequence[Name], *, base: str | None = None, tip: str | None = None, group: str | None = None,
+    exclude: Sequence[str] = (), watch: Watch | None = None, choices: Mapping[str, Any] | None = None,
+) -> Inputs:  # fmt: skip
     """Opens a machine and its data files as one data set, without the rows that `exclude` names.
 
     Raises InputError for whatever is wrong with them, and for `choices` of one run that this machine lacks."""

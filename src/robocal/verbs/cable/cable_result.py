@@ -38,7 +38,7 @@ class CableResult(ABC):
     inputs: tuple[InputFile, ...]
     command: str = ""
 
-    title: ClassVar[str]  # of its page
+    title: ClassVar[str] = ""  # of its page
 
     @property
     def robot(self) -> CableRobot:
@@ -75,9 +75,9 @@ class CableResult(ABC):
     def document(self) -> CableDocument:
         """What --json says."""
 
-    @abstractmethod
     def texts(self) -> Mapping[str, str | bytes]:
         """The files of a folder, but its page."""
+        return {}
 
     def document_of(self, kind: type[D], **parts: Any) -> D:
         """The document of a verb, of its own `parts`."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from robocal.verbs import shared_options as w
@@ -44,43 +43,10 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Poses]:
     """Poses with their residuals, covariance and number of solutions. Raises InputError."""
-    import numpy as np
-
-    from robocal.cables.calibration.carried import pose_covariance
-    from robocal.cables.forward import forward
-    from robocal.errors import ModelError
-    from robocal.files.cable.pose_lists import read_cable_lengths
-    from robocal.files.listing import listing_text
-    from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
-    from robocal.remarks.code import Code
-    from robocal.remarks.remark import Remark
-    from robocal.session.cable.calibrated import open_calibrated
-    from robocal.session.cable.statics_options import locate_row, robot_inputs, tensions_of
-    from robocal.verbs.cable.forward.result import Poses
+    from robocal.verbs.cable.forward.result import find_poses
 
     refuse_existing(o.output, (), o.force)
-    made_of = open_calibrated(o.robot)
-    file = made_of.file
-    rows = read_cable_lengths(o.lengths, file.robot)
-    si, rng = o.si(file.units), np.random.default_rng(o.seed)
-    pull, said = tensions_of(rows, si.tension, file, o.sag)
-    if file.robot.elasticity is not None and pull is None and not rows.geometric:
-        said = (*said, Remark.of(Code.LENGTHS_TAKEN_GEOMETRIC, robot=file.robot.name))
-    more = made_of.gains
-    lengths = more.lengths(file.robot, rows.values)
-    try:
-        found = forward(file.robot, lengths, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
-    except ModelError as error:
-        raise locate_row(error, o.lengths, rows) from None
-    if made_of.estimates is not None:
-        names, spread, columns = made_of.estimates.names, made_of.estimates.whole, more.columns(rows.values)
-        carried = pose_covariance(file.robot, found.pose, names, spread, columns)
-        found = replace(found, covariance=found.covariance + carried)
-        said = (*said, Remark.of(Code.CALIBRATION_CARRIED, run=o.robot))
-    made = Poses(file, rows.names, found, si.sigma)
-    remarks = (*file.warnings, *rows.warnings, *said, *made_of.remarks, *made.reasons)
-    inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
-    text, trusted = listing_text(made.table_listing), not made.reasons and not made_of.cautions
-    document = made.document(remarks, inputs, command)
-    return Outcome(made, lambda: document, trusted, remarks, text, listing=made.table_listing).put(o.output)
+    made = find_poses(o, command)
+    text, listing = made.printed
+    return Outcome(made, lambda: made.document, made.trusted, made.remarks, text, listing=listing).put(o.output)

@@ -229,18 +229,13 @@ class Workspace(CableResult):
             tension_factor=float(factor[k]), condition=float(condition[k]),
         )  # fmt: skip
         return Shape(
-            centre=UnitValue(found.centre, "m"),
-            extent=UnitValue(found.extent, "m"),
-            reaches_box=self.cut,
-            parts=UnitValue([n * one for n in found.parts], self.unit),
-            holes=UnitValue([n * one for n in found.holes], self.unit),
+            centre=UnitValue(found.centre, "m"), extent=UnitValue(found.extent, "m"), reaches_box=self.cut,
+            parts=UnitValue([n * one for n in found.parts], self.unit), holes=UnitValue([n * one for n in found.holes], self.unit),
             margin=Spread.of(made.margin[made.inside], "N") if plain else None,
             acceleration=Spread.of(self.outer_box[made.inside], "m/s2") if plain else None,
-            tension_factor=Spread.of(factor[made.inside]),
-            condition=Spread.of(condition[made.inside]),
-            closed_share=float((factor[made.inside] > CLOSED).mean()),
-            best=best,
-        )
+            tension_factor=Spread.of(factor[made.inside]), condition=Spread.of(condition[made.inside]),
+            closed_share=float((factor[made.inside] > CLOSED).mean()), best=best,
+        )  # fmt: skip
 
     def texts(self) -> Mapping[str, str | bytes]:
         """The files of the folder, but its page."""
