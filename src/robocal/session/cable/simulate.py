@@ -22,7 +22,6 @@ from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import length_columns, read_platform_poses
 from robocal.files.cable.show import describe_cable
 from robocal.files.cable.write import render_cable
-from robocal.files.csvtable import csv_text
 from robocal.files.listing import listing_text
 from robocal.files.units import number
 from robocal.geometry import se3
@@ -129,12 +128,10 @@ class CableSimulator(Simulator[CableRobot]):
         """The lengths, and what the instrument read from a place that is to be found."""
         before, units = f"{stem}-" if stem else "", self.file.units
         lengths, seen = data.observations
-        ids, names = data.configurations.ids, FRAME_SYMBOLS[: KINDS[seen.kind]]
-        shown = [units.length if s in "xyz" else units.angle for s in names]
-        table = Listing((Column("id", "", ids), *length_columns(self.machine, lengths.value.reshape(len(ids), -1))))
-        cells = [[number(u.from_si(float(v))) for u, v in zip(shown, row, strict=True)] for row in seen.value]
-        rows = ([i, *own] for i, own in zip(ids, cells, strict=True))
-        header = ["id", *(f"{s} [{u.name}]" for s, u in zip(names, shown, strict=True))]
+        ids = Column("id", "", data.configurations.ids)
+        table = Listing((ids, *length_columns(self.machine, lengths.value.reshape(len(ids.values), -1))))
+        read = zip(FRAME_SYMBOLS[: KINDS[seen.kind]], seen.value.T, strict=True)
+        poses = Listing((ids, *(Column(s, "m" if s in "xyz" else "rad", v) for s, v in read)))
         what = [f"lengths: {{columns: [{', '.join(self.machine.cables)}]{_sigma(lengths, 0, units.length.factor)}}}"]
         place = [f"position: {{columns: [x, y, z]{_sigma(seen, 0, units.length.factor)}}}"]
         if seen.kind == "pose":
@@ -144,7 +141,7 @@ class CableSimulator(Simulator[CableRobot]):
         return {
             f"{before}lengths.csv": label + listing_text(table, units),
             f"{before}lengths.yaml": label + _described("lengths", f"{before}lengths.csv", what),
-            f"{before}{seen.kind}.csv": label + csv_text(header, rows),
+            f"{before}{seen.kind}.csv": label + listing_text(poses, units),
             f"{before}{seen.kind}.yaml": label + _described(seen.kind, f"{before}{seen.kind}.csv", place),
         }
 

@@ -39,19 +39,13 @@ class CableFacts:
 
 def facts(robot: CableRobot) -> CableFacts:
     """What is known, SI, and what follows."""
-    known = ("mass", "limits", "pulleys", "elasticity", "density", "diameter")
+    known = ("mass", "limits", "elasticity", "density", "diameter")
     return CableFacts(
-        degrees=robot.degrees,
-        plane=robot.plane if robot.planar else None,
-        redundancy=len(robot.cables) - len(robot.axes),
-        frame=UnitValue(np.ptp(robot.a, axis=0), "m"),
-        platform=UnitValue(np.ptp(robot.b, axis=0), "m"),
-        mass=unit_value(robot.mass, "kg"),
-        com=None if robot.mass is None else UnitValue(robot.com, "m"),
-        not_known=[name for name in known if getattr(robot, name) is None and name != "pulleys"],
-        assumed=robot.assumed,
-        cables=_cables(robot),
-    )
+        degrees=robot.degrees, plane=robot.plane if robot.planar else None, redundancy=len(robot.cables) - len(robot.axes),
+        frame=UnitValue(np.ptp(robot.a, axis=0), "m"), platform=UnitValue(np.ptp(robot.b, axis=0), "m"),
+        mass=unit_value(robot.mass, "kg"), com=None if robot.mass is None else UnitValue(robot.com, "m"),
+        not_known=[name for name in known if getattr(robot, name) is None], assumed=robot.assumed, cables=_cables(robot),
+    )  # fmt: skip
 
 
 def _cables(robot: CableRobot) -> Listing:
