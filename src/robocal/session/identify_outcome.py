@@ -74,7 +74,7 @@ def to_result(
     name, joints = found.nominal.name, len(joints_of(found.nominal))
     method, loss = estimator(found.options.method).title, found.options.loss
     return files.Result(
-        robot=files.RobotSummary(name=name, convention=robot.convention, joints=joints, source=robot.source),
+        robot=files.RobotSummary(name=name, convention=robot.convention, joints=joints, source=robot.file.source),
         method=method if loss == "none" else f"{method}, {loss} loss",
         verdict=to_display(files.Verdict, found.verdict, reasons=sentences(found.verdict.reasons)),
         parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],

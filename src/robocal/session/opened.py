@@ -50,11 +50,6 @@ class Inputs:
         """The data set."""
         return self.reading.dataset
 
-    @property
-    def robot(self) -> Robot:
-        """The arm. Raises ModelError for another machine."""
-        return self.opened.need_arm()
-
     def with_data(self, data: DataSet) -> Inputs:
         """The same with another data set."""
         return replace(self, reading=replace(self.reading, dataset=data))
@@ -99,11 +94,6 @@ class Opened(Generic[M]):
     def convention(self) -> str:
         """How the file describes it."""
         return self.file.convention
-
-    @property
-    def source(self) -> str:
-        """Where the numbers come from."""
-        return self.file.source
 
     @property
     def warnings(self) -> tuple[Remark, ...]:

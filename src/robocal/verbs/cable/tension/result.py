@@ -175,14 +175,10 @@ class Tensions(CableResult):
         ))  # fmt: skip
 
     @property
-    def table_listing(self) -> Listing:
-        """What a table has of it, in the robot file's units."""
-        return in_units(self.listing.without(*(f"wrench.{a}" for a in self.axes)), self.file.units)
-
-    @property
     def printed(self) -> tuple[str, Listing]:
-        """The list, as tensions.csv holds it."""
-        return listing_text(self.table_listing), self.table_listing
+        """The list in the robot file's units, as tensions.csv holds it."""
+        shown = in_units(self.listing.without(*(f"wrench.{a}" for a in self.axes)), self.file.units)
+        return listing_text(shown), shown
 
     @property
     def tensions_by_cable(self) -> Listing:
