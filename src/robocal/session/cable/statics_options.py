@@ -25,21 +25,9 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, remark_fields
 
 __all__ = [
-    "assumption_text",
-    "balance_remarks",
-    "cable_document",
-    "limits_text",
-    "locate_row",
-    "mass_of",
-    "missing_text",
-    "name_option",
-    "no_direction",
-    "redundant_robot",
-    "robot_inputs",
-    "robot_with_limits",
-    "tensions_of",
-    "wrench_of",
-]
+    "assumption_text", "balance_remarks", "cable_document", "limits_text", "locate_row", "mass_of", "missing_text",
+    "name_option", "no_direction", "redundant_robot", "robot_inputs", "robot_with_limits", "tensions_of", "wrench_of",
+]  # fmt: skip
 
 D = TypeVar("D", bound=CableDocument)
 UPRIGHT = {2, 3, 4}  # components of the twist (v, w) that a weight works on: z, and the turns about x and y
