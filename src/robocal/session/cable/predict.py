@@ -17,7 +17,7 @@ from robocal._types import Array
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
 from robocal.cables.gradient import by_parameters
-from robocal.errors import FileError, ModelError
+from robocal.errors import FileError
 from robocal.estimate.uncertainty import Total, radius
 from robocal.files.cable.pose_lists import CableList, read_cable_lengths, read_platform_poses
 from robocal.files.covariance import COVARIANCE, read_covariance
@@ -29,7 +29,7 @@ from robocal.prove.place_bands import motion_field
 from robocal.quantities import Column, Listing
 from robocal.report.sections import figure
 from robocal.session.cable.calibrated import Calibrated, open_calibrated
-from robocal.session.cable.statics_options import locate_row, robot_inputs
+from robocal.session.cable.statics_options import name_row, robot_inputs
 from robocal.session.prediction import Prediction
 
 __all__ = ["predict"]
@@ -61,10 +61,8 @@ def _lengths(ask: _Asked) -> Prediction:
     """What the sensors show at poses, and the 95 % band of each."""
     run, robot = ask.run, ask.run.robot
     rows = read_platform_poses(ask.path, robot)
-    try:
+    with name_row(ask.path, rows):
         full = inverse(robot, rows.values)[0]
-    except ModelError as error:
-        raise locate_row(error, str(ask.path), rows) from None
     shown = run.gains.readings(robot, full)
     slope, by_number = _slopes(ask, rows.values, shown)
     left = _placed(by_number, slope @ motion_field(rows.values[:, :3, 3])[:, list(robot.axes)], ask.whole)
@@ -87,10 +85,8 @@ def _poses(ask: _Asked) -> Prediction:
     run, robot = ask.run, ask.run.robot
     rows = read_cable_lengths(ask.path, robot)
     read = run.gains.lengths(robot, rows.values)
-    try:
+    with name_row(ask.path, rows):
         pose = forward(robot, read).pose
-    except ModelError as error:
-        raise locate_row(error, str(ask.path), rows) from None
     axes = list(robot.axes)
     slope, by_number = _slopes(ask, pose, rows.values)
     moved = np.full((len(pose), len(axes), by_number.shape[2]), np.nan)

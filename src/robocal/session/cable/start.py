@@ -39,7 +39,10 @@ def examine_start(file: CableFile, robot: CableRobot, clearance: Clearance, said
             raise ModelError(_none(), key="--start", found=said, expected="other tension limits, or another start")
     else:
         pose = robot.home if said == "mean" else _pose(file, robot, said)
-    _whole(file, robot, pose)
+    lost = ~np.isfinite(structure_of(robot, pose[None], strict=False)[0]).all(axis=0)
+    if lost.any():
+        message = no_direction(robot.cables[int(np.argmax(lost))], "the start X_0")
+        raise ModelError(message, key="--start", found=_pose_text(file, pose))
     found = examine(robot, pose, clearance)
     if found.feasible and not found.touching and found.margin != 0.0:
         return found
@@ -54,14 +57,6 @@ def examine_start(file: CableFile, robot: CableRobot, clearance: Clearance, said
     other = propose(robot, clearance)
     instead = _none() if other is None else f"such as --start {_pose_text(file, other)} (or --start best)"
     raise ModelError(why, key="--start", found=shown, expected=f"another{';' if other is None else ','} {instead}")
-
-
-def _whole(file: CableFile, robot: CableRobot, pose: Array) -> None:
-    """Raises ModelError where a cable has no direction at the start."""
-    lost = ~np.isfinite(structure_of(robot, pose[None], strict=False)[0]).all(axis=0)
-    if lost.any():
-        message = no_direction(robot.cables[int(np.argmax(lost))], "the start X_0")
-        raise ModelError(message, key="--start", found=_pose_text(file, pose))
 
 
 def _none() -> str:

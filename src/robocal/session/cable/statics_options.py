@@ -25,8 +25,8 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, remark_fields
 
 __all__ = [
-    "assumption_text", "balance_remarks", "cable_document", "limits_text", "locate_row", "mass_of", "missing_text",
-    "name_option", "no_direction", "redundant_robot", "robot_inputs", "robot_with_limits", "tensions_of", "wrench_of",
+    "assumption_text", "balance_remarks", "cable_document", "limits_text", "mass_of", "missing_text", "name_option",
+    "name_row", "no_direction", "redundant_robot", "robot_inputs", "robot_with_limits", "tensions_of", "wrench_of",
 ]  # fmt: skip
 
 D = TypeVar("D", bound=CableDocument)
@@ -148,10 +148,13 @@ def tensions_of(
     return pull, said
 
 
-def locate_row(error: ModelError, path: str, rows: CableList) -> FormatError:
-    """What a model complains of, said of the row of the list that it is about."""
-    row = None if error.row is None else rows.lines[error.row]
-    return error.of_file(path, row=row)
+@contextmanager
+def name_row(path: object, rows: CableList) -> Iterator[None]:
+    """What a model complains of is said of the row of the list that it is about."""
+    try:
+        yield
+    except ModelError as error:
+        raise error.of_file(path, row=None if error.row is None else rows.lines[error.row]) from None
 
 
 def cable_document(

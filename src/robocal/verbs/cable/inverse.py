@@ -51,7 +51,6 @@ class Options(BaseOptions):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Array]:
     """Lengths in m, and the list as a CSV in the robot file's units. Raises InputError."""
     from robocal.cables.cable_lengths import inverse
-    from robocal.errors import ModelError
     from robocal.files.cable.cable_robot import read_cable
     from robocal.files.cable.pose_lists import length_columns, read_platform_poses, tension_columns
     from robocal.files.listing import in_units, listing_text
@@ -59,16 +58,14 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ar
     from robocal.files.writing import refuse_existing
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
-    from robocal.session.cable.statics_options import cable_document, locate_row, robot_inputs, tensions_of
+    from robocal.session.cable.statics_options import cable_document, name_row, robot_inputs, tensions_of
 
     refuse_existing(o.output, (), o.force)
     file = read_cable(o.robot)
     rows = read_platform_poses(o.poses, file.robot)
     pull, said = tensions_of(rows, o.si(file.units).tension, file, o.sag)
-    try:
+    with name_row(o.poses, rows):
         lengths, _ = inverse(file.robot, rows.values, pull, sag=o.sag)
-    except ModelError as error:
-        raise locate_row(error, o.poses, rows) from None
     geometric = file.robot.elasticity is not None and pull is None
     columns = (Column("id", "", rows.names), *length_columns(file.robot, lengths, geometric=geometric))
     listing = Listing(columns + (() if rows.tension is None else tension_columns(file.robot, rows.tension)))

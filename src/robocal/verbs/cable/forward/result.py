@@ -13,7 +13,6 @@ import numpy as np
 from robocal._types import Array
 from robocal.cables.calibration.carried import pose_covariance
 from robocal.cables.forward import Forward, forward
-from robocal.errors import ModelError
 from robocal.files.cable.pose_lists import pose_columns, read_cable_lengths
 from robocal.files.listing import in_units, listing_text
 from robocal.files.parts import CableDocument
@@ -22,7 +21,7 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.cable.calibrated import open_calibrated
-from robocal.session.cable.statics_options import locate_row, robot_inputs, tensions_of
+from robocal.session.cable.statics_options import name_row, robot_inputs, tensions_of
 from robocal.verbs.cable.cable_result import CableResult
 
 __all__ = ["Poses", "find_poses"]
@@ -99,10 +98,8 @@ def find_poses(o: Any, command: str = "") -> Poses:
     if file.robot.elasticity is not None and pull is None and not rows.geometric:
         said = (*said, Remark.of(Code.LENGTHS_TAKEN_GEOMETRIC, robot=file.robot.name))
     lengths = gains.lengths(file.robot, rows.values)
-    try:
+    with name_row(o.lengths, rows):
         found = forward(file.robot, lengths, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
-    except ModelError as error:
-        raise locate_row(error, o.lengths, rows) from None
     if known is not None:
         carried = pose_covariance(file.robot, found.pose, known.names, known.whole, gains.columns(rows.values))
         found = replace(found, covariance=found.covariance + carried)

@@ -88,28 +88,25 @@ def _doubts(robot: CableRobot, names: tuple[str, ...], spread: Distribution, mis
     return (*out[:MOST], Remark.of(Code.AND_MORE, count=left)) if left > 0 else tuple(out)
 
 
-def _bare(robot: CableRobot, names: tuple[str, ...], spread: Distribution, margin: Array) -> tuple[Remark, ...]:
+def _bare(robot: CableRobot, names: tuple[str, ...], spread: Distribution, margin: Array) -> Iterator[Remark]:
     """Poses that are held as they are and in no other way: singular ones, mostly."""
     bare = [names[i] for i in np.flatnonzero(spread.feasible & (margin <= NOTHING * robot.need("limits").max()))]
-    if not bare:
-        return ()
-    more = len(bare) - MOST
-    return (Remark.of(Code.NO_MARGIN, poses=tuple(bare[:MOST]), more=more if more > 0 else None),)
+    if bare:
+        more = len(bare) - MOST
+        yield Remark.of(Code.NO_MARGIN, poses=tuple(bare[:MOST]), more=more if more > 0 else None)
 
 
-def _leaning(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
+def _leaning(robot: CableRobot, rows: CableList) -> Iterator[Remark]:
     """Cables that leave the plane of a planar robot: what they pull across it is held by nothing."""
     if not robot.planar:
-        return ()
-    across = 2 if robot.plane == "xy" else 1
-    whole = replace(robot, degrees="3R3T")
+        return
+    across, whole = 2 if robot.plane == "xy" else 1, replace(robot, degrees="3R3T")
     lean = np.abs(structure_of(whole, rows.values, strict=False)[:, across])
-    if not lean.max(initial=0.0) > LEANING:
-        return ()
-    row, cable = (int(v) for v in np.unravel_index(int(np.argmax(lean)), lean.shape))
-    angle = Quantity(float(np.arcsin(min(float(lean[row, cable]), 1.0))), "rad")
-    where = {"pose": rows.names[row], "cable": robot.cables[cable], "plane": robot.plane}
-    return (Remark.of(Code.LEANING, **where, angle=angle),)
+    if lean.max(initial=0.0) > LEANING:
+        row, cable = (int(v) for v in np.unravel_index(int(np.argmax(lean)), lean.shape))
+        angle = Quantity(float(np.arcsin(min(float(lean[row, cable]), 1.0))), "rad")
+        where = {"pose": rows.names[row], "cable": robot.cables[cable], "plane": robot.plane}
+        yield Remark.of(Code.LEANING, **where, angle=angle)
 
 
 @dataclass(frozen=True, kw_only=True)
