@@ -15,6 +15,7 @@ from robocal.cables.calibration.comparison import Scattered, calibration_scatter
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
 from robocal.files.parts import provenance_of
+from robocal.files.plain import json_text
 from robocal.files.runfolder import Run
 from robocal.files.text import InputFile
 from robocal.remarks.code import Code
@@ -67,6 +68,15 @@ class Drifts:
     def runs(self) -> list[Run]:
         """The run folders among them."""
         return [c.run for c in self.all if c.run is not None]
+
+    @property
+    def head(self) -> dict[str, str]:
+        """What stands at the head of a page."""
+        return {"title": f"{self.robot.name}: calibrations compared", "kind": "Cable robot"}
+
+    def texts(self) -> dict[str, str | bytes]:
+        """The files that a folder gets beside a page."""
+        return {"drift.json": json_text(self.document)}
 
     @property
     def document(self) -> dict[str, Any]:

@@ -50,19 +50,15 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Drifts]:
     """Compares calibrations; a folder gets drift.json and a page. Raises InputError."""
-    from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
     from robocal.session.cable.drift import drifts
     from robocal.session.runs import with_history
 
     refuse_existing(o.output, (FILE, PAGE), o.force)
     made = drifts(o.runs, o.zeros_unchanged, o.base_moves, command)
-    history = None if o.history is None else with_history(o.history, made.runs)
+    text = None if o.history is None else with_history(o.history, made.runs)
     outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
-    return outcome.with_page(
-        o.output, list(sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
-        title=f"{made.robot.name}: calibrations compared", kind="Cable robot",
-    ).recorded(o.history, history)  # fmt: skip
+    return outcome.with_page(o.output, list(sections(outcome)), made.texts, PAGE, **made.head).recorded(o.history, text)
 
 
 def sections(made: Outcome[Drifts]) -> Iterator[Section]:

@@ -96,11 +96,16 @@ def _machines(o: Options, watch: Watch | None, command: str) -> Outcome[Any]:
 
 def _cables(o: Options, command: str) -> Outcome[Any]:
     """As `cable drift` of two runs."""
-    from robocal.verbs.cable import drift
+    from robocal.files.writing import refuse_existing
+    from robocal.session.cable.drift import drifts
+    from robocal.session.runs import with_history
 
     _refuse(o, ("new_tool", "matters"), "this option is for arms", "nothing, for a cable robot")
-    runs = (str(o.first), str(o.second))
-    return drift.run(drift.Options(runs, history=o.history, output=o.output, force=o.force), None, command)
+    refuse_existing(o.output, (FILE, PAGE), o.force)
+    made = drifts((str(o.first), str(o.second)), False, False, command)
+    text = None if o.history is None else with_history(o.history, made.runs)
+    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
+    return outcome.with_page(o.output, list(sections(outcome)), made.texts, PAGE, **made.head).recorded(o.history, text)
 
 
 def _beside_truth(o: Options, command: str) -> Outcome[Any]:

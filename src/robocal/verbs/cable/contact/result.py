@@ -28,9 +28,9 @@ from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
+from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.start import clearance_of
 from robocal.session.cable.statics_options import mass_of, robot_inputs, robot_with_limits
-from robocal.verbs.cable.cable_result import CableResult
 
 __all__ = ["Motions", "contact_details", "path_of"]
 

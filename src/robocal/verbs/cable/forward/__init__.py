@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from robocal.report.sections import Section, Text
 from robocal.verbs import shared_options as w
-from robocal.verbs.cable.inverse import sections
 from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 
@@ -50,3 +51,8 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Po
     made = find_poses(o, command)
     text, listing = made.printed
     return Outcome(made, lambda: made.document, made.trusted, made.remarks, text, listing=listing).put(o.output)
+
+
+def sections(made: Outcome[Poses]) -> Iterator[Section]:
+    """Where the list is."""
+    yield Section.of("", *(Text.of(str(path)) for path in made.written))

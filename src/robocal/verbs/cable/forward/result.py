@@ -20,9 +20,9 @@ from robocal.files.text import InputFile
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
+from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.calibrated import open_calibrated
 from robocal.session.cable.statics_options import name_row, robot_inputs, tensions_of
-from robocal.verbs.cable.cable_result import CableResult
 
 __all__ = ["Poses", "find_poses"]
 

@@ -11,7 +11,7 @@ from robocal.cables.tension_choice import METHOD
 from robocal.report.sections import Section, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.cable.poses.result import Listed
@@ -70,10 +70,9 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Listed]:
     """Lists poses and chooses some of them; a folder gets FILES. Raises InputError."""
-    from robocal.verbs.cable.cable_result import run_verb
     from robocal.verbs.cable.poses.result import make_list
 
-    return run_verb(o, FILES, lambda: make_list(o, watch or (lambda event: None), command), sections, details)
+    return run_cable_verb(o, FILES, lambda: make_list(o, watch or (lambda event: None), command), sections, details)
 
 
 def details(made: Outcome[Listed]) -> Iterator[Section]:

@@ -30,10 +30,10 @@ from robocal.quantities import Listing, UnitValue, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.report.sections import figure
+from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.start import box_of, clearance_of, examine_start
 from robocal.session.cable.statics_options import mass_of, name_option, robot_inputs, robot_with_limits
 from robocal.session.watching import Watch, computable
-from robocal.verbs.cable.cable_result import CableResult
 
 __all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed", "make_list"]
 

@@ -29,8 +29,8 @@ from robocal.remarks.remark import Quantity, Remark
 from robocal.report.cable.contours import contours
 from robocal.report.cable.part import part
 from robocal.report.sections import Section, Text, ends, figure, listing_table, table
+from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.statics_options import robot_inputs
-from robocal.verbs.cable.cable_result import CableResult
 
 __all__ = ["PAIRS", "Required", "compute_requirement", "require_details", "require_summary"]
 

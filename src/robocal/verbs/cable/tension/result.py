@@ -30,7 +30,7 @@ from robocal.report.cable.tension_series import tensions
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
 from robocal.session.cable import statics_options as statics
-from robocal.verbs.cable.cable_result import CableResult
+from robocal.session.cable.cable_result import CableResult
 
 __all__ = ["Tensions", "compute_tensions", "tension_details"]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from robocal.report.sections import Section, Text, ends, figure, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
 
 if TYPE_CHECKING:
     from robocal.cables.workspace import Demand
@@ -75,10 +75,9 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Workspace]:
     """The workspace for what is demanded; a folder gets FILES, and MESHES of a spatial robot. Raises InputError."""
-    from robocal.verbs.cable.cable_result import run_verb
     from robocal.verbs.cable.workspace.compute import workspace
 
-    return run_verb(o, (*FILES, *MESHES), lambda: workspace(o, command, watch), sections, details)
+    return run_cable_verb(o, (*FILES, *MESHES), lambda: workspace(o, command, watch), sections, details)
 
 
 def details(made: Outcome[Workspace]) -> Iterator[Section]:

@@ -21,7 +21,7 @@ from robocal.files.plain import json_text
 from robocal.geometry import so3
 from robocal.quantities import UnitValue, unit_value
 from robocal.remarks.remark import remark_fields
-from robocal.verbs.cable.cable_result import CableResult
+from robocal.session.cable.cable_result import CableResult
 
 __all__ = ["PLANES", "RayStart", "Workspace"]
 

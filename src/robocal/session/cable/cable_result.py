@@ -1,9 +1,9 @@
-"""What a verb of cable robots hands back: a result about one robot, and a folder with its files and a page."""
+"""What a verb of cable robots finds: a result about one robot, its document, its files and what its page says of it."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
@@ -11,20 +11,16 @@ from robocal.cables.geometry import CableRobot
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.parts import CableDocument
 from robocal.files.text import InputFile
-from robocal.files.writing import refuse_existing
 from robocal.quantities import Listing
 from robocal.remarks.remark import Remark, full_text
 from robocal.report.cable.length_unit import LengthUnit
 from robocal.report.cable.part import part
 from robocal.report.sections import Section
 from robocal.session.cable.statics_options import assumption_text, cable_document
-from robocal.verbs.outcome import Outcome
 
-__all__ = ["CableResult", "run_verb"]
+__all__ = ["CableResult"]
 
 D = TypeVar("D", bound=CableDocument)
-R = TypeVar("R", bound="CableResult")
-PAGE = "report.html"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,19 +84,3 @@ class CableResult(ABC):
         return part(
             "How it was worked out", "\n\n".join([words, assumption_text(self.robot), *map(full_text, remarks)])
         )
-
-
-def run_verb(
-    o: Any, files: Sequence[str], find: Callable[[], R], *tell: Callable[[Outcome[R]], Iterable[Section]]
-) -> Outcome[R]:
-    """What is found; a folder gets its files and a page of what is told. Raises FileError where one of `files` would be replaced."""
-    refuse_existing(o.output, files, o.force)
-    made = find()
-    text, listing = made.printed
-    note = made.note if o.output is None else ""
-    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks, text, note, listing=listing).with_files(
-        ()
-    )
-    told = (section for sections in tell for section in sections(outcome))
-    title = f"{made.robot.name}: {made.title}"
-    return outcome.with_page(o.output, told, made.texts, PAGE, title=title, kind="Cable robot")
