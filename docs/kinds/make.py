@@ -22,7 +22,8 @@ from robocal.files.kinds.registry import READERS
 from robocal.geometry import fits
 from robocal.prove.identification import Options
 from robocal.prove.identify import identify
-from robocal.session.simulated_robot import Errors, sample_joints, true_chain
+from robocal.session.simulated_robot import Errors, sample_joints
+from robocal.session.simulator import true_model
 from robocal.simulation.hiding import hidden
 from robocal.simulation.rigs import FINE, Instrument, measure
 
@@ -45,7 +46,7 @@ def trial(kind: str, arm: str, poses: int, seed: int):
     """Nominal arm, true arm, and what was identified from so many poses; None where it could not be."""
     nominal = catalog.get(arm)
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
-    truth = true_chain(nominal, Errors(), streams[0])
+    truth = true_model(nominal, nominal.geometric, Errors(), streams[0])
     q = sample_joints(nominal, poses, streams[1])
     data = hidden(measure(truth, q, Instrument(kind, angle_noise=FINE.get(kind, 1e-4)), streams[2]))
     try:
@@ -93,7 +94,9 @@ def block(kind: str) -> str:
 def trial_arms(arm: str, seed: int) -> tuple[Chain, Chain]:
     """Nominal and true arm of a seed."""
     nominal = catalog.get(arm)
-    return nominal, true_chain(nominal, Errors(), np.random.default_rng(np.random.SeedSequence(seed).spawn(3)[0]))
+    return nominal, true_model(
+        nominal, nominal.geometric, Errors(), np.random.default_rng(np.random.SeedSequence(seed).spawn(3)[0])
+    )
 
 
 def put(kind: str) -> None:

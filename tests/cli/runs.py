@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from simulated import simulation_files, true_chain
 
 from robocal.cli.main import main
 from robocal.files.robot import parse_robot
 from robocal.files.text import Source
-from robocal.session.simulated_robot import Errors, Instrument, measure, simulation_files, true_chain
+from robocal.session.simulated_robot import Errors, Instrument, measure
 
 ROBOT = """robocal: 1
 name: three axes

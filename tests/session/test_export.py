@@ -14,6 +14,7 @@ from called import export
 from cli.runs import ROBOT, robocal
 from files.test_urdf import TEXT
 from ruamel.yaml import YAML
+from simulated import true_chain
 
 from robocal.arms import catalog
 from robocal.arms.chain import Chain
@@ -24,7 +25,7 @@ from robocal.errors import InputError, ModelError
 from robocal.files.robot import describe, open_robot, render_robot
 from robocal.files.urdf_into import urdf_into, urdf_text
 from robocal.remarks.remark import Remark
-from robocal.session.simulated_robot import Errors, sample_joints, true_chain
+from robocal.session.simulated_robot import Errors, sample_joints
 
 TIGHT = 1e-9  # m, and as large for the entries of rotations
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from called import called, export, identify, simulate
 from cli.runs import small
+from simulated import true_chain
 
 from robocal.arms import catalog
 from robocal.arms.conventions import chain
@@ -24,7 +25,7 @@ from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
 from robocal.files.urdf_into import urdf_text
 from robocal.session.inputs import open_arm
-from robocal.session.simulated_robot import Errors, sample_joints, true_chain
+from robocal.session.simulated_robot import Errors, sample_joints
 from robocal.verbs.demo.cases import example_folder
 from robocal.verbs.export.controller_offsets import joint_offsets
 from robocal.verbs.export.result import parameter_table

@@ -34,10 +34,10 @@ def test_open_arm_takes_files_folders_and_names(tmp_path: Path) -> None:
 def test_the_misfit_does_not_depend_on_units(tmp_path: Path) -> None:
     small(tmp_path)
     inputs = read_inputs(tmp_path / "robot.yaml", [tmp_path / "data.yaml"])
-    found = misfit(inputs.robot.chain, inputs.data)
+    found = misfit(inputs.opened.machine, inputs.data)
     obs = inputs.data.observations[0]
     shrunk = DataSet(inputs.data.configurations, (replace(obs, value=obs.value * 1e-3, sigma=None),))
-    assert found < 0.02 < 10 * found < misfit(inputs.robot.chain, shrunk)
+    assert found < 0.02 < 10 * found < misfit(inputs.opened.machine, shrunk)
 
 
 def test_two_wrong_units_at_once_are_found_together(tmp_path: Path) -> None:

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import ROBOT, files, robocal
+from simulated import simulation_files, true_chain
 
 from robocal.files.robot import parse_robot
 from robocal.files.text import Source
-from robocal.session.simulated_robot import Errors, Instrument, measure, simulation_files, true_chain
+from robocal.session.simulated_robot import Errors, Instrument, measure
 
 SCATTER = 3e-5
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from simulated import true_chain
 
 from robocal.apply.compensate import STATUS, Targets, compensate, generic_rank
 from robocal.arms import catalog
@@ -19,7 +20,7 @@ from robocal.geometry import so3
 from robocal.geometry.path.program import Element, Term
 from robocal.parameters import Parameter, ParameterTable
 from robocal.prove.identify import identify
-from robocal.session.simulated_robot import Errors, Instrument, measure, sample_joints, true_chain
+from robocal.session.simulated_robot import Errors, Instrument, measure, sample_joints
 
 # The defaults of `robocal simulate`: lengths 0.3 mm, angles 1 mrad; a laser tracker with an orientation sensor.
 TRACKER = Instrument("pose", 2e-5, 5e-5, None)

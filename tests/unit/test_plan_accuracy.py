@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from simulated import true_chain
 
 from robocal.arms import catalog
 from robocal.estimate.criteria import criterion_of
@@ -18,7 +19,7 @@ from robocal.measure.data import Frame, Observations
 from robocal.planning.candidates import Region, draw, joint_range, observe
 from robocal.planning.design import blocks, predict_sigma, sum_information
 from robocal.planning.pose_selection import PlanOptions, plan
-from robocal.session.simulated_robot import Errors, true_chain
+from robocal.session.simulated_robot import Errors
 
 TRACKER = Frame("tracker", (1.6, -1.1, 0.4, 0.02, -0.03, 2.1), (True,) * 6, expected=(10.0, 3.0))
 REPEATS = 50

@@ -26,8 +26,7 @@ from robocal.report.page import embed
 from robocal.report.plain_text import text
 from robocal.report.sections import Section, Text, ends
 from robocal.report.sections import listing_table as rows_of
-from robocal.session.identify_outcome import save
-from robocal.session.knowledge import map_columns
+from robocal.session.identify_outcome import map_columns, save
 from robocal.verbs.outcome import Outcome
 
 __all__ = ["Found", "Identified"]

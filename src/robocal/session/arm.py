@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
 from robocal.arms.chain import Chain
 from robocal.errors import FileError
 from robocal.files.causes.refusals import data_remarks
-from robocal.files.dataset import Reading, read_datasets
+from robocal.files.dataset import read_datasets
 from robocal.files.robot import Robot, describe, open_robot, render_robot
 from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
 from robocal.files.text import InputFile, read_text
@@ -49,15 +50,11 @@ class OpenedArm(Opened[Chain]):
         self, data: Data, *, group: str | None = None, exclude: Sequence[str] = (), watch: Watch | None = None
     ) -> Inputs:
         """Data files as one data set. Raises InputError for whatever is wrong with them, units that are mixed up too."""
-
-        def reading_for(chain: Chain) -> Reading:
-            return read_datasets(data, chain, group=group, exclude=exclude)
-
-        arm = self.file
-        reading = reading_for(arm.chain)
+        reading_for = partial(read_datasets, data, group=group, exclude=exclude)
+        reading = reading_for(self.file.chain)
         one_frame_per_name(reading)
         with computable(self.given, *data):
-            remarks = data_remarks(arm, reading, lambda chain: reading_for(chain).dataset, watch)
+            remarks = data_remarks(self.file, reading, lambda chain: reading_for(chain).dataset, watch)
         return self.inputs_of(reading, *remarks)
 
     def simulator(self, request: Request) -> Simulator[Chain]:
@@ -75,9 +72,8 @@ class OpenedArm(Opened[Chain]):
     @property
     def yaml(self) -> str:
         """The arm as a robot.yaml; of a URDF, in m and rad."""
-        return (
-            self.file.text if self.file.format == "yaml" else describe(self.file.chain, Units(UNITS["m"], UNITS["rad"]))
-        )
+        arm = self.file
+        return arm.text if arm.format == "yaml" else describe(arm.chain, Units(UNITS["m"], UNITS["rad"]))
 
     def render(self, found: Identification[Chain]) -> Rendered:
         """Its file with what was identified."""
@@ -142,8 +138,5 @@ def robot_files(robot: Robot, name: str | os.PathLike[str]) -> tuple[InputFile, 
     """The robot as an input of a run: its file, and of a run folder the numbers too."""
     first = InputFile(robot.path if robot.path is not None else Path(f"catalogue:{name}"), robot.sha256)
     numbers = Path(name) / RESULT
-    return (
-        (first, InputFile(numbers, read_text(numbers).sha256))
-        if robot.format == "urdf" and numbers.is_file()
-        else (first,)
-    )
+    known = robot.format == "urdf" and numbers.is_file()
+    return (first, InputFile(numbers, read_text(numbers).sha256)) if known else (first,)

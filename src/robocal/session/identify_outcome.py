@@ -6,6 +6,7 @@ Parameters speak the units of the robot file; errors are in mm and deg, whatever
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,25 +16,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._types import Array
+from robocal.apply.accuracy import accuracy_map
+from robocal.errors import ModelError
+from robocal.files import evidence_parts as evidence
 from robocal.files import result as files
+from robocal.files.accuracy_map import accuracy_columns, accuracy_text
+from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
 from robocal.files.display import to_display
 from robocal.files.layerfile import LAYER, layer_text
 from robocal.files.parts import unique_remarks
 from robocal.files.run_documents import RESIDUAL_COLUMNS, write_run
+from robocal.files.runfolder import ACCURACY
 from robocal.fit.estimators import describe_end, estimator
-from robocal.measure.machine import Model, joints_of
+from robocal.measure.machine import Model, freedom_of, joints_of
+from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.bootstrap import Resampled
 from robocal.prove.identification import Identification, ParameterResult, RowTable
-from robocal.remarks.remark import Remark, sentences
-from robocal.session.knowledge import knowledge_files, map_columns
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.session.opened import Opened
 from robocal.session.suspect_rows import outlier
-from robocal.session.trusted import prediction_part, range_part, scale_part
 
 if TYPE_CHECKING:
     from robocal.prove.nongeometric.layer import Layer
 
-__all__ = ["IdentifyOutcome", "residual_columns", "save", "to_result"]
+__all__ = ["IdentifyOutcome", "map_columns", "residual_columns", "save", "to_result"]
+
+ABOARD = ("lengths", "swivel", "load", "inclination")  # kinds that say nothing of where the base is
+NOTHING = 1e-9  # tolerance: m; two models that differ by rounding are one, and neither is the better
 
 
 @dataclass(frozen=True)
@@ -61,31 +71,20 @@ def to_result(
 ) -> files.Result:
     """result.json of an identification."""
     said = tuple(dict.fromkeys((*warnings, *found.warnings)))
-    machine = found.nominal
-    held = len(found.held_out_ids)
-    count = held + len(found.fit_ids) + len(found.embargoed_ids)
+    name, joints = found.nominal.name, len(joints_of(found.nominal))
     method, loss = estimator(found.options.method).title, found.options.loss
     return files.Result(
-        robot=files.RobotSummary(
-            name=machine.name, convention=robot.convention, joints=len(joints_of(machine)), source=robot.source
-        ),
+        robot=files.RobotSummary(name=name, convention=robot.convention, joints=joints, source=robot.file.source),
         method=method if loss == "none" else f"{method}, {loss} loss",
         verdict=to_display(files.Verdict, found.verdict, reasons=sentences(found.verdict.reasons)),
         parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],
         identifiability=_identifiability(found, robot),
         residuals=_residuals(found),
         fit=_fit(found),
-        split=files.SplitSummary(
-            held_out_fraction=held / count if count else 0.0,
-            seed=found.options.seed,
-            fit=list(found.fit_ids),
-            held_out=list(found.held_out_ids),
-            embargoed=list(found.embargoed_ids),
-            how=found.how,
-        ),
-        prediction=prediction_part(found),
-        working_range=range_part(found),
-        scale=scale_part(found),
+        split=_split(found),
+        prediction=_prediction_part(found),
+        working_range=_range_part(found),
+        scale=_scale_part(found),
         linearity=None if found.linearity is None else to_display(files.Linearity, found.linearity),
         offsets=None if found.offsets is None else to_display(files.OffsetsAlone, found.offsets, robot.units),
         outliers=[outlier(o) for o in found.outliers],
@@ -96,10 +95,20 @@ def to_result(
     )
 
 
+def _split(found: Identification[Model]) -> files.SplitSummary:
+    fit, held, embargoed = list(found.fit_ids), list(found.held_out_ids), list(found.embargoed_ids)
+    count = len(fit) + len(held) + len(embargoed)
+    return files.SplitSummary(
+        held_out_fraction=len(held) / count if count else 0.0, seed=found.options.seed, fit=fit, held_out=held, embargoed=embargoed,
+        how=found.how,
+    )  # fmt: skip
+
+
 def _parameter(p: ParameterResult, robot: Opened[Any], drawn: Resampled | None) -> files.ParameterResult:
-    at = None if drawn is None or p.name not in drawn.names else drawn.names.index(p.name)
-    unit = robot.units.of(p.unit)
-    ends = None if drawn is None or at is None else (unit.from_si(drawn.low[at]), unit.from_si(drawn.high[at]))
+    ends = None
+    if drawn is not None and p.name in drawn.names:
+        at, unit = drawn.names.index(p.name), robot.units.of(p.unit)
+        ends = (unit.from_si(drawn.low[at]), unit.from_si(drawn.high[at]))
     return to_display(files.ParameterResult, p, robot.units, bootstrap=ends)
 
 
@@ -115,13 +124,9 @@ def _identifiability(found: Identification[Model], robot: Opened[Any]) -> files.
         combinations.append(files.Combination(text=c.remark.sentence, code=c.remark.code, terms=terms))
     hidden = [f"{p.name}: {p.note}" for p in found.parameters if p.status == "prior" and p.note]
     return to_display(
-        files.IdentifiabilitySummary,
-        seen,
-        n_free=len(seen.names),
-        combinations=combinations,
-        observability=files.Observability(**seen.indices),
-        warnings=hidden,
-    )
+        files.IdentifiabilitySummary, seen, n_free=len(seen.names), combinations=combinations,
+        observability=files.Observability(**seen.indices), warnings=hidden,
+    )  # fmt: skip
 
 
 def _residuals(found: Identification[Model]) -> files.ResidualSummary:
@@ -137,6 +142,37 @@ def _fit(found: Identification[Model]) -> files.FitReport:
     sources = list(dict.fromkeys(g.sigma_source for g in found.groups))
     ends = describe_end(found.options.method, found.reason)[0]
     return to_display(files.FitReport, found, reason=ends, sigma_source=", ".join(sources))
+
+
+def _prediction_part(found: Identification[Model]) -> evidence.Prediction | None:
+    """The predicted error in mm with the check of the bands; a method that fits what cannot be seen has no honest one."""
+    if estimator(found.options.method).blind:
+        return None
+    shares = list(found.coverage)
+    if found.band is None:
+        return evidence.Prediction(unit="mm", n=0, region="", coverage=shares) if shares else None
+    return to_display(evidence.Prediction, found.band, coverage=shares)
+
+
+def _range_part(found: Identification[Model]) -> evidence.WorkingRange | None:
+    """The working range in mm, and in words; None where nothing was gained and nothing changed."""
+    h = found.holds
+    if h is None or (h.moved < NOTHING and found.verdict.status != "improved"):
+        return None
+    band, moved = Quantity(h.band), Quantity(h.moved)
+    scale = None if h.sized else "scale"
+    said = Remark.of(Code.OVER_THE_RANGE, region=h.name, band=band, moved=moved, chance=h.chance, scale=scale)
+    return to_display(evidence.WorkingRange, h, text=said.sentence)
+
+
+def _scale_part(found: Identification[Model]) -> evidence.ScaleSummary | None:
+    """The common scale, and in words where a stated length is all that gives it."""
+    s = found.scale
+    if s is None:
+        return None
+    told = s.observable or s.implausible
+    said = Remark.of(Code.SCALE_SEEN, factor=s.factor, sigma=s.sigma).sentence if s.stated and told else ""
+    return to_display(evidence.ScaleSummary, s, factor=s.factor if told else None, text=said)
 
 
 def residual_columns(found: Identification[Model]) -> dict[str, list[Any]]:
@@ -180,10 +216,7 @@ def _row_columns(
         for i, axis in enumerate("xyz"):
             out[f"{axis}_mm"] = _none_for_nan(place[:, i] * 1e3)
             if last - first == 3:
-                out |= {
-                    f"d{axis}_before_mm": before[:, first + i] * 1e3,
-                    f"d{axis}_after_mm": after[:, first + i] * 1e3,
-                }
+                out |= {f"d{axis}_{w}_mm": v[:, first + i] * 1e3 for w, v in (("before", before), ("after", after))}
     if "rad" in part:
         told, left, held = (np.degrees(v) for v in (*size["rad"], rows.unseen_turn[at]))
         out |= {"angle_before_deg": told, "angle_after_deg": left, "angle_held_out_deg": _none_for_nan(held)}
@@ -199,23 +232,67 @@ def _none_for_nan(values: Array) -> NDArray[Any]:
     return out
 
 
+def _knowledge(found: Identification[Model]) -> Knowledge:
+    """What an identification knows of its parameters."""
+    assert found.total is not None
+    by_name = {p.name: p for p in found.parameters}
+    values = {n: by_name[n].identified for n in found.total.names}
+    nominal = {n: by_name[n].nominal for n in found.total.names}
+    # The first instrument of a unit speaks for new measurements in it.
+    noise = {g.unit: g.sigma for g in reversed(found.groups) if math.isfinite(g.sigma)}
+    known = _base_is_known(found)
+    return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, known, found.whitened_rows)
+
+
+def _base_is_known(found: Identification[Model]) -> bool:
+    """Whether an instrument stood still on the base: no frame was free, and of a platform on cables one of the instruments is no part
+    of the robot."""
+    assert found.total is not None
+    if not freedom_of(found.nominal):
+        return all(n in found.nominal.table for n in found.total.names)
+    frames = [n for n in found.total.names if n not in found.nominal.table and n.rpartition(".")[2] in FRAME_SYMBOLS]
+    return not frames and any(g.kind not in ABOARD for g in found.groups)
+
+
+def map_columns(found: Identification[Model]) -> dict[str, list[Any]]:
+    """The columns of accuracy_map.csv; none for a method that knows no errors, or where the model asks for columns that
+    nobody recorded."""
+    if found.total is None or found.baseline is None or estimator(found.options.method).blind:
+        return {}
+    moving, corrected = found.nominal.mechanism, found.corrected.mechanism
+    if moving is None or corrected is None or moving.freedom is not None:
+        return {}  # joint values do not say where it is
+    before = {n: found.baseline[n].value for n in found.nominal.table.names if n in found.baseline}
+    try:
+        made = accuracy_map(moving.with_values(before), corrected, found.total, found.conditions, found.joints)
+    except ModelError:
+        return {}
+    return accuracy_columns(made)
+
+
+def _knowledge_files(found: Identification[Model], cells: dict[str, list[Any]]) -> dict[str, str]:
+    """The texts by file name; a method that knows no errors has none."""
+    if found.total is None or estimator(found.options.method).blind:
+        return {}
+    units = {p.name: p.unit for p in found.parameters}
+    return {COVARIANCE: covariance_text(_knowledge(found), units)} | ({ACCURACY: accuracy_text(cells)} if cells else {})
+
+
 def save(outcome: IdentifyOutcome, folder: Path) -> IdentifyOutcome:
     """Writes the run folder, all or nothing; warns of values left out."""
     from robocal.report.identified import report
 
     rendered = outcome.robot.render(outcome.identification)
     if rendered.left_out:
-        lacks = Remark.of(rendered.code, names=rendered.left_out)
-        outcome = replace(outcome, result=_add_warning(outcome.result, lacks), left_out=rendered.left_out)
+        lacks, result = Remark.of(rendered.code, names=rendered.left_out), outcome.result
+        warnings, remarks = [*result.warnings, str(lacks)], [*result.remarks, *unique_remarks((lacks,))]
+        result = replace(result, warnings=warnings, remarks=remarks)
+        outcome = replace(outcome, result=result, left_out=rendered.left_out)
     cells = map_columns(outcome.identification)
     page = report(outcome.result, outcome.residuals, cells)
     name = "calibrated.urdf" if outcome.robot.file.format == "urdf" else "calibrated.yaml"
-    more = dict(knowledge_files(outcome.identification, cells))
+    more = _knowledge_files(outcome.identification, cells)
     if outcome.layer is not None:
         more[LAYER] = layer_text(outcome.layer)
     written = write_run(folder, outcome.result, rendered.text, outcome.residuals, page, robot_name=name, more=more)
     return replace(outcome, written=written)
-
-
-def _add_warning(result: files.Result, more: Remark) -> files.Result:
-    return replace(result, warnings=[*result.warnings, str(more)], remarks=[*result.remarks, *unique_remarks((more,))])

@@ -61,16 +61,9 @@ def need_arm(name: Name, expected: str, *, base: str | None = None, tip: str | N
 
 
 def read_inputs(
-    robot: Name,
-    data: Sequence[Name],
-    *,
-    base: str | None = None,
-    tip: str | None = None,
-    group: str | None = None,
-    exclude: Sequence[str] = (),
-    watch: Watch | None = None,
-    choices: Mapping[str, Any] | None = None,
-) -> Inputs:
+    robot: Name, data: Sequence[Name], *, base: str | None = None, tip: str | None = None, group: str | None = None,
+    exclude: Sequence[str] = (), watch: Watch | None = None, choices: Mapping[str, Any] | None = None,
+) -> Inputs:  # fmt: skip
     """Opens a machine and its data files as one data set, without the rows that `exclude` names.
 
     Raises InputError for whatever is wrong with them, and for `choices` of one run that this machine lacks."""
@@ -123,12 +116,13 @@ def choose(
         if any(not part.strip() for word in words for part in word.split(",")):
             raise ModelError("a name is missing", key=option, found=",".join(words), expected=_names(table))
     free, fix = split_names(free), split_names(fix)
+
+    def select(words: Sequence[str], option: str) -> set[str]:
+        return {n for word in words if word not in frames for n in _select(word, machine, frames, option)}
+
     if free:
-        table = table.with_free(
-            {n for word in free if word not in frames for n in _select(word, machine, frames, "--free")}
-        )
-    held = {n for word in fix if word not in frames for n in _select(word, machine, frames, "--fix")}
-    table = table.with_free(set(table.free) - held)
+        table = table.with_free(select(free, "--free"))
+    table = table.with_free(set(table.free) - select(fix, "--fix"))
     priors: dict[str, float | None] = {}
     for text in prior:
         word, _, number = text.partition("=")
@@ -137,18 +131,12 @@ def choose(
         except ValueError:
             sigma = float("nan")
         if not 0 < sigma < float("inf"):
-            raise ModelError(
-                "a prior is a standard deviation",
-                key="--prior",
-                found=text,
-                expected="NAME=SIGMA, above 0, such as length=1.0",
-            )
-        unit = {"length": "m", "angle": "rad"}.get(word.strip())
-        names = (
-            tuple(n for n in machine.geometric if n in set(table.free) and table[n].unit == unit)
-            if unit
-            else _select(word.strip(), machine, frames, "--prior")
-        )
+            expected = "NAME=SIGMA, above 0, such as length=1.0"
+            raise ModelError("a prior is a standard deviation", key="--prior", found=text, expected=expected)
+        if unit := {"length": "m", "angle": "rad"}.get(word.strip()):
+            names = tuple(n for n in machine.geometric if n in set(table.free) and table[n].unit == unit)
+        else:
+            names = _select(word.strip(), machine, frames, "--prior")
         priors.update({n: units.of(table[n].unit).to_si(sigma) for n in names})
     fixed, loose = set(fix) & set(frames), set(free) & set(frames)
     data = _frames(data, fixed, loose) if fixed or loose else data
@@ -158,14 +146,9 @@ def choose(
 def _select(word: str, chain: Model, frames: Mapping[str, object], option: str) -> tuple[str, ...]:
     """Parameters of the robot that a word selects; a bare symbol speaks of joints only, as in the robot file."""
     names = chain.table.names
-    owners = {n.rpartition(".")[0] for n in names}
-    if word.rpartition(".")[0] in frames:
-        raise ModelError(
-            "frames of data files are free or fixed as a whole",
-            key=option,
-            found=word,
-            expected=word.rpartition(".")[0],
-        )
+    owners, frame = {n.rpartition(".")[0] for n in names}, word.rpartition(".")[0]
+    if frame in frames:
+        raise ModelError("frames of data files are free or fixed as a whole", key=option, found=word, expected=frame)
     try:
         hits = chain.table.match([word])
     except ModelError as error:

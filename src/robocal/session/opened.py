@@ -50,11 +50,6 @@ class Inputs:
         """The data set."""
         return self.reading.dataset
 
-    @property
-    def robot(self) -> Robot:
-        """The arm. Raises ModelError for another machine."""
-        return self.opened.need_arm()
-
     def with_data(self, data: DataSet) -> Inputs:
         """The same with another data set."""
         return replace(self, reading=replace(self.reading, dataset=data))
@@ -101,11 +96,6 @@ class Opened(Generic[M]):
         return self.file.convention
 
     @property
-    def source(self) -> str:
-        """Where the numbers come from."""
-        return self.file.source
-
-    @property
     def warnings(self) -> tuple[Remark, ...]:
         """What is odd about its file."""
         return self.file.warnings
@@ -139,10 +129,8 @@ class Opened(Generic[M]):
         """Raises ModelError for a choice of one run, by the names of options, that means nothing for this machine."""
         for name in self.lacks:
             if choices.get(name) and not (name == "region" and choices[name] == "measured"):
-                expected = f"nothing, for a {self.noun}"
-                raise ModelError(
-                    "this option is for arms", key=f"--{name}", found=str(choices[name]), expected=expected
-                )
+                found, expected = str(choices[name]), f"nothing, for a {self.noun}"
+                raise ModelError("this option is for arms", key=f"--{name}", found=found, expected=expected)
 
     def with_table(self, table: ParameterTable) -> Self:
         """The same machine with another table of parameters."""
@@ -168,15 +156,15 @@ class Opened(Generic[M]):
 
     def simulator(self, request: Request) -> Simulator[M]:
         """Who simulates what such a machine records. Raises ModelError where nobody does."""
-        raise ModelError(
-            f"nothing says what is measured of a {self.noun}", found=self.name, expected="an arm or a cable robot"
-        )
+        raise self._unknown("measured")
 
     def predict(self, rows: Path, absolute: bool) -> Prediction:
         """What a run folder of such a machine knows of rows that nobody measured. Raises ModelError where nothing says how."""
-        raise ModelError(
-            f"nothing says what is predicted of a {self.noun}", found=self.name, expected="an arm or a cable robot"
-        )
+        raise self._unknown("predicted")
+
+    def _unknown(self, done: str) -> ModelError:
+        message = f"nothing says what is {done} of a {self.noun}"
+        return ModelError(message, found=self.name, expected="an arm or a cable robot")
 
     @property
     def yaml(self) -> str:

@@ -40,11 +40,8 @@ def knowledge_of(folder: Path, arm: Robot | None) -> Knowledge:
     not say, FormatError when it speaks of another robot."""
     place = open_run(folder).part(COVARIANCE)
     if place is None:
-        raise FileError(
-            "this run does not contain the uncertainty of its parameters",
-            file=folder,
-            expected=f"{COVARIANCE}: identify once more with this version",
-        )
+        expected = f"{COVARIANCE}: identify once more with this version"
+        raise FileError("this run does not contain the uncertainty of its parameters", file=folder, expected=expected)
     known = read_covariance(place)
     if arm is None:
         return known
@@ -75,10 +72,8 @@ def predict_poses(folder: Path, robot: Robot, poses: Path, absolute: bool) -> Pr
     targets = read_targets(poses, robot.chain)
     q = targets.targets.joints
     if q is None:
-        names = robot.chain.joint_names
-        raise FormatError(
-            "there are no joint values", file=poses, expected=f"columns {names[0]} to {names[-1]} with units"
-        )
+        expected = f"columns {robot.chain.joint_names[0]} to {robot.chain.joint_names[-1]} with units"
+        raise FormatError("there are no joint values", file=poses, expected=expected)
     whole = absolute or known.placed
     motion, region = (None, "") if whole else shape_motion(robot, known)
     conditions: dict[str, ArrayLike] = {**known.conditions, **targets.targets.extra}
@@ -106,9 +101,8 @@ def predict_poses(folder: Path, robot: Robot, poses: Path, absolute: bool) -> Pr
 def _table(rows: Listing) -> Listing:
     """What readers see of the poses; of a turn that nothing determines no number."""
     *others, turn = rows.only(*COLUMNS).columns
-    return Listing(
-        (*others, replace(turn, values=["not seen" if v > BLIND else figure(v, turn.figures) for v in turn.plain]))
-    )
+    shown = ["not seen" if v > BLIND else figure(v, turn.figures) for v in turn.plain]
+    return Listing((*others, replace(turn, values=shown)))
 
 
 def _outside(robot: Robot, known: Knowledge, q: Array) -> list[Remark]:
@@ -130,9 +124,7 @@ def _condition_remarks(robot: Robot, known: Knowledge, q: Array, given: Mapping[
     plain = robot.chain.pose(q, here)
     absent = [n for n in known.conditions if n not in given]
     names = [n for n in absent if (robot.chain.pose(q, {**here, n: known.conditions[n] + 1.0}) != plain).any()]
-    if not names:
-        return []
-    return [Remark.of(Code.CONDITIONS_ASSUMED, columns=tuple(names))]
+    return [Remark.of(Code.CONDITIONS_ASSUMED, columns=tuple(names))] if names else []
 
 
 def _listing(ids: Sequence[str], found: Predicted, known: Knowledge) -> Listing:
@@ -141,14 +133,14 @@ def _listing(ids: Sequence[str], found: Predicted, known: Knowledge) -> Listing:
     shift, spin = known.noise.get("m", 0.0), known.noise.get("rad")
     turned = np.full(len(ids), np.nan) if spin is None else radius(found.turn + spin**2 * np.eye(3), dof)
     sigma = np.sqrt(np.einsum("kii->ki", found.position))
-    lengths = dict(zip("xyz", found.pose[:, :3, 3].T, strict=True))
-    angles = dict(zip(("rx", "ry", "rz"), so3.log(found.pose[:, :3, :3]).T, strict=True))
+    lengths = zip("xyz", found.pose[:, :3, 3].T, strict=True)
+    angles = zip(("rx", "ry", "rz"), so3.log(found.pose[:, :3, :3]).T, strict=True)
     band, new = radius(found.position, dof), radius(found.position + shift**2 * np.eye(3), dof)
     turn = np.degrees(radius(found.turn, dof))
     return Listing((
         Column("configuration", "", tuple(ids)),
-        *(Column(name, "mm", 1e3 * v, spec=".3f") for name, v in lengths.items()),
-        *(Column(name, "deg", np.degrees(v), spec=".3f") for name, v in angles.items()),
+        *(Column(name, "mm", 1e3 * v, spec=".3f") for name, v in lengths),
+        *(Column(name, "deg", np.degrees(v), spec=".3f") for name, v in angles),
         *(Column(f"sigma_{a}", "mm", 1e3 * v) for a, v in zip("xyz", sigma.T, strict=True)),
         Column("band", "mm", 1e3 * band, label="± model", figures=2),
         Column("band_new", "mm", 1e3 * new, label="± new", figures=2),

@@ -45,11 +45,6 @@ class Prediction:
     def document(self) -> PredictionDocument:
         """What --json prints."""
         return PredictionDocument(
-            robot=self.name,
-            level=LEVEL,
-            relative_to=self.relative_to,
-            poses=self.poses,
-            inputs=hashes(self.inputs),
-            **remark_fields(self.warnings),
-            written=[str(p) for p in self.written],
-        )
+            robot=self.name, level=LEVEL, relative_to=self.relative_to, poses=self.poses, inputs=hashes(self.inputs),
+            **remark_fields(self.warnings), written=[str(p) for p in self.written],
+        )  # fmt: skip

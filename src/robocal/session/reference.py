@@ -39,12 +39,8 @@ def nominal_chain(name: str, robot: Robot, nominal: str | None, *, base: str | N
         raise ModelError(what, key="--nominal", expected="--nominal ROBOT, or a run folder as ROBOT")
     other = reference.joint_names != robot.chain.joint_names
     if other or (whole and reference.table.names != robot.chain.table.names):
-        raise ModelError(
-            "the nominal robot has other joints or parameters",
-            key="--nominal",
-            found=nominal,
-            expected=", ".join(robot.chain.joint_names),
-        )
+        message, expected = "the nominal robot has other joints or parameters", ", ".join(robot.chain.joint_names)
+        raise ModelError(message, key="--nominal", found=nominal, expected=expected)
     return reference
 
 

@@ -18,69 +18,19 @@ from robocal.files.datawrite import data_text, table_text
 from robocal.files.pose_table import read_poses
 from robocal.files.robot import Robot, describe, parse_robot, render_robot
 from robocal.files.text import Source
-from robocal.files.units import numbers_of
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import joint_range
-from robocal.session.simulator import LABEL, Errors, Request, Simulator, true_model
+from robocal.session.simulator import Errors, Request, Simulator, parse_frame
 from robocal.simulation.hiding import hidden
-from robocal.simulation.rigs import CONTACTS, FINE, RIGS, STANDS, Instrument, measure
+from robocal.simulation.rigs import CONTACTS, FINE, RIGS, Instrument, measure
 
-__all__ = [
-    "ArmSimulator",
-    "Errors",
-    "Instrument",
-    "measure",
-    "parse_frame",
-    "sample_joints",
-    "simulation_files",
-    "true_chain",
-]
+__all__ = ["ArmSimulator", "Errors", "Instrument", "measure", "sample_joints"]
 
 
 def sample_joints(chain: Chain, count: int, rng: np.random.Generator) -> Array:
     """Joint values (count, n), uniform within the limits, or around zero where there are none."""
     low, high = joint_range(chain).T
     return np.asarray(rng.uniform(low, high, (count, len(low))))
-
-
-def true_chain(chain: Chain, errors: Errors, rng: np.random.Generator) -> Chain:
-    """The arm as it is said to be: perturbed geometry, then the values that were set. Raises ModelError for an
-    unknown name."""
-    return true_model(chain, chain.geometric, errors, rng)
-
-
-def simulation_files(robot: Robot, truth: Chain, data: DataSet, about: str) -> dict[str, str]:
-    """The texts of a simulation: the nominal robot, the data with its frame unknown, and the truth."""
-    return robot_texts(robot, truth, label := f"{LABEL}{about}\n") | data_texts(robot, data, label)
-
-
-def robot_texts(robot: Robot, truth: Chain, label: str) -> dict[str, str]:
-    """The nominal and the true robot, by file name. Raises ModelError where the format cannot hold the truth."""
-    true_text, left_out = render_robot(robot, {p.name: p.value for p in truth.table.rows})
-    if left_out:
-        raise ModelError(
-            "this robot's format cannot hold these true values", found=", ".join(left_out), expected="a robot.yaml"
-        )
-    if robot.format == "urdf":
-        return {"robot.urdf": robot.text, "truth.urdf": true_text}
-    return {"robot.yaml": robot.text, "truth.yaml": label + true_text.partition("\n")[2]}
-
-
-def data_texts(robot: Robot, data: DataSet, label: str, name: str = "data") -> dict[str, str]:
-    """The data with its frame unknown, a table and its description, by file name."""
-    blind = hidden(data)
-    return {
-        f"{name}.csv": label + table_text(blind, robot.chain, robot.units),
-        f"{name}.yaml": label + data_text(blind, robot.chain, f"{name}.csv", robot.units),
-    }
-
-
-def parse_frame(text: str, robot: Robot) -> tuple[float, ...] | None:
-    """auto, none, or six numbers in the robot file's units. Raises ModelError."""
-    if text in ("auto", "none"):
-        return STANDS if text == "auto" else None
-    x, y, z, *turn = numbers_of(text, "x,y,z,rx,ry,rz or none", key="--frame")
-    return (*map(robot.units.length.to_si, (x, y, z)), *map(robot.units.angle.to_si, turn))
 
 
 class ArmSimulator(Simulator[Chain]):
@@ -95,22 +45,12 @@ class ArmSimulator(Simulator[Chain]):
             near = nearest(kind, RIGS)
             raise ModelError("unknown kind", key="--kind", found=kind, expected=", ".join(RIGS), suggestion=near)
         if request.at is not None and kind in CONTACTS:
-            raise ModelError(
-                "where the tool touches, the joint values follow", key="--at", found=request.at, expected="--poses"
-            )
+            touching = "where the tool touches, the joint values follow"
+            raise ModelError(touching, key="--at", found=request.at, expected="--poses")
         fine = FINE.get(kind, usual.angle_noise) if request.angle_noise is None else request.angle_noise
         noise = usual.noise if request.noise is None else request.noise
-        self.instrument = Instrument(kind, noise, fine, parse_frame(request.frame, self.robot))
-
-    @property
-    def kind(self) -> str:
-        """What is measured."""
-        return self.instrument.kind
-
-    @property
-    def noise(self) -> float:
-        """Its standard deviation in SI."""
-        return self.instrument.noise
+        self.instrument = Instrument(kind, noise, fine, parse_frame(request.frame, self.units))
+        self.kind, self.noise = kind, noise
 
     def draw(self, count: int, rng: np.random.Generator) -> Array:
         """Joint values (m, n) within the limits."""
@@ -128,12 +68,23 @@ class ArmSimulator(Simulator[Chain]):
         return float(np.linalg.norm(off, axis=1).max())
 
     def robot_files(self, truth: Chain, label: str) -> Mapping[str, str]:
-        """The nominal and the true robot."""
-        return robot_texts(self.robot, truth, label)
+        """The nominal and the true robot. Raises ModelError where the format cannot hold the truth."""
+        robot = self.robot
+        true_text, left_out = render_robot(robot, {p.name: p.value for p in truth.table.rows})
+        if left_out:
+            message = "this robot's format cannot hold these true values"
+            raise ModelError(message, found=", ".join(left_out), expected="a robot.yaml")
+        if robot.format == "urdf":
+            return {"robot.urdf": robot.text, "truth.urdf": true_text}
+        return {"robot.yaml": robot.text, "truth.yaml": label + true_text.partition("\n")[2]}
 
     def data_files(self, data: DataSet, label: str, stem: str = "") -> Mapping[str, str]:
-        """The data with its frame unknown."""
-        return data_texts(self.robot, data, label, stem or "data")
+        """The data with its frame unknown, a table and its description."""
+        blind, name = hidden(data), stem or "data"
+        return {
+            f"{name}.csv": label + table_text(blind, self.machine, self.robot.units),
+            f"{name}.yaml": label + data_text(blind, self.machine, f"{name}.csv", self.robot.units),
+        }
 
 
 def _whole(robot: Robot) -> Robot:

@@ -12,10 +12,12 @@ import numpy as np
 
 from robocal.errors import ModelError, nearest
 from robocal.files.opened_file import Speaks
+from robocal.files.units import numbers_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.simulation.rigs import STANDS
 
-__all__ = ["LABEL", "Errors", "Request", "Simulator", "errors_of", "true_model"]
+__all__ = ["LABEL", "Errors", "Request", "Simulator", "errors_of", "parse_frame", "true_model"]
 
 M = TypeVar("M", bound=Model)
 LABEL = "# SIMULATED by robocal simulate, not measured: "
@@ -35,7 +37,6 @@ class Errors:
 class Request:
     """What is to be simulated, in SI; None where nobody said. `at` is a file of configurations that are not to be drawn."""
 
-    count: int = 80
     at: str | None = None
     kind: str | None = None
     noise: float | None = None
@@ -48,20 +49,11 @@ class Simulator(ABC, Generic[M]):
     """Draws configurations of one machine, measures them on a true one, and writes what a person would hand in."""
 
     usual: ClassVar[Errors] = Errors()
-    main: ClassVar[str] = "data"  # the file of data that a command names first
+    kind: str  # what is measured
+    noise: float  # its standard deviation in SI
 
     def __init__(self, machine: M, units: Speaks, request: Request) -> None:
         self.machine, self.units, self.request = machine, units, request
-
-    @property
-    @abstractmethod
-    def kind(self) -> str:
-        """What is measured."""
-
-    @property
-    @abstractmethod
-    def noise(self) -> float:
-        """Its standard deviation in SI."""
 
     @property
     def imperfect(self) -> Sequence[str]:
@@ -115,8 +107,14 @@ def true_model(model: M, names: Sequence[str], errors: Errors, rng: np.random.Ge
     """The machine as it is said to be: these parameters off, then the values that were set. Raises ModelError for an
     unknown name."""
     size = {"m": errors.length, "rad": errors.angle}
-    moved = {}
-    for name in names:
-        step = rng.normal() * size.get(model.table[name].unit, 0.0)
-        moved[name] = model.table[name].value + step
-    return model.with_values({**moved, **dict(errors.values)})
+    rows = (model.table[name] for name in names)
+    moved = {p.name: p.value + rng.normal() * size.get(p.unit, 0.0) for p in rows}
+    return model.with_values(moved | dict(errors.values))
+
+
+def parse_frame(text: str, units: Speaks) -> tuple[float, ...] | None:
+    """auto, none, or six numbers in the robot file's units. Raises ModelError."""
+    if text in ("auto", "none"):
+        return STANDS if text == "auto" else None
+    x, y, z, *turn = numbers_of(text, "x,y,z,rx,ry,rz or none", key="--frame")
+    return (*map(units.of("m").to_si, (x, y, z)), *map(units.of("rad").to_si, turn))

@@ -112,9 +112,7 @@ class ArmTrials:
         self.point = point
         self.outputs = {name: UNITS[name] for name in point["outputs"]}
         self.arm = open_robot(point["robot"])
-        self.options = Options(
-            loss=point["options.loss"], method=point["options.method"], hold_out=point["options.hold_out"]
-        )
+        self.options = Options(**{name: point[f"options.{name}"] for name in ("loss", "method", "hold_out")})
         self.tracker = _tracker(point["noise.position"], point["noise.orientation"])
         middle = joint_range(self.arm.chain).mean(axis=1)
         seen = measure(self.arm.chain, middle[None], self.tracker, np.random.default_rng(0))
@@ -156,10 +154,8 @@ class ArmTrials:
         chain, p = self.arm.chain, self.point
         size = {"m": p["errors.length"], "rad": p["errors.angle"]}
         tool = [n for n in chain.table.free if n.startswith("tool.")] if p["errors.tool"] else []
-        names = [*chain.geometric, *tool]
-        return chain.with_values(
-            {n: chain.table[n].value + rng.normal() * size.get(chain.table[n].unit, 0.0) for n in names}
-        )
+        rows = (chain.table[name] for name in (*chain.geometric, *tool))
+        return chain.with_values({r.name: r.value + rng.normal() * size.get(r.unit, 0.0) for r in rows})
 
 
 def _tracker(noise: float | None, turn: float | None) -> Instrument:

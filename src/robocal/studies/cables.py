@@ -34,26 +34,18 @@ class CableTrials:
         self.robot: CableRobot = read_cable(point["robot"]).robot
         m = len(self.robot.cables)
         wheel = self.robot.pulleys or Pulleys(np.zeros(m), np.tile([0.0, 0.0, 1.0], (m, 1)))
-        self.numbers = as_kernel_array(
-            np.column_stack([self.robot.a, self.robot.b, self.robot.zeros, wheel.radius, wheel.axis])
-        )
+        rows = np.column_stack([self.robot.a, self.robot.b, self.robot.zeros, wheel.radius, wheel.axis])
+        self.numbers = as_kernel_array(rows)
         noise = np.repeat([point["noise.position"], point["noise.orientation"], point["noise.length"]], [3, 3, 1])
         self.off = [i for i in range(6) if i not in self.robot.axes]
         along = np.array(point["bias.along"])
-        bias = np.concatenate(
-            [point["bias.position"] * along, point["bias.orientation"] * along, [point["bias.length"]]]
-        )
+        place, turn = point["bias.position"] * along, point["bias.orientation"] * along
+        bias = np.concatenate([place, turn, [point["bias.length"]]])
         noise[self.off] = bias[self.off] = 0.0
         self.sigma, self.bias = as_kernel_array(noise), as_kernel_array(bias)
-        # Read at once, so that a list that is not there is told before the first trial.
-        self._listed = self._list()
-
-    def _list(self) -> Array | None:
-        """The poses of a file as (1, n, 6), or None."""
-        if self.point["poses.file"] is None:
-            return None
-        t = read_platform_poses(self.point["poses.file"], self.robot).values
-        return se3.to_vector(t)[None]
+        # The poses of a file, (1, n, 6). Read at once, so that a list that is not there is told before the first trial.
+        listed = point["poses.file"]
+        self._listed = None if listed is None else se3.to_vector(read_platform_poses(listed, self.robot).values)[None]
 
     def _poses(self, count: int, rng: np.random.Generator) -> Array:
         if self._listed is not None:
@@ -76,8 +68,8 @@ class CableTrials:
         a, z = found.anchors - self.robot.a, found.zeros - self.robot.zeros
         good = found.converged.all(axis=1)
         anchors, zeros = np.sqrt((a**2).mean(axis=(1, 2))), np.sqrt((z**2).mean(axis=1))
-        found_of = {"anchors": np.where(good, anchors, np.nan), "zeros": np.where(good, zeros, np.nan)}
-        return {name: found_of[name] for name in self.outputs}
+        found_of = {"anchors": anchors, "zeros": zeros}
+        return {name: np.where(good, found_of[name], np.nan) for name in self.outputs}
 
     def theory(self, rng: np.random.Generator) -> dict[str, float]:
         """The same by linear theory: root mean squares over trials."""

@@ -36,19 +36,16 @@ def on_cluster(left: Sequence[Work], cluster: Cluster) -> Iterator[int]:
         from distributed import Client, as_completed
         from distributed.security import Security
     except ImportError:
-        raise FileError(
-            "a cluster needs the extra `cluster`", file=cluster.address, expected="pip install robocal[cluster]"
-        ) from None
+        needs, expected = "a cluster needs the extra `cluster`", "pip install robocal[cluster]"
+        raise FileError(needs, file=cluster.address, expected=expected) from None
     words = {"tls_ca_file": cluster.ca, "tls_client_cert": cluster.cert, "tls_client_key": cluster.key}
     told: dict[str, Any] = {k: v for k, v in words.items() if v is not None}
     try:
-        client = Client(
-            cluster.address, timeout=PATIENCE, security=Security(**told) if told else None, set_as_default=False
-        )
+        security = Security(**told) if told else None
+        client = Client(cluster.address, timeout=PATIENCE, security=security, set_as_default=False)
     except (OSError, ValueError, TypeError, RuntimeError) as error:
-        raise FileError(
-            f"no scheduler answers: {error}", file=cluster.address, expected="tcp://HOST:PORT, or tls://"
-        ) from None
+        expected = "tcp://HOST:PORT, or tls://"
+        raise FileError(f"no scheduler answers: {error}", file=cluster.address, expected=expected) from None
     try:
         futures = {client.submit(compute, work, pure=False): work for work in left}
         for future in as_completed(list(futures), loop=client.loop):

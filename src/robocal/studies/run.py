@@ -64,7 +64,8 @@ def conduct(
     every = chunks(study, parts)
     names = tuple(study.points[0]["outputs"])
     left = [w for w in every if not _whole(w, names)]
-    done, total = sum(w.count for w in every) - sum(w.count for w in left), sum(w.count for w in every)
+    total = sum(w.count for w in every)
+    done = total - sum(w.count for w in left)
     try:
         for count in _work_through(left, workers) if cluster is None else on_cluster(left, cluster):
             done += count
@@ -73,14 +74,11 @@ def conduct(
     finally:
         if not any(parts.glob("*.npz")):  # nothing to go on with
             clear(result)
-    outputs: dict[str, list[Array]] = {}
-    for work in every:
-        for name, values in unpack(work.place).items():
-            outputs.setdefault(name, []).append(values)
+    found = [unpack(work.place) for work in every]
     shape = (len(study.points), study.trials)
     trials = [trials_of(study, p) for p in range(len(study.points))]
-    theory = tuple(t.theory(drawn(study.seed)) if hasattr(t, "theory") else {} for p, t in enumerate(trials))
-    whole = {name: np.concatenate(values).reshape(shape) for name, values in outputs.items()}
+    theory = tuple(t.theory(drawn(study.seed)) if hasattr(t, "theory") else {} for t in trials)
+    whole = {name: np.concatenate([part[name] for part in found]).reshape(shape) for name in found[0]}
     return StudyOutputs(study, whole, dict(trials[0].outputs), theory)
 
 
@@ -102,9 +100,8 @@ def _enter(study: Study, parts: Path, resume: bool) -> None:
             expected="--force without --resume to begin anew, or another -o",
         )  # fmt: skip
     if parts.is_dir() and any(parts.glob("*.npz")) and not resume:
-        raise FileError(
-            "this study was interrupted", file=parts, expected="--resume to go on, or --force to begin anew"
-        )
+        expected = "--resume to go on, or --force to begin anew"
+        raise FileError("this study was interrupted", file=parts, expected=expected)
     if not about.is_file():
         write_text(about, study.text)
 
@@ -138,10 +135,8 @@ def _work_through(left: list[Work], workers: int) -> Iterator[int]:
             yield work.count
         return
     waiting, ended, stop = deque(left), SimpleQueue[int | BaseException](), threading.Event()
-    threads = [
-        threading.Thread(target=_serve, args=(waiting, ended, stop), daemon=True)
-        for _ in range(min(workers, len(left)))
-    ]
+    many, arguments = min(workers, len(left)), (waiting, ended, stop)
+    threads = [threading.Thread(target=_serve, args=arguments, daemon=True) for _ in range(many)]
     for thread in threads:
         thread.start()
     try:

@@ -6,6 +6,8 @@ from __future__ import annotations
 import io
 import zipfile
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -78,25 +80,23 @@ def _trials(setting: Setting) -> Any:
     return made
 
 
+@contextmanager
+def _name_point(setting: Setting) -> Iterator[None]:
+    """What is wrong is said of the study's file and of the point."""
+    try:
+        yield
+    except ModelError as error:
+        at = ", ".join(f"{k}: {v}" for k, v in setting.point.varied)
+        message = error.message + (f" (at {at})" if at else "")
+        place, found, expected = setting.path, error.found, error.expected
+        raise FormatError(message, file=place, key=error.key, found=found, expected=expected) from None
+
+
 def trials_of(study: Study, point: int) -> Any:
     """The trials of a point of a study. Raises InputError for a robot, a list or settings of which there are none."""
-    return _trials_or_error(_setting(study, point))
-
-
-def _trials_or_error(setting: Setting) -> Any:
-    try:
+    setting = _setting(study, point)
+    with _name_point(setting):
         return _trials(setting)
-    except ModelError as error:
-        raise _of(setting, error) from None
-
-
-def _of(setting: Setting, error: ModelError) -> FormatError:
-    """What is wrong, said of the study's file and of the point."""
-    at = ", ".join(f"{k}: {v}" for k, v in setting.point.varied)
-    where = f" (at {at})" if at else ""
-    return FormatError(
-        f"{error.message}{where}", file=setting.path, key=error.key, found=error.found, expected=error.expected
-    )
 
 
 def drawn(seed: int, chunk: int = THEORY) -> np.random.Generator:
@@ -111,11 +111,8 @@ def do(work: Work) -> Path:
 
 def compute(work: Work) -> bytes:
     """The trials of a chunk as an .npz. Raises FormatError for settings of the study with which nothing can be worked out."""
-    trials = _trials_or_error(work.setting)
-    try:
-        return pack(trials.run(work.count, drawn(work.setting.seed, work.chunk)))
-    except ModelError as error:
-        raise _of(work.setting, error) from None
+    with _name_point(work.setting):
+        return pack(_trials(work.setting).run(work.count, drawn(work.setting.seed, work.chunk)))
 
 
 def pack(arrays: dict[str, Array]) -> bytes:
@@ -135,14 +132,5 @@ def unpack(place: Path) -> dict[str, Array]:
         with zipfile.ZipFile(place) as file:
             named = [(name, io.BytesIO(file.read(name))) for name in file.namelist()]
         return {n.removesuffix(".npy"): np.lib.format.read_array(f, allow_pickle=False) for n, f in named}
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        EOFError,
-        RuntimeError,
-        NotImplementedError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as error:
+    except (OSError, ValueError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
         raise FileError(f"not a part of a study: {error}", file=place) from None

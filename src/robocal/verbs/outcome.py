@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -13,10 +13,12 @@ from robocal.remarks.remark import Message
 if TYPE_CHECKING:
     from robocal.quantities import Listing
     from robocal.report.sections import Section
+    from robocal.session.cable.cable_result import CableResult
 
-__all__ = ["Outcome", "Watch"]
+__all__ = ["Outcome", "Watch", "run_cable_verb"]
 
 T = TypeVar("T")
+R = TypeVar("R", bound="CableResult")
 
 
 @dataclass(frozen=True)
@@ -92,3 +94,20 @@ class Outcome(Generic[T]):
         from robocal.files.plain import plain
 
         return replace(self, written=files, document=lambda: {**plain(self.document()), "written": named})
+
+
+def run_cable_verb(
+    o: Any, files: Sequence[str], find: Callable[[], R], *tell: Callable[[Outcome[R]], Iterable[Section]]
+) -> Outcome[R]:
+    """What is found; a folder gets its files and a page of what is told. Raises FileError where one of `files` would be replaced."""
+    from robocal.files.writing import refuse_existing
+
+    refuse_existing(o.output, files, o.force)
+    made = find()
+    text, listing = made.printed
+    note = made.note if o.output is None else ""
+    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks, text, note, listing=listing)
+    outcome = outcome.with_files(())
+    told = (section for sections in tell for section in sections(outcome))
+    title = f"{made.robot.name}: {made.title}"
+    return outcome.with_page(o.output, told, made.texts, "report.html", title=title, kind="Cable robot")

@@ -121,7 +121,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Si
 
     opened = open_machine(o.robot, base=o.base, tip=o.tip)
     si = o.si(opened.units)
-    asked = Request(o.poses, o.at, o.kind, si.noise, si.angle_noise, si.cable_noise, o.frame)
+    asked = Request(o.at, o.kind, si.noise, si.angle_noise, si.cable_noise, o.frame)
     simulator = opened.simulator(asked)
     machine, length = simulator.machine, opened.units.of("m")
     wrong = errors_of(machine, opened.units, simulator.usual, si.length_error, si.angle_error, o.settings)

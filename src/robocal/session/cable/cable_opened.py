@@ -15,6 +15,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from robocal._types import Array
 from robocal.cables.geometry import PLATFORM, CableRobot
 from robocal.cables.hanging import hang
 from robocal.cables.pulley import Pulleys, run
@@ -72,15 +73,20 @@ def add_tensions(file: CableFile, data: DataSet) -> tuple[DataSet, tuple[Remark,
     return replace(data, observations=tuple(out)), tuple(said)
 
 
+def _start_poses(robot: CableRobot, data: DataSet) -> Array:
+    """The poses (k, 4, 4) from which a fit starts: what it moves them by changes a tension and a sag by little, and lengths by less."""
+    start = place_configurations(robot, data).configurations.start
+    assert start is not None
+    return se3.from_vector(start)
+
+
 def _compute_tensions(robot: CableRobot, data: DataSet, obs: Observations) -> Observations:
-    """Tensions at the poses from which a fit starts: what it moves them by changes a tension by little, and its stretch by less."""
+    """Tensions that hold the platform's weight."""
     mass, limits = float(robot.need("mass")), robot.need("limits")
     if robot.density is None:
         robot.need("elasticity")
-    start = place_configurations(robot, data).configurations.start
-    assert start is not None
-    at = np.unique(obs.configuration)
-    pose = se3.from_vector(start[at])
+    at, of = np.unique(obs.configuration, return_inverse=True)
+    pose = _start_poses(robot, data)[at]
     weight = gravity_wrench(pose, mass, robot.com)[:, list(robot.axes)]
     found = distribute(structure_of(robot, pose), weight, limits, TAUT)
     if not found.has_solution.all():
@@ -89,28 +95,26 @@ def _compute_tensions(robot: CableRobot, data: DataSet, obs: Observations) -> Ob
             "no tensions within the limits hold the platform", key="tension", found=f"{len(lost)} poses, such as {lost[0]}",
             expected="columns of measured tensions, other limits, or no `tension`",
         )  # fmt: skip
-    of = np.searchsorted(at, obs.configuration), obs.extra["cable"].astype(np.int64)
-    return replace(obs, extra={**obs.extra, "tension": found.tension[of]})
+    tension = found.tension[of.ravel(), obs.extra["cable"].astype(np.int64)]
+    return replace(obs, extra={**obs.extra, "tension": tension})
 
 
 def _hanging(robot: CableRobot, data: DataSet, obs: Observations) -> tuple[Observations, Remark]:
-    """What sag makes of every length at the poses from which a fit starts: of some hundredths of a millimetre to a millimetre, what
-    the fit moves them by changes the ten thousandth part."""
-    start = place_configurations(robot, data).configurations.start
-    assert start is not None
-    cable = obs.extra["cable"].astype(np.int64)
-    t = se3.from_vector(start[obs.configuration])
+    """What sag makes of every length: of some hundredths of a millimetre to a millimetre, what the fit moves poses by changes the ten
+    thousandth part."""
+    cable, tension = obs.extra["cable"].astype(np.int64), obs.extra["tension"]
+    t = _start_poses(robot, data)[obs.configuration]
     d = t[:, :3, 3] + np.einsum("kij,kj->ki", t[:, :3, :3], robot.b[cable]) - robot.a[cable]
     wheels = None if robot.pulleys is None else Pulleys(robot.pulleys.radius[cable], robot.pulleys.axis[cable])
     strain = np.zeros(len(cable)) if robot.elasticity is None else robot.elasticity[cable]
-    taut = run(d, wheels)[0] / (1.0 + strain * obs.extra["tension"])
-    hung = hang(d, obs.extra["tension"], robot.need("density")[cable], strain, wheels).length
+    taut = run(d, wheels)[0] / (1.0 + strain * tension)
+    hung = hang(d, tension, robot.need("density")[cable], strain, wheels).length
     lost = ~np.isfinite(hung) & np.isfinite(taut)
     if lost.any():
         at = int(np.flatnonzero(lost)[0])
         raise ModelError(
             f"the tension of {robot.cables[cable[at]]} does not carry its weight", key="tension",
-            found=f"{obs.extra['tension'][at]:.4g} N, configuration {data.configurations.ids[obs.configuration[at]]}",
+            found=f"{tension[at]:.4g} N, configuration {data.configurations.ids[obs.configuration[at]]}",
             expected="a greater tension, or another density in the robot's file",
         )  # fmt: skip
     share = np.where(np.isfinite(hung), hung / taut, 1.0)
@@ -123,23 +127,18 @@ def payload_rows(file: CableFile, obs: Observations) -> Observations:
     fewer cables than freedoms."""
     robot = file.robot
     if robot.mass is None:
-        raise FormatError(
-            "load cells need the platform's mass",
-            file=file.path,
-            key="mass",
-            expected="mass, and centre_of_mass, in the robot file",
-        )
+        expected = "mass, and centre_of_mass, in the robot file"
+        raise FormatError("load cells need the platform's mass", file=file.path, key="mass", expected=expected)
     d, m = len(robot.axes), len(robot.cables)
     if m < d:
         raise FormatError(
             "fewer cables than degrees of freedom do not hold the platform, so load cells do not determine it", file=obs.source, key="kind",
             found=f"{m} cables for {d}", expected="lengths, swivel, inclination",
         )  # fmt: skip
-    at, where = np.unique(obs.configuration, return_inverse=True)
-    tension = np.zeros((len(at), m))
-    tension[where.ravel(), obs.extra["cable"].astype(np.int64)] = obs.value[:, 0]
-    rows = np.zeros(len(at), dtype=np.int64)
-    rows[where.ravel()] = obs.rows if obs.rows is not None else 0
+    at, of = np.unique(obs.configuration, return_inverse=True)
+    where, tension, rows = of.ravel(), np.zeros((len(at), m)), np.zeros(len(at), dtype=np.int64)
+    tension[where, obs.extra["cable"].astype(np.int64)] = obs.value[:, 0]
+    rows[where] = obs.rows if obs.rows is not None else 0
     body = dict(zip(("mass", "cx", "cy", "cz"), (float(robot.mass), *map(float, robot.com)), strict=True))
     return replace(
         obs, configuration=np.repeat(at, d), value=np.zeros((len(at) * d, 1)),
@@ -182,11 +181,9 @@ class OpenedCable(Opened[CableRobot]):
         joined = replace(reading.dataset, observations=seen).by_id()
         if len(seen) > 1 and len(joined.configurations) == len(reading.dataset.configurations):
             raise FormatError(
-                "the files have no configuration in common",
-                file=str(data[-1]),
-                key="configuration",
+                "the files have no configuration in common", file=str(data[-1]), key="configuration",
                 expected="an id in every row of every file (configuration: {id: ...}), the same where the platform stood still",
-            )
+            )  # fmt: skip
         kinds = {o.kind for o in joined.observations}
         if "load" in kinds and not kinds & {"lengths", "swivel"}:
             source = next(o.source for o in joined.observations if o.kind == "load")
@@ -219,8 +216,7 @@ class OpenedCable(Opened[CableRobot]):
 
     def render(self, found: Identification[CableRobot]) -> Rendered:
         """Its file with what was identified, the platform's weight too."""
-        values = {p.name: p.value for p in found.corrected.table.rows}
-        values, beyond = of_file(found, values)
+        values, beyond = of_file(found, {p.name: p.value for p in found.corrected.table.rows})
         text, left_out = render_cable(self.file, values)
         return Rendered(text, (*left_out, *beyond), Code.CABLE_FILE_LACKS)
 

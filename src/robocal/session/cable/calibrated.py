@@ -81,21 +81,17 @@ def open_calibrated(place: str) -> Calibrated:
         raise FileError("this run has no calibrated robot", file=run.folder, expected="a run of `identify`")
     file, told = read_cable(own), run.part(COVARIANCE)
     seen = [p.name for p in run.result.parameters if p.status in ("identified", "prior")]
+    names = names_of_gains(file.robot, seen)
     if told is None:
-        if names := names_of_gains(file.robot, seen):
-            raise FileError(
-                f"this run knows {', '.join(names[:3])}, and not how large they are",
-                file=run.folder,
-                expected=COVARIANCE,
-            )
+        if names:
+            message = f"this run knows {', '.join(names[:3])}, and not how large they are"
+            raise FileError(message, file=run.folder, expected=COVARIANCE)
         return Calibrated(place, file, run, None)
     read = read_covariance(told)
-    file = replace(
-        file,
-        robot=file.robot.with_values({n: read.values[n] for n in seen if n in read.values and n in file.robot.table}),
-        beside=(*file.beside, InputFile(told, read_text(told).sha256)),
-    )
-    found = {n: read.values[n] for n in names_of_gains(file.robot, seen) if n in read.values}
-    more = sensor_gains(file.robot, found, any(n.endswith(".l0") for n in seen), place)
+    values = {n: read.values[n] for n in seen if n in read.values}
+    robot = file.robot.with_values({n: v for n, v in values.items() if n in file.robot.table})
+    file = replace(file, robot=robot, beside=(*file.beside, InputFile(told, read_text(told).sha256)))
+    found = {n: values[n] for n in names if n in values}
+    more = sensor_gains(robot, found, any(n.endswith(".l0") for n in seen), place)
     aside = tuple(n for n in found if n not in (*more.gains, *more.owned))
     return Calibrated(place, file, run, read, more, aside)

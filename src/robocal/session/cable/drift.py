@@ -14,13 +14,14 @@ from robocal.apply.anchors import AnchorDrift, CableChange, compare_anchors
 from robocal.cables.calibration.comparison import Scattered, calibration_scatter
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
+from robocal.files.parts import provenance_of
 from robocal.files.plain import json_text
 from robocal.files.runfolder import Run
 from robocal.files.text import InputFile
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
+from robocal.remarks.remark import Quantity, Remark, remark_fields
 from robocal.session.cable.calibrated import Calibrated, open_calibrated
-from robocal.session.cable.statics_options import robot_inputs, verb_document
+from robocal.session.cable.statics_options import robot_inputs
 from robocal.session.runs import shared_files, tables_by_hash
 
 __all__ = ["Drifts", "drifts"]
@@ -46,9 +47,8 @@ class Drifts:
     @cached_property
     def reasons(self) -> tuple[Remark, ...]:
         """What every comparison comes to."""
-        return tuple(
-            r for place, found in self.compared for r in _reasons(self.labels[place], found, self.zeros_unchanged)
-        )
+        labels, unchanged = self.labels, self.zeros_unchanged
+        return tuple(r for place, found in self.compared for r in _reasons(labels[place], found, unchanged))
 
     @cached_property
     def labels(self) -> dict[str, str]:
@@ -80,33 +80,33 @@ class Drifts:
 
     @property
     def document(self) -> dict[str, Any]:
-        """What --json says: mm, mrad, ppm."""
+        """What --json says, schema 1: mm, mrad, ppm."""
         s = self.scattered
         scatter = {k: 1e3 * getattr(s, k) for k in ("component", "point", "zero", "moved", "scaled", "along", "across")}
-        found = {
+        return {
+            "robocal": 1, "robot": self.robot.name, "cables": self.robot.cables,
             "runs": [c.place for c in self.all],
-            "scatter_mm": {**scatter, "size_ppm": [1e6 * float(v) for v in s.size]},
+            "scatter_mm": {**scatter, "size_ppm": 1e6 * s.size},
             "compared": [
                 {
-                    "run": place, "moved": list(c.cables_moved), "chance": c.chance,
+                    "run": place, "moved": c.cables_moved, "chance": c.chance,
                     "doubtful": [x.cable for x in c.cables if x.doubtful],
                     "size_ppm": [1e6 * c.scale, 1e6 * c.scale_sigma] if np.isfinite(c.scale_sigma) else None,
-                    "base": None if c.base is None else (c.base * 1e3).tolist(),
+                    "base": None if c.base is None else 1e3 * c.base,
                     "cables": {x.cable: _cable(x) for x in c.cables},
                 }
                 for place, c in self.compared
             ],
             "reasons": [r.document for r in self.reasons],
+            "assumed": self.robot.assumed, **remark_fields(self.remarks), "provenance": provenance_of(self.command, self.inputs),
         }  # fmt: skip
-        return verb_document(self.robot, found, self.remarks, self.inputs, self.command)
 
 
 def _cable(x: CableChange) -> dict[str, Any]:
-    smallest = [1e3 * v if np.isfinite(v) else None for v in x.smallest]
     return {
-        "shift_mm": (1e3 * x.shift).tolist(), "sigma_mm": (1e3 * x.sigma).tolist(), "along_mm": 1e3 * x.along, "across_mm": 1e3 * x.across,
+        "shift_mm": 1e3 * x.shift, "sigma_mm": 1e3 * x.sigma, "along_mm": 1e3 * x.along, "across_mm": 1e3 * x.across,
         "zero_mm": 1e3 * x.zero, "zero_sigma_mm": 1e3 * x.zero_sigma, "chance": x.chance, "of_all": x.of_all,
-        "smallest_mm": {"along": smallest[0], "across": smallest[1]},
+        "smallest_mm": {"along": 1e3 * x.smallest[0], "across": 1e3 * x.smallest[1]},
     }  # fmt: skip
 
 
@@ -138,9 +138,8 @@ def _reasons(place: str, found: AnchorDrift, zeros_unchanged: bool) -> list[Rema
 def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, command: str = "") -> Drifts:
     """Compares calibrations of one robot. Raises InputError where they cannot be compared."""
     if len(places) < 2:
-        raise ModelError(
-            "one calibration alone cannot be compared", key="RUNS", found=len(places), expected="2 or more"
-        )
+        alone = "one calibration alone cannot be compared"
+        raise ModelError(alone, key="RUNS", found=len(places), expected="2 or more")
     every = tuple(open_calibrated(p) for p in places)
     first = every[0]
     for other in every[1:]:
@@ -149,9 +148,8 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
                 "these are different robots", key=other.place, found=f"{other.robot.name}: {', '.join(other.robot.cables)}",
                 expected=f"{first.robot.name}: {', '.join(first.robot.cables)}",
             )  # fmt: skip
-        if np.abs(other.robot.b - first.robot.b).max() > 1e-9 and not any(
-            n.split(".")[1].startswith("b") for n in first.robot.table.free
-        ):
+        own = any(n.split(".")[1].startswith("b") for n in first.robot.table.free)
+        if not own and np.abs(other.robot.b - first.robot.b).max() > 1e-9:
             raise ModelError(
                 "the platform anchors differ: identify both from the same robot file", key=other.place,
                 expected=f"those of {first.place}",
@@ -160,9 +158,8 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
     found = []
     for other in every[1:]:
         if first.estimates is None or other.estimates is None:
-            remarks.append(
-                Remark.of(Code.NOTHING_KNOWN_OF_ERRORS, run=other.place if other.estimates is None else first.place)
-            )
+            unknown = other if other.estimates is None else first
+            remarks.append(Remark.of(Code.NOTHING_KNOWN_OF_ERRORS, run=unknown.place))
             continue
         assert first.run is not None and other.run is not None
         one, two = first.run.result, other.run.result
@@ -172,23 +169,13 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
         if shared:
             remarks.append(Remark.of(Code.MEASUREMENTS_SHARED, run=other.place, files=shared))
         # Without an instrument on the base a run knows shape alone, and where its base is follows from where it began.
-        loose = [c.place for c in (first, other) if not c.base_is_known]
+        loose = tuple(c.place for c in (first, other) if not c.base_is_known)
         if loose and not base_moves:
-            remarks.append(Remark.of(Code.BASE_NOT_MEASURED, runs=tuple(loose)))
-        moves = base_moves or bool(loose)
-        made = compare_anchors(
-            first.robot, first.estimates, other.estimates, zeros_unchanged=zeros_unchanged, base_moves=moves
-        )
-        found.append((other.place, made))
+            remarks.append(Remark.of(Code.BASE_NOT_MEASURED, runs=loose))
+        how = {"zeros_unchanged": zeros_unchanged, "base_moves": base_moves or bool(loose)}
+        found.append((other.place, compare_anchors(first.robot, first.estimates, other.estimates, **how)))
     remarks += [doubt for c in every for doubt in c.cautions]
     anchors, zeros = (np.array([getattr(c.robot, k) for c in every]) for k in ("a", "zeros"))
+    scattered = calibration_scatter(first.robot, anchors, zeros)
     inputs = tuple(i for c in every for i in robot_inputs(c.file, c.place))
-    return Drifts(
-        every,
-        tuple(found),
-        calibration_scatter(first.robot, anchors, zeros),
-        zeros_unchanged,
-        tuple(remarks),
-        inputs,
-        command,
-    )
+    return Drifts(every, tuple(found), scattered, zeros_unchanged, tuple(remarks), inputs, command)

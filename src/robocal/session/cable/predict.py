@@ -17,7 +17,7 @@ from robocal._types import Array
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
 from robocal.cables.gradient import by_parameters
-from robocal.errors import FileError, ModelError
+from robocal.errors import FileError
 from robocal.estimate.uncertainty import Total, radius
 from robocal.files.cable.pose_lists import CableList, read_cable_lengths, read_platform_poses
 from robocal.files.covariance import COVARIANCE, read_covariance
@@ -29,7 +29,7 @@ from robocal.prove.place_bands import motion_field
 from robocal.quantities import Column, Listing
 from robocal.report.sections import figure
 from robocal.session.cable.calibrated import Calibrated, open_calibrated
-from robocal.session.cable.statics_options import locate_row, robot_inputs
+from robocal.session.cable.statics_options import name_row, robot_inputs
 from robocal.session.prediction import Prediction
 
 __all__ = ["predict"]
@@ -61,24 +61,21 @@ def _lengths(ask: _Asked) -> Prediction:
     """What the sensors show at poses, and the 95 % band of each."""
     run, robot = ask.run, ask.run.robot
     rows = read_platform_poses(ask.path, robot)
-    try:
+    with name_row(ask.path, rows):
         full = inverse(robot, rows.values)[0]
-    except ModelError as error:
-        raise locate_row(error, str(ask.path), rows) from None
     shown = run.gains.readings(robot, full)
     slope, by_number = _slopes(ask, rows.values, shown)
     left = _placed(by_number, slope @ motion_field(rows.values[:, :3, 3])[:, list(robot.axes)], ask.whole)
     if run.gains.gain is not None:
         left = left / run.gains.gain[:, None]
     band = 1e3 * radius(_variance(ask, left[:, :, None]), ask.total.dof)
-    names, lengths = Column("configuration", "", rows.names), (1e3 * shown).T
+    names, own = Column("configuration", "", rows.names), list(zip(robot.cables, (1e3 * shown).T, band.T, strict=True))
     listing = Listing((
         names,
-        *(Column(c, "mm", v, spec=".3f") for c, v in zip(robot.cables, lengths, strict=True)),
-        *(Column(f"{c}_band", "mm", v, figures=2) for c, v in zip(robot.cables, band.T, strict=True)),
+        *(Column(c, "mm", v, spec=".3f") for c, v, _ in own),
+        *(Column(f"{c}_band", "mm", w, figures=2) for c, _, w in own),
     ))  # fmt: skip
-    pairs = zip(robot.cables, lengths, band.T, strict=True)
-    table = (Column(c, "mm", [f"{v:.3f} ± {figure(w, 2)}" for v, w in zip(*own, strict=True)]) for c, *own in pairs)
+    table = (Column(c, "mm", [f"{v:.3f} ± {figure(w, 2)}" for v, w in zip(*both, strict=True)]) for c, *both in own)
     what = f"{len(listing)} poses of the platform: what the sensors of its cables show"
     return _prediction(ask, listing, rows, what=what, table=Listing((names, *table)))
 
@@ -88,10 +85,8 @@ def _poses(ask: _Asked) -> Prediction:
     run, robot = ask.run, ask.run.robot
     rows = read_cable_lengths(ask.path, robot)
     read = run.gains.lengths(robot, rows.values)
-    try:
+    with name_row(ask.path, rows):
         pose = forward(robot, read).pose
-    except ModelError as error:
-        raise locate_row(error, str(ask.path), rows) from None
     axes = list(robot.axes)
     slope, by_number = _slopes(ask, pose, rows.values)
     moved = np.full((len(pose), len(axes), by_number.shape[2]), np.nan)

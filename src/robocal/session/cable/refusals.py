@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 from robocal.cables.geometry import CableRobot
@@ -19,55 +19,45 @@ from robocal.session.watching import Watch
 __all__ = ["data_remarks"]
 
 
+# The key of the data file, what was found there, and what was expected, with the numbers of the finding.
+PLACES: dict[str, tuple[str, str | None, str]] = {
+    COPIED: ("configuration", "{count} of {of}, such as {one} and {other}", "every measurement once"),
+    TWO_SIZES: (
+        "{wrong}.unit", "positions that scatter by {positions:.3g} m, by the lengths {lengths:.3g} m",
+        "the same; the robot's frame anchors scatter by {frame:.3g} m",
+    ),
+    ANCHORS: ("cables", None, "the platform anchors in the order of {right}"),
+    LENGTHS: ("lengths.columns", None, "columns that hold {right} in this order"),
+    EXCHANGED: ("{kind}.columns", None, "their columns in the order of {one}, {other}"),
+    SHIFTED: ("{kind}", None, "each beside the id of its pose"),
+    NOT_AT_REST: (
+        "{kind}", "they leave {left:.3g} of force, geometry would {allowed:.3g}",
+        "the order of the columns as that of the cables, one unit, the platform at rest",
+    ),
+    CELLS: (
+        "{kind}.unit", "{mass:.3g} where the robot's file states {stated:.3g} ({unit}?)",
+        "the unit of the cells, or the platform's mass in the robot's file",
+    ),
+}  # fmt: skip
+for kind, code in AXES.items():
+    key = "orientation" if kind == "orientation" else "position.columns"
+    PLACES[code] = (key, None, "poses in right-handed axes, T_base_platform")
+
+
 def data_remarks(file: CableFile, data: DataSet, watch: Watch | None = None) -> tuple[Remark, ...]:
-    """What checks of the data say. Raises FormatError for what they refuse."""
+    """What checks of the data say. Raises FormatError for the first finding that refuses."""
     context: Context[CableRobot] = Context(file.robot, data, watch=watch)
     findings = run(When.READ, context, CABLES)
-    refuse_first(findings, file.path)
+    for finding in findings:
+        if finding.level is Level.REFUSE:
+            raise FormatError(finding.remark.sentence, **_place(finding, file.path))
     return tuple(f.remark for f in findings)
 
 
-def refuse_first(findings: Iterable[Finding], robot: object) -> None:
-    """Raises FormatError for the first finding that refuses; `robot` is the robot's file."""
-    for finding in findings:
-        if finding.level is Level.REFUSE:
-            raise FormatError(finding.remark.sentence, **_place(finding, finding.numbers, robot))
-
-
-def _place(finding: Finding, n: Mapping[str, object], robot: object) -> dict[str, Any]:
-    """File and key, what was found there, and what was expected."""
-    left = "they leave {left:.3g} of force, geometry would {allowed:.3g}"
-    places: dict[str, tuple[str, str | None, str | None]] = {
-        COPIED: ("configuration", "{count} of {of}, such as {one} and {other}", "every measurement once"),
-        TWO_SIZES: (
-            "{wrong}.unit",
-            "positions that scatter by {positions:.3g} m, by the lengths {lengths:.3g} m",
-            "the same; the robot's frame anchors scatter by {frame:.3g} m",
-        ),
-        **{
-            code: (
-                "orientation" if kind == "orientation" else "position.columns",
-                None,
-                "poses in right-handed axes, T_base_platform",
-            )
-            for kind, code in AXES.items()
-        },
-        ANCHORS: ("cables", None, "the platform anchors in the order of {right}"),
-        LENGTHS: ("lengths.columns", None, "columns that hold {right} in this order"),
-        EXCHANGED: ("{kind}.columns", None, "their columns in the order of {one}, {other}"),
-        SHIFTED: ("{kind}", None, "each beside the id of its pose"),
-        NOT_AT_REST: ("{kind}", left, "the order of the columns as that of the cables, one unit, the platform at rest"),
-        CELLS: (
-            "{kind}.unit",
-            "{mass:.3g} where the robot's file states {stated:.3g} ({unit}?)",
-            "the unit of the cells, or the platform's mass in the robot's file",
-        ),
-    }
-    key, found, expected = (None if text is None else text.format(**n) for text in places[finding.code])
-    to_write = finding.code in (ANCHORS, LENGTHS, EXCHANGED)
-    return {
-        "file": robot if finding.code == ANCHORS else n["source"],
-        "key": key,
-        "found": found,
-        "expected": ToWrite(expected) if to_write else expected,
-    }
+def _place(finding: Finding, robot: Path | None) -> dict[str, Any]:
+    """File (`robot` is the robot's) and key, what was found there, and what was expected."""
+    code, n = finding.code, finding.numbers
+    key, found, expected = (None if text is None else text.format(**n) for text in PLACES[code])
+    to_write = code in (ANCHORS, LENGTHS, EXCHANGED) and expected is not None
+    place = {"file": robot if code == ANCHORS else n["source"], "key": key, "found": found}
+    return {**place, "expected": ToWrite(expected) if to_write else expected}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -43,8 +43,7 @@ class SensorGains:
         out: dict[str, Array] = {}
         for names, of in ((self.gains, shown), (self.owned, np.ones_like(shown))):
             for i, name in enumerate(names):
-                column = out.setdefault(name, np.zeros_like(shown))
-                column[:, i] -= of[:, i]
+                out.setdefault(name, np.zeros_like(shown))[:, i] -= of[:, i]
         return out
 
 
@@ -73,11 +72,10 @@ def sensor_gains(robot: CableRobot, found: dict[str, float], zeros_found: bool, 
     if len(owners) > 1:
         raise ModelError("this run has several drums", key="ROBOT", found=", ".join(sorted(owners)), expected="one")
     out = SensorGains()
-    if gains:
-        owner = owners.pop()
+    for owner in owners:  # one, or none
         each = tuple(n if (n := f"{owner}.{c}.{GAIN}") in found else f"{owner}.{GAIN}" for c in robot.cables)
         out = SensorGains(np.array([found[n] for n in each]), each)
-    powers = {n.rpartition(".")[0] for n in names if not n.endswith(f".{GAIN}")}
+    powers = {n.rpartition(".")[0] for n in names if n not in gains}
     if zeros_found or not powers:
         return out
     if len(powers) > 1:
@@ -85,6 +83,6 @@ def sensor_gains(robot: CableRobot, found: dict[str, float], zeros_found: bool, 
             f"{run} identified zeros of several power-ups, but not those of the robot", key="ROBOT", found=", ".join(sorted(powers)),
             expected="a run whose lengths count from one zero",
         )  # fmt: skip
-    power = powers.pop()
+    (power,) = powers
     owned = tuple(f"{power}.{c}" for c in robot.cables)
-    return SensorGains(out.gain, out.gains, np.array([found[n] for n in owned]), owned)
+    return replace(out, zeros=np.array([found[n] for n in owned]), owned=owned)

@@ -17,21 +17,19 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.grid_regions import frame_box
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, one_of
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import length_columns, read_platform_poses
 from robocal.files.cable.show import describe_cable
 from robocal.files.cable.write import render_cable
-from robocal.files.csvtable import csv_text
 from robocal.files.listing import listing_text
-from robocal.files.units import number, numbers_of
+from robocal.files.units import number
 from robocal.geometry import se3
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.quantities import Column, Listing
-from robocal.session.simulator import Errors, Request, Simulator
-from robocal.simulation.rigs import STANDS
+from robocal.session.simulator import Errors, Request, Simulator, parse_frame
 
 __all__ = ["CableSimulator"]
 
@@ -52,24 +50,12 @@ class CableSimulator(Simulator[CableRobot]):
     def __init__(self, file: CableFile, request: Request) -> None:
         super().__init__(file.robot, file.units, request)
         self.file = file
-        self._kind = request.kind or ("pose" if max(file.robot.axes) > 2 else "position")
-        if self._kind not in KINDS:
-            near, known = nearest(self._kind, KINDS), ", ".join(KINDS)
-            raise ModelError("unknown kind", key="--kind", found=self._kind, expected=known, suggestion=near)
-        place = PLACE if request.noise is None else request.noise
-        turn = TURN if request.angle_noise is None else request.angle_noise
-        length = LENGTH if request.length_noise is None else request.length_noise
-        self._noise = length, np.repeat([place, turn], 3)[: KINDS[self._kind]]
-
-    @property
-    def kind(self) -> str:
-        """What an instrument measures beside the lengths."""
-        return self._kind
-
-    @property
-    def noise(self) -> float:
-        """Of a length, in m."""
-        return self._noise[0]
+        self.kind = request.kind or ("pose" if max(file.robot.axes) > 2 else "position")
+        if self.kind not in KINDS:
+            raise ModelError("unknown kind", key="--kind", found=self.kind, **one_of(self.kind, KINDS))
+        given = ((request.noise, PLACE), (request.angle_noise, TURN), (request.length_noise, LENGTH))
+        place, turn, self.noise = (usual if noise is None else noise for noise, usual in given)
+        self.spread = np.repeat([place, turn], 3)[: KINDS[self.kind]]  # of what an instrument reads
 
     @property
     def imperfect(self) -> Sequence[str]:
@@ -106,31 +92,19 @@ class CableSimulator(Simulator[CableRobot]):
         """Lengths, and what the instrument reads, at poses (k, 4, 4)."""
         k, m = len(where), len(truth.cables)
         ids = tuple(f"p{i + 1:0{len(str(k))}d}" for i in range(k))
-        length, spread = self._noise
-        exact = not (length > 0 and (spread > 0).all())
+        spread, frame = self.spread, parse_frame(self.request.frame, self.units)
+        exact = not (self.noise > 0 and (spread > 0).all())
         lengths = Observations(
-            "lengths", np.repeat(np.arange(k), m), np.zeros((k * m, 1)), None if exact else np.full((k * m, 1), length),
+            "lengths", np.repeat(np.arange(k), m), np.zeros((k * m, 1)), None if exact else np.full((k * m, 1), self.noise),
             extra={"cable": np.tile(np.arange(m, dtype=float), k)}, options={"cables": truth.cables},
         )  # fmt: skip
+        # Without a frame the instrument reads in base coordinates.
         seen = Observations(
-            self._kind,
-            np.arange(k),
-            np.zeros((k, len(spread))),
-            None if exact else np.tile(spread, (k, 1)),
-            self._frame(),
-        )
+            self.kind, np.arange(k), np.zeros((k, len(spread))), None if exact else np.tile(spread, (k, 1)),
+            None if frame is None else Frame("tracker", frame, (True,) * 6, expected=(10.0, 3.0)),
+        )  # fmt: skip
         blank = DataSet(Configurations(ids, start=se3.to_vector(where)), (lengths, seen))
         return synthesise(truth, blank, None if exact else rng)
-
-    def _frame(self) -> Frame | None:
-        """Where the base is, seen from the instrument; None: the instrument reads in base coordinates."""
-        text, units = self.request.frame, self.file.units
-        if text in ("auto", "none"):
-            value: tuple[float, ...] | None = STANDS if text == "auto" else None
-        else:
-            given = numbers_of(text, "x,y,z,rx,ry,rz or none", key="--frame")
-            value = (*map(units.length.to_si, given[:3]), *map(units.angle.to_si, given[3:]))
-        return None if value is None else Frame("tracker", value, (True,) * 6, expected=(10.0, 3.0))
 
     def largest_error(self, truth: CableRobot, where: Array) -> float:
         """How far a length of the model is off, in m."""
@@ -142,9 +116,8 @@ class CableSimulator(Simulator[CableRobot]):
         """The nominal and the true robot. Raises ModelError where the file cannot hold the truth."""
         true_text, left_out = render_cable(self.file, {p.name: p.value for p in truth.table.rows})
         if left_out:
-            raise ModelError(
-                "this file cannot hold these true values", found=", ".join(left_out), expected="zeros in it"
-            )
+            message = "this file cannot hold these true values"
+            raise ModelError(message, found=", ".join(left_out), expected="zeros in it")
         native = self.file.format == "yaml"
         return {
             "robot.yaml": self.file.text if native else describe_cable(self.machine, self.file.units),
@@ -155,12 +128,10 @@ class CableSimulator(Simulator[CableRobot]):
         """The lengths, and what the instrument read from a place that is to be found."""
         before, units = f"{stem}-" if stem else "", self.file.units
         lengths, seen = data.observations
-        ids, names = data.configurations.ids, FRAME_SYMBOLS[: KINDS[seen.kind]]
-        shown = [units.length if s in "xyz" else units.angle for s in names]
-        table = Listing((Column("id", "", ids), *length_columns(self.machine, lengths.value.reshape(len(ids), -1))))
-        cells = [[number(u.from_si(float(v))) for u, v in zip(shown, row, strict=True)] for row in seen.value]
-        rows = ([i, *own] for i, own in zip(ids, cells, strict=True))
-        header = ["id", *(f"{s} [{u.name}]" for s, u in zip(names, shown, strict=True))]
+        ids = Column("id", "", data.configurations.ids)
+        table = Listing((ids, *length_columns(self.machine, lengths.value.reshape(len(ids.values), -1))))
+        read = zip(FRAME_SYMBOLS[: KINDS[seen.kind]], seen.value.T, strict=True)
+        poses = Listing((ids, *(Column(s, "m" if s in "xyz" else "rad", v) for s, v in read)))
         what = [f"lengths: {{columns: [{', '.join(self.machine.cables)}]{_sigma(lengths, 0, units.length.factor)}}}"]
         place = [f"position: {{columns: [x, y, z]{_sigma(seen, 0, units.length.factor)}}}"]
         if seen.kind == "pose":
@@ -170,7 +141,7 @@ class CableSimulator(Simulator[CableRobot]):
         return {
             f"{before}lengths.csv": label + listing_text(table, units),
             f"{before}lengths.yaml": label + _described("lengths", f"{before}lengths.csv", what),
-            f"{before}{seen.kind}.csv": label + csv_text(header, rows),
+            f"{before}{seen.kind}.csv": label + listing_text(poses, units),
             f"{before}{seen.kind}.yaml": label + _described(seen.kind, f"{before}{seen.kind}.csv", place),
         }
 

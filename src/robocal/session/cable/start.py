@@ -22,7 +22,7 @@ from robocal.files.units import numbers_of
 from robocal.geometry import se3, so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.cable.statics_options import missing_text
+from robocal.session.cable.statics_options import missing_text, no_direction
 
 __all__ = ["body_of", "box_of", "clearance_of", "examine_start"]
 
@@ -39,38 +39,24 @@ def examine_start(file: CableFile, robot: CableRobot, clearance: Clearance, said
             raise ModelError(_none(), key="--start", found=said, expected="other tension limits, or another start")
     else:
         pose = robot.home if said == "mean" else _pose(file, robot, said)
-    _whole(file, robot, pose)
+    lost = ~np.isfinite(structure_of(robot, pose[None], strict=False)[0]).all(axis=0)
+    if lost.any():
+        message = no_direction(robot.cables[int(np.argmax(lost))], "the start X_0")
+        raise ModelError(message, key="--start", found=_pose_text(file, pose))
     found = examine(robot, pose, clearance)
     if found.feasible and not found.touching and found.margin != 0.0:
         return found
     shown = _pose_text(file, pose) + (", the mean of the frame anchors" if said == "mean" else "")
-    if found.touching and found.feasible:
-        why = f"at the start X_0 {found.touching}"
-    elif found.feasible:
-        # Margins are exactly zero at singular poses alone; any motion leaves what is held there.
-        why = "the start X_0 is a singular pose: the cables balance the weight there, and no disturbance beside it"
-    else:
+    # Margins are exactly zero at singular poses alone; any motion leaves what is held there.
+    why = "the start X_0 is a singular pose: the cables balance the weight there, and no disturbance beside it"
+    if not found.feasible:
         lacking = missing_text(robot, found.missing)
         why = f"the start X_0 cannot be held within the tension limits; {lacking} is missing"
+    elif found.touching:
+        why = f"at the start X_0 {found.touching}"
     other = propose(robot, clearance)
-    instead = (
-        f"another; {_none()}"
-        if other is None
-        else f"another, such as --start {_pose_text(file, other)} (or --start best)"
-    )
-    raise ModelError(why, key="--start", found=shown, expected=instead)
-
-
-def _whole(file: CableFile, robot: CableRobot, pose: Array) -> None:
-    """Raises ModelError where a cable has no direction at the start."""
-    lost = ~np.isfinite(structure_of(robot, pose[None], strict=False)[0]).all(axis=0)
-    if lost.any():
-        raise ModelError(
-            f"cable {robot.cables[int(np.argmax(lost))]} has no direction at the start X_0: its anchors coincide there, or "
-            "the platform anchor lies in its pulley",
-            key="--start",
-            found=_pose_text(file, pose),
-        )
+    instead = _none() if other is None else f"such as --start {_pose_text(file, other)} (or --start best)"
+    raise ModelError(why, key="--start", found=shown, expected=f"another{';' if other is None else ','} {instead}")
 
 
 def _none() -> str:
@@ -85,20 +71,17 @@ def _pose(file: CableFile, robot: CableRobot, said: str) -> Array:
     values[:many] = numbers_of(said, "X,Y,Z" if many == 3 else "X,Y,Z,RX,RY,RZ", key="--start")
     values[:3] = file.units.length.to_si(values[:3])
     values[3:] = file.units.angle.to_si(values[3:])
-    turned = [i for i in range(3, 6) if values[i] != 0 and i not in robot.axes]
-    if turned:
-        raise ModelError(
-            f"a robot with {robot.degrees} does not turn so", key="--start", found=said, expected="X,Y,Z, or 0 there"
-        )
+    if any(values[i] != 0 and i not in robot.axes for i in range(3, 6)):
+        message = f"a robot with {robot.degrees} does not turn so"
+        raise ModelError(message, key="--start", found=said, expected="X,Y,Z, or 0 there")
     return np.asarray(se3.from_vector(values[None])[0])
 
 
 def _pose_text(file: CableFile, pose: Array) -> str:
     """A pose as --start takes it."""
     values = se3.to_vector(pose[None])[0]
-    length = [f"{file.units.length.from_si(float(v)):.6g}" for v in values[:3]]
-    angle = [f"{file.units.angle.from_si(float(v)):.6g}" for v in values[3:]]
-    return ",".join([*length, *angle] if np.abs(values[3:]).max() > 0 else length)
+    shown = [*file.units.length.from_si(values[:3]), *file.units.angle.from_si(values[3:])]
+    return ",".join(f"{v:.6g}" for v in (shown if np.abs(values[3:]).max() > 0 else shown[:3]))
 
 
 def body_of(file: CableFile, robot: CableRobot, said: str) -> Body | None:
@@ -120,25 +103,22 @@ def clearance_of(
 ) -> tuple[Clearance, tuple[Remark, ...]]:
     """What the search for contacts is told; without a diameter cables are lines, which is said."""
     said: tuple[Remark, ...] = ()
-    if diameter is not None:
-        d = np.full(len(robot.cables), diameter)
-    elif robot.diameter is not None:
-        d = robot.diameter
-    else:
-        d, said = np.zeros(len(robot.cables)), (Remark.of(Code.NO_DIAMETER),)
-    return Clearance(d, body_of(file, robot, body), relief), said
+    wide = robot.diameter
+    if diameter is not None or wide is None:
+        wide = np.full(len(robot.cables), diameter or 0.0)
+        said = (Remark.of(Code.NO_DIAMETER),) if diameter is None else ()
+    return Clearance(wide, body_of(file, robot, body), relief), said
 
 
 def box_of(robot: CableRobot, start: Array, said: Any, si: Any) -> PoseBox:
     """The box Z, from the options of the verb as they were said and in SI: `scale` times that in which the frame can hold its platform
     (`room.frame_box`), not below its bottom, wherever the start is; or X0,Y0,Z0,X1,Y1,Z1. Turns up to `turn` about each axis (30
     degrees when nobody says)."""
-    angle = TURN if si.turn is None else si.turn
+    angle, found = TURN if si.turn is None else si.turn, said.box
     if si.turn and max(robot.axes) < 3:
-        raise ModelError(
-            "this robot does not turn", key="--turn", found=said.turn, expected=f"no turn: it is {robot.degrees}"
-        )
-    if said.box is not None and said.departs("scale"):
+        expected = f"no turn: it is {robot.degrees}"
+        raise ModelError("this robot does not turn", key="--turn", found=said.turn, expected=expected)
+    if found is not None and said.departs("scale"):
         raise ModelError("a given box is not scaled", key="--scale", found=said.scale, expected="--box or --scale")
     if not 0 <= angle <= math.pi:
         raise ModelError("out of range", key="--turn", found=said.turn, expected="0 to half a turn about each axis")
@@ -146,15 +126,12 @@ def box_of(robot: CableRobot, start: Array, said: Any, si: Any) -> PoseBox:
         sides = _about_frame(robot, si.scale, angle)
         return PoseBox(0.5 * np.ptp(sides, axis=1), np.full(3, angle), sides.mean(axis=1) - start[:3, 3])
     low, high = si.box.reshape(2, 3)
-    found = said.box
     if np.abs(si.box).max() > BOX_LARGEST * np.abs(robot.a).max():
-        raise ModelError(
-            "out of range", key="--box", found=found, expected=f"less than {BOX_LARGEST:g} times the machine"
-        )
+        expected = f"less than {BOX_LARGEST:g} times the machine"
+        raise ModelError("out of range", key="--box", found=found, expected=expected)
     if (low > high).any():
-        raise ModelError(
-            "an empty box", key="--box", found=found, expected="X0,Y0,Z0,X1,Y1,Z1 with X0 <= X1, Y0 <= Y1, Z0 <= Z1"
-        )
+        expected = "X0,Y0,Z0,X1,Y1,Z1 with X0 <= X1, Y0 <= Y1, Z0 <= Z1"
+        raise ModelError("an empty box", key="--box", found=found, expected=expected)
     return PoseBox(0.5 * (high - low), np.full(3, angle), 0.5 * (low + high) - start[:3, 3])
 
 

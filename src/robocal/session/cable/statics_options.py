@@ -18,33 +18,16 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import WRENCH, CableList
-from robocal.files.cable.values import CableUnits
 from robocal.files.parts import CableDocument, provenance_of
 from robocal.files.text import InputFile
 from robocal.files.units import numbers_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, remark_fields
-from robocal.report.cable.length_unit import LengthUnit
 
 __all__ = [
-    "assumption_text",
-    "balance_remarks",
-    "cable_document",
-    "fitting",
-    "length_unit_of",
-    "limits_text",
-    "locate_row",
-    "mass_of",
-    "missing_text",
-    "name_option",
-    "redundant_robot",
-    "robot_inputs",
-    "robot_with_limits",
-    "stretches",
-    "tensions_of",
-    "verb_document",
-    "wrench_of",
-]
+    "assumption_text", "balance_remarks", "cable_document", "limits_text", "mass_of", "missing_text", "name_option",
+    "name_row", "no_direction", "redundant_robot", "robot_inputs", "robot_with_limits", "tensions_of", "wrench_of",
+]  # fmt: skip
 
 D = TypeVar("D", bound=CableDocument)
 UPRIGHT = {2, 3, 4}  # components of the twist (v, w) that a weight works on: z, and the turns about x and y
@@ -52,18 +35,14 @@ UPRIGHT = {2, 3, 4}  # components of the twist (v, w) that a weight works on: z,
 
 def redundant_robot(file: CableFile, more: int = 0) -> CableRobot:
     """The robot, which has at least `more` cables than degrees of freedom. Raises FormatError naming the file."""
-    robot = file.robot
-    if len(robot.cables) < len(robot.axes) + more:
-        raise FormatError(
-            "fewer cables than degrees of freedom: such a platform is not held by its cables"
-            if len(robot.cables) < len(robot.axes)
-            else "no more cables than degrees of freedom: such cables balance some wrenches, never all",
-            file=file.path,
-            key="cables",
-            found=f"{len(robot.cables)} cables for {len(robot.axes)} degrees of freedom",
-            expected=f"{len(robot.axes) + more} or more",
-        )
-    return robot
+    cables, freedoms = len(file.robot.cables), len(file.robot.axes)
+    if cables < freedoms + more:
+        message = "no more cables than degrees of freedom: such cables balance some wrenches, never all"
+        if cables < freedoms:
+            message = "fewer cables than degrees of freedom: such a platform is not held by its cables"
+        found, expected = f"{cables} cables for {freedoms} degrees of freedom", f"{freedoms + more} or more"
+        raise FormatError(message, file=file.path, key="cables", found=found, expected=expected)
+    return file.robot
 
 
 def robot_with_limits(file: CableFile, limits: Array | None = None) -> CableRobot:
@@ -72,16 +51,12 @@ def robot_with_limits(file: CableFile, limits: Array | None = None) -> CableRobo
     robot = redundant_robot(file)
     if limits is None:
         if robot.limits is None:
-            raise FormatError(
-                f"the tension limits of {robot.name} are not known",
-                file=file.path,
-                key="every_cable.tension",
-                expected="every_cable: {tension: [LEAST, GREATEST]}, or --limits LEAST,GREATEST",
-            )
+            message = f"the tension limits of {robot.name} are not known"
+            expected = "every_cable: {tension: [LEAST, GREATEST]}, or --limits LEAST,GREATEST"
+            raise FormatError(message, file=file.path, key="every_cable.tension", expected=expected)
         return robot
     if not 0 <= limits[0] < limits[1]:
-        found = ",".join(f"{file.units.force.from_si(float(v)):g}" for v in limits)
-        expected = "0 <= LEAST < GREATEST"
+        found, expected = ",".join(f"{file.units.force.from_si(float(v)):g}" for v in limits), "0 <= LEAST < GREATEST"
         raise ModelError("the tension limits are crossed or negative", key="--limits", found=found, expected=expected)
     return replace(robot, limits=np.tile(limits, (len(robot.cables), 1)))
 
@@ -93,12 +68,8 @@ def mass_of(file: CableFile, payload: float = 0.0, mass: float | None = None) ->
     if mass is not None:
         return mass + payload
     if robot.mass is None and UPRIGHT.intersection(robot.axes):
-        raise FormatError(
-            f"the mass of {robot.name} is not known",
-            file=file.path,
-            key="platform.mass",
-            expected="platform: {mass: ...}, or --mass",
-        )
+        message, expected = f"the mass of {robot.name} is not known", "platform: {mass: ...}, or --mass"
+        raise FormatError(message, file=file.path, key="platform.mass", expected=expected)
     return (robot.mass or 0.0) + payload
 
 
@@ -116,9 +87,7 @@ def balance_remarks(robot: CableRobot, wrenches: Array) -> tuple[Remark, ...]:
     """A remark on components of wrenches (..., 6) that this platform's cables do not balance."""
     given = (wrenches.reshape(-1, 6) != 0).any(axis=0)
     lost = tuple(WRENCH[i] for i in np.flatnonzero(given) if i not in robot.axes)
-    if not lost:
-        return ()
-    return (Remark.of(Code.WRENCH_UNBALANCED, components=lost, degrees=robot.degrees),)
+    return (Remark.of(Code.WRENCH_UNBALANCED, components=lost, degrees=robot.degrees),) if lost else ()
 
 
 @contextmanager
@@ -136,16 +105,13 @@ def name_option(options: Mapping[str | None, str]) -> Iterator[None]:
 def missing_text(robot: CableRobot, missing: Array) -> str:
     """A missing wrench (d,) [N, N m] in words; components that are nothing beside the greatest are left out."""
     size = np.abs(missing).max()
-    return ", ".join(
-        f"{WRENCH[axis]} {v:.4g} {'N' if axis < 3 else 'Nm'}"
-        for axis, v in zip(robot.axes, missing, strict=True)
-        if abs(v) > 1e-6 * size
-    )
+    parts = ((axis, v) for axis, v in zip(robot.axes, missing, strict=True) if abs(v) > 1e-6 * size)
+    return ", ".join(f"{WRENCH[axis]} {v:.4g} {'N' if axis < 3 else 'Nm'}" for axis, v in parts)
 
 
-def length_unit_of(units: CableUnits) -> LengthUnit:
-    """The unit in which a page tells lengths: that of the robot's file."""
-    return LengthUnit(units.length.name, units.length.factor)
+def no_direction(cable: str, where: str) -> str:
+    """What is wrong with a cable that has no length there."""
+    return f"cable {cable} has no direction at {where}: its anchors coincide there, or the platform anchor lies in its pulley"
 
 
 def robot_inputs(file: CableFile, robot: str) -> tuple[InputFile, ...]:
@@ -153,67 +119,42 @@ def robot_inputs(file: CableFile, robot: str) -> tuple[InputFile, ...]:
     return (InputFile(file.path or Path(robot), file.sha256), *file.beside)
 
 
-def stretches(robot: CableRobot) -> bool:
-    """Whether what the sensors show hangs on tensions."""
-    return robot.elasticity is not None
-
-
 def tensions_of(
     rows: CableList, tension: float | None, file: CableFile, sag: bool
 ) -> tuple[Array | None, tuple[Remark, ...]]:
     """Tensions of the list, or one for all, in N, and a warning where those of the list stretch nothing, since nobody
-    knows how elastic the cables are. Raises ModelError when both say."""
+    knows how elastic the cables are.
+
+    Raises ModelError when both say, and for sag without tensions; FormatError naming the file where the robot does not know what the
+    length model needs."""
+    said: tuple[Remark, ...] = ()
+    pull = None if rows.geometric else rows.tension
     if tension is not None:
         if rows.tension is not None:
             raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
         if rows.geometric:
-            raise ModelError(
-                "geometric lengths are not stretched",
-                key="--tension",
-                expected="a list of what the sensors show, or no tension",
-            )
-        return np.asarray(tension), ()
-    if rows.geometric:
-        return None, ()
-    if rows.tension is not None and file.robot.elasticity is None and not sag:
-        return None, (Remark.of(Code.TENSIONS_ASIDE, robot=file.robot.name),)
-    return rows.tension, ()
-
-
-def locate_row(error: ModelError, path: str, rows: CableList) -> FormatError:
-    """What a model complains of, said of the row of the list that it is about."""
-    row = None if error.row is None else rows.lines[error.row]
-    return error.of_file(path, row=row)
-
-
-def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:
-    """Whether the robot's file knows what the length model needs. Raises FormatError naming it, or ModelError for sag
-    without tensions."""
+            expected = "a list of what the sensors show, or no tension"
+            raise ModelError("geometric lengths are not stretched", key="--tension", expected=expected)
+        pull = np.asarray(tension)
+    elif pull is not None and file.robot.elasticity is None and not sag:
+        pull, said = None, (Remark.of(Code.TENSIONS_ASIDE, robot=file.robot.name),)
     if sag and pull is None:
-        raise ModelError(
-            "a sagging cable needs its tension",
-            key="--sag",
-            expected=f"columns {file.robot.cables[0]}.tension [N], ... in the list, or --tension",
-        )
+        expected = f"columns {file.robot.cables[0]}.tension [N], ... in the list, or --tension"
+        raise ModelError("a sagging cable needs its tension", key="--sag", expected=expected)
     try:
         model_of(file.robot, sag=sag, tense=pull is not None)
     except ModelError as error:
         raise error.of_file(file.path) from None
+    return pull, said
 
 
-def verb_document(
-    robot: CableRobot, found: Mapping[str, Any], warnings: Sequence[Remark], inputs: Sequence[InputFile], command: str
-) -> dict[str, Any]:
-    """The document of `cable drift`, schema 1."""
-    return {
-        "robocal": 1,
-        "robot": robot.name,
-        "cables": list(robot.cables),
-        **found,
-        "assumed": list(robot.assumed),
-        **remark_fields(warnings),
-        "provenance": provenance_of(command, inputs),
-    }
+@contextmanager
+def name_row(path: object, rows: CableList) -> Iterator[None]:
+    """What a model complains of is said of the row of the list that it is about."""
+    try:
+        yield
+    except ModelError as error:
+        raise error.of_file(path, row=None if error.row is None else rows.lines[error.row]) from None
 
 
 def cable_document(
@@ -231,9 +172,9 @@ def cable_document(
     )  # fmt: skip
 
 
-def assumption_text(robot: CableRobot) -> list[str]:
-    """A paragraph for a page where something of the robot was assumed."""
-    return [f"Assumed, not measured: {', '.join(robot.assumed)}. The result depends on it."] if robot.assumed else []
+def assumption_text(robot: CableRobot) -> str:
+    """A paragraph for a page, empty where nothing of the robot was assumed."""
+    return f"Assumed, not measured: {', '.join(robot.assumed)}. The result depends on it." if robot.assumed else ""
 
 
 def limits_text(limits: NDArray[np.float64]) -> str:

@@ -39,19 +39,13 @@ class CableFacts:
 
 def facts(robot: CableRobot) -> CableFacts:
     """What is known, SI, and what follows."""
-    known = ("mass", "limits", "pulleys", "elasticity", "density", "diameter")
+    known = ("mass", "limits", "elasticity", "density", "diameter")
     return CableFacts(
-        degrees=robot.degrees,
-        plane=robot.plane if robot.planar else None,
-        redundancy=len(robot.cables) - len(robot.axes),
-        frame=UnitValue(np.ptp(robot.a, axis=0), "m"),
-        platform=UnitValue(np.ptp(robot.b, axis=0), "m"),
-        mass=unit_value(robot.mass, "kg"),
-        com=None if robot.mass is None else UnitValue(robot.com, "m"),
-        not_known=[name for name in known if getattr(robot, name) is None and name != "pulleys"],
-        assumed=robot.assumed,
-        cables=_cables(robot),
-    )
+        degrees=robot.degrees, plane=robot.plane if robot.planar else None, redundancy=len(robot.cables) - len(robot.axes),
+        frame=UnitValue(np.ptp(robot.a, axis=0), "m"), platform=UnitValue(np.ptp(robot.b, axis=0), "m"),
+        mass=unit_value(robot.mass, "kg"), com=None if robot.mass is None else UnitValue(robot.com, "m"),
+        not_known=[name for name in known if getattr(robot, name) is None], assumed=robot.assumed, cables=_cables(robot),
+    )  # fmt: skip
 
 
 def _cables(robot: CableRobot) -> Listing:
@@ -76,25 +70,15 @@ def summary(file: CableFile) -> Iterator[Section]:
     robot, length = file.robot, file.units.length
     said = facts(robot)
     cables = in_units(said.cables.without("pulley axis"), file.units)
-    spare = said.redundancy
+    spare, unit = said.redundancy, file.units.mass
     size = " x ".join(figure(float(v) / length.factor, 3) for v in said.frame.value)
-    mass = (
-        "mass not known"
-        if robot.mass is None
-        else f"{figure(robot.mass / file.units.mass.factor)} {file.units.mass.name}"
-    )
-    held = (
-        "as many cables as freedoms"
-        if spare == 0
-        else f"{abs(spare)} cables {'more' if spare > 0 else 'fewer'} than freedoms"
-    )
-    lines = [f"{robot.degrees}, {held}; frame {size} {length.name}; platform {mass}"]
+    mass = "mass not known" if robot.mass is None else f"{figure(robot.mass / unit.factor)} {unit.name}"
+    held = f"{abs(spare)} cables {'more' if spare > 0 else 'fewer'} than" if spare else "as many cables as"
+    lines = [f"{robot.degrees}, {held} freedoms; frame {size} {length.name}; platform {mass}"]
     if said.not_known:
         lines.append(f"not known: {', '.join(said.not_known)}")
     if robot.assumed:
         # c1.b to c8.b are one thing.
         what = dict.fromkeys(name.rpartition(".")[2] for name in robot.assumed)
         lines.append(f"assumed, not known: {', '.join(WORDS.get(w, w) for w in what)}")
-    yield Section.of(
-        "", *(Text.of(line) for line in lines[:1]), replace(listing_table(cables), right=()), *quiet(*lines[1:])
-    )
+    yield Section.of("", Text.of(lines[0]), replace(listing_table(cables), right=()), *quiet(*lines[1:]))

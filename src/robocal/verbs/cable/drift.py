@@ -44,7 +44,7 @@ class Options(BaseOptions):
         False, "The coordinates may differ by a motion: another instrument, or another place of it"
     )
     history: w.History = None
-    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", "DIR", short="-o")
     force: w.Force = False
 
 
@@ -52,7 +52,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Dr
     """Compares calibrations; a folder gets drift.json and a page. Raises InputError."""
     from robocal.files.writing import refuse_existing
     from robocal.session.cable.drift import drifts
-    from robocal.session.history import with_history
+    from robocal.session.runs import with_history
 
     refuse_existing(o.output, (FILE, PAGE), o.force)
     made = drifts(o.runs, o.zeros_unchanged, o.base_moves, command)

@@ -51,7 +51,6 @@ class Options(BaseOptions):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Array]:
     """Lengths in m, and the list as a CSV in the robot file's units. Raises InputError."""
     from robocal.cables.cable_lengths import inverse
-    from robocal.errors import ModelError
     from robocal.files.cable.cable_robot import read_cable
     from robocal.files.cable.pose_lists import length_columns, read_platform_poses, tension_columns
     from robocal.files.listing import in_units, listing_text
@@ -59,25 +58,15 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ar
     from robocal.files.writing import refuse_existing
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
-    from robocal.session.cable.statics_options import (
-        cable_document,
-        fitting,
-        locate_row,
-        robot_inputs,
-        stretches,
-        tensions_of,
-    )
+    from robocal.session.cable.statics_options import cable_document, name_row, robot_inputs, tensions_of
 
     refuse_existing(o.output, (), o.force)
     file = read_cable(o.robot)
     rows = read_platform_poses(o.poses, file.robot)
     pull, said = tensions_of(rows, o.si(file.units).tension, file, o.sag)
-    fitting(file, pull, o.sag)
-    try:
+    with name_row(o.poses, rows):
         lengths, _ = inverse(file.robot, rows.values, pull, sag=o.sag)
-    except ModelError as error:
-        raise locate_row(error, o.poses, rows) from None
-    geometric = stretches(file.robot) and pull is None
+    geometric = file.robot.elasticity is not None and pull is None
     columns = (Column("id", "", rows.names), *length_columns(file.robot, lengths, geometric=geometric))
     listing = Listing(columns + (() if rows.tension is None else tension_columns(file.robot, rows.tension)))
     if geometric:
@@ -85,13 +74,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ar
     remarks = (*file.warnings, *rows.warnings, *said)
     inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256))
     kind = "geometric" if geometric else "as the sensors show them"
-    document = cable_document(
-        LengthsDocument, file.robot, remarks, inputs, command, lengths=kind, poses=listing
-    )  # fmt: skip
-    text = listing_text(listing, file.units)
-    return Outcome(lengths, lambda: document, remarks=remarks, text=text, listing=in_units(listing, file.units)).put(
-        o.output
-    )
+    document = cable_document(LengthsDocument, file.robot, remarks, inputs, command, lengths=kind, poses=listing)
+    text, shown = listing_text(listing, file.units), in_units(listing, file.units)
+    return Outcome(lengths, lambda: document, remarks=remarks, text=text, listing=shown).put(o.output)
 
 
 def sections(made: Outcome[Array]) -> Iterator[Section]:

@@ -133,13 +133,13 @@ class Checked:
     @property
     def document(self) -> CheckDocument:
         """The same for machines."""
-        machine, seen, facts = self.robot.machine, self.identifiability, self.robot.facts
+        machine, file, seen, facts = self.robot.machine, self.robot.file, self.identifiability, self.robot.facts
         joints = tuple(
             JointPart(j.name, j.type, "m" if j.type == "prismatic" else "rad", j.lower, j.upper)
             for j in joints_of(machine)
         )
         return CheckDocument(
-            robot=RobotPart(machine.name, self.robot.convention, joints, self.robot.source, facts.get("cables"), facts.get("cable_robot")),
+            robot=RobotPart(machine.name, file.convention, joints, file.source, facts.get("cables"), facts.get("cable_robot")),
             instruments=self.instruments,
             configurations=None if self.data is None else len(self.data.configurations),
             free=self.free,

@@ -72,7 +72,7 @@ def _machines(o: Options, watch: Watch | None, command: str) -> Outcome[Any]:
     from robocal.files.units import parse_quantity
     from robocal.files.writing import refuse_existing, write_files, write_text
     from robocal.session.calibration import open_calibration
-    from robocal.session.history import with_history
+    from robocal.session.runs import with_history
     from robocal.verbs.drift.result import compare_runs, has_places
 
     refuse_existing(o.output, (FILE,), o.force)
@@ -98,7 +98,7 @@ def _cables(o: Options, command: str) -> Outcome[Any]:
     """As `cable drift` of two runs."""
     from robocal.files.writing import refuse_existing
     from robocal.session.cable.drift import drifts
-    from robocal.session.history import with_history
+    from robocal.session.runs import with_history
 
     _refuse(o, ("new_tool", "matters"), "this option is for arms", "nothing, for a cable robot")
     refuse_existing(o.output, (FILE, PAGE), o.force)

@@ -218,7 +218,7 @@ def identify_machine(o: Options, solver: Solver, watch: Watch | None, command: s
 def sections(made: Outcome[Identified]) -> Iterator[Section]:
     """The whole story of one identification, and where it was written."""
     from robocal.report.identified import closing_section, identification_sections
-    from robocal.session.knowledge import map_columns
+    from robocal.session.identify_outcome import map_columns
 
     found: Identified = made.result
     yield from identification_sections(found.result, found.residuals, lambda: map_columns(found.identification))

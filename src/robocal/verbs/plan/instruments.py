@@ -15,7 +15,8 @@ from robocal.measure.data import DataSet
 from robocal.planning.candidates import Template
 from robocal.prove.identify import baseline
 from robocal.session.inputs import Inputs
-from robocal.session.simulated_robot import parse_frame, sample_joints
+from robocal.session.simulated_robot import sample_joints
+from robocal.session.simulator import parse_frame
 from robocal.session.watching import Watch
 from robocal.simulation.rigs import CONTACTS, RIGS, Instrument, measure
 
@@ -37,7 +38,7 @@ def template(
             "this kind needs a data file that describes it", key="--kind", found=kind,
             expected=f"{', '.join(fitting)}, or DATA", suggestion=nearest(kind, fitting),
         )  # fmt: skip
-    plainly = Instrument(kind, frame=parse_frame(frame, arm))
+    plainly = Instrument(kind, frame=parse_frame(frame, arm.units))
     plainly = plainly if noise is None else replace(plainly, noise=noise)
     rng = np.random.default_rng(0)
     return _typical(measure(arm.chain, sample_joints(arm.chain, SAMPLE, rng), plainly, rng), None)

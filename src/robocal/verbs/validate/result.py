@@ -106,7 +106,7 @@ def layer_beside(
     if inputs.opened.arm is None or not Path(robot).is_dir() or not place.is_file():
         return None
     layer = read_layer(place)
-    chain = inputs.robot.chain
+    chain = inputs.opened.need_arm().chain
     if layer.joints != chain.joint_names:
         found, expected = ", ".join(layer.joints), ", ".join(chain.joint_names)
         message = "this residual layer is of another robot"

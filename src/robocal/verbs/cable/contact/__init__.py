@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from robocal.report.sections import Section, Text, ends, listing_table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.cable.contact.result import Motions
@@ -45,30 +45,20 @@ class Options(BaseOptions):
     payload: w.Payload = 0.0
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None
-    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", "DIR", short="-o")
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Motions]:
     """The motions of a path; a folder gets FILES. Raises InputError."""
-    from robocal.files.listing import listing_text
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.contact.result import path_of
 
-    refuse_existing(o.output, FILES, o.force)
-    made = path_of(o, command)
-    outcome = Outcome(made, lambda: made.document, made.whole, made.remarks).with_files(())
-    told = (part for tell in (sections, details) for part in tell(outcome))
-    return outcome.with_page(
-        o.output, told, lambda: {FILES[0]: listing_text(made.table_listing), FILES[1]: json_text(made.document)}, FILES[2],
-        title=f"{made.file.robot.name}: a path", kind="Cable robot",
-    )  # fmt: skip
+    return run_cable_verb(o, FILES, lambda: path_of(o, command), sections, details)
 
 
 def details(made: Outcome[Motions]) -> Iterator[Section]:
     """Pictures, every motion, how it was worked out."""
-    from robocal.verbs.cable.contact.page import contact_details
+    from robocal.verbs.cable.contact.result import contact_details
 
     yield from contact_details(made.result)
 
@@ -81,7 +71,7 @@ def sections(made: Outcome[Motions]) -> Iterator[Section]:
     stopped = np.flatnonzero(~found.legs.whole).tolist()
     count = len(found.legs.whole)
     words = f"   {count - len(stopped)} of {count} motions can be gone to their end"
-    yield Section.of("", Text.of((found.file.robot.name, "strong"), words))
+    yield Section.of("", Text.of((found.robot.name, "strong"), words))
     if stopped:
         more = f"and {len(stopped) - SHOWN} more; --json and -o have all" if len(stopped) > SHOWN else ""
         rows = listing_table(found.table_listing.take(stopped), most=SHOWN)

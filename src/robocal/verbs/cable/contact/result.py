@@ -1,28 +1,41 @@
-"""What `cable contact` finds: every motion of a path of one's own, and where it ends before its time."""
+"""What `cable contact` finds and its page: every motion of a path of one's own, and where it ends before its time."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal.cables.path import Legs, legs
+from robocal.cables.statics import gravity_wrench, structure_of
+from robocal.cables.tension import distribute
 from robocal.cables.workspace import Demand
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
-from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import pose_columns, read_platform_poses
+from robocal.files.listing import listing_text
 from robocal.files.parts import CableDocument
+from robocal.files.plain import json_text
 from robocal.files.text import InputFile
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
+from robocal.report.cable.part import part
+from robocal.report.cable.scene import scene
+from robocal.report.numbers import significant
+from robocal.report.sections import Section
+from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.start import clearance_of
-from robocal.session.cable.statics_options import cable_document, mass_of, robot_inputs, robot_with_limits
+from robocal.session.cable.statics_options import mass_of, robot_inputs, robot_with_limits
 
-__all__ = ["Motions", "path_of"]
+__all__ = ["Motions", "contact_details", "path_of"]
+
+DRAWN = 6  # motions
+MOST = 500  # rows of the table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,23 +46,21 @@ class PathDocument(CableDocument):
     motions: Listing
 
 
-@dataclass(frozen=True)
-class Motions:
-    """Names of the poses, what the motions between them meet, and what is to be said."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Motions(CableResult):
+    """Names of the poses, and what the motions between them meet."""
 
-    file: CableFile
     names: tuple[str, ...]
     legs: Legs
     demand: Demand | None
     from_first: bool
-    remarks: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str
+
+    title: ClassVar[str] = "a path"
 
     @property
     def listing(self) -> Listing:
         """Of every motion: from, to, the share that can be gone, what ends it, and the pose where it ends."""
-        met = self.legs.contacts.names(self.file.robot.cables)
+        met = self.legs.contacts.names(self.robot.cables)
         statics = self.legs.feasible_share < self.legs.contacts.fraction
         first = [self.names[0 if self.from_first else i] for i in range(len(met))]
         return Listing((
@@ -66,16 +77,18 @@ class Motions:
         return self.listing.only("from", "to", "free", "ends by")
 
     @property
-    def whole(self) -> bool:
+    def trusted(self) -> bool:
         """Whether all of it can be gone."""
         return bool(self.legs.whole.all())
 
     @property
     def document(self) -> PathDocument:
         """What --json says."""
-        return cable_document(
-            PathDocument, self.file.robot, self.remarks, self.inputs, self.command, whole=self.whole, motions=self.listing
-        )  # fmt: skip
+        return self.document_of(PathDocument, whole=self.trusted, motions=self.listing)
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The motions, and the document."""
+        return {"legs.csv": listing_text(self.table_listing), "contact.json": json_text(self.document)}
 
 
 def path_of(o: Any, command: str = "") -> Motions:
@@ -93,24 +106,52 @@ def path_of(o: Any, command: str = "") -> Motions:
         robot = robot_with_limits(file, si.limits)
         demand = Demand(np.array([mass_of(file, si.payload, si.mass)]))
     try:
-        found = legs(
-            robot, rows.values, demand=demand, diameter=clearance.diameter, body=clearance.body, relief=clearance.relief,
-            from_first=o.from_first,
-        )  # fmt: skip
+        found = legs(robot, rows.values, demand=demand, **vars(clearance), from_first=o.from_first)
     except ModelError as error:
-        raise FormatError(
-            error.message, file=o.poses, key=error.key, found=error.found, expected=error.expected
-        ) from None
+        raise error.of_file(o.poses, row=None) from None
     if open_ := int((~found.contacts.complete & ~(found.feasible_share < found.contacts.fraction)).sum()):
         said = (*said, Remark.of(Code.MOTIONS_OPEN, count=open_))
-    inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256))
     return Motions(
-        replace(file, robot=robot),
-        rows.names,
-        found,
-        demand,
-        o.from_first,
-        (*file.warnings, *rows.warnings, *said),
-        inputs,
-        command,
+        file=file.with_machine(robot), names=rows.names, legs=found, demand=demand, from_first=o.from_first,
+        warnings=(*file.warnings, *rows.warnings, *said),
+        inputs=(*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command=command,
+    )  # fmt: skip
+
+
+def contact_details(made: Motions) -> Iterator[Section]:
+    """Pictures of the motions that cannot be gone to their end, or of the last one; every motion; how it was worked out."""
+    stopped, count = np.flatnonzero(~made.legs.whole), len(made.legs.whole)
+    shown = stopped[:DRAWN] if len(stopped) else np.array([count - 1])
+    more = f" The first {DRAWN} of {len(stopped)} are drawn." if len(stopped) > DRAWN else ""
+    for number, i in enumerate(shown.tolist()):
+        yield _drawn(made, i, more if number == 0 else "")
+    said = "The share of every motion that can be gone, 0 to 1, and what ends it."
+    said += f" The first {MOST} motions; {count - MOST} more are in legs.csv." if count > MOST else ""
+    rows = [[r["from"], r["to"], significant(r["free"]), r["ends by"] or "–"] for r in made.table_listing.rows][:MOST]
+    yield part("Motion by motion", said, table=[["from", "to", "free share", "ends by"], *rows])
+    words = (
+        "The platform's origin goes straight and it turns about one axis; contacts are certain between the poses too."
     )
+    if made.demand is not None:
+        words += f" {significant(float(made.demand.masses.max()))} kg is held, without acceleration."
+    yield made.method_part(words, made.remarks)
+
+
+def _drawn(made: Motions, i: int, more: str) -> Section:
+    """Where a motion ends, between where it starts and where it was to go."""
+    first, last, free, why = next(made.table_listing.take([i]).rows).values()
+    at, shown = made.legs.end_poses[i], np.stack([made.legs.starts[i], made.legs.ends[i]])
+    ends = f"ends at {significant(free)} of its way: {why}" if why else "can be gone to its end"
+    caption, pull = f"{first} to {last}: {ends}", _tension(made, at)
+    picture = scene(made.robot, at, tension=pull, ghosts=shown, caption=caption, ruler=made.length_unit)
+    text = f"The motion {ends}. In outline: where it starts, and where it was to end.{more}"
+    return part(f"From {first} to {last}", text, picture)
+
+
+def _tension(made: Motions, at: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Tensions that hold the platform there; none where nothing is known of them, or none do."""
+    robot = made.robot
+    if made.demand is None or robot.limits is None:
+        return None
+    load = gravity_wrench(at[None], float(made.demand.masses.max()), robot.com)[:, list(robot.axes)]
+    return np.asarray(distribute(structure_of(robot, at[None]), load, robot.limits).tension[0])

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section, Text
@@ -34,10 +33,8 @@ class Options(BaseOptions):
     lengths: str = arg(
         ..., "LENGTHS", "CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths without stretch."
     )
-    sigma: float | None = option(
-        None, "Standard deviation of a length", metavar="SIGMA", unit="length", above=0, wrong=w.NOISE
-    )
-    starts: int = option(24, "Number of further starts, to find other poses", metavar="N", least=0)
+    sigma: float | None = option(None, "Standard deviation of a length", "SIGMA", unit="length", above=0, wrong=w.NOISE)
+    starts: int = option(24, "Number of further starts, to find other poses", "N", least=0)
     tension: w.CableTension = None
     sag: w.Sag = False
     seed: w.Seed = 0
@@ -47,50 +44,13 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Poses]:
     """Poses with their residuals, covariance and number of solutions. Raises InputError."""
-    import numpy as np
-
-    from robocal.cables.calibration.carried import pose_covariance
-    from robocal.cables.forward import forward
-    from robocal.errors import ModelError
-    from robocal.files.cable.pose_lists import read_cable_lengths
-    from robocal.files.listing import listing_text
-    from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
-    from robocal.remarks.code import Code
-    from robocal.remarks.remark import Remark
-    from robocal.session.cable.calibrated import open_calibrated
-    from robocal.session.cable.statics_options import fitting, locate_row, robot_inputs, stretches, tensions_of
-    from robocal.verbs.cable.forward.result import Poses
+    from robocal.verbs.cable.forward.result import find_poses
 
     refuse_existing(o.output, (), o.force)
-    made_of = open_calibrated(o.robot)
-    file = made_of.file
-    rows = read_cable_lengths(o.lengths, file.robot)
-    si, rng = o.si(file.units), np.random.default_rng(o.seed)
-    pull, said = tensions_of(rows, si.tension, file, o.sag)
-    fitting(file, pull, o.sag)
-    if stretches(file.robot) and pull is None and not rows.geometric:
-        said = (*said, Remark.of(Code.LENGTHS_TAKEN_GEOMETRIC, robot=file.robot.name))
-    more = made_of.gains
-    read = more.lengths(file.robot, rows.values)
-    try:
-        found = forward(file.robot, read, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
-    except ModelError as error:
-        raise locate_row(error, o.lengths, rows) from None
-    if made_of.estimates is not None:
-        names, spread = made_of.estimates.names, made_of.estimates.whole
-        columns = more.columns(rows.values)
-        found = replace(
-            found, covariance=found.covariance + pose_covariance(file.robot, found.pose, names, spread, columns)
-        )
-        said = (*said, Remark.of(Code.CALIBRATION_CARRIED, run=o.robot))
-    said = (*said, *made_of.remarks)
-    made = Poses(file, rows.names, found, si.sigma)
-    remarks = (*file.warnings, *rows.warnings, *said, *made.reasons)
-    inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
-    text, trusted = listing_text(made.table_listing), not made.reasons and not made_of.cautions
-    document = made.document(remarks, inputs, command)
-    return Outcome(made, lambda: document, trusted, remarks, text, listing=made.table_listing).put(o.output)
+    made = find_poses(o, command)
+    text, listing = made.printed
+    return Outcome(made, lambda: made.document, made.trusted, made.remarks, text, listing=listing).put(o.output)
 
 
 def sections(made: Outcome[Poses]) -> Iterator[Section]:

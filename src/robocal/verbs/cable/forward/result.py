@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from robocal._types import Array
-from robocal.cables.forward import Forward
-from robocal.cables.geometry import CableRobot
-from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.pose_lists import pose_columns
-from robocal.files.listing import in_units
+from robocal.cables.calibration.carried import pose_covariance
+from robocal.cables.forward import Forward, forward
+from robocal.files.cable.pose_lists import pose_columns, read_cable_lengths
+from robocal.files.listing import in_units, listing_text
 from robocal.files.parts import CableDocument
 from robocal.files.text import InputFile
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.cable.statics_options import cable_document
+from robocal.session.cable.cable_result import CableResult
+from robocal.session.cable.calibrated import open_calibrated
+from robocal.session.cable.statics_options import name_row, robot_inputs, tensions_of
 
-__all__ = ["Poses"]
+__all__ = ["Poses", "find_poses"]
 
 UNSTATED = 0.01  # m; more than a length is off by in any robot whose noise nobody stated
 UNLIKELY = 1e-6  # of the chi-squared of what is left: once in a million poses
@@ -33,14 +37,13 @@ class PosesDocument(CableDocument):
     poses: Listing
 
 
-@dataclass(frozen=True, eq=False)
-class Poses:
-    """Poses by name with their evidence: `solution` as `cables.forward` gives it, and the noise of a length that was stated, m."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Poses(CableResult):
+    """Poses by name with their evidence: `solution` as `cables.forward` gives it; `cautions` are of the run of a calibrated robot."""
 
-    file: CableFile
     names: tuple[str, ...]
     solution: Forward
-    noise: float | None
+    cautions: tuple[Remark, ...]
 
     @cached_property
     def rms(self) -> Array:
@@ -50,12 +53,14 @@ class Poses:
     @cached_property
     def sigma(self) -> Array:
         """One sigma of position (m) and orientation (rad), (k, 2); not a number where unknown."""
-        return _spread(self.solution, self.file.robot)
+        axes, variances = self.file.robot.axes, np.einsum("kii->ki", self.solution.covariance)
+        parts = ([i for i, axis in enumerate(axes) if (axis < 3) is moves] for moves in (True, False))
+        return np.asarray(np.sqrt(np.stack([variances[:, part].sum(axis=1) for part in parts], axis=1)))
 
-    @cached_property
-    def reasons(self) -> tuple[Remark, ...]:
-        """Why poses must not be trusted."""
-        return _doubts(self.names, self.solution, self.noise)
+    @property
+    def trusted(self) -> bool:
+        """Whether every pose and the run may be trusted."""
+        return not self.reasons and not self.cautions
 
     @property
     def listing(self) -> Listing:
@@ -72,43 +77,58 @@ class Poses:
         ))  # fmt: skip
 
     @property
-    def table_listing(self) -> Listing:
-        """What a table has of it, in the robot file's units."""
-        return in_units(self.listing.without("converged", "covariance"), self.file.units)
+    def printed(self) -> tuple[str, Listing]:
+        """The list, in the robot file's units."""
+        shown = in_units(self.listing.without("converged", "covariance"), self.file.units)
+        return listing_text(shown), shown
 
-    def document(self, remarks: tuple[Remark, ...], inputs: tuple[InputFile, ...], command: str) -> PosesDocument:
+    @property
+    def document(self) -> PosesDocument:
         """What --json says of them."""
-        return cable_document(PosesDocument, self.file.robot, remarks, inputs, command, poses=self.listing)
+        return self.document_of(PosesDocument, poses=self.listing)
 
 
-def _spread(found: Forward, robot: CableRobot) -> Array:
-    """One sigma of the position and of the orientation, (k, 2): roots of the traces."""
-    variances = np.einsum("kii->ki", found.covariance)
-    moves = [i for i, axis in enumerate(robot.axes) if axis < 3]
-    turns = [i for i, axis in enumerate(robot.axes) if axis >= 3]
-    return np.asarray(np.sqrt(np.stack([variances[:, moves].sum(axis=1), variances[:, turns].sum(axis=1)], axis=1)))
+def find_poses(o: Any, command: str = "") -> Poses:
+    """Poses by the options of the verb. Raises InputError."""
+    calibrated = open_calibrated(o.robot)
+    file, gains, known = calibrated.file, calibrated.gains, calibrated.estimates
+    rows = read_cable_lengths(o.lengths, file.robot)
+    si, rng = o.si(file.units), np.random.default_rng(o.seed)
+    pull, said = tensions_of(rows, si.tension, file, o.sag)
+    if file.robot.elasticity is not None and pull is None and not rows.geometric:
+        said = (*said, Remark.of(Code.LENGTHS_TAKEN_GEOMETRIC, robot=file.robot.name))
+    lengths = gains.lengths(file.robot, rows.values)
+    with name_row(o.lengths, rows):
+        found = forward(file.robot, lengths, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
+    if known is not None:
+        carried = pose_covariance(file.robot, found.pose, known.names, known.whole, gains.columns(rows.values))
+        found = replace(found, covariance=found.covariance + carried)
+        said = (*said, Remark.of(Code.CALIBRATION_CARRIED, run=o.robot))
+    return Poses(
+        file=file, names=rows.names, solution=found, cautions=calibrated.cautions,
+        warnings=(*file.warnings, *rows.warnings, *said, *calibrated.remarks), reasons=tuple(_doubts(rows.names, found, si.sigma)),
+        inputs=(*robot_inputs(file, o.robot), InputFile(Path(o.lengths), rows.sha256)), command=command,
+    )  # fmt: skip
 
 
-def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> tuple[Remark, ...]:
+def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> Iterator[Remark]:
     """Poses that were not found, are not the only ones, or do not fit their lengths."""
     from scipy.stats import chi2
 
-    out = []
     spare = found.residual.shape[1] - found.covariance.shape[1]
     for i, name in enumerate(names):
         r = found.residual[i]
         if not np.isfinite(r).all():
-            out.append(Remark.of(Code.NO_POSE, pose=name))
+            yield Remark.of(Code.NO_POSE, pose=name)
             continue
         if not found.converged[i]:
-            out.append(Remark.of(Code.SEARCH_UNENDED, pose=name))
+            yield Remark.of(Code.SEARCH_UNENDED, pose=name)
         if np.isnan(found.covariance[i]).any() and (sigma is not None or spare > 0):
-            out.append(Remark.of(Code.SINGULAR_POSE, pose=name))
+            yield Remark.of(Code.SINGULAR_POSE, pose=name)
         if found.solutions[i] > 1:
-            out.append(Remark.of(Code.SEVERAL_POSES, pose=name, count=int(found.solutions[i])))
+            yield Remark.of(Code.SEVERAL_POSES, pose=name, count=int(found.solutions[i]))
         if sigma is not None and spare > 0 and chi2.sf((r @ r) / sigma**2, spare) < UNLIKELY:
             rms = Quantity(float(np.sqrt((r @ r) / spare)))
-            out.append(Remark.of(Code.LENGTHS_UNEXPLAINED, pose=name, left=rms, expected=Quantity(sigma)))
+            yield Remark.of(Code.LENGTHS_UNEXPLAINED, pose=name, left=rms, expected=Quantity(sigma))
         if sigma is None and (left := np.sqrt((r @ r) / len(r))) > UNSTATED:
-            out.append(Remark.of(Code.LENGTHS_LEFT, pose=name, left=Quantity(float(left))))
-    return tuple(out)
+            yield Remark.of(Code.LENGTHS_LEFT, pose=name, left=Quantity(float(left)))

@@ -11,7 +11,7 @@ from robocal.cables.tension_choice import METHOD
 from robocal.report.sections import Section, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.cable.poses.result import Listed
@@ -31,21 +31,17 @@ class Options(BaseOptions):
     """
 
     robot: w.CableRobot
-    count: int = option(200, "Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)
-    margin: float = option(0.95, "Used fraction of each free path", name="--mu", metavar="MU", above=0, most=1)
+    count: int = option(200, "Poses to list", "N", name="--poses", short="-n", least=1, most=10_000)
+    margin: float = option(0.95, "Used fraction of each free path", "MU", name="--mu", above=0, most=1)
     start: str = option(
-        "mean",
-        "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units",
-        metavar="START",
+        "mean", "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units", "START"
     )
     box: str | None = option(
-        None,
-        "The box Z of random poses, in place of the box in which the frame can hold the platform",
-        numbers="X0,Y0,Z0,X1,Y1,Z1",
-        unit="length",
-    )
-    scale: float = option(1.1, "Z, as a multiple of the machine", metavar="S", least=0, most=1000)
-    turn: float | None = option(None, "Turns in Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")
+        None, "The box Z of random poses, in place of the box in which the frame can hold the platform",
+        numbers="X0,Y0,Z0,X1,Y1,Z1", unit="length",
+    )  # fmt: skip
+    scale: float = option(1.1, "Z, as a multiple of the machine", "S", least=0, most=1000)
+    turn: float | None = option(None, "Turns in Z, about each axis", "ANGLE", unit="angle", otherwise="30 deg")
     diameter: w.Diameter = None
     body: w.PlatformBody = "hull"
     relief: w.Relief = None
@@ -53,48 +49,30 @@ class Options(BaseOptions):
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None
     method: w.TensionMethod = METHOD
-    steps: int = option(10, "Waypoints on each path", metavar="K", least=1, most=1000)
-    wanted: int | None = option(None, "Choose the N poses that are best for calibration", name="--choose", metavar="N")
-    criterion: str = option("A", "For --choose: A (least rms), D, I, G, E, O1 to O5", metavar="C")
+    steps: int = option(10, "Waypoints on each path", "K", least=1, most=1000)
+    wanted: int | None = option(None, "Choose the N poses that are best for calibration", "N", name="--choose")
+    criterion: str = option("A", "For --choose: A (least rms), D, I, G, E, O1 to O5", "C")
     sigma: float | None = option(
-        None,
-        "For --choose: standard deviation of a length",
-        metavar="SIGMA",
-        unit="length",
-        above=0,
-        wrong=w.NOISE,
+        None, "For --choose: standard deviation of a length", "SIGMA", unit="length", above=0, wrong=w.NOISE,
         otherwise="1 mm, converted",
-    )
+    )  # fmt: skip
     pose_noise: str | None = option(
-        None,
-        "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
+        None, "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
         numbers="POSITION,ORIENTATION",
-    )
+    )  # fmt: skip
     encoders_only: bool = option(False, "For --choose: no instrument measures poses")
     seed: w.Seed = 0
     output: Path | None = option(
-        None, "Write poses.csv, program.csv, list.json and report.html here", short="-o", metavar="DIR"
+        None, "Write poses.csv, program.csv, list.json and report.html here", "DIR", short="-o"
     )
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Listed]:
     """Lists poses and chooses some of them; a folder gets FILES. Raises InputError."""
-    from robocal.files.listing import in_units, listing_text
-    from robocal.files.writing import refuse_existing
-    from robocal.verbs.cable.poses.result import make_list, texts
+    from robocal.verbs.cable.poses.result import make_list
 
-    refuse_existing(o.output, FILES, o.force)
-    out = make_list(o, watch or (lambda event: None), command)
-    note = _summary(out) if o.output is None else ""
-    shown = in_units(out.pose_rows, out.units)
-    text = listing_text(out.pose_rows, out.units)
-    outcome = Outcome(out, lambda: out.document, True, out.warnings, text, note, listing=shown).with_files(())
-    if watch is not None and o.output is not None:
-        watch({"stage": "report"})
-    told = (part for tell in (sections, details) for part in tell(outcome))
-    title = f"{out.robot.name}: poses that can be reached"
-    return outcome.with_page(o.output, told, lambda: texts(out), FILES[4], title=title, kind="Cable robot")
+    return run_cable_verb(o, FILES, lambda: make_list(o, watch or (lambda event: None), command), sections, details)
 
 
 def details(made: Outcome[Listed]) -> Iterator[Section]:
@@ -104,26 +82,17 @@ def details(made: Outcome[Listed]) -> Iterator[Section]:
     yield from poses_details(made.result)
 
 
-def _summary(made: Any) -> str:
-    """One line on the whole list."""
-    from robocal.verbs.cable.poses.result import STOPPED_BY
-
-    stopped = ", ".join(f"{STOPPED_BY[name]} {count}" for name, count in made.limits.items() if count)
-    return f"{len(made.names)} poses, {figure(100 * made.listing.reach_share)} % of the box Z reached; stopped by {stopped}"
-
-
 def sections(made: Outcome[Listed]) -> Iterator[Section]:
     """What stopped the motions, where they start, and what the choice is worth."""
-    from robocal.session.cable.statics_options import length_unit_of
     from robocal.verbs.cable.poses.result import STOPPED_BY
 
     found = made.result
     n, robot, (k, l) = len(found.names), found.robot, found.start.nearest
-    head = f"   {n} poses, {figure(100 * found.listing.reach_share)} % of the box Z reached, mu {found.margin:g}"
+    head = f"   {n} poses, {found.reached} % of the box Z reached, mu {found.margin:g}"
     near: tuple[Text, ...] = ()
     if k >= 0:
-        gap = f"{robot.cables[k]} and {robot.cables[l]} pass with {length_unit_of(found.units).short(found.start.gap)} between them"
-        near = quiet(f"at X_0 {gap}; capacity margin {figure(found.start.margin)} N")
+        gap, names = found.length_unit.short(found.start.gap), f"{robot.cables[k]} and {robot.cables[l]}"
+        near = quiet(f"at X_0 {names} pass with {gap} between them; capacity margin {figure(found.start.margin)} N")
     yield Section.of("", Text.of((robot.name, "strong"), head), *near)
     rows = ((STOPPED_BY[name], str(count), figure(100 * count / n, 3)) for name, count in found.limits.items())
     yield Section.of("", table("stopped by", "motions", "share [%]", right=(1, 2), rows=rows))

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.boundary import Outline, outline
 from robocal.cables.workspace import Demand
 from robocal.geometry import se3
-from robocal.remarks.remark import full_text
+from robocal.planning.cable_poses import PoseChoice
 from robocal.report.cable.list_picture import draw_reach
 from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
 from robocal.report.cable.tension_series import tensions
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
-from robocal.session.cable.statics_options import assumption_text, length_unit_of, limits_text
+from robocal.session.cable.statics_options import limits_text
 from robocal.verbs.cable.poses.result import Listed
 
 __all__ = ["poses_details"]
@@ -23,40 +25,27 @@ __all__ = ["poses_details"]
 MOST = 500  # rows of the table
 
 
-def poses_details(made: Listed) -> list[Section]:
+def poses_details(made: Listed) -> Iterator[Section]:
     """What a page has room for: pictures, every pose, how it was worked out."""
-    robot, listing, n = made.robot, made.listing, len(made.names)
-    shown = np.arange(n) if made.choice is None else np.sort(made.choice.chosen)
+    robot, start = made.robot, made.start
+    shown = np.arange(len(made.names)) if made.choice is None else np.sort(made.choice.chosen)
     some = "the list" if made.choice is None else "the choice"
-    caption = f"X_0 and {len(shown)} poses of {some}: margin {significant(made.start.margin)} N at X_0"
-    blocks = [
-        part("What is reached", _summary(made)),
-        *[_picture(made, axes) for axes in _planes(made)],
-        part(
-            "The robot at its start",
-            _start(made),
-            scene(
-                robot,
-                made.start.pose,
-                tension=made.start.tensions.tension[0],
-                poses=listing.poses[shown],
-                caption=caption,
-                ruler=length_unit_of(made.units),
-            ),
-        ),
-        part(
-            "What the cables bear",
-            f"Tensions at the poses of {some} ({made.method}); at every waypoint they are within the limits too.",
-            tensions(
-                [made.names[i] for i in shown], made.program.tension[shown, -1], robot.need("limits"), robot.cables
-            ),
-        ),
-    ]
+    yield part("What is reached", _summary(made))
+    moves = [i for i in robot.axes if i < 3]
+    for axes in [(moves[0], moves[1])] if len(moves) == 2 else [(0, 1), (0, 2)]:
+        yield _picture(made, axes)
+    caption = f"X_0 and {len(shown)} poses of {some}: margin {significant(start.margin)} N at X_0"
+    poses, pull = made.listing.poses[shown], start.tensions.tension[0]
+    drawn = scene(robot, start.pose, tension=pull, poses=poses, caption=caption, ruler=made.length_unit)
+    yield part("The robot at its start", _start(made), drawn)
+    names = [made.names[i] for i in shown]
+    text = f"Tensions at the poses of {some} ({made.method}); at every waypoint they are within the limits too."
+    drawn = tensions(names, made.program.tension[shown, -1], robot.need("limits"), robot.cables)
+    yield part("What the cables bear", text, drawn)
     if made.choice is not None:
-        blocks.append(part("Poses to measure", _choice(made)))
-    blocks += [part("Pose by pose", _caption(made, shown), table=_table(made, shown))]
-    blocks += [part("How it was worked out", _how(made))]
-    return blocks
+        yield part("Poses to measure", _choice(made, made.choice))
+    yield part("Pose by pose", _caption(made, shown), table=_table(made, shown))
+    yield made.method_part(_how(made), made.warnings)
 
 
 def _summary(made: Listed) -> str:
@@ -66,11 +55,6 @@ def _summary(made: Listed) -> str:
         f"each{turning}, until the tension limits or a contact stop it, and stays at mu = {made.margin:g} of that way. "
         f"{significant(100 * made.listing.reach_share)} % of Z is reached so. The way back is the way there."
     )
-
-
-def _planes(made: Listed) -> list[tuple[int, int]]:
-    moves = [i for i in made.robot.axes if i < 3]
-    return [(moves[0], moves[1])] if len(moves) == 2 else [(0, 1), (0, 2)]
 
 
 def _picture(made: Listed, axes: tuple[int, int]) -> Section:
@@ -83,7 +67,7 @@ def _picture(made: Listed, axes: tuple[int, int]) -> Section:
         + (" at its orientation" if turns else "")
         + ("." if robot.planar else f"; poses lie before and behind it{' and are turned' if turns else ''}.")
     )
-    drawn = draw_reach(_outline(made, axes), made.listing, axes, box=made.box, ruler=length_unit_of(made.units))
+    drawn = draw_reach(_outline(made, axes), made.listing, axes, box=made.box, ruler=made.length_unit)
     return part(f"Wished for and found, {letters}", text, drawn)
 
 
@@ -98,19 +82,13 @@ def _outline(made: Listed, axes: tuple[int, int]) -> Outline:
 
 
 def _start(made: Listed) -> str:
-    (k, l), ruler = made.start.nearest, length_unit_of(made.units)
+    (k, l), cables, ruler = made.start.nearest, made.robot.cables, made.length_unit
     text = f"X_0 is at {ruler.point(made.start.pose[:3, 3])}. "
-    if k >= 0:
-        text += (
-            f"The cables nearest to each other there are {made.robot.cables[k]} and {made.robot.cables[l]}, with "
-            f"{ruler.short(made.start.gap)} between them."
-        )
-    return text
+    gap = f"{cables[k]} and {cables[l]}, with {ruler.short(made.start.gap)} between them"
+    return text + (f"The cables nearest to each other there are {gap}." if k >= 0 else "")
 
 
-def _choice(made: Listed) -> str:
-    choice = made.choice
-    assert choice is not None
+def _choice(made: Listed, choice: PoseChoice) -> str:
     noise, those = choice.noise, ", ".join(made.names[i] for i in choice.chosen)
     pose = "poses as if measured exactly"
     if not noise.measured:
@@ -126,35 +104,31 @@ def _choice(made: Listed) -> str:
 
 
 def _caption(made: Listed, shown: NDArray[np.int64]) -> str:
-    words = f"Positions in {made.units.length.name}, rotation vectors in deg, tensions in N."
+    words = f"Positions in {made.length_unit.name}, rotation vectors in deg, tensions in N."
     return words + (f" The first {MOST}; the others are in poses.csv." if len(shown) > MOST else "")
 
 
 def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
     vectors = se3.to_vector(made.program.pose[shown[:MOST], -1])
     vectors[:, 3:] = np.degrees(vectors[:, 3:])
-    who, ruler = made.listing.contacts.names(made.robot.cables), length_unit_of(made.units)
+    found, who = made.listing, made.listing.contacts.names(made.robot.cables)
     head = ["pose", "x", "y", "z", "rx", "ry", "rz", "lambda", "stopped by", "least", "greatest"]
     rows = []
     for i, vector in zip(shown[:MOST], vectors, strict=True):
-        limit = made.listing.limit[i]
-        why = who[i] if limit > 1 else ("tension limits" if limit == 1 else "")
-        t = made.program.tension[i, -1]
-        cells = [*(ruler.text(v) for v in vector[:3].tolist()), *(f"{v:.1f}" for v in vector[3:])]
-        rows.append(
-            [made.names[i], *cells, f"{made.listing.fraction[i]:.3f}", why, significant(t.min()), significant(t.max())]
-        )
+        why = "tension limits" if found.limit[i] == 1 else who[i] if found.limit[i] > 1 else ""
+        pull = made.program.tension[i, -1]
+        cells = [*(made.length_unit.text(v) for v in vector[:3].tolist()), *(f"{v:.1f}" for v in vector[3:])]
+        ends = [f"{found.fraction[i]:.3f}", why, significant(pull.min()), significant(pull.max())]
+        rows.append([made.names[i], *cells, *ends])
     return [head, *rows]
 
 
 def _how(made: Listed) -> str:
-    robot, box = made.robot, made.box
-    ruler = length_unit_of(made.units)
+    robot, box, ruler = made.robot, made.box, made.length_unit
     z = ", ".join(significant(v / ruler.metres) for v in (2 * box.translation).tolist())
     turns = ", ".join(significant(v) for v in np.degrees(box.rotation).tolist())
-    parts = [
+    return (
         f"Z is {z} {ruler.name} along the axes and turns by up to {turns} deg, seed {made.seed}; limits "
-        f"{limits_text(robot.need('limits'))}; {significant(float(robot.need('mass')))} kg; lengths are {made.lengths}.",
-        "Cables are straight rods, and no contact on a way is jumped over. Sag, the frame and the floor are left out.",
-    ]
-    return "\n\n".join([*parts, *assumption_text(robot), *map(full_text, made.warnings)])
+        f"{limits_text(robot.need('limits'))}; {significant(float(robot.need('mass')))} kg; lengths are {made.lengths}.\n\n"
+        "Cables are straight rods, and no contact on a way is jumped over. Sag, the frame and the floor are left out."
+    )

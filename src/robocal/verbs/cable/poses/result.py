@@ -3,16 +3,16 @@ measuring."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from robocal._types import Array
 from robocal.cables.boundary import statics_along
-from robocal.cables.geometry import EXPECTED, CableRobot
+from robocal.cables.geometry import EXPECTED
 from robocal.cables.list_start import Clearance, Start
 from robocal.cables.motion_program import MotionProgram, program, restrict_to_feasible
 from robocal.cables.pose_list import LIMITS, PoseBox, PoseList, reachable_poses
@@ -22,20 +22,20 @@ from robocal.errors import ModelError
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.program_file import pose_listing, program_listing
-from robocal.files.cable.values import CableUnits
-from robocal.files.listing import listing_text
+from robocal.files.listing import in_units, listing_text
 from robocal.files.parts import CableDocument
 from robocal.files.plain import json_text
-from robocal.files.text import InputFile
 from robocal.planning.cable_poses import MeasurementNoise, PoseChoice, choose
 from robocal.quantities import Listing, UnitValue, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
+from robocal.report.sections import figure
+from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.start import box_of, clearance_of, examine_start
-from robocal.session.cable.statics_options import cable_document, mass_of, name_option, robot_inputs, robot_with_limits
+from robocal.session.cable.statics_options import mass_of, name_option, robot_inputs, robot_with_limits
 from robocal.session.watching import Watch, computable
 
-__all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed", "make_list", "texts"]
+__all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed", "make_list"]
 
 STEPS = 256  # in which a motion is asked whether the platform is held
 MOST = 200_000  # waypoints, which take half a minute and a gigabyte
@@ -44,7 +44,11 @@ UNSTATED = 1e-3  # m, noise of a length that nobody stated
 
 def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
     """A list of poses by the options of the verb, and those chosen from it. Raises InputError."""
-    _sane(o.count, o.steps, o.method)
+    if o.count * o.steps > MOST:
+        found, expected = f"{o.count} poses, {o.steps} steps", f"at most {MOST} in all"
+        raise ModelError("too many waypoints", key="--steps", found=found, expected=expected)
+    with name_option({"method": "--method"}):
+        check_method(o.method)
     _chosen_by(o)
     file = read_cable(o.robot)
     si = o.si(file.units)
@@ -56,7 +60,12 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
         begin = examine_start(file, able, clearance, o.start)
         z = box_of(able, begin.pose, o, si)
         tell({"stage": "moving towards random poses"})
-        listing = _listing(able, begin, z, clearance, o.count, o.margin, o.seed, o.steps)
+        demand = Demand(np.array([able.mass]))
+        reached = reachable_poses(
+            able.a, able.b, o.count, np.random.default_rng(o.seed), feasible=statics_along(able, demand, STEPS),
+            start=begin.pose, box=z, margin=o.margin, pulleys=able.pulleys, axes=able.axes, **vars(clearance),
+        )  # fmt: skip
+        listing = restrict_to_feasible(able, demand, reached, o.steps)
         tell({"stage": "distributing tensions"})
         with name_option({"method": "--method"}):
             made = program(able, listing, o.steps, o.method)
@@ -65,116 +74,63 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
             rng = np.random.default_rng([o.seed, 1])
             with name_option({"criterion": "--criterion", "count": "--choose"}):
                 choice = choose(able, listing.poses, o.wanted, noise=noise, criterion=o.criterion, rng=rng, watch=tell)
-    names = tuple(f"p{i + 1:0{len(str(o.count))}d}" for i in range(o.count))
-    doubts = _doubts(listing, noise, o.sigma, o.wanted, file)
+    if o.output is not None:
+        tell({"stage": "report"})
     return Listed(
-        file.units, able, names, begin, z, clearance, listing, made, o.method, o.margin, o.seed, choice,
-        (*file.warnings, *warnings, *doubts), robot_inputs(file, o.robot), command,
+        file=file.with_machine(able), names=tuple(f"p{i + 1:0{len(str(o.count))}d}" for i in range(o.count)), start=begin, box=z,
+        clearance=clearance, listing=listing, program=made, method=o.method, margin=o.margin, seed=o.seed, choice=choice,
+        warnings=(*file.warnings, *warnings, *_doubts(listing, noise, o, file)), inputs=robot_inputs(file, o.robot), command=command,
     )  # fmt: skip
-
-
-def _listing(
-    robot: CableRobot,
-    start: Start,
-    box: PoseBox,
-    clearance: Clearance,
-    count: int,
-    margin: float,
-    seed: int,
-    steps: int,
-) -> PoseList:
-    """Poses at the ends of free motions, each held at all of its waypoints too."""
-    demand = Demand(np.array([robot.mass]))
-    listing = reachable_poses(
-        robot.a, robot.b, count, np.random.default_rng(seed), feasible=statics_along(robot, demand, STEPS),
-        start=start.pose, box=box, margin=margin, diameter=clearance.diameter, pulleys=robot.pulleys,
-        body=clearance.body, relief=clearance.relief, axes=robot.axes,
-    )  # fmt: skip
-    return restrict_to_feasible(robot, demand, listing, steps)
-
-
-def _sane(count: int, steps: int, method: str) -> None:
-    if count * steps > MOST:
-        raise ModelError(
-            "too many waypoints",
-            key="--steps",
-            found=f"{count} poses, {steps} steps",
-            expected=f"at most {MOST} in all",
-        )
-    with name_option({"method": "--method"}):
-        check_method(method)
 
 
 def _chosen_by(o: Any) -> None:
     """Raises ModelError for what a choice alone asks for, where nothing is chosen."""
     for name in ("sigma", "pose_noise", "encoders_only", "criterion"):
         if o.wanted is None and o.departs(name):
-            said = "this is for a choice, and nothing is chosen"
-            key, found = "--" + name.replace("_", "-"), getattr(o, name)
-            raise ModelError(said, key=key, found=found, expected="--choose N beside it")
+            said, key = "this is for a choice, and nothing is chosen", "--" + name.replace("_", "-")
+            raise ModelError(said, key=key, found=getattr(o, name), expected="--choose N beside it")
 
 
 def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> MeasurementNoise:
     """Of a length in m, and of a measured pose (2,) in the file's units, or of encoders alone. Raises ModelError."""
     length = UNSTATED if sigma is None else sigma
-    if alone and pose is not None:
+    if pose is None:
+        return MeasurementNoise(length, measured=not alone)
+    if alone:
         raise ModelError(
             "no instrument measures poses", key="--pose-noise", found="--encoders-only", expected="one of them"
         )
-    if alone:
-        return MeasurementNoise(length, measured=False)
-    if pose is None:
-        return MeasurementNoise(length)
     if pose.min() < 0:
         found = ",".join(f"{v:g}" for v in pose)
         raise ModelError("a noise is a standard deviation", key="--pose-noise", found=found, expected="0 or more")
     return MeasurementNoise(length, file.units.length.to_si(float(pose[0])), file.units.angle.to_si(float(pose[1])))
 
 
-def _doubts(
-    listing: PoseList, noise: MeasurementNoise, sigma: float | None, wanted: int | None, file: CableFile
-) -> tuple[Remark, ...]:
-    out = []
-    open_ = int((~listing.contacts.complete).sum())
-    if open_:
-        out.append(Remark.of(Code.MOTIONS_OPEN, count=open_))
-    if wanted is not None and sigma is None:
-        out.append(Remark.of(Code.LENGTH_NOISE_ASSUMED))
-    if wanted is not None and noise.measured and not (noise.position or noise.orientation):
-        out.append(Remark.of(Code.POSES_TAKEN_EXACT))
-    if wanted is not None and noise.length > EXPECTED:
+def _doubts(listing: PoseList, noise: MeasurementNoise, o: Any, file: CableFile) -> Iterator[Remark]:
+    if open_ := int((~listing.contacts.complete).sum()):
+        yield Remark.of(Code.MOTIONS_OPEN, count=open_)
+    if o.wanted is None:
+        return
+    if o.sigma is None:
+        yield Remark.of(Code.LENGTH_NOISE_ASSUMED)
+    if noise.measured and not (noise.position or noise.orientation):
+        yield Remark.of(Code.POSES_TAKEN_EXACT)
+    if noise.length > EXPECTED:
         unit = file.units.length.name
-        out.append(Remark.of(Code.NOISE_TEACHES_NOTHING, sigma=sigma, unit=unit, expected=Quantity(EXPECTED)))
-    return tuple(out)
-
-
-def texts(made: Listed) -> dict[str, str | bytes]:
-    """The list, the program (of the chosen poses where some were chosen), and the document."""
-    units, choice = made.units, made.choice
-    order = np.arange(len(made.names)) if choice is None else choice.chosen
-    out: dict[str, str | bytes] = {
-        "poses.csv": listing_text(made.pose_rows, units),
-        "program.csv": listing_text(program_listing(made.robot, made.names, made.program, order), units),
-        "list.json": json_text(made.document),
-    }
-    if choice is not None:
-        out["chosen.csv"] = listing_text(made.pose_rows.without("rank").take(order.tolist()), units)
-    return out
+        yield Remark.of(Code.NOISE_TEACHES_NOTHING, sigma=o.sigma, unit=unit, expected=Quantity(EXPECTED))
 
 
 # LIMITS, and the groups of `PoseChoice.expected`, in words.
-STOPPED_BY: Mapping[str, str] = MappingProxyType(
-    {
-        "box": "nothing: X_r was reached",
-        "statics": "the tension limits",
-        "cable-cable": "two cables that would touch",
-        "cable-platform": "a cable that would touch the platform",
-        "cable-pulley": "an anchor that would reach its pulley",
-    }
-)
-EXPECTED_OF: Mapping[str, str] = MappingProxyType(
-    {"a": "frame anchors a", "b": "platform anchors b", "l0": "zeros of lengths", "position": "platform's position"}
-)
+STOPPED_BY: Mapping[str, str] = MappingProxyType({
+    "box": "nothing: X_r was reached",
+    "statics": "the tension limits",
+    "cable-cable": "two cables that would touch",
+    "cable-platform": "a cable that would touch the platform",
+    "cable-pulley": "an anchor that would reach its pulley",
+})  # fmt: skip
+EXPECTED_OF: Mapping[str, str] = MappingProxyType({
+    "a": "frame anchors a", "b": "platform anchors b", "l0": "zeros of lengths", "position": "platform's position",
+})  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -239,12 +195,10 @@ class ListDocument(CableDocument):
     choice: ListChoice | None
 
 
-@dataclass(frozen=True, eq=False)
-class Listed:
-    """A list of poses with its start, the box Z, waypoints, what was chosen from it, and what was written."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Listed(CableResult):
+    """A list of poses with its start, the box Z, waypoints, and what was chosen from it."""
 
-    units: CableUnits
-    robot: CableRobot  # with the mass and limits that were asked for
     names: tuple[str, ...]
     start: Start
     box: PoseBox
@@ -255,15 +209,13 @@ class Listed:
     margin: float
     seed: int
     choice: PoseChoice | None
-    warnings: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str = ""
+
+    title: ClassVar[str] = "poses that can be reached"
 
     @property
     def pose_rows(self) -> Listing:
         """One row per pose, in SI: poses.csv."""
-        choice = self.choice
-        rank = None if choice is None else {int(i): k + 1 for k, i in enumerate(choice.chosen)}
+        rank = None if self.choice is None else {int(i): k for k, i in enumerate(self.choice.chosen, start=1)}
         return pose_listing(self.robot, self.names, self.listing, self.program, rank)
 
     @property
@@ -278,32 +230,55 @@ class Listed:
         return "stretched by the tensions" if self.program.stretched else "geometric"
 
     @property
+    def printed(self) -> tuple[str, Listing]:
+        """The list, in the robot file's units."""
+        return listing_text(self.pose_rows, self.file.units), in_units(self.pose_rows, self.file.units)
+
+    @property
+    def note(self) -> str:
+        """One line on the whole list."""
+        stopped = ", ".join(f"{STOPPED_BY[name]} {count}" for name, count in self.limits.items() if count)
+        return f"{len(self.names)} poses, {self.reached} % of the box Z reached; stopped by {stopped}"
+
+    @property
+    def reached(self) -> str:
+        """How much of Z, in per cent."""
+        return figure(100 * self.listing.reach_share)
+
+    @property
     def document(self) -> ListDocument:
         """What list.json holds."""
-        start, (k, l) = self.start, self.start.nearest
+        start, box, (k, l) = self.start, self.box, self.start.nearest
         begin = ListStart(
             T_base_platform=start.pose, tension=UnitValue(start.tensions.tension[0], "N"), margin=UnitValue(start.margin, "N"),
             nearest=None if k < 0 else (self.robot.cables[k], self.robot.cables[l]), gap=UnitValue(start.gap, "m"),
         )  # fmt: skip
-        box = ListBox(
-            half=UnitValue(self.box.translation, "m"), half_turn=UnitValue(self.box.rotation, "rad"), offset=UnitValue(self.box.offset, "m")
-        )  # fmt: skip
-        return cable_document(
-            ListDocument, self.robot, self.warnings, self.inputs, self.command, start=begin, box=box, mu=self.margin, seed=self.seed,
-            method=self.method, mass=unit_value(self.robot.mass, "kg"), limits=unit_value(self.robot.limits, "N"),
-            diameter=unit_value(self.clearance.diameter, "m"), reached=self.listing.reach_share, stopped_by=self.limits,
-            lengths=self.lengths, steps=len(self.program.shares) - 1, poses=self.pose_rows, choice=self._chosen(),
+        half, half_turn = UnitValue(box.translation, "m"), UnitValue(box.rotation, "rad")
+        return self.document_of(
+            ListDocument, start=begin, box=ListBox(half=half, half_turn=half_turn, offset=UnitValue(box.offset, "m")),
+            mu=self.margin, seed=self.seed, method=self.method, mass=unit_value(self.robot.mass, "kg"),
+            limits=unit_value(self.robot.limits, "N"), diameter=unit_value(self.clearance.diameter, "m"),
+            reached=self.listing.reach_share, stopped_by=self.limits, lengths=self.lengths, steps=len(self.program.shares) - 1,
+            poses=self.pose_rows, choice=None if self.choice is None else self._choice(self.choice),
         )  # fmt: skip
 
-    def _chosen(self) -> ListChoice | None:
-        choice = self.choice
-        if choice is None:
-            return None
-        noise = choice.noise
-        sigma = ListNoise(
-            length=UnitValue(noise.length, "m"), position=UnitValue(noise.position, "m"), orientation=UnitValue(noise.orientation, "rad")
-        )  # fmt: skip
+    def _choice(self, choice: PoseChoice) -> ListChoice:
+        units = {"length": "m", "position": "m", "orientation": "rad"}
         return ListChoice(
             criterion=choice.criterion, poses=[self.names[i] for i in choice.chosen], value=choice.design.value, limit=choice.limit,
-            parameters=choice.parameters, sigma=sigma, expected_rms={"unit": "m"} | dict(choice.expected),
+            parameters=choice.parameters, expected_rms={"unit": "m"} | dict(choice.expected),
+            sigma=ListNoise(**{name: UnitValue(getattr(choice.noise, name), unit) for name, unit in units.items()}),
         )  # fmt: skip
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The list, the program (of the chosen poses where some were chosen), and the document."""
+        units, choice = self.file.units, self.choice
+        order = np.arange(len(self.names)) if choice is None else choice.chosen
+        out: dict[str, str | bytes] = {
+            "poses.csv": listing_text(self.pose_rows, units),
+            "program.csv": listing_text(program_listing(self.robot, self.names, self.program, order), units),
+            "list.json": json_text(self.document),
+        }
+        if choice is not None:
+            out["chosen.csv"] = listing_text(self.pose_rows.without("rank").take(order.tolist()), units)
+        return out

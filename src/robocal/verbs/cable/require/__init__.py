@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from robocal.report.sections import Section
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.cable.require.result import Required
@@ -34,52 +34,42 @@ class Options(BaseOptions):
 
     robot: w.CableRobot
     poses: w.PlatformPoses
-    sigma: str = option("1mm", "Standard deviation of a length", metavar="SIGMA")
+    sigma: str = option("1mm", "Standard deviation of a length", "SIGMA")
     sigma_position: str | None = option(
-        None, "The same of a component of the measured position", metavar="SIGMA", otherwise="known exactly"
+        None, "The same of a component of the measured position", "SIGMA", otherwise="known exactly"
     )
     sigma_orientation: str | None = option(
-        None, "The same of a component of the measured rotation vector", metavar="SIGMA", otherwise="known exactly"
+        None, "The same of a component of the measured rotation vector", "SIGMA", otherwise="known exactly"
     )
-    accuracy: str | None = option(None, "The required error, root mean square", metavar="ERROR")
+    accuracy: str | None = option(None, "The required error, root mean square", "ERROR")
     of: str = option(
-        "anchors", "Quantity of --accuracy: frame anchors (components), zeros, or the platform's position or orientation", metavar="WHAT",
+        "anchors", "Quantity of --accuracy: frame anchors (components), zeros, or the platform's position or orientation", "WHAT",
         choices=("anchors", "zeros", "position", "orientation"),
     )  # fmt: skip
     estimator: str = option(
-        "maximum-likelihood", "Maximum likelihood with free poses, as identify does it, or every cable by itself", metavar="NAME",
+        "maximum-likelihood", "Maximum likelihood with free poses, as identify does it, or every cable by itself", "NAME",
         choices=("maximum-likelihood", "per-cable"),
     )  # fmt: skip
-    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", "DIR", short="-o")
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Required]:
     """Expected errors, and what an accuracy needs. Raises InputError."""
-    from robocal.files.listing import listing_text
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.require.result import compute_requirement
 
-    refuse_existing(o.output, FILES, o.force)
-    made = compute_requirement(o, command)
-    outcome = Outcome(made, lambda: made.document, made.enough, made.remarks).with_files(())
-    told = (part for tell in (sections, details) for part in tell(outcome))
-    return outcome.with_page(
-        o.output, told, lambda: {FILES[0]: json_text(made.document), FILES[1]: listing_text(made.lines)}, FILES[2],
-        title=f"{made.robot.name}: what a calibration needs", kind="Cable robot",
-    )  # fmt: skip
+    return run_cable_verb(o, FILES, lambda: compute_requirement(o, command), sections, details)
 
 
 def details(made: Outcome[Required]) -> Iterator[Section]:
     """Every cable's numbers, lines of equal error, how it was worked out."""
-    from robocal.verbs.cable.require.page import require_details
+    from robocal.verbs.cable.require.result import require_details
 
     yield from require_details(made.result)
 
 
 def sections(made: Outcome[Required]) -> Iterator[Section]:
     """The errors to be expected, and what is needed."""
-    from robocal.verbs.cable.require.page import require_summary
+    from robocal.verbs.cable.require.result import require_summary
 
     yield from require_summary(made.result, made.written)

@@ -1,35 +1,42 @@
-"""What `cable require` finds: the errors of a calibration that nobody has made yet, and what a smaller error takes."""
+"""What `cable require` finds and says: the errors of a calibration that nobody has made yet, and what a smaller error takes."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from robocal._types import Array
 from robocal.cables.calibration.exact import flat
 from robocal.cables.calibration.propagation import ErrorPropagation, Noise
-from robocal.cables.calibration.requirement import ESTIMATORS, Requirement
+from robocal.cables.calibration.requirement import ESTIMATORS, WHAT, Requirement
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
-from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import read_platform_poses
+from robocal.files.listing import in_units, listing_text
 from robocal.files.parts import CableDocument
+from robocal.files.plain import json_text
 from robocal.files.text import InputFile
-from robocal.files.units import parse_quantity
+from robocal.files.units import UNITS, Units, parse_quantity
 from robocal.quantities import Column, Listing, UnitValue, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.cable.statics_options import cable_document, robot_inputs
+from robocal.report.cable.contours import contours
+from robocal.report.cable.part import part
+from robocal.report.sections import Section, Text, ends, figure, listing_table, table
+from robocal.session.cable.cable_result import CableResult
+from robocal.session.cable.statics_options import robot_inputs
 
-__all__ = ["PAIRS", "Required", "compute_requirement"]
+__all__ = ["PAIRS", "Required", "compute_requirement", "require_details", "require_summary"]
 
 PAIRS = (("length", "position"), ("position", "orientation"), ("length", "orientation"))
 AWAY = 5.0  # times what the frame anchors scatter by
+SI = {"length": "m", "anchors": "m", "zeros": "m", "position": "m", "orientation": "rad"}
 LEVELS = (0.5, 1.0, 2.0)  # of the error that is asked for: lines of equal error
 
 
@@ -59,30 +66,18 @@ class RequireDocument(CableDocument):
     accuracy: Accuracy | None
 
 
-@dataclass(frozen=True, eq=False)
-class Required:
-    """A requirement with the accuracy (m or rad) of `of` that is asked for, and what the files say."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Required(CableResult):
+    """A requirement with the accuracy (m or rad) of `of` that is asked for."""
 
-    file: CableFile
     requirement: Requirement
     of: str
     accuracy: float | None
-    remarks: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str
 
-    @property
-    def robot(self) -> CableRobot:
-        """The robot as its file has it."""
-        return self.file.robot
-
-    @property
-    def si(self) -> str:
-        """The unit of the error that is asked for."""
-        return "rad" if self.of == "orientation" else "m"
+    title: ClassVar[str] = "what a calibration needs"
 
     @cached_property
-    def enough(self) -> bool:
+    def trusted(self) -> bool:
         """Whether the accuracy is reached as things are."""
         return self.accuracy is None or self.requirement.scale(self.of, self.accuracy) >= 1.0
 
@@ -108,9 +103,7 @@ class Required:
     def curves(self) -> dict[tuple[str, str], list[tuple[float, Array]]]:
         """Lines of equal error, every cable by itself, for the pairs of noises of which both are there: errors and (n, 2)."""
         r = self.requirement
-        middle = self.accuracy
-        if middle is None:
-            middle = float(getattr(replace(r, estimator="per-cable").rms_errors, self.of))
+        middle = self.accuracy or float(getattr(replace(r, estimator="per-cable").rms_errors, self.of))
         there = [p for p in PAIRS if all(getattr(r.noise, name) for name in p)]
         return {p: [(f * middle, r.contour(self.of, f * middle, p)) for f in LEVELS] for p in there}
 
@@ -123,7 +116,7 @@ class Required:
             for level, curve in curves
             for a, b in curve.tolist()
         ]
-        heads = (("error", self.si), ("first noise", ""), ("first", "SI"), ("second noise", ""), ("second", "SI"))
+        heads = (("error", SI[self.of]), ("first noise", ""), ("first", "SI"), ("second noise", ""), ("second", "SI"))
         values = list(zip(*rows, strict=True)) or [()] * len(heads)
         return Listing(tuple(Column(n, u, v, digits=9) for (n, u), v in zip(heads, values, strict=True)))
 
@@ -137,73 +130,65 @@ class Required:
     @property
     def document(self) -> RequireDocument:
         """What --json says."""
-        r, si = self.requirement, {"orientation": "rad"}
-        expected = {
-            name: {k: UnitValue(v, si.get(k, "m")) for k, v in asdict(replace(r, estimator=name).rms_errors).items()}
-            for name in ESTIMATORS
-        }
-        noise = {
-            name: UnitValue(getattr(r.noise, name), si.get(name, "m")) for name in ("length", "position", "orientation")
-        }
-        return cable_document(
-            RequireDocument, self.robot, self.remarks, self.inputs, self.command, poses=len(r.design.poses), noise=noise,
-            estimator=r.estimator, expected=expected, sigma=self.sigmas,
-            accuracy=None if self.needs is None else self._accuracy(self.needs),
+        r = self.requirement
+        expected = {name: _in_units(replace(r, estimator=name).rms_errors, WHAT) for name in ESTIMATORS}
+        noise = _in_units(r.noise, NOISES)
+        accuracy = None if self.needs is None else self._accuracy(self.needs)
+        return self.document_of(
+            RequireDocument, poses=len(r.design.poses), noise=noise, estimator=r.estimator, expected=expected,
+            sigma=self.sigmas, accuracy=accuracy,
         )  # fmt: skip
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The document, and lines of equal error."""
+        return {"require.json": json_text(self.document), "contours.csv": listing_text(self.lines)}
 
     def _accuracy(self, needed: dict[str, Any]) -> Accuracy:
         """A noise that hardly counts is left out of `alone`; null there is one that alone cannot do it."""
-        alone = {
-            k: unit_value(v, "rad" if k == "orientation" else "m")
-            for k, v in needed["alone"].items()
-            if v is None or np.isfinite(v)
-        }
+        alone = {k: unit_value(v, SI[k]) for k, v in needed["alone"].items() if v is None or np.isfinite(v)}
         return Accuracy(
-            of=self.of, value=self.accuracy, unit=self.si, reached=self.enough, scale=needed["scale"], alone=alone, poses=needed["poses"]
-        )  # fmt: skip
+            of=self.of, value=self.accuracy, unit=SI[self.of], reached=self.trusted, **(needed | {"alone": alone})
+        )
+
+
+def _in_units(numbers: object, names: Iterable[str]) -> dict[str, UnitValue]:
+    return {name: UnitValue(getattr(numbers, name), SI[name]) for name in names}
 
 
 def compute_requirement(o: Any, command: str = "") -> Required:
     """The requirement by the options of the verb. Raises InputError."""
     file = read_cable(o.robot)
     rows = read_platform_poses(o.poses, file.robot)
-    sigma = (
-        ("--sigma", o.sigma, "m"),
-        ("--sigma-position", o.sigma_position, "m"),
-        ("--sigma-orientation", o.sigma_orientation, "rad"),
-    )
-    noise = Noise(*(0.0 if text is None else parse_quantity(text, si, key=key) for key, text, si in sigma))
+
+    def in_si(option: str, what: str) -> float | None:
+        text = getattr(o, option)
+        return None if text is None else parse_quantity(text, SI[what], key="--" + option.replace("_", "-"))
+
+    named = {"length": "sigma", "position": "sigma_position", "orientation": "sigma_orientation"}
+    noise = Noise(**{what: in_si(option, what) or 0.0 for what, option in named.items()})
     if noise.orientation and max(file.robot.axes) < 3:
-        degrees = file.robot.degrees
-        raise ModelError(
-            "this platform does not turn",
-            key="--sigma-orientation",
-            found=o.sigma_orientation,
-            expected=f"none: it is {degrees}",
-        )
-    si = "rad" if o.of == "orientation" else "m"
-    accuracy = None if o.accuracy is None else parse_quantity(o.accuracy, si, key="--accuracy")
+        found, expected = o.sigma_orientation, f"none: it is {file.robot.degrees}"
+        raise ModelError("this platform does not turn", key="--sigma-orientation", found=found, expected=expected)
+    accuracy = in_si("accuracy", o.of)
     least = sum(i < 3 for i in file.robot.axes) + 1
     if len(rows.values) < least:
-        raise FormatError(
-            "too few poses for the anchor and the zero of a cable",
-            file=o.poses,
-            found=len(rows.values),
-            expected=f"{least} or more",
-        )
+        few = "too few poses for the anchor and the zero of a cable"
+        raise FormatError(few, file=o.poses, found=len(rows.values), expected=f"{least} or more")
     requirement = Requirement(ErrorPropagation(file.robot, rows.values), noise, o.estimator)
     try:
         error = getattr(requirement.rms_errors, o.of)
     except ModelError as bad:
-        raise FormatError(bad.message, file=o.poses, key=bad.key, found=bad.found, expected=bad.expected) from None
+        raise bad.of_file(o.poses, row=None) from None
     if not np.isfinite(error):
         raise FormatError(
             f"no {o.of} follows from the lengths of this robot: fewer cables than degrees of freedom", file=file.path, key="cables",
             found=f"{len(file.robot.cables)} cables for {len(file.robot.axes)} degrees of freedom", expected="--of anchors or --of zeros",
         )  # fmt: skip
-    inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256))
-    said = (*file.warnings, *rows.warnings, *_spread(file.robot, rows.values))
-    return Required(file, requirement, o.of, accuracy, said, inputs, command)
+    return Required(
+        file=file, requirement=requirement, of=o.of, accuracy=accuracy,
+        warnings=(*file.warnings, *rows.warnings, *_spread(file.robot, rows.values)),
+        inputs=(*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command=command,
+    )  # fmt: skip
 
 
 def _spread(robot: CableRobot, poses: Array) -> tuple[Remark, ...]:
@@ -220,3 +205,66 @@ def _spread(robot: CableRobot, poses: Array) -> tuple[Remark, ...]:
     if away > AWAY * size:
         out.append(Remark.of(Code.POSES_AWAY, away=Quantity(away), size=Quantity(size)))
     return tuple(out)
+
+
+NOISES = {"length": "lengths", "position": "positions", "orientation": "orientations"}
+SHOWN = {what: UNITS["deg" if si == "rad" else "mm"] for what, si in SI.items()}
+SENTENCE = {
+    "anchors": "a component of a frame anchor",
+    "zeros": "a zero",
+    "position": "the platform's position afterwards",
+    "orientation": "the platform's orientation afterwards",
+}
+
+
+def _with_unit(value: float, what: str) -> str:
+    return f"{figure(SHOWN[what].from_si(value))} {SHOWN[what].name}"
+
+
+def require_summary(made: Required, written: tuple[Path, ...]) -> Iterator[Section]:
+    """The errors of both estimators, and what the accuracy takes."""
+    r = made.requirement
+    noises = ((name, getattr(r.noise, name)) for name in NOISES)
+    noise = ", ".join(f"{NOISES[name]} {_with_unit(value, name)}" for name, value in noises if value)
+    head = f"   {len(r.design.poses)} poses; standard deviations: {noise}"
+    yield Section.of("", Text.of((made.robot.name, "strong"), head))
+    errors = {name: replace(r, estimator=name).rms_errors for name in ESTIMATORS}
+    rows = [(name, *(figure(SHOWN[w].from_si(getattr(e, w))) for w in WHAT)) for name, e in errors.items()]
+    columns = ("expected error, rms", "anchors [mm]", "zeros [mm]", "position [mm]", "orientation [deg]")
+    yield Section.of("", table(*columns, right=(1, 2, 3, 4), rows=rows))
+    if made.needs is not None and made.accuracy is not None:
+        yield Section.of("", *map(Text.of, _requirement_lines(made, made.accuracy, made.needs)))
+    yield from ends(made.remarks, written)
+
+
+def _requirement_lines(made: Required, accuracy: float, needs: dict[str, Any]) -> Iterator[str]:
+    wanted, state = _with_unit(accuracy, made.of), "is reached" if made.trusted else "is not reached"
+    yield f"{wanted} rms of {SENTENCE[made.of]} ({made.requirement.estimator}) {state}. Any one of these meets it exactly:"
+    yield f"  all noises times {figure(needs['scale'])}"
+    for name, value in needs["alone"].items():
+        if value is None:
+            yield f"  better {NOISES[name]} alone cannot: the other noises are too large"
+        elif value == float("inf"):
+            yield f"  {NOISES[name]} hardly count"
+        else:
+            yield f"  {NOISES[name]} to {_with_unit(value, name)}"
+    yield f"  {needs['poses']} poses like these"
+
+
+def require_details(made: Required) -> Iterator[Section]:
+    """Cable by cable, lines of equal error, and how it was worked out."""
+    said = f"One standard deviation of what {made.requirement.estimator} finds, in mm."
+    yield Section.of("Cable by cable", Text.of(said), listing_table(in_units(made.sigmas, Units())))
+    for (one, two), curves in made.curves.items():
+        drawn = [(_with_unit(v, made.of), c * [1 / SHOWN[one].factor, 1 / SHOWN[two].factor]) for v, c in curves]
+        axes = (f"{NOISES[one]} [{SHOWN[one].name}]", f"{NOISES[two]} [{SHOWN[two].name}]")
+        text = (
+            "With noises on a line, every cable fitted by itself and nothing else in error, the rms error of "
+            f"{SENTENCE[made.of]} is what stands on it."
+        )
+        heading = f"Noise of {NOISES[one]} and of {NOISES[two]}"
+        yield part(heading, text, contours(drawn, axes, text, f"{one}-{two}"))
+    yield made.method_part(
+        "To first order in the noise, around the robot as its file has it; straight cables. It holds while the noise is small against "
+        "the spread of the poses."
+    )

@@ -11,7 +11,7 @@ from robocal.cables.tension_choice import METHOD, POWER
 from robocal.report.sections import Section, Text, Written, figure, listing_table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.cable.tension.result import Tensions
@@ -35,43 +35,30 @@ class Options(BaseOptions):
     robot: w.CableRobot
     poses: w.PlatformPoses
     method: w.TensionMethod = METHOD
-    power: float | None = option(None, "Exponent of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")
+    power: float | None = option(None, "Exponent of --method p-norm, from 2 on", "P", otherwise=f"{POWER:g}")
     mass: w.PlatformMass = None
     payload: w.Payload = 0.0
     wrench: str | None = option(
         None,
         "Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm",
-        metavar="FX,FY,FZ,MX,MY,MZ",
+        "FX,FY,FZ,MX,MY,MZ",
     )
     limits: w.TensionLimits = None
     length: w.MomentLength = None
-    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", "DIR", short="-o")
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Tensions]:
     """Tensions with what they hold, margins and missing wrenches; a folder gets FILES. Raises InputError."""
-    from robocal.files.listing import listing_text
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.tension.result import compute_tensions
 
-    refuse_existing(o.output, FILES, o.force)
-    made = compute_tensions(o, POWER if o.power is None else o.power, command)
-    text, remarks = listing_text(made.table_listing), (*made.warnings, *made.reasons)
-    outcome = Outcome(
-        made, lambda: made.document, not made.reasons, remarks, text, listing=made.table_listing
-    ).with_files(())
-    told = (part for tell in (sections, details) for part in tell(outcome))
-    return outcome.with_page(
-        o.output, told, lambda: {FILES[0]: text, FILES[1]: json_text(made.document)}, FILES[2],
-        title=f"{made.robot.name}: tensions", kind="Cable robot",
-    )  # fmt: skip
+    return run_cable_verb(o, FILES, lambda: compute_tensions(o, command), sections, details)
 
 
 def details(made: Outcome[Tensions]) -> Iterator[Section]:
     """Pictures, every pose, how it was worked out."""
-    from robocal.verbs.cable.tension.page import tension_details
+    from robocal.verbs.cable.tension.result import tension_details
 
     yield from tension_details(made.result)
 

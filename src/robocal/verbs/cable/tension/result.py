@@ -1,10 +1,11 @@
-"""What `cable tension` finds, lists, remarks on and doubts."""
+"""What `cable tension` finds, lists, remarks on and doubts, and its page."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -12,28 +13,26 @@ from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, capacity_margin, distribute
+from robocal.cables.tension_choice import POWER
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.pose_lists import WRENCH, CableList, pose_columns, read_platform_poses, tension_columns
-from robocal.files.cable.values import CableUnits
-from robocal.files.listing import in_units
+from robocal.files.listing import in_units, listing_text
 from robocal.files.parts import CableDocument
+from robocal.files.plain import json_text
 from robocal.files.text import InputFile
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.cable.statics_options import (
-    balance_remarks,
-    cable_document,
-    mass_of,
-    missing_text,
-    name_option,
-    robot_inputs,
-    robot_with_limits,
-    wrench_of,
-)
+from robocal.report.cable.part import part
+from robocal.report.cable.scene import scene
+from robocal.report.cable.tension_series import tensions
+from robocal.report.numbers import significant
+from robocal.report.sections import Section
+from robocal.session.cable import statics_options as statics
+from robocal.session.cable.cable_result import CableResult
 
-__all__ = ["Tensions", "compute_tensions"]
+__all__ = ["Tensions", "compute_tensions", "tension_details"]
 
 MOMENT = "Nm"
 LEANING = np.sin(np.radians(5.0))  # of a cable that leaves a planar robot's plane further than it should
@@ -41,26 +40,31 @@ NOTHING = 1e-9  # of the greatest limit: rounding
 MOST = 5
 
 
-def compute_tensions(o: Any, power: float, command: str = "") -> Tensions:
+def compute_tensions(o: Any, command: str = "") -> Tensions:
     """Tensions with what they hold, margins and missing wrenches, by the options of the verb. Raises InputError."""
     file = read_cable(o.robot)
-    si = o.si(file.units)
-    able, weight, lever = robot_with_limits(file, si.limits), mass_of(file, si.payload, si.mass), si.length or 1.0
+    si, power = o.si(file.units), POWER if o.power is None else o.power
+    able, weight, lever = (
+        statics.robot_with_limits(file, si.limits),
+        statics.mass_of(file, si.payload, si.mass),
+        si.length or 1.0,
+    )
     rows = read_platform_poses(o.poses, able)
     structure = _structures(able, rows, o.poses)
-    extra = wrench_of(file, o.wrench) + (0.0 if rows.wrench is None else rows.wrench)
+    extra = statics.wrench_of(file, o.wrench) + (0.0 if rows.wrench is None else rows.wrench)
     load = (gravity_wrench(rows.values, weight, able.com) + extra)[:, able.axes]
-    with name_option({"method": "--method", "power": "--power"}):
+    with statics.name_option({"method": "--method", "power": "--power"}):
         spread = distribute(structure, load, able.need("limits"), o.method, power)
         if o.power is not None and o.method != "p-norm":
             raise ModelError("a power is only for the p-norm", key="power", found=o.power, expected="--method p-norm")
     margin = capacity_margin(structure, load, able.need("limits"), able.lengths_of_rows(lever))
     missing = spread.missing(able.lengths_of_rows(lever))
+    said = (*statics.balance_remarks(able, extra), *_leaning(able, rows), *_bare(able, rows.names, spread, margin))
     return Tensions(
-        file.units, able, rows.names, rows.values, spread, margin, missing, power, lever, weight,
-        (*file.warnings, *rows.warnings, *balance_remarks(able, extra), *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
-        _doubts(able, rows.names, spread, missing),
-        (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command,
+        file=file.with_machine(able), names=rows.names, poses=rows.values, spread=spread, margin=margin, missing=missing, power=power,
+        length=lever, mass=weight, warnings=(*file.warnings, *rows.warnings, *said),
+        reasons=_doubts(able, rows.names, spread, missing),
+        inputs=(*statics.robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command=command,
     )  # fmt: skip
 
 
@@ -70,49 +74,39 @@ def _structures(robot: CableRobot, rows: CableList, poses: str) -> Array:
     bad = ~np.isfinite(out).all(axis=1)
     if bad.any():
         row, cable = (int(v) for v in np.argwhere(bad)[0])
-        raise FormatError(
-            f"cable {robot.cables[cable]} has no direction at {rows.names[row]}: its anchors coincide there, or the "
-            "platform anchor lies in its pulley",
-            file=poses,
-            row=rows.lines[row],
-            key=robot.cables[cable],
-        )
+        message = statics.no_direction(robot.cables[cable], rows.names[row])
+        raise FormatError(message, file=poses, row=rows.lines[row], key=robot.cables[cable])
     return out
 
 
 def _doubts(robot: CableRobot, names: tuple[str, ...], spread: Distribution, missing: Array) -> tuple[Remark, ...]:
     """Poses that no tensions hold, and those that this method has none for."""
-    out = []
-    for i in np.flatnonzero(~spread.feasible):
-        out.append(Remark.of(Code.NOT_HELD, pose=names[i], missing=missing_text(robot, missing[i])))
-    for i in np.flatnonzero(spread.feasible & ~spread.has_solution):
-        out.append(Remark.of(Code.CLOSED_FORM_LEAVES, pose=names[i]))
+    lost, left_out = np.flatnonzero(~spread.feasible), np.flatnonzero(spread.feasible & ~spread.has_solution)
+    out = [Remark.of(Code.NOT_HELD, pose=names[i], missing=statics.missing_text(robot, missing[i])) for i in lost]
+    out += [Remark.of(Code.CLOSED_FORM_LEAVES, pose=names[i]) for i in left_out]
     left = len(out) - MOST
     return (*out[:MOST], Remark.of(Code.AND_MORE, count=left)) if left > 0 else tuple(out)
 
 
-def _bare(robot: CableRobot, names: tuple[str, ...], spread: Distribution, margin: Array) -> tuple[Remark, ...]:
+def _bare(robot: CableRobot, names: tuple[str, ...], spread: Distribution, margin: Array) -> Iterator[Remark]:
     """Poses that are held as they are and in no other way: singular ones, mostly."""
     bare = [names[i] for i in np.flatnonzero(spread.feasible & (margin <= NOTHING * robot.need("limits").max()))]
-    if not bare:
-        return ()
-    more = len(bare) - MOST
-    return (Remark.of(Code.NO_MARGIN, poses=tuple(bare[:MOST]), more=more if more > 0 else None),)
+    if bare:
+        more = len(bare) - MOST
+        yield Remark.of(Code.NO_MARGIN, poses=tuple(bare[:MOST]), more=more if more > 0 else None)
 
 
-def _leaning(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
+def _leaning(robot: CableRobot, rows: CableList) -> Iterator[Remark]:
     """Cables that leave the plane of a planar robot: what they pull across it is held by nothing."""
     if not robot.planar:
-        return ()
-    across = 2 if robot.plane == "xy" else 1
-    whole = replace(robot, degrees="3R3T")
+        return
+    across, whole = 2 if robot.plane == "xy" else 1, replace(robot, degrees="3R3T")
     lean = np.abs(structure_of(whole, rows.values, strict=False)[:, across])
-    if not lean.max(initial=0.0) > LEANING:
-        return ()
-    row, cable = (int(v) for v in np.unravel_index(int(np.argmax(lean)), lean.shape))
-    angle = Quantity(float(np.arcsin(min(float(lean[row, cable]), 1.0))), "rad")
-    where = {"pose": rows.names[row], "cable": robot.cables[cable], "plane": robot.plane}
-    return (Remark.of(Code.LEANING, **where, angle=angle),)
+    if lean.max(initial=0.0) > LEANING:
+        row, cable = (int(v) for v in np.unravel_index(int(np.argmax(lean)), lean.shape))
+        angle = Quantity(float(np.arcsin(min(float(lean[row, cable]), 1.0))), "rad")
+        where = {"pose": rows.names[row], "cable": robot.cables[cable], "plane": robot.plane}
+        yield Remark.of(Code.LEANING, **where, angle=angle)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,13 +122,11 @@ class TensionDocument(CableDocument):
     poses: Listing
 
 
-@dataclass(frozen=True, eq=False)
-class Tensions:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tensions(CableResult):
     """Tensions of k poses with what they hold: `spread` as `tension.distribute` gives it, in N and N m; capacity
-    margins (k,) in N; missing wrenches (k, d) along `robot.axes`; and `reasons`: which poses are not held."""
+    margins (k,) in N; missing wrenches (k, d) along `robot.axes`; and the poses that are not held as reasons."""
 
-    units: CableUnits
-    robot: CableRobot
     names: tuple[str, ...]
     poses: Array
     spread: Distribution
@@ -143,10 +135,8 @@ class Tensions:
     power: float
     length: float
     mass: float
-    warnings: tuple[Remark, ...]
-    reasons: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str = ""
+
+    title: ClassVar[str] = "tensions"
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -182,28 +172,104 @@ class Tensions:
         ))  # fmt: skip
 
     @property
-    def table_listing(self) -> Listing:
-        """What a table has of it, in the robot file's units."""
-        return in_units(self.listing.without(*(f"wrench.{a}" for a in self.axes)), self.units)
+    def printed(self) -> tuple[str, Listing]:
+        """The list in the robot file's units, as tensions.csv holds it."""
+        shown = in_units(self.listing.without(*(f"wrench.{a}" for a in self.axes)), self.file.units)
+        return listing_text(shown), shown
 
     @property
     def tensions_by_cable(self) -> Listing:
         """One row per cable: its limits, and the tensions that it bears; none where no pose has any."""
         cables, limits, borne = self.robot.cables, self.spread.limits, self.tension_range
         parts = (Column(k, "N", borne.get(k, [None] * len(cables)), label=k) for k in ("least", "mean", "greatest"))
-        return Listing(
-            (
-                Column("cable", "", cables, label="tension [N]"),
-                *parts,
-                Column("limits", "N", limits, label="limits", spec="to"),
-            )
-        )
+        heads = Column("cable", "", cables, label="tension [N]")
+        return Listing((heads, *parts, Column("limits", "N", limits, label="limits", spec="to")))
 
     @property
     def document(self) -> TensionDocument:
         """What tension.json holds."""
-        return cable_document(
-            TensionDocument, self.robot, (*self.warnings, *self.reasons), self.inputs, self.command,
-            method=self.spread.method, power=self.power_of_sum, mass=UnitValue(self.mass, "kg"), length=UnitValue(self.length, "m"),
-            feasible=int(self.spread.feasible.sum()), tensions=self.tensions_by_cable, poses=self.listing,
+        return self.document_of(
+            TensionDocument, method=self.spread.method, power=self.power_of_sum, mass=UnitValue(self.mass, "kg"),
+            length=UnitValue(self.length, "m"), feasible=int(self.spread.feasible.sum()), tensions=self.tensions_by_cable,
+            poses=self.listing,
         )  # fmt: skip
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The list, and the document."""
+        return {"tensions.csv": self.printed[0], "tension.json": json_text(self.document)}
+
+
+ROWS = 500  # rows of the table
+METHODS = {
+    "norm": "the least sum of squares",
+    "mid": "those nearest to the middle of the limits",
+    "closed": "the closed form about the middle of the limits",
+    "barycentre": "the centre of all that hold the platform, continuous along paths",
+    "p-norm": "the least sum of powers",
+}
+LEAST = "The margin is the size of the smallest disturbance that the cables could not balance."
+MISSING = (
+    "No tensions within the limits hold the platform here. The size of a negative margin is at most what is missing."
+)
+
+
+def tension_details(made: Tensions) -> list[Section]:
+    """What a page has room for: pictures, every pose, how it was worked out."""
+    shown = tensions(made.names, made.spread.tension, made.spread.limits, made.robot.cables)
+    return [
+        part("What the cables bear", _summary(made.spread), shown),
+        *_places(made),
+        part("Pose by pose", _caption(len(made.names)), table=_table(made)),
+        made.method_part(_how(made), made.warnings),
+    ]
+
+
+def _places(made: Tensions) -> Iterator[Section]:
+    """The pose with the least to spare, and the one at which most is missing."""
+    spread, margin = made.spread, made.margin
+    for chosen, heading, words in (
+        (spread.has_solution, "Where the least is left", LEAST),
+        (~spread.feasible, "Where most is missing", MISSING),
+    ):
+        if chosen.any():
+            worst = int(np.argmin(np.where(chosen, margin, np.inf)))
+            caption = f"{made.names[worst]}: margin {significant(float(margin[worst]))} N"
+            pose, pull, ruler = made.poses[worst], spread.tension[worst], made.length_unit
+            drawn = scene(made.robot, pose, tension=pull, poses=made.poses, caption=caption, ruler=ruler)
+            yield part(heading, f"{caption}. {words}", drawn)
+
+
+def _summary(spread: Distribution) -> str:
+    held, count = int(spread.feasible.sum()), len(spread.feasible)
+    text = f"{held} of {count} poses are held within the limits."
+    if held < count:
+        text += " At the others no tensions within the limits balance the load."
+    without = int((spread.feasible & ~spread.has_solution).sum())
+    if without:
+        text += f" At {without} of those that are held this method leaves the limits, where others do not."
+    return f"{text}\n\nOf all tensions that hold the platform these are {METHODS[spread.method]}."
+
+
+def _caption(count: int) -> str:
+    words = "Tensions and margin in N; missing: what would have to be added to what acts on the platform, in N and Nm."
+    return words + (f" The first {ROWS} poses; {count - ROWS} more are in tensions.csv." if count > ROWS else "")
+
+
+def _table(made: Tensions) -> list[list[str]]:
+    axes, cables, spread = made.axes, made.robot.cables, made.spread
+    lacking = not spread.feasible.all()
+    out = [["pose", *cables, "margin", *(f"missing {a}" for a in axes if lacking)]]
+    for i, name in enumerate(made.names[:ROWS]):
+        pulls = map(significant, spread.tension[i].tolist()) if spread.has_solution[i] else ["\u2013"] * len(cables)
+        short = [""] * len(axes) if spread.feasible[i] else map(significant, made.missing[i].tolist())
+        out.append([name, *pulls, significant(float(made.margin[i])), *(short if lacking else [])])
+    return out
+
+
+def _how(made: Tensions) -> str:
+    method = made.spread.method + (f", power {made.power_of_sum:g}" if made.power_of_sum else "")
+    model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
+    return (
+        f"{model}; method {method}; limits {statics.limits_text(made.spread.limits)}; {significant(made.mass)} kg. "
+        f"Of margins, moments are divided by {made.length_unit.short(made.length)}."
+    )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from robocal.report.sections import Section, Text, ends, figure, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
 
 if TYPE_CHECKING:
     from robocal.cables.workspace import Demand
@@ -36,67 +36,48 @@ class Options(BaseOptions):
 
     robot: w.CableRobot
     orientation: tuple[str, ...] = option(
-        (),
-        "A rotation vector; repeat for several, all of which must be held",
-        numbers="RX,RY,RZ",
-        unit="angle",
-        otherwise="upright",
-    )
+        (), "A rotation vector; repeat for several, all of which must be held", numbers="RX,RY,RZ", unit="angle", otherwise="upright",
+    )  # fmt: skip
     tilt: float | None = option(
-        None, "Hold tilts too: half the angle and all of it, about 8 horizontal axes", metavar="ANGLE", unit="angle"
+        None, "Hold tilts too: half the angle and all of it, about 8 horizontal axes", "ANGLE", unit="angle"
     )
     payload: str | None = option(
-        None, "Payload at the centre of mass, one number or a range, for example 0,20", metavar="LO,HI", unit="mass"
+        None, "Payload at the centre of mass, one number or a range, for example 0,20", "LO,HI", unit="mass"
     )
     mass: str | None = option(
-        None, "Of the platform, one number or a range, instead of the file's", metavar="LO,HI", unit="mass"
+        None, "Of the platform, one number or a range, instead of the file's", "LO,HI", unit="mass"
     )
     wrench: tuple[str, ...] = option(
         (),
         "Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for "
         "several, all of which are to be held, with 0,0,0,0,0,0 for none",
-        metavar="FX,FY,FZ,MX,MY,MZ",
+        "FX,FY,FZ,MX,MY,MZ",
     )
-    acceleration: float = option(0.0, "Of the centre of mass, in any direction", metavar="A", unit="m/s2", least=0)
-    reserve: float = option(
-        0.0, "A disturbance in any direction that is held on top", metavar="F", unit="force", least=0
-    )
+    acceleration: float = option(0.0, "Of the centre of mass, in any direction", "A", unit="m/s2", least=0)
+    reserve: float = option(0.0, "A disturbance in any direction that is held on top", "F", unit="force", least=0)
     closure: bool = option(False, "Any wrench, by tensions of any size (wrench closure): no mass, no limits, no weight")
     limits: w.TensionLimits = None
     length: w.MomentLength = None
     box: str | None = option(
         None, "Search box", numbers="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="the reach of the frame"
     )
-    cells: int = option(41, "Cells of the grid along each axis", metavar="N", least=2, most=300)
-    rays: int = option(4000, "Number of rays to the exact boundary", metavar="N", least=20, most=200_000)
+    cells: int = option(41, "Cells of the grid along each axis", "N", least=2, most=300)
+    rays: int = option(4000, "Number of rays to the exact boundary", "N", least=20, most=200_000)
     start: str | None = option(
-        None,
-        "Start of the rays",
-        numbers="X,Y,Z",
-        unit="length",
+        None, "Start of the rays", numbers="X,Y,Z", unit="length",
         otherwise="the mean of the frame anchors, or the middle of the workspace",
-    )
+    )  # fmt: skip
     output: Path | None = option(
-        None, f"Write {', '.join((*FILES[:-1], *MESHES))} and {FILES[-1]} here", short="-o", metavar="DIR"
+        None, f"Write {', '.join((*FILES[:-1], *MESHES))} and {FILES[-1]} here", "DIR", short="-o"
     )
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Workspace]:
     """The workspace for what is demanded; a folder gets FILES, and MESHES of a spatial robot. Raises InputError."""
-    from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.workspace.compute import workspace
-    from robocal.verbs.cable.workspace.result import texts
 
-    refuse_existing(o.output, (*FILES, *MESHES), o.force)
-    result = workspace(o, command, watch)
-    said = (*result.warnings, *result.reasons)
-    outcome = Outcome(result, lambda: result.document, not result.reasons, said).with_files(())
-    if watch is not None and o.output is not None:
-        watch({"stage": "write"})
-    told = (part for tell in (sections, details) for part in tell(outcome))
-    title = f"{result.robot.name}: workspace"
-    return outcome.with_page(o.output, told, lambda: texts(result), FILES[3], title=title, kind="Cable robot")
+    return run_cable_verb(o, (*FILES, *MESHES), lambda: workspace(o, command, watch), sections, details)
 
 
 def details(made: Outcome[Workspace]) -> Iterator[Section]:
@@ -109,7 +90,7 @@ def details(made: Outcome[Workspace]) -> Iterator[Section]:
 def sections(made: Outcome[Workspace]) -> Iterator[Section]:
     """How large it is by either way, where, and what is to spare there, in the robot file's units."""
     result, found = made.result, made.result.document
-    length, force = result.units.length, result.units.force
+    length, force = result.file.units.length, result.file.units.force
     grid, rays, home = found.grid, found.rays, found.home
     unit = result.unit
 

@@ -23,14 +23,7 @@ from robocal.files.units import numbers_of
 from robocal.geometry import so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.cable.statics_options import (
-    balance_remarks,
-    mass_of,
-    redundant_robot,
-    robot_inputs,
-    robot_with_limits,
-    wrench_of,
-)
+from robocal.session.cable import statics_options as statics
 from robocal.session.watching import Watch
 from robocal.verbs.cable.workspace.result import PLANES, RayStart, Workspace
 
@@ -56,11 +49,10 @@ def demand_of(file: CableFile, said: Any, si: Any) -> Demand:
                     key=f"--{name}", found=getattr(said, name), expected="--closure alone, or without it",
                 )  # fmt: skip
         return Demand(np.zeros(1), turns, length=si.length or 1.0, closure=True)
-    masses = _range(said.mass, "--mass", file) if said.mass is not None else (mass_of(file),)
-    masses = tuple(
-        sorted({m + more for m, more in zip(*_pair_ends(masses, _range(said.payload, "--payload", file)), strict=True)})
-    )
-    extra = np.array([wrench_of(file, text) for text in said.wrench]) if said.wrench else np.zeros((1, 6))
+    own = _range(said.mass, "--mass", file) if said.mass is not None else (statics.mass_of(file),)
+    more = _range(said.payload, "--payload", file)
+    masses = sorted({own[0] + more[0], own[-1] + more[-1]})  # least with least, greatest with greatest
+    extra = np.array([statics.wrench_of(file, text) for text in said.wrench]) if said.wrench else np.zeros((1, 6))
     return Demand(np.array(masses), turns, extra, si.acceleration, si.reserve, si.length or 1.0)
 
 
@@ -74,30 +66,21 @@ def _range(text: str | None, option: str, file: CableFile) -> tuple[float, ...]:
     return tuple(float(file.units.mass.to_si(v)) for v in values)
 
 
-def _pair_ends(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Two ranges as two lists of ends: least with least, greatest with greatest."""
-    return (a[0], a[-1]), (b[0], b[-1])
-
-
 def _orientations(robot: CableRobot, said: Any, si: Any) -> Array:
     """Rotations (n, 3, 3): each of those given, and where tilts are asked for, tilted to all sides about horizontal axes."""
     vectors = np.array(si.orientation or [np.zeros(3)])
     lost = [i for i in range(3) if i + 3 not in robot.axes]
     if vectors[:, lost].any():
-        raise ModelError(
-            f"{robot.name} does not turn that way",
-            key="--orientation",
-            found=said.orientation[int(np.argmax(vectors[:, lost].any(axis=1)))],
-            expected=f"0 for {', '.join(TURNS[i] for i in lost)}: it is {_moves(robot)}",
-        )
+        found = said.orientation[int(np.argmax(vectors[:, lost].any(axis=1)))]
+        expected = f"0 for {', '.join(TURNS[i] for i in lost)}: it is {_moves(robot)}"
+        message = f"{robot.name} does not turn that way"
+        raise ModelError(message, key="--orientation", found=found, expected=expected)
     upright = so3.exp(vectors)
     if si.tilt is None:
         return upright
     if not 0 < si.tilt < math.pi:
         raise ModelError("out of range", key="--tilt", found=said.tilt, expected="above 0 and below half a turn")
-    leans = so3.exp(si.tilt * _sides(robot))
-    turned: Array = (leans[:, None] @ upright).reshape(-1, 3, 3)
-    return turned
+    return np.asarray((so3.exp(si.tilt * _sides(robot))[:, None] @ upright).reshape(-1, 3, 3))
 
 
 def _moves(robot: CableRobot) -> str:
@@ -116,8 +99,6 @@ def _sides(robot: CableRobot) -> Array:
 
 
 SECTION = 720  # rays of a section, at most
-
-
 STEPS, MOST_STEPS = 64, 4096  # of a ray
 NEAR = 0.02  # by how much volumes may differ without a remark
 SEEN = 0.99  # the share of the held cells that the start has to see without one
@@ -125,22 +106,27 @@ SEEN = 0.99  # the share of the held cells that the start has to see without one
 
 def workspace(o: Any, command: str = "", watch: Watch | None = None) -> Workspace:
     """The workspace for what is demanded, by the options of the verb. Raises InputError."""
+    tell: Watch = watch or (lambda event: None)
     file = read_cable(o.robot)
     si = o.si(file.units)
     demand = demand_of(file, o, si)
-    able = redundant_robot(file, 1) if demand.closure else robot_with_limits(file, si.limits)
+    able = statics.redundant_robot(file, 1) if demand.closure else statics.robot_with_limits(file, si.limits)
     sides, how = frame_box(able, demand.rotations) if o.box is None else (_box(o.box, si.box, able), "--box")
     counts = tuple(o.cells if high > low else 1 for low, high in sides)
-    near = sides if o.box is not None else _close(able, demand, sides, counts, watch)
-    made, room, even = _fill_grid(able, demand, near, counts, watch)
+    near = sides if o.box is not None else _close(able, demand, sides, counts, tell)
+    made, room, even = _fill_grid(able, demand, near, counts, tell)
     parts = regions(made) if made.inside.any() else None
     begin = _ray_start(able, demand, made, parts, sides, o.start, si.start, file)
-    edge, cuts = _boundary(able, demand, begin, sides, o.rays, _steps(made, sides), watch)
+    edge, cuts = _boundary(able, demand, begin, sides, o.rays, _steps(made, sides), tell)
     remarks = () if parts is None or begin is None else _remarks(made, parts, begin, edge)
+    if o.output is not None:
+        tell({"stage": "write"})
     return Workspace(
-        able, demand, file.units, sides, how, made, room, even, parts, begin, edge, cuts, o.rays,
-        bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *balance_remarks(able, demand.extra), *remarks),
-        _doubts(able, demand, made, begin, file), robot_inputs(file, o.robot), command,
+        file=file.with_machine(able), demand=demand, box=sides, how=how, grid=made, outer_box=room, dexterity=even, regions=parts,
+        start=begin, boundary=edge, sections=cuts, rays=o.rays,
+        home_feasible=bool(holds(able, demand, able.home[None, :3, 3])[0]),
+        warnings=(*file.warnings, *statics.balance_remarks(able, demand.extra), *remarks),
+        reasons=_doubts(able, demand, made, begin, file), inputs=statics.robot_inputs(file, o.robot), command=command,
     )  # fmt: skip
 
 
@@ -156,10 +142,9 @@ def _box(text: str, ends: Array, robot: CableRobot) -> Array:
     return as_box(sides)
 
 
-def _close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None) -> Array:
+def _close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], tell: Watch) -> Array:
     """The part of a box in which a first look finds anything held, one cell wider, so that the grid is not spent on the rest."""
-    if watch is not None:
-        watch({"stage": "looking where anything can be held"})
+    tell({"stage": "looking where anything can be held"})
     first = grid(robot, demand, sides, (counts[0], counts[1], counts[2]))
     if not first.inside.any():
         return sides
@@ -168,59 +153,48 @@ def _close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, .
 
 
 def _fill_grid(
-    robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None
+    robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], tell: Watch
 ) -> tuple[Grid, Array, Dexterity]:
     """The grid with margins, the accelerations that are possible in its held cells (NaN for closure), and their dexterity, slab by
     slab along x, so that somebody may watch, and stop it."""
     edges = np.linspace(sides[0, 0], sides[0, 1], counts[0] + 1)
-    slabs, rooms, factors, conditions = [], [], [], []
+    slabs, numbers = [], np.full((3, *counts), np.nan)  # accelerations, tension factors, condition numbers
     for i in range(counts[0]):
-        if watch is not None:
-            watch({"stage": "filling the grid", "done": i, "total": counts[0]})
+        tell({"stage": "filling the grid", "done": i, "total": counts[0]})
         slab = grid(robot, demand, np.stack([edges[i : i + 2], sides[1], sides[2]]), (1, counts[1], counts[2]), True)
-        room, factor, condition = (np.full(slab.inside.shape, np.nan) for _ in range(3))
         points = np.stack(np.meshgrid(*slab.axes, indexing="ij"), axis=-1)[slab.inside]
-        even = dexterities(robot, demand, points)
-        factor[slab.inside], condition[slab.inside] = even.tension_factor, even.condition
+        even, here = dexterities(robot, demand, points), slab.inside[0]
+        numbers[1, i][here], numbers[2, i][here] = even.tension_factor, even.condition
         if not demand.closure:
-            room[slab.inside] = accelerations(robot, demand, points)
+            numbers[0, i][here] = accelerations(robot, demand, points)
         slabs.append(slab)
-        rooms.append(room)
-        factors.append(factor)
-        conditions.append(condition)
-    x = np.concatenate([slab.axes[0] for slab in slabs])
-    inside = np.concatenate([slab.inside for slab in slabs])
+    x, inside = np.concatenate([slab.axes[0] for slab in slabs]), np.concatenate([slab.inside for slab in slabs])
     margin = np.concatenate([slab.margin for slab in slabs if slab.margin is not None])
     cell = (sides[:, 1] - sides[:, 0]) / np.array(counts)
     whole = Grid((x, slabs[0].axes[1], slabs[0].axes[2]), cell, inside, margin)
-    even = Dexterity(np.concatenate(factors), np.concatenate(conditions), demand.length)
-    return whole, np.concatenate(rooms), even
+    return whole, numbers[0], Dexterity(numbers[1], numbers[2], demand.length)
 
 
 def _ray_start(
-    robot: CableRobot,
-    demand: Demand,
-    made: Grid,
-    found: Regions | None,
-    sides: Array,
-    text: str | None,
-    at: Array | None,
+    robot: CableRobot, demand: Demand, made: Grid, found: Regions | None, sides: Array, text: str | None, at: Array | None,
     file: CableFile,
-) -> RayStart | None:
+) -> RayStart | None:  # fmt: skip
     """Where rays start: as told, else X_0 if it is held, else in the middle of the greatest part; None if nothing is held."""
+
+    def outside(place: Array) -> bool:
+        return bool(((place < sides[:, 0]) | (place > sides[:, 1])).any())
+
     if at is not None:
-        if ((at < sides[:, 0]) | (at > sides[:, 1])).any():
-            expected = (
-                f"x, y and z of {np.round(file.units.length.from_si(sides), 4).tolist()} {file.units.length.name}"
-            )
+        if outside(at):
+            box, unit = np.round(file.units.length.from_si(sides), 4).tolist(), file.units.length.name
+            expected = f"x, y and z of {box} {unit}"
             raise ModelError("the start lies outside the box", key="--start", found=text, expected=expected)
         if not holds(robot, demand, at[None])[0]:
-            raise ModelError(
-                "the start cannot be held", key="--start", found=text, expected="a position inside the workspace"
-            )
+            expected = "a position inside the workspace"
+            raise ModelError("the start cannot be held", key="--start", found=text, expected=expected)
         return RayStart(at, "--start", visible_share(made, at))
     home, why = robot.home[:3, 3], "X_0 is not held"
-    if ((home < sides[:, 0]) | (home > sides[:, 1])).any():
+    if outside(home):
         why = "X_0 lies outside the box"
     elif holds(robot, demand, home[None])[0]:
         return RayStart(home, "X_0", visible_share(made, home))
@@ -238,14 +212,13 @@ def _steps(made: Grid, sides: Array) -> int:
 
 
 def _boundary(
-    robot: CableRobot, demand: Demand, start: RayStart | None, sides: Array, rays: int, steps: int, watch: Watch | None
+    robot: CableRobot, demand: Demand, start: RayStart | None, sides: Array, rays: int, steps: int, tell: Watch
 ) -> tuple[Surface | Outline | None, dict[str, Outline]]:
     """The boundary seen from the start, and its sections by the names of their planes."""
     if start is None:
         return None, {}
     planes = {n: ax for n, ax in PLANES.items() if set(ax) <= set(robot.axes)}
-    if watch is not None:
-        watch({"stage": "following rays to the boundary"})
+    tell({"stage": "following rays to the boundary"})
     cuts = {n: outline(robot, demand, start.at, sides, ax, min(rays, SECTION), steps) for n, ax in planes.items()}
     if len(planes) == 1:
         (ax,) = planes.values()
@@ -255,7 +228,6 @@ def _boundary(
 
 def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> tuple[Remark, ...]:
     """What the grid knows and the rays do not: other parts, holes, what the start does not see; and when the two disagree."""
-    flat = isinstance(edge, Outline)
     unit, size = ("m2", edge.area) if isinstance(edge, Outline) else ("m3", edge.volume if edge else 0.0)
     one = made.volume / made.inside.sum()
     out = []
@@ -265,8 +237,8 @@ def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outlin
     if found.holes:
         out.append(Remark.of(Code.HOLES, count=len(found.holes), size=float(sum(found.holes) * one), unit=unit))
     if start.visible < SEEN:
-        edge_ = "outline" if flat else "surface"
-        out.append(Remark.of(Code.START_SEES_PART, share=100 * (1 - start.visible), edge=edge_))
+        kind = "outline" if isinstance(edge, Outline) else "surface"
+        out.append(Remark.of(Code.START_SEES_PART, share=100 * (1 - start.visible), edge=kind))
     if abs(size / made.volume - 1) > NEAR:
         # What the start does not see, no finer grid brings back.
         seen = None if start.visible < SEEN else start.visible
@@ -284,9 +256,8 @@ def _doubts(
         none = Code.NOTHING_CLOSED if start is None else Code.ONLY_START_CLOSED
         return () if made.inside.any() else (Remark.of(none),)
     if made.inside.any():
-        if made.margin[made.inside].max() > 1e-9 * float(robot.need("limits").max()):
-            return ()
-        return (Remark.of(Code.ONLY_SINGULAR),)
+        spare = made.margin[made.inside].max() > 1e-9 * float(robot.need("limits").max())
+        return () if spare else (Remark.of(Code.ONLY_SINGULAR),)
     k = np.unravel_index(int(np.argmax(made.margin)), made.margin.shape)
     at = ", ".join(f"{file.units.length.from_si(float(made.axes[i][k[i]])):.4g}" for i in range(3))
     lack, force = file.units.force.from_si(-float(made.margin[k])), file.units.force.name

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from robocal._types import Array
@@ -17,7 +19,7 @@ from robocal.report.cable.plane_sections import section
 from robocal.report.cable.scene import scene
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
-from robocal.session.cable.statics_options import assumption_text, length_unit_of, limits_text
+from robocal.session.cable.statics_options import limits_text
 from robocal.verbs.cable.workspace.result import Workspace
 
 __all__ = ["workspace_details"]
@@ -25,12 +27,12 @@ __all__ = ["workspace_details"]
 MOST = 20  # orientations that are listed
 
 
-def workspace_details(made: Workspace) -> list[Section]:
+def workspace_details(made: Workspace) -> Iterator[Section]:
     """What a page has room for: the robot, sections with margins, what was demanded, how it was worked out."""
-    robot, demand, ruler = made.robot, made.demand, length_unit_of(made.units)
-    blocks = [part("What belongs to it", _explanation(made))]
+    robot, demand, ruler = made.robot, made.demand, made.length_unit
+    yield part("What belongs to it", _explanation(made))
     if made.boundary is not None:
-        blocks.append(_picture(robot, demand, made.boundary, ruler))
+        yield _picture(robot, demand, made.boundary, ruler)
     for name, line in made.sections.items():
         axes = ("xyz".index(name[0]), "xyz".index(name[1]))
         across = 3 - sum(axes)
@@ -40,15 +42,16 @@ def workspace_details(made: Workspace) -> list[Section]:
             f"{'Tension factors' if demand.closure else 'Margins'} in the plane {name} through the start of the rays; the line is the "
             f"exact boundary seen from there. Area within it: {significant(line.area, 4)} m²{where}."
         )
-        drawn = section(robot, [line], _sheet(made, axes), axes, ruler=ruler, closure=demand.closure)
-        blocks.append(part(f"Section {name}", text, drawn))
+        drawn = section(robot, [line], _sheet(made, line.start, axes), axes, ruler=ruler, closure=demand.closure)
+        yield part(f"Section {name}", text, drawn)
     if not made.sections and not demand.closure:
         text = "Nothing is held: colours say by how much, at least, the cables fail. The middle layer of the grid."
         axes = (robot.axes[0], robot.axes[1])
-        blocks.append(part("The grid", text, section(robot, [], made.grid, axes, ruler=ruler)))
-    blocks.append(part("What was demanded", _words(demand, ruler), table=_demand_rows(demand)))
-    blocks.append(part("How it was worked out", _how(made)))
-    return blocks
+        yield part("The grid", text, section(robot, [], made.grid, axes, ruler=ruler))
+    yield part("What was demanded", _words(demand, ruler), table=_demand_rows(demand))
+    model = "Straight cables" + ("" if robot.pulleys is None else " over pulleys")
+    limits = "" if demand.closure else f"; limits {limits_text(robot.need('limits'))}"
+    yield made.method_part(f"{model}, what they weigh left out{limits}.")
 
 
 def _explanation(made: Workspace) -> str:
@@ -63,23 +66,16 @@ def _explanation(made: Workspace) -> str:
 
 def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline, ruler: LengthUnit) -> Section:
     """The robot where the rays start, with the least tensions for the first orientation and wrench and the greatest mass."""
-    pose = se3.compose(demand.rotations[0], boundary.start)
+    pose, heading = se3.compose(demand.rotations[0], boundary.start), "The robot and its workspace"
+    place = f"The platform where the rays start, {ruler.point(boundary.start)}"
+    turn = "" if isinstance(boundary, Outline) else " Drag to turn."
     if demand.closure:
-        text = f"The platform where the rays start, {ruler.point(boundary.start)}."
-        text += "" if isinstance(boundary, Outline) else " Drag to turn."
-        return part("The robot and its workspace", text, scene(robot, pose, surface=boundary, ruler=ruler))
+        return part(heading, f"{place}.{turn}", scene(robot, pose, surface=boundary, ruler=ruler))
     mass = float(demand.masses.max())
     wrench = gravity_wrench(pose[None], mass, robot.com, demand.gravity) + demand.extra[:1]
-    held = distribute(structure_of(robot, pose[None]), wrench[:, list(robot.axes)], robot.need("limits"))
-    text = (
-        f"The platform where the rays start, {ruler.point(boundary.start)}, with {significant(mass, 4)} kg: the least tensions "
-        "that hold it. Drag to turn."
-    )
-    if isinstance(boundary, Outline):
-        text = text.removesuffix(" Drag to turn.")
-    return part(
-        "The robot and its workspace", text, scene(robot, pose, tension=held.tension[0], surface=boundary, ruler=ruler)
-    )
+    pull = distribute(structure_of(robot, pose[None]), wrench[:, list(robot.axes)], robot.need("limits")).tension[0]
+    text = f"{place}, with {significant(mass, 4)} kg: the least tensions that hold it.{turn}"
+    return part(heading, text, scene(robot, pose, tension=pull, surface=boundary, ruler=ruler))
 
 
 def _words(demand: Demand, ruler: LengthUnit) -> str:
@@ -99,32 +95,20 @@ def _words(demand: Demand, ruler: LengthUnit) -> str:
 
 def _demand_rows(demand: Demand) -> list[list[str]]:
     turns = np.degrees(so3.log(demand.rotations))
-    turned = ["Orientations", "; ".join(_angles(v) for v in turns[:MOST]) + ("; ..." if len(turns) > MOST else "")]
-    if demand.closure:
-        return [["", ""], turned]
-    return [
-        ["", ""],
-        ["Masses", ", ".join(f"{significant(float(m), 4)} kg" for m in demand.masses)],
-        turned,
-        ["Wrenches", "; ".join(", ".join(f"{v:g}" for v in row) for row in demand.extra) + " (N, Nm)"],
-    ]
-
-
-def _how(made: Workspace) -> str:
-    model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
-    limits = "" if made.demand.closure else f"; limits {limits_text(made.robot.need('limits'))}"
-    return "\n\n".join([f"{model}, what they weigh left out{limits}.", *assumption_text(made.robot)])
+    rows = [["Orientations", "; ".join(_angles(v) for v in turns[:MOST]) + ("; ..." if len(turns) > MOST else "")]]
+    if not demand.closure:
+        rows.insert(0, ["Masses", ", ".join(f"{significant(float(m), 4)} kg" for m in demand.masses)])
+        wrenches = (", ".join(f"{v:g}" for v in row) for row in demand.extra)
+        rows.append(["Wrenches", "; ".join(wrenches) + " (N, Nm)"])
+    return [["", ""], *rows]
 
 
 def _angles(vector: Array) -> str:
     return "upright" if not np.abs(vector).max() > 1e-9 else ", ".join(f"{v:.3g}" for v in vector) + " deg"
 
 
-def _sheet(made: Workspace, axes: tuple[int, int]) -> Grid:
+def _sheet(made: Workspace, start: Array, axes: tuple[int, int]) -> Grid:
     """Margins in a plane through the start, over the box without thickness."""
-    sides, across = made.box.copy(), 3 - sum(axes)
-    assert made.start is not None
-    sides[across] = made.start.at[across]
-    counts = [max(n, 61) for n in made.grid.inside.shape]
-    counts[across] = 1
+    sides, counts, across = made.box.copy(), [max(n, 61) for n in made.grid.inside.shape], 3 - sum(axes)
+    sides[across], counts[across] = start[across], 1
     return grid(made.robot, made.demand, sides, (counts[0], counts[1], counts[2]), with_margins=True)

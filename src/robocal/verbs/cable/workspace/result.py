@@ -5,42 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from robocal._types import Array
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.closure import CLOSED, Dexterity
-from robocal.cables.geometry import CableRobot
 from robocal.cables.grid_regions import Regions, cut_off
 from robocal.cables.workspace import Demand, Grid, dexterities, margins
 from robocal.files.cable.grid import cells_text, outlines_text
-from robocal.files.cable.values import CableUnits
 from robocal.files.mesh import ply_text, stl_bytes
 from robocal.files.parts import CableDocument
 from robocal.files.plain import json_text
-from robocal.files.text import InputFile
 from robocal.geometry import so3
 from robocal.quantities import UnitValue, unit_value
-from robocal.remarks.remark import Remark, remark_fields
-from robocal.session.cable.statics_options import cable_document
+from robocal.remarks.remark import remark_fields
+from robocal.session.cable.cable_result import CableResult
 
-__all__ = ["PLANES", "RayStart", "Workspace", "texts"]
-
-
-def texts(made: Workspace) -> dict[str, str | bytes]:
-    """The files of the folder, but its page."""
-    out: dict[str, str | bytes] = {
-        "workspace.json": json_text(made.document),
-        "workspace.csv": cells_text(made.grid, made.outer_box, made.dexterity, made.units, made.demand.closure),
-    }
-    if made.sections:
-        out["outlines.csv"] = outlines_text(made.sections, made.units)
-    if isinstance(made.boundary, Surface):
-        out["surface.ply"] = ply_text(made.boundary.vertices, made.boundary.faces)
-        out["surface.stl"] = stl_bytes(made.boundary.vertices, made.boundary.faces)
-    return out
+__all__ = ["PLANES", "RayStart", "Workspace"]
 
 
 PLANES: Mapping[str, tuple[int, int]] = MappingProxyType({"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)})
@@ -136,15 +119,13 @@ class WorkspaceDocument(CableDocument, Shape):
     sections: dict[str, dict[str, UnitValue]]
 
 
-@dataclass(frozen=True, eq=False)
-class Workspace:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Workspace(CableResult):
     """A workspace: what was demanded, in which box (3, 2) m and `how` that was chosen; the grid with margins, the possible
     accelerations (nx, ny, nz) m/s^2 and the dexterity of its cells (NaN outside), what its cells make up (None: nothing is held); the
-    boundary by `rays` and its sections, whether X_0 is in it; remarks; and `reasons`: why it must not be trusted."""
+    boundary by `rays` and its sections, whether X_0 is in it."""
 
-    robot: CableRobot
     demand: Demand
-    units: CableUnits
     box: Array
     how: str
     grid: Grid
@@ -156,10 +137,8 @@ class Workspace:
     sections: Mapping[str, Outline]
     rays: int
     home_feasible: bool
-    warnings: tuple[Remark, ...]
-    reasons: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str = ""
+
+    title: ClassVar[str] = "workspace"
 
     @property
     def size(self) -> float | None:
@@ -195,8 +174,8 @@ class Workspace:
             difference=size / made.volume - 1.0 if made.volume > 0 else None, seen_share=self.start.visible,
         )  # fmt: skip
         sides = np.stack([[x[0] - c / 2, x[-1] + c / 2] for x, c in zip(made.axes, made.cell, strict=True)])
-        return cable_document(
-            WorkspaceDocument, self.robot, (*self.warnings, *self.reasons), self.inputs, self.command,
+        return self.document_of(
+            WorkspaceDocument,
             verdict={"status": "empty" if self.start is None else "found", **remark_fields(self.reasons, "reasons")},
             demand=self._demand_document(),
             box={"unit": "m", "sides": self.box, "chosen": self.how},
@@ -250,15 +229,21 @@ class Workspace:
             tension_factor=float(factor[k]), condition=float(condition[k]),
         )  # fmt: skip
         return Shape(
-            centre=UnitValue(found.centre, "m"),
-            extent=UnitValue(found.extent, "m"),
-            reaches_box=self.cut,
-            parts=UnitValue([n * one for n in found.parts], self.unit),
-            holes=UnitValue([n * one for n in found.holes], self.unit),
+            centre=UnitValue(found.centre, "m"), extent=UnitValue(found.extent, "m"), reaches_box=self.cut,
+            parts=UnitValue([n * one for n in found.parts], self.unit), holes=UnitValue([n * one for n in found.holes], self.unit),
             margin=Spread.of(made.margin[made.inside], "N") if plain else None,
             acceleration=Spread.of(self.outer_box[made.inside], "m/s2") if plain else None,
-            tension_factor=Spread.of(factor[made.inside]),
-            condition=Spread.of(condition[made.inside]),
-            closed_share=float((factor[made.inside] > CLOSED).mean()),
-            best=best,
-        )
+            tension_factor=Spread.of(factor[made.inside]), condition=Spread.of(condition[made.inside]),
+            closed_share=float((factor[made.inside] > CLOSED).mean()), best=best,
+        )  # fmt: skip
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The files of the folder, but its page."""
+        cells = cells_text(self.grid, self.outer_box, self.dexterity, self.file.units, self.demand.closure)
+        out: dict[str, str | bytes] = {"workspace.json": json_text(self.document), "workspace.csv": cells}
+        if self.sections:
+            out["outlines.csv"] = outlines_text(self.sections, self.file.units)
+        if isinstance(self.boundary, Surface):
+            out["surface.ply"] = ply_text(self.boundary.vertices, self.boundary.faces)
+            out["surface.stl"] = stl_bytes(self.boundary.vertices, self.boundary.faces)
+        return out
