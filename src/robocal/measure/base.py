@@ -65,7 +65,7 @@ def problem(
         table = table.with_values(values)
     families = []
     if free_pose := freedom_of(machine):
-        families.append(Family(_starts(data), free_pose))
+        families.append(Family(data.configurations.starts, free_pose))
     if local_targets:
         families.append(_targets(data, local_targets))
     axes = families[-1].axes if local_targets else ()
@@ -100,11 +100,6 @@ def _table(data: DataSet, rows: tuple[Parameter, ...], together: tuple[Together,
     if known is None or known.rows != rows or known.together != together:
         known = data.configurations.memo["table"] = ParameterTable(rows, together)
     return known
-
-
-def _starts(data: DataSet) -> Array:
-    given = data.configurations.start
-    return np.zeros((len(data.configurations), 6)) if given is None else given
 
 
 def _targets(data: DataSet, names: Sequence[str]) -> Family:
