@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -108,9 +109,9 @@ class Chain:
                     key=column,
                     suggestion=nearest(column, known),
                 )
-        return (
-            np.ascontiguousarray(np.stack([known[c] for c in columns], axis=-1)) if columns else np.empty((len(q), 0))
-        )
+        if not columns:
+            return np.empty((len(q), 0))
+        return np.ascontiguousarray(np.stack([known[c] for c in columns], axis=-1))
 
     def run(
         self,
@@ -177,12 +178,9 @@ class Chain:
         """
         j = self.jacobian(np.zeros((1, len(self.joints))))[0]
         axes = [j[3:, i] if joint.type == "revolute" else j[:3, i] for i, joint in enumerate(self.joints)]
-        found = []
-        for i in range(len(axes) - 1):
-            a, b = axes[i], axes[i + 1]
-            if math.atan2(float(np.linalg.norm(np.cross(a, b))), abs(float(a @ b))) < tolerance:
-                found.append((self.joints[i].name, self.joints[i + 1].name))
-        return tuple(found)
+        angles = [math.atan2(np.linalg.norm(np.cross(a, b)), abs(a @ b)) for a, b in pairwise(axes)]
+        pairs = zip(pairwise(self.joint_names), angles, strict=True)
+        return tuple(pair for pair, angle in pairs if angle < tolerance)
 
     @property
     def lengths(self) -> tuple[str, ...]:

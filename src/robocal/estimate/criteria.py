@@ -21,7 +21,7 @@ from collections.abc import Callable
 import numpy as np
 
 from robocal._types import Array
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, one_of
 
 __all__ = ["CRITERIA", "Criterion", "criterion_of", "information"]
 
@@ -206,11 +206,5 @@ def criterion_of(name: str, columns: int, tests: Array | None = None) -> Criteri
     """The criterion of this name for so many columns. Raises ModelError for an unknown name, or for tests that are
     missing."""
     if name not in CRITERIA:
-        raise ModelError(
-            "unknown criterion",
-            key="criterion",
-            found=name,
-            expected=", ".join(CRITERIA),
-            suggestion=nearest(name, CRITERIA),
-        )
+        raise ModelError("unknown criterion", key="criterion", found=name, **one_of(name, CRITERIA))
     return CRITERIA[name](columns, tests)

@@ -60,7 +60,7 @@ def _reduce(problem: Problem, x: Array) -> Squares:
 
     normal = replace(problem, priors=False).normal(np.atleast_2d(x))
     made = information(normal, problem.scales, problem.sizes, problem.pairs)
-    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
+    weight = problem.first_weight
     square, rows = 0.0, 0
     for r in problem.residuals(x):
         counts = r.used & (weight[r.configuration] > 0)

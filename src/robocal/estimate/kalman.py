@@ -96,15 +96,8 @@ def kalman(
             moved = target
             root = r[size : size + n, size : size + n]
         if watch:
-            watch(
-                {
-                    "stage": "filter",
-                    "configuration": configuration,
-                    "configurations": problem.configurations,
-                    "done": configuration + 1,
-                    "total": problem.configurations,
-                }
-            )
+            part = {"done": configuration + 1, "total": problem.configurations}
+            watch({"stage": "filter", "configuration": configuration, "configurations": problem.configurations, **part})
     inverse = scipy.linalg.solve_triangular(root, np.eye(n)) if n else root
     return Filtered(x, inverse @ inverse.T)
 

@@ -59,8 +59,7 @@ def one_step(problem: Problem, x: Array, unit: str = "m", lin: Linear | None = N
     if problem.blocks or not problem.n:
         return None
     lin = problem.with_weights(None).linearize(x) if lin is None else lin
-    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
-    used = weight[lin.configuration] > 0
+    used = problem.in_use[lin.configuration]
     mine &= used
     if not mine.any():
         return None
@@ -78,15 +77,9 @@ def one_step(problem: Problem, x: Array, unit: str = "m", lin: Linear | None = N
     after = np.concatenate([res.value[res.used].ravel() for res in problem.residuals(moved)])
     beyond = after - first - effect
     size = _rms(effect[mine])
-    return Step(
-        unit,
-        _rms(first[mine]),
-        _rms((first + effect)[mine]),
-        _rms(after[mine]),
-        _rms(beyond[mine]),
-        _rms(beyond[mine]) / size if size > 0 else 0.0,
-        _rms(sigma[mine]),
-    )
+    before, promised, left, neglected = (_rms(v[mine]) for v in (first, first + effect, after, beyond))
+    share = neglected / size if size > 0 else 0.0
+    return Step(unit, before, promised, left, neglected, share, _rms(sigma[mine]))
 
 
 def curvature(problem: Problem, x: Array, covariance: Array) -> Curvature | None:
@@ -112,10 +105,9 @@ def curvature(problem: Problem, x: Array, covariance: Array) -> Curvature | None
 
 def _whiten(problem: Problem, x: Array) -> Array:
     """Whitened residuals of every row that counts, (B, N)."""
-    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
-    parts = []
+    parts, counted = [], problem.in_use
     for r in problem.residuals(x):
-        some = (weight[r.configuration] > 0) & r.used
+        some = counted[r.configuration] & r.used
         value = (r.value if r.value.ndim == 3 else r.value[None])[:, some]
         parts.append((value * r.scale[some]).reshape(len(x), -1))
     return np.concatenate(parts, axis=1)

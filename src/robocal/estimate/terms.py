@@ -118,16 +118,12 @@ class Normal:
         shapes = [(many, l), (many, l, l), (many, n, l), (more, q), (more, q, q), (more, n, q), (pairs, l, q)]
         return cls(cost, g, a, *(np.zeros((batch, *shape)) for shape in shapes))
 
-    def part(self, some: slice) -> Normal:
-        """A view of some problems of the batch."""
-        return Normal(*(getattr(self, name)[some] for name in _NAMES))
-
     def of_family(self, second: int) -> tuple[Array, Array, Array]:
         """Gradient, matrix and what it shares with the free columns, of the first (0) or second (1) family."""
         return (self.gm, self.am, self.asm) if second else (self.gl, self.al, self.asl)
 
-    def take(self, index: Ints) -> Normal:
-        """The same for a subset of the batch."""
+    def take(self, index: Ints | slice) -> Normal:
+        """The same for a subset of the batch; of a slice a view."""
         return Normal(*(getattr(self, name)[index] for name in _NAMES))
 
     @staticmethod

@@ -38,14 +38,11 @@ def own_poses(
         begun = np.array(x)
         begun[:, place] = np.where(mine, other.ravel(), x[:, place])
         again = least_squares(alone, begun)
-        less = np.array(
-            [_left(problem, b[None]) < (1 - LESS) * _left(problem, a[None]) for a, b in zip(out, again.x, strict=True)]
-        )
+        pairs = zip(out, again.x, strict=True)
+        less = np.array([_left(problem, b[None]) < (1 - LESS) * _left(problem, a[None]) for a, b in pairs])
         out[:, place] = np.where(mine & np.repeat(less, width, axis=1), again.x[:, place], out[:, place])
-        reasons = [
-            two if new.any() else one
-            for one, two, new in zip(reasons, again.reasons, less & configurations, strict=True)
-        ]
+        both = zip(reasons, again.reasons, less & configurations, strict=True)
+        reasons = [two if new.any() else one for one, two, new in both]
     numbers = problem.numbers.astype(float)
     rank = block_ranks(alone.with_weights(None).linearize(x[:1]), problem.families[0].count)
     known = numbers > rank

@@ -56,6 +56,5 @@ def _some(rows: list[Ints]) -> Ints:
     steps along the golden section fall in with no period."""
     k = np.arange(ENOUGH)
     step = (k + k * GOLDEN % 1.0) / ENOUGH
-    return np.sort(
-        np.concatenate([own if len(own) <= MANY else own[(step * len(own)).astype(np.int64)] for own in rows])
-    )
+    taken = (own if len(own) <= MANY else own[(step * len(own)).astype(np.int64)] for own in rows)
+    return np.sort(np.concatenate(list(taken)))

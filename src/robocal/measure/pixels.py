@@ -66,7 +66,7 @@ class PixelRows(Rows):
         cut = out.gl.shape[2] if self.touches[0] else 0
         for part, lo, hi in self._spans(weight):
             some = slice(part, part + 1) if part >= 0 else slice(None)
-            mine, here = out.part(some), x[some]
+            mine, here = out.take(some), x[some]
             sights = max(1, CHUNK // (len(here) * 6 * max(1, len(self.columns) + 12)))
             for first in range(lo, hi, sights):
                 t, j, jl = self.carrier.pose(here, first, min(sights, hi - first))
