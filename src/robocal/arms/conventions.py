@@ -16,7 +16,7 @@ from robocal.arms.chain import Chain
 from robocal.arms.recipes import RECIPES, elements_convention, recipe_convention
 from robocal.arms.row_builder import QUANTITIES, TYPES, Convention, Row, RowBuilder, finite
 from robocal.arms.screws import SCREW_CONVENTIONS
-from robocal.errors import ModelError, one_of
+from robocal.errors import ModelError, look_up, one_of
 from robocal.geometry.path.path_joints import Joint
 from robocal.geometry.path.program import Element, frame_element
 from robocal.parameters import Parameter, ParameterTable, frame_parameters
@@ -32,9 +32,7 @@ RESERVED = ("base", "tool", "home", "1")
 
 def convention_of(name: str) -> Convention:
     """The convention with this name. Raises ModelError with the nearest one."""
-    if name not in CONVENTIONS:
-        raise ModelError("unknown convention", found=name, **one_of(name, CONVENTIONS))
-    return CONVENTIONS[name]
+    return look_up(CONVENTIONS, name, "unknown convention")
 
 
 MOST_ROWS = 200  # fixed ones included; what is made of them grows as their square

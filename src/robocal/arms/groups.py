@@ -18,7 +18,7 @@ from typing import Any
 from robocal.arms import joints
 from robocal.arms.chain import Chain, Group
 from robocal.arms.gravity_load import Load
-from robocal.errors import ModelError, one_of
+from robocal.errors import ModelError, look_up, one_of
 
 __all__ = ["GROUPS", "Rule", "add", "catalog_loads", "fix_groups", "free_groups", "rule_of", "without"]
 
@@ -104,9 +104,7 @@ GROUPS = {
 
 def rule_of(name: str) -> Rule:
     """The group with this name. Raises ModelError with the nearest one."""
-    if name not in GROUPS:
-        raise ModelError("unknown group", key="groups", found=name, **one_of(name, GROUPS))
-    return GROUPS[name]
+    return look_up(GROUPS, name, "unknown group", "groups")
 
 
 def add(chain: Chain, name: str, options: Options | None = None) -> Chain:

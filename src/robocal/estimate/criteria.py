@@ -21,7 +21,7 @@ from collections.abc import Callable
 import numpy as np
 
 from robocal._types import Array
-from robocal.errors import ModelError, one_of
+from robocal.errors import ModelError, look_up
 
 __all__ = ["CRITERIA", "Criterion", "criterion_of", "information"]
 
@@ -205,6 +205,4 @@ CRITERIA: dict[str, Callable[[int, Array | None], Criterion]] = {
 def criterion_of(name: str, columns: int, tests: Array | None = None) -> Criterion:
     """The criterion of this name for so many columns. Raises ModelError for an unknown name, or for tests that are
     missing."""
-    if name not in CRITERIA:
-        raise ModelError("unknown criterion", key="criterion", found=name, **one_of(name, CRITERIA))
-    return CRITERIA[name](columns, tests)
+    return look_up(CRITERIA, name, "unknown criterion", "criterion")(columns, tests)

@@ -24,9 +24,8 @@ from functools import cache, cached_property, partial
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal._types import Array
+from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError, one_of
 from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
@@ -89,8 +88,8 @@ class Solution:
 
     x: Array
     cost: Array
-    iterations: NDArray[np.int64]
-    reason: NDArray[np.int64]
+    iterations: Ints
+    reason: Ints
     history: Array
     parts: tuple[Normal | Callable[[], Normal], ...]
 
@@ -259,9 +258,7 @@ def _descend(
     return Solution(x, normal.cost, iterations, reason, np.array(history), (ended,))
 
 
-def _stop_within(
-    problem: Problem, x: Array, tolerance: float, away: NDArray[np.bool_], reason: NDArray[np.int64]
-) -> None:
+def _stop_within(problem: Problem, x: Array, tolerance: float, away: Bools, reason: Ints) -> None:
     """Stops the running problems whose greatest error is within the tolerance; one on trial stands nowhere yet."""
     running = np.flatnonzero((reason == _RUNNING) & ~away)
     if len(running):
@@ -282,12 +279,12 @@ class _Home:
     def __init__(self, x: Array, normal: Normal) -> None:
         self.x, self.normal = np.array(x), normal.take(np.arange(len(x)))
 
-    def keep(self, index: NDArray[np.int64], x: Array, normal: Normal) -> None:
+    def keep(self, index: Ints, x: Array, normal: Normal) -> None:
         """Notes where some problems stand."""
         self.x[index] = x[index]
         self.normal.put(index, normal.take(index))
 
-    def back(self, index: NDArray[np.int64], x: Array, normal: Normal) -> None:
+    def back(self, index: Ints, x: Array, normal: Normal) -> None:
         """Puts them back there."""
         x[index] = self.x[index]
         normal.put(index, self.normal.take(index))

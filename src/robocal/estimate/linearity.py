@@ -15,9 +15,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.estimate.elimination import triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
@@ -113,7 +112,7 @@ def _whiten(problem: Problem, x: Array) -> Array:
     return np.concatenate(parts, axis=1)
 
 
-def _rows(scale: Array, parts: tuple[tuple[int, int, str], ...], unit: str) -> NDArray[np.bool_]:
+def _rows(scale: Array, parts: tuple[tuple[int, int, str], ...], unit: str) -> Bools:
     out = np.zeros(scale.shape, dtype=bool)
     for start, stop, name in parts:
         out[:, start:stop] = name == unit

@@ -17,7 +17,7 @@ from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
@@ -96,7 +96,7 @@ class Problem(Unknowns):
         some = None if weights is None else np.ascontiguousarray(np.atleast_2d(weights), dtype=float)
         return self._with(_OTHER_WEIGHTS, weights=some)
 
-    def without(self, rows: Sequence[NDArray[np.bool_]]) -> Problem:
+    def without(self, rows: Sequence[Bools]) -> Problem:
         """The same problem with these rows of every term, (m,) each, set aside."""
         return self.with_terms([t.without(r) for t, r in zip(self.terms, rows, strict=True)])
 
@@ -131,15 +131,8 @@ class Problem(Unknowns):
         if width not in known:
             held = self.table.with_priors({n: width * float(s) for n, s in zip(self.free, self.scales, strict=True)})
             first = known[width] = self.with_table(held).with_priors(True)
-            _ = (
-                first.scales,
-                first.has_prior,
-                first._any_prior,
-                first.bounds,
-                first.has_bounds,
-                first._pull,
-                held.scales,
-            )
+            _ = first.scales, first.has_prior, first._any_prior, held.scales
+            _ = first.bounds, first.has_bounds, first._pull
         if key not in known:
             table = known[width].table.with_values(x[0, : len(self.table)])
             known[key] = known[width]._with(_OF_TABLE - {"_start"}, table=table)

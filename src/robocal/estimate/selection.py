@@ -25,9 +25,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion, information
 from robocal.progress import Watch
@@ -81,7 +80,7 @@ def greedy(
     criterion: Criterion,
     known: Array,
     *,
-    free: NDArray[np.bool_] | None = None,
+    free: Bools | None = None,
     watch: Watch | None = None,
 ) -> list[int]:
     """The best candidate given those already taken, `count` times, in this order. Raises ModelError when there are too
@@ -108,7 +107,7 @@ def exchange(
     criterion: Criterion,
     known: Array,
     *,
-    free: NDArray[np.bool_] | None = None,
+    free: Bools | None = None,
     watch: Watch | None = None,
 ) -> tuple[list[int], int]:
     """A set that is at least as good, of the same size, and how many exchanges led there."""
@@ -163,7 +162,7 @@ class _Search:
     blocks: Array
     criterion: Criterion
     known: Array
-    free: NDArray[np.bool_]
+    free: Bools
 
     def excursion(self, chosen: Sequence[int], length: int, first: float) -> list[int]:
         """`length` additions of the best and as many removals of the worst, additions first when `first` is 1."""

@@ -256,21 +256,12 @@ def whiten_rows(
         rows = np.flatnonzero(two >= 0)
         if len(rows):
             second[rows, :, two[rows]] = (jloc[0][inside][..., cut:] * scale[..., None])[rows]
-        observation = count + np.arange(len(dense))
+        observation, each = count + np.arange(len(dense)), len(dense) * d
         count += len(dense)
-        parts.append(
-            (
-                (r[0][inside] * scale).ravel(),
-                dense.reshape(len(dense) * d, n),
-                wide.reshape(len(dense) * d, size),
-                np.repeat(one, d),
-                np.repeat(term.configuration[keep], d),
-                np.repeat(observation, d),
-                np.full(len(dense) * d, groups.index(term.group)),
-                np.full(len(dense) * d, term.reading),
-                second.reshape(len(dense) * d, many * extra),
-            )
-        )
+        jacobians = dense.reshape(each, n), wide.reshape(each, size)
+        of_rows = np.repeat([one, term.configuration[keep], observation], d, axis=1)
+        alike = np.full(each, groups.index(term.group)), np.full(each, term.reading)
+        parts.append(((r[0][inside] * scale).ravel(), *jacobians, *of_rows, *alike, second.reshape(each, many * extra)))
     whole = parts[0] if len(parts) == 1 else tuple(np.concatenate(p) for p in zip(*parts, strict=True))
     held = [None if f.prior is None else f.prior.rows(b)[1][0] for f, b in zip(families, blocks, strict=True)]
     hold, own = ([*held, None, None])[:2]

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robocal._types import Array
-from robocal.errors import ModelError, one_of
+from robocal.errors import ModelError, look_up
 from robocal.estimate.least_squares import Reason, Solution, least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.options import Options
@@ -179,9 +179,7 @@ ESTIMATORS = {
 
 def estimator(name: str, loss: str = "none") -> Estimator:
     """The estimator of this name, if it knows that loss. Raises ModelError with the nearest name."""
-    if name not in ESTIMATORS:
-        raise ModelError("unknown method", key="--method", found=name, **one_of(name, ESTIMATORS))
-    found = ESTIMATORS[name]
+    found = look_up(ESTIMATORS, name, "unknown method", "--method")
     if loss != "none" and found.blind:
         raise ModelError(f"{found.title} knows no robust loss", key="--loss", found=loss, expected="--method lm")
     return found

@@ -14,10 +14,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
-from robocal._types import Array
+from robocal._types import Array, Bools, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Residuals
 from robocal.estimate.uncertainty import leverages
@@ -98,7 +97,7 @@ def _noisy(obs: Observations, tau: Tau) -> Array | None:
 
 
 def assess(
-    stated: DataSet, problem: Problem, x: Array, configurations: NDArray[np.int64], columns: float, level: float = 1e-3
+    stated: DataSet, problem: Problem, x: Array, configurations: Ints, columns: float, level: float = 1e-3
 ) -> list[NoiseGroup]:
     """The groups at a solution x fitted to `configurations` with `columns` free parameters; `stated` is the data with its
     stated sigma."""
@@ -148,9 +147,7 @@ def _rms_sigma(r: Residuals, start: int, stop: int) -> float:
     return float(np.sqrt(np.mean((1 / r.scale[r.used, start:stop]) ** 2)))
 
 
-def _paid(
-    problem: Problem, x: Array, chosen: NDArray[np.bool_], columns: float, shapes: list[tuple[int, int]]
-) -> list[Array]:
+def _paid(problem: Problem, x: Array, chosen: Bools, columns: float, shapes: list[tuple[int, int]]) -> list[Array]:
     """How many degrees of freedom every row that counts of every term, (m, d), pays for what was fitted to the chosen configurations.
 
     Without local blocks all pay alike. With them, each pays for its block and the shared columns by its leverage: lengths hardly

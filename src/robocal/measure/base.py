@@ -15,7 +15,6 @@ from robocal._types import Array
 from robocal.errors import ModelError, nearest
 from robocal.estimate.families import Family
 from robocal.estimate.problem import Problem
-from robocal.estimate.terms import ProblemTerm
 from robocal.measure.builder import Builder
 from robocal.measure.data import DataSet, Frame, same_rows
 from robocal.measure.machine import Model, Rig, freedom_of
@@ -70,16 +69,9 @@ def problem(
         families.append(_targets(data, local_targets))
     axes = families[-1].axes if local_targets else ()
     builder = Builder(machine, table, data.configurations, tuple(local_targets), axes)
-    terms: list[ProblemTerm] = []
-    for obs in data.observations:
-        terms.extend(kind_of(obs).terms(builder, obs))
-    made = Problem(
-        table,
-        table.free if free is None else table.with_free(free).free,
-        tuple(families),
-        terms=tuple(terms),
-        configurations=len(data.configurations),
-    )
+    terms = tuple(term for obs in data.observations for term in kind_of(obs).terms(builder, obs))
+    names = table.free if free is None else table.with_free(free).free
+    made = Problem(table, names, tuple(families), terms=terms, configurations=len(data.configurations))
     if plain:
         data.configurations.memo["problem"] = machine, data.observations, made
     return made

@@ -13,17 +13,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal._jit import as_kernel_array
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
 from robocal.cables.geometry import SYMBOLS, lengths
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
-from robocal.measure.cable.cable_mechanism import PlatformRows, cable_robot_of
-from robocal.measure.cable.material import Material
+from robocal.measure.cable.platform_rows import Material, PlatformRows, cable_robot_of
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
 from robocal.measure.rows import METRES, Kind, Rows, register
@@ -195,7 +193,7 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return [LengthRows(builder, obs, cables, np.argsort(number, kind="stable"))] if len(number) else []
 
 
-def locate_platform(machine: Model, obs: Observations, wanted: NDArray[np.bool_]) -> Array:
+def locate_platform(machine: Model, obs: Observations, wanted: Bools) -> Array:
     """T_base_platform (U, 4, 4) of the wanted configurations (U,) by forward kinematics, NaN where a length is missing or
     the lengths do not tell. Of fewer cables than the platform has freedoms it is where the platform would be without turning."""
     from robocal.cables.forward import forward

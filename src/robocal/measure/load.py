@@ -15,7 +15,7 @@ from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry import so3
 from robocal.measure.builder import Builder
-from robocal.measure.cable.cable_mechanism import ENDS, PlatformRows, cable_robot_of
+from robocal.measure.cable.platform_rows import ENDS, PlatformRows, cable_robot_of
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Number, Rows, number_names, register
 

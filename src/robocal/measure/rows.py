@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 
 from robocal._types import Array, Bools, Ints
-from robocal.errors import ModelError, one_of
+from robocal.errors import ModelError, look_up, one_of
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
@@ -293,6 +293,4 @@ def register(kind: Kind) -> Kind:
 
 def kind_of(obs: Observations) -> Kind:
     """The kind of some observations. Raises ModelError for an unknown name."""
-    if obs.kind not in KINDS:
-        raise ModelError("unknown kind of measurement", found=obs.kind, **one_of(obs.kind, KINDS))
-    return KINDS[obs.kind]
+    return look_up(KINDS, obs.kind, "unknown kind of measurement")
