@@ -122,10 +122,9 @@ def add(chain: Chain, name: str, options: Options | None = None) -> Chain:
     return replace(made, groups=(*chain.groups, Group(name, options, own)))
 
 
-def fix_groups(chain: Chain, names: Iterable[str] | None = None) -> Chain:
-    """The chain with some groups' parameters (all by default) fixed at their values."""
-    wanted = {g.name for g in chain.groups} if names is None else set(names)
-    fixed = {p for g in chain.groups if g.name in wanted for p in g.parameters}
+def fix_groups(chain: Chain) -> Chain:
+    """The chain with all groups' parameters fixed at their values."""
+    fixed = {p for g in chain.groups for p in g.parameters}
     return replace(chain, table=chain.table.with_free(n for n in chain.table.free if n not in fixed))
 
 

@@ -31,7 +31,7 @@ from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Normal
 from robocal.estimate.tolerance import greatest_error
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 
 __all__ = ["METHODS", "Reason", "Solution", "least_squares"]
 
@@ -304,8 +304,7 @@ def _pseudo_inverse(problem: Problem, x: Array, most: int, tolerance: float | No
         lin = problem.linearize(x)
         cost = 0.5 * float(lin.r @ lin.r)
         history.append([cost])
-        if watch:
-            watch({"stage": "iterate", "iteration": count, "cost": cost, "active": 1})
+        tell(watch, "iterate", iteration=count, cost=cost, active=1)
         if not np.isfinite(cost):
             reason = Reason.NOT_FINITE
             break

@@ -25,7 +25,7 @@ from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING
 from robocal.estimate.problem import Problem
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 
 __all__ = ["Cloud", "density", "effective", "normalise", "particles", "systematic"]
 
@@ -150,8 +150,7 @@ def particles(
         for _ in range(MOVES):
             step, value, ratio, share = _roughen(seen, step, value, ratio, done, rng)
             tried, taken = tried + 1, taken + share
-        if watch:
-            watch({"stage": "particles", "done": done, "total": ratio.shape[1]})
+        tell(watch, "particles", done=done, total=ratio.shape[1])
         if last:
             break
     mean = step.mean(axis=0)

@@ -29,7 +29,7 @@ import numpy as np
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion, information
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 
 __all__ = ["Design", "exchange", "greedy", "limit", "select"]
 
@@ -96,8 +96,7 @@ def greedy(
         chosen.append(best)
         open_[best] = False
         m += information(blocks[best])
-        if watch:
-            watch({"stage": "choosing poses", "done": len(chosen), "total": count})
+        tell(watch, "choosing poses", done=len(chosen), total=count)
     return chosen
 
 
@@ -122,8 +121,7 @@ def exchange(
         if len(trial) != len(best) or not new > value + BETTER * abs(value):
             return False
         best, value, accepted = trial, new, accepted + 1
-        if watch:
-            watch({"stage": "exchanging poses", "exchanges": accepted})
+        tell(watch, "exchanging poses", exchanges=accepted)
         return True
 
     length = 1

@@ -22,7 +22,7 @@ from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, same_rows
 from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 
 __all__ = ["Baseline", "baseline", "fit_baseline", "frame_names", "renew_baseline"]
 
@@ -57,8 +57,7 @@ def fit_baseline(
     """The nominal model with frames and tool fitted to some configurations, by a loss. Many rows are fitted from `near` (1, P), or from
     where a part of them says that frames stand."""
     made = build(model, data).with_weights(chosen_weights(len(data.configurations), configurations))
-    if watch:
-        watch({"stage": "start"})
+    tell(watch, "start")
     x, seen, converged = _recall_or_fit(model, data, configurations, made, near)
     if loss == "none":
         return Baseline(made, x, converged)

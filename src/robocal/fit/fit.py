@@ -33,7 +33,7 @@ from robocal.fit.repeats import places
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 from robocal.remarks.remark import Remark
 
 __all__ = ["Fit", "chosen_weights", "fit", "near", "search_poses_again", "soften"]
@@ -128,8 +128,7 @@ def fit(
         return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), apply_noise(stated, tau))
     tau, soft = _noise(problem_at, stated, configurations, start)
     tau, soft = _large_errors(problem_at, stated, configurations, start, tau, soft)
-    if watch:
-        watch({"stage": "noise", "groups": len(tau)})
+    tell(watch, "noise", groups=len(tau))
     candidate = problem_at(tau)
     seen = choose(candidate, soft)
     kept = names if options.keep_all else seen.basis
