@@ -15,7 +15,7 @@ from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.fit import chosen_weights
-from robocal.fit.noise import Tau, apply_noise, assess, settled, tau_of
+from robocal.fit.noise import Tau, apply_noise, assess, same_tau, tau_of
 from robocal.fit.starts import search as starts
 from robocal.fit.subsample import subsample
 from robocal.measure.base import problem as build
@@ -66,7 +66,7 @@ def fit_baseline(
     for _ in range(ROUNDS):
         groups = assess(data, first.with_loss("huber"), x, configurations, float(len(seen)))
         new = tau_of(groups)
-        if tau and settled(new, tau, 0.01):
+        if tau and same_tau(new, tau, 0.01):
             break
         tau = new
         made = build(model, apply_noise(data, tau)).with_weights(first.weights)

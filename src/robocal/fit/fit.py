@@ -27,7 +27,7 @@ from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
 from robocal.fit.estimators import estimator
-from robocal.fit.noise import NoiseGroup, Tau, apply_noise, assess, noise_dof, settled, tau_of, under
+from robocal.fit.noise import NoiseGroup, Tau, apply_noise, assess, noise_dof, same_tau, tau_of, under
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.base import problem as build
@@ -141,7 +141,7 @@ def fit(
             solution, restarted = _restart(chosen, start, solution, options)
         groups = assess(stated, chosen, solution.x, configurations, effective_columns(chosen, solution.x))
         new = tau_of(groups)
-        if settled(new, tau, 1e-3):
+        if same_tau(new, tau, 1e-3):
             break
         tau = new
         candidate = problem_at(tau)
@@ -194,7 +194,7 @@ def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Int
         # A column counts as far as the data, not the hold, decide it.
         groups = assess(stated, made, x, configurations, effective_columns(soft, x, ended.normal))
         before, tau = tau, tau_of(groups)
-        if settled(tau, before, 0.01):
+        if same_tau(tau, before, 0.01):
             break
     return tau, x
 

@@ -24,7 +24,7 @@ from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet, Observations
 
 __all__ = [
-    "NoiseGroup", "Tau", "apply_noise", "assess", "median", "noise_dof", "owners", "quantile", "settled", "tau_of", "under",
+    "NoiseGroup", "Tau", "apply_noise", "assess", "median", "noise_dof", "owners", "quantile", "same_tau", "tau_of", "under",
 ]  # fmt: skip
 
 Key = tuple[str, str]  # (sensor group, SI unit)
@@ -68,7 +68,7 @@ def tau_of(groups: Iterable[NoiseGroup]) -> Tau:
     return {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
 
 
-def settled(new: Tau, old: Tau, share: float) -> bool:
+def same_tau(new: Tau, old: Tau, share: float) -> bool:
     """Whether the same groups have a tau as before, each within this share of what it was."""
     return set(new) == set(old) and all(abs(new[k] - old[k]) <= share * old[k] for k in new)
 
