@@ -12,8 +12,8 @@ RobocalError
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Mapping
+from typing import Any, TypeVar
 
 __all__ = [
     "CONTROL",
@@ -26,6 +26,7 @@ __all__ = [
     "ModelError",
     "RobocalError",
     "ToWrite",
+    "look_up",
     "nearest",
     "one_of",
     "printable",
@@ -34,6 +35,7 @@ __all__ = [
 ]
 
 
+T = TypeVar("T")
 # What a person can take in at once, and what a slip of the pen can be looked for in.
 MESSAGE_LIMIT = 400
 FOUND_LIMIT = 80
@@ -69,6 +71,13 @@ def one_of(word: object, known: Iterable[str]) -> dict[str, Any]:
     """What an error says of a word that is none of the known ones: `expected` lists these, `suggestion` is the nearest."""
     names = tuple(known)
     return {"expected": ", ".join(names), "suggestion": nearest(str(word), names)}
+
+
+def look_up(known: Mapping[str, T], name: str, message: str, key: str | None = None) -> T:
+    """The entry with this name. Raises ModelError with the nearest name."""
+    if name not in known:
+        raise ModelError(message, key=key, found=name, **one_of(name, known))
+    return known[name]
 
 
 def _distance(a: str, b: str) -> int:

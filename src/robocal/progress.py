@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-__all__ = ["Watch"]
+__all__ = ["Watch", "tell"]
 
 Watch = Callable[[dict[str, object]], None]
+
+
+def tell(watch: Watch | None, stage: str, **facts: object) -> None:
+    """Tells a watcher, where there is one, of a step of this stage."""
+    if watch:
+        watch({"stage": stage, **facts})

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from trials import TRACKER, joints, observations
 
+from robocal.arms.chain import joint_offsets, with_offsets
 from robocal.arms.conventions import chain
-from robocal.arms.zeros import joint_offsets, with_offsets
 from robocal.errors import ModelError
 from robocal.files.robot import open_robot
 from robocal.fit.options import Options

@@ -69,7 +69,7 @@ class TurnRows(Rows):
 
     def __init__(self, builder, obs):
         names = ("motor.gain", "motor.offset", "motor.sine", "motor.cosine")
-        super().__init__((), obs, np.arange(len(obs)), (1e-3,), builder.rows(names))
+        super().__init__((), obs, np.arange(len(obs)), builder.rows(names))
         c = obs.extra["counts"]
         self.slopes = np.stack([c, np.ones_like(c), np.sin(HARMONIC * c), np.cos(HARMONIC * c)], axis=1)
 
@@ -84,7 +84,7 @@ def of_rows(builder, obs):
     return [TurnRows(builder, obs)]
 
 
-register(Kind("motor-turn", 1, of_rows, lambda obs: [], parts=((0, 1, "rad"),)))
+register(Kind("motor-turn", 1, of_rows, lambda obs: [], parts=((0, 1, "rad"),), unstated=1e-3))
 
 
 class OpenedMotor(Opened):

@@ -10,8 +10,7 @@ import pytest
 from trials import SIGMA, TRACKER
 
 from robocal.files.robot import open_robot
-from robocal.fit.options import Options
-from robocal.fit.working_range import JointRegion
+from robocal.fit.options import JointRegion, Options
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Observations
 from robocal.prove.bands import range_of_joints

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import chain
-from robocal.errors import ModelError, one_of
+from robocal.errors import look_up
 
 __all__ = ["get", "names"]
 
@@ -29,9 +29,7 @@ def names() -> tuple[str, ...]:
 
 def get(name: str) -> Chain:
     """The nominal arm with this name. Raises ModelError with the nearest name."""
-    if name not in _ARMS:
-        raise ModelError("unknown robot", found=name, **one_of(name, _ARMS))
-    return _ARMS[name]()
+    return look_up(_ARMS, name, "unknown robot")()
 
 
 def _rows(
@@ -152,14 +150,9 @@ def _fr3() -> Chain:
 
 def _iiwa_14() -> Chain:
     table = [
-        (0, 0, 0, 360),
-        (-90, 0, 0, 0),
-        (90, 0, 0, 420),
-        (90, 0, 0, 0),
-        (-90, 0, 0, 400),
-        (-90, 0, 0, 0),
-        (90, 0, 0, 126),
-    ]
+        (0, 0, 0, 360), (-90, 0, 0, 0), (90, 0, 0, 420), (90, 0, 0, 0),
+        (-90, 0, 0, 400), (-90, 0, 0, 0), (90, 0, 0, 126),
+    ]  # fmt: skip
     limits = [(-170, 170), (-120, 120), (-170, 170), (-120, 120), (-170, 170), (-120, 120), (-175, 175)]
     return chain(
         "KUKA LBR iiwa 14 R820",

@@ -6,24 +6,25 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Self, TypeVar
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array, Ints
 from robocal.arms.columns import ChainColumn
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, nearest, one_of
 from robocal.geometry.path.path_joints import Joint, Zero
 from robocal.geometry.path.program import Element, Program, compile_path
+from robocal.geometry.path.unjointed import Whole
 from robocal.parameters import ParameterTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Chain", "Group"]
+__all__ = ["Chain", "Group", "joint_offsets", "with_offsets"]
 
 CHUNK = 2048  # configurations
-P = TypeVar("P")
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Chain:
+class Chain(Whole):
     """A serial arm: elements from the base to the tool, its joints, and its parameter table (SI, rad).
 
     `geometric` names the parameters that describe the joints' geometry: no gains, no base, no tool. `derived` are
@@ -108,9 +109,9 @@ class Chain:
                     key=column,
                     suggestion=nearest(column, known),
                 )
-        return (
-            np.ascontiguousarray(np.stack([known[c] for c in columns], axis=-1)) if columns else np.empty((len(q), 0))
-        )
+        if not columns:
+            return np.empty((len(q), 0))
+        return np.ascontiguousarray(np.stack([known[c] for c in columns], axis=-1))
 
     def run(
         self,
@@ -177,12 +178,9 @@ class Chain:
         """
         j = self.jacobian(np.zeros((1, len(self.joints))))[0]
         axes = [j[3:, i] if joint.type == "revolute" else j[:3, i] for i, joint in enumerate(self.joints)]
-        found = []
-        for i in range(len(axes) - 1):
-            a, b = axes[i], axes[i + 1]
-            if math.atan2(float(np.linalg.norm(np.cross(a, b))), abs(float(a @ b))) < tolerance:
-                found.append((self.joints[i].name, self.joints[i + 1].name))
-        return tuple(found)
+        angles = [math.atan2(np.linalg.norm(np.cross(a, b)), abs(a @ b)) for a, b in pairwise(axes)]
+        pairs = zip(pairwise(self.joint_names), angles, strict=True)
+        return tuple(pair for pair, angle in pairs if angle < tolerance)
 
     @property
     def lengths(self) -> tuple[str, ...]:
@@ -192,22 +190,9 @@ class Chain:
     # --- what an identification asks of any machine -------------------------------------------------------------------------
 
     @property
-    def mechanism(self) -> Self:
-        """Itself: it moves."""
-        return self
-
-    @property
     def parts(self) -> Mapping[str, tuple[str, ...]]:
         """The names of its joints."""
         return {"joint": self.joint_names}
-
-    def part(self, kind: type[P], /) -> P | None:
-        """Itself, where it is of this kind."""
-        return self if isinstance(self, kind) else None
-
-    def row(self, name: str, /) -> str:
-        """The parameter that stands for a name: its own."""
-        return name
 
     def remarks(self) -> tuple[Remark, ...]:
         """What its geometry shows before anything is measured: parallel axes that the convention cannot tilt."""
@@ -249,11 +234,6 @@ class Chain:
         return tuple(out)
 
     @property
-    def motions(self) -> Mapping[str, Mapping[str, float]]:
-        """Motions of its frames: none, for base and tool are parameters themselves."""
-        return {}
-
-    @property
     def open_zeros(self) -> tuple[Zero, ...]:
         """The zeros that an identification may move: those that are free, and where a convention holds them because its frames
         say the same (a URDF, cpc, poe), those of joints of which anything is free."""
@@ -264,3 +244,24 @@ class Chain:
             for z in self.zeros
             if z.parameter in free or (z.parameter not in usual and z.parameter.rpartition(".")[0] in owners)
         )
+
+
+def joint_offsets(nominal: Chain, corrected: Mapping[str, float]) -> list[tuple[str, float]]:
+    """What to add to every joint value (rad or m) before the nominal model, from corrected parameter values in SI."""
+    return [(z.joint, (corrected[z.parameter] - nominal.table[z.parameter].value) / z.factor) for z in nominal.zeros]
+
+
+def with_offsets(nominal: Chain, offsets: Mapping[str, float]) -> Chain:
+    """The chain whose joints count from elsewhere: its pose at q is that of `nominal` at q + offset (rad or m, by joint).
+
+    Raises ModelError for a joint that it does not have.
+    """
+    known = {z.joint: z for z in nominal.zeros}
+    for name in offsets:
+        if name not in known:
+            facts = one_of(name, known) if known else {}
+            raise ModelError("the robot has no such joint", key=name, **facts)
+    table = nominal.table
+    return nominal.with_values(
+        {known[n].parameter: table[known[n].parameter].value + known[n].factor * float(v) for n, v in offsets.items()}
+    )

@@ -13,43 +13,26 @@ import math
 from collections.abc import Mapping, Sequence
 
 from robocal.arms.chain import Chain
-from robocal.arms.recipes import RECIPES, Recipe, elements_convention, recipe_convention
-from robocal.arms.row_builder import COMMON_KEYS, QUANTITIES, TYPES, Convention, Key, Row, RowBuilder, finite
+from robocal.arms.recipes import RECIPES, elements_convention, recipe_convention
+from robocal.arms.row_builder import QUANTITIES, TYPES, Convention, Row, RowBuilder, finite
 from robocal.arms.screws import SCREW_CONVENTIONS
-from robocal.errors import ModelError, one_of
+from robocal.errors import ModelError, look_up, one_of
 from robocal.geometry.path.path_joints import Joint
 from robocal.geometry.path.program import Element, frame_element
 from robocal.parameters import Parameter, ParameterTable, frame_parameters
 
-__all__ = [
-    "COMMON_KEYS",
-    "CONVENTIONS",
-    "QUANTITIES",
-    "RECIPES",
-    "Convention",
-    "Key",
-    "Recipe",
-    "chain",
-    "convention_of",
-    "rows",
-]
+__all__ = ["CONVENTIONS", "QUANTITIES", "Convention", "chain", "convention_of", "rows"]
 
 CONVENTIONS: dict[str, Convention] = {
     c.name: c
-    for c in (
-        *(recipe_convention(name, recipe) for name, recipe in RECIPES.items()),
-        *SCREW_CONVENTIONS,
-        elements_convention(),
-    )
+    for c in (*(recipe_convention(*entry) for entry in RECIPES.items()), *SCREW_CONVENTIONS, elements_convention())
 }
 RESERVED = ("base", "tool", "home", "1")
 
 
 def convention_of(name: str) -> Convention:
     """The convention with this name. Raises ModelError with the nearest one."""
-    if name not in CONVENTIONS:
-        raise ModelError("unknown convention", found=name, **one_of(name, CONVENTIONS))
-    return CONVENTIONS[name]
+    return look_up(CONVENTIONS, name, "unknown convention")
 
 
 MOST_ROWS = 200  # fixed ones included; what is made of them grows as their square
@@ -109,19 +92,11 @@ def chain(
     # A tool that is free is a tool whose place on the flange is only roughly known.
     parameters += frame_parameters("tool", _frame(tool, "tool"), expected=(0.1, 0.5))
     known = {**(meta or {}), "rows": tuple(dict(row) for row in rows)}
-    better = f"{convention}-hayati"
+    better = f"{convention}-hayati" if f"{convention}-hayati" in CONVENTIONS else ""
     return Chain(
-        name,
-        tuple(elements),
-        tuple(joints),
-        ParameterTable(tuple(parameters)),
-        convention,
-        source,
-        known,
-        tuple(geometric),
-        upright=not rule.complete,
-        better=better if better in CONVENTIONS else "",
-    )
+        name, tuple(elements), tuple(joints), ParameterTable(tuple(parameters)), convention, source, known, tuple(geometric),
+        upright=not rule.complete, better=better,
+    )  # fmt: skip
 
 
 def rows(chain: Chain) -> list[dict[str, object]]:
@@ -138,10 +113,8 @@ def rows(chain: Chain) -> list[dict[str, object]]:
     for i, row in enumerate(given, start=1):
         owner = _name(row, i)
         values = {p.name.rpartition(".")[2]: p.value for p in chain.table.rows if p.name.rpartition(".")[0] == owner}
-        if rule.read is not None:
-            made = rule.read(row, values)
-        else:
-            made = {**row, **{k.name: values[k.name] for k in rule.keys if k.name in values}}
+        plain = {**row, **{k.name: values[k.name] for k in rule.keys if k.name in values}}
+        made = plain if rule.read is None else rule.read(row, values)
         gain = values.get("gain", 1.0)
         if gain != 1.0 or "gain" in row:
             made["gain"] = gain

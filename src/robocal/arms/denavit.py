@@ -23,6 +23,7 @@ from robocal.geometry import se3
 
 __all__ = ["axes_at_zero", "to_denavit"]
 
+SYMBOLS = ("theta", "d", "a", "alpha", "beta")
 NEAR = 0.3  # rad: a common normal between axes that are less askew would stand over three times their distance away
 
 
@@ -70,11 +71,10 @@ def to_denavit(chain: Chain) -> Chain:
             frame = frame @ _matrix(step)
         else:
             # Behind the last axis comes the tool; stated, so that nobody must ask whether a row was forgotten.
-            row |= dict.fromkeys(("theta", "d", "a", "alpha", "beta"), 0.0)
+            row |= dict.fromkeys(SYMBOLS, 0.0)
         rows.append(row)
     rest = se3.to_vector(np.linalg.inv(frame) @ tool)
-    made = build(chain.name, "dh-hayati", rows, base=base.tolist(), tool=rest.tolist(), source=chain.source)
-    return made
+    return build(chain.name, "dh-hayati", rows, base=base.tolist(), tool=rest.tolist(), source=chain.source)
 
 
 def _beside(z: Array) -> Array:
@@ -115,10 +115,7 @@ def _rotate_about_z(v: Array, angle: float) -> Array:
 def _matrix(step: dict[str, float]) -> Array:
     """Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)."""
     out = np.eye(4)
-    for vector in (
-        (0, 0, step["d"], 0, 0, step["theta"]),
-        (step["a"], 0, 0, step["alpha"], 0, 0),
-        (0, 0, 0, 0, step["beta"], 0),
-    ):
+    theta, d, a, alpha, beta = (step[symbol] for symbol in SYMBOLS)
+    for vector in ((0, 0, d, 0, 0, theta), (a, 0, 0, alpha, 0, 0), (0, 0, 0, 0, beta, 0)):
         out = out @ se3.from_vector(np.array(vector, float))
     return np.asarray(out)

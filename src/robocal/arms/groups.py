@@ -18,7 +18,7 @@ from typing import Any
 from robocal.arms import joints
 from robocal.arms.chain import Chain, Group
 from robocal.arms.gravity_load import Load
-from robocal.errors import ModelError, one_of
+from robocal.errors import ModelError, look_up, one_of
 
 __all__ = ["GROUPS", "Rule", "add", "catalog_loads", "fix_groups", "free_groups", "rule_of", "without"]
 
@@ -104,9 +104,7 @@ GROUPS = {
 
 def rule_of(name: str) -> Rule:
     """The group with this name. Raises ModelError with the nearest one."""
-    if name not in GROUPS:
-        raise ModelError("unknown group", key="groups", found=name, **one_of(name, GROUPS))
-    return GROUPS[name]
+    return look_up(GROUPS, name, "unknown group", "groups")
 
 
 def add(chain: Chain, name: str, options: Options | None = None) -> Chain:
@@ -124,10 +122,9 @@ def add(chain: Chain, name: str, options: Options | None = None) -> Chain:
     return replace(made, groups=(*chain.groups, Group(name, options, own)))
 
 
-def fix_groups(chain: Chain, names: Iterable[str] | None = None) -> Chain:
-    """The chain with some groups' parameters (all by default) fixed at their values."""
-    wanted = {g.name for g in chain.groups} if names is None else set(names)
-    fixed = {p for g in chain.groups if g.name in wanted for p in g.parameters}
+def fix_groups(chain: Chain) -> Chain:
+    """The chain with all groups' parameters fixed at their values."""
+    fixed = {p for g in chain.groups for p in g.parameters}
     return replace(chain, table=chain.table.with_free(n for n in chain.table.free if n not in fixed))
 
 

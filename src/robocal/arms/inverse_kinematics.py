@@ -60,9 +60,8 @@ def inverse_pose(
     t = t[None] if t.ndim == 2 else t
     if t.ndim != 3 or t.shape[1:] != (4, 4):
         raise ModelError("targets are not poses", found=t.shape, expected="(m, 4, 4)")
-    return _search(
-        _Task(chain, t[:, :3, 3], t[:, :3, :3], None, np.zeros(3), extra), start, restarts, iterations, tolerance
-    )
+    task = _Task(chain, t[:, :3, 3], t[:, :3, :3], None, np.zeros(3), extra)
+    return _search(task, start, restarts, iterations, tolerance)
 
 
 def inverse_point(
@@ -128,9 +127,8 @@ class _Task:
         self.last = np.where(np.isfinite(high), high, self.first + 2 * wide)
         self.reach = 1.0
         if len(point):
-            spread = self.evaluate(
-                np.stack([self.sample(i) for i in range(16)]), np.zeros(16, dtype=np.int64), seen=True
-            )[2]
+            some = np.stack([self.sample(i) for i in range(16)])
+            spread = self.evaluate(some, np.zeros(16, dtype=np.int64), seen=True)[2]
             size = float(np.linalg.norm(spread - spread.mean(axis=0), axis=1).max())
             self.reach = size if size > 1e-6 else 1.0
 
@@ -185,12 +183,8 @@ def _search(
         q, value, position, angle = _descend(task, np.clip(q0, task.low, task.high), left, iterations, tolerance)
         better = value < cost[left]
         at = left[better]
-        best.joints[at], best.position[at], best.angle[at], cost[at] = (
-            q[better],
-            position[better],
-            angle[better],
-            value[better],
-        )
+        best.joints[at], cost[at] = q[better], value[better]
+        best.position[at], best.angle[at] = position[better], angle[better]
         best.success[at] = (position[better] <= tolerance[0]) & (angle[better] <= tolerance[1])
     return best
 

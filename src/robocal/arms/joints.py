@@ -33,16 +33,9 @@ from robocal.geometry.path.program import Element, Term
 from robocal.parameters import Parameter, ParameterTable
 
 __all__ = [
-    "orders_of",
-    "turning",
-    "with_backlash",
-    "with_bending",
-    "with_compliance",
-    "with_eccentricity",
-    "with_expansion",
-    "with_gains",
+    "orders_of", "turning", "with_backlash", "with_bending", "with_compliance", "with_eccentricity", "with_expansion", "with_gains",
     "with_sag",
-]
+]  # fmt: skip
 
 COMPLIANCE = "rad/(N m)"
 # What a group's parameters are expected to be off by, unless a prior is stated: typical of geared arms.
@@ -59,19 +52,21 @@ def turning(chain: Chain, joints: Sequence[str] = ()) -> tuple[str, ...]:
 
 
 def _extend_chain(
-    chain: Chain,
-    parameters: Iterable[Parameter],
-    terms: Iterable[tuple[int, Term]],
-    columns: Iterable[ChainColumn] = (),
+    chain: Chain, terms: Iterable[tuple[int, Term]], columns: Iterable[ChainColumn], unit: str, prior: float
 ) -> Chain:
-    """The chain with parameters, terms by element number, and computed columns; what is there already stays."""
-    elements = list(chain.elements)
+    """The chain with terms by element number, each of a parameter of its own, and computed columns; what is there already stays."""
+    elements, names = list(chain.elements), []
     for at, term in terms:
         elements[at] = replace(elements[at], terms=(*elements[at].terms, term))
+        names.append(term.parameter)
+    return _add(replace(chain, elements=tuple(elements)), names, columns, unit, prior)
+
+
+def _add(chain: Chain, names: Iterable[str], columns: Iterable[ChainColumn], unit: str, prior: float) -> Chain:
+    """The chain with free parameters, zero until something is known, and computed columns; what is there already stays."""
+    parameters = tuple(Parameter(name, 0.0, unit, True, prior) for name in names)
     new = tuple(c for c in columns if c not in chain.derived)
-    return replace(
-        chain, elements=tuple(elements), table=chain.table + tuple(parameters), derived=(*chain.derived, *new)
-    )
+    return replace(chain, table=chain.table + parameters, derived=(*chain.derived, *new))
 
 
 def _sign(chain: Chain, joint: str) -> tuple[int, float]:
@@ -107,7 +102,7 @@ def with_eccentricity(
     """
     each = harmonics if isinstance(harmonics, Mapping) else dict.fromkeys(turning(chain, joints), harmonics)
     _ = turning(chain, tuple(within or ()))
-    parameters, terms, columns = [], [], []
+    terms, columns = [], []
     for joint in turning(chain, tuple(each)) if each else ():
         for order in each[joint]:
             if not 0 < order < np.inf:
@@ -120,9 +115,8 @@ def with_eccentricity(
             if names[0] in chain.table:
                 continue
             columns.append(wave)
-            parameters += [Parameter(name, 0.0, "rad", True, prior) for name in names]
             terms += [(at, Term(name, column, sign)) for name, column in zip(names, wave.names, strict=True)]
-    return _extend_chain(chain, parameters, terms, columns)
+    return _extend_chain(chain, terms, columns, "rad", prior)
 
 
 def _word(order: float) -> str:
@@ -141,14 +135,13 @@ def orders_of(chain: Chain) -> dict[str, tuple[float, ...]]:
 
 def with_backlash(chain: Chain, joints: Sequence[str] = (), prior: float = GEAR) -> Chain:
     """Adds half the play, times the recorded sign of approach (column `approach.joint`, -1, 0 or 1); `prior` in rad."""
-    parameters, terms, columns = [], [], []
+    terms, columns = [], []
     for joint in turning(chain, joints):
         at, sign = _sign(chain, joint)
         side = Recorded(f"approach.{joint}")
         columns.append(side)
-        parameters.append(Parameter(f"{joint}.backlash", 0.0, "rad", True, prior))
         terms.append((at, Term(f"{joint}.backlash", side.names[0], sign)))
-    return _extend_chain(chain, parameters, terms, columns)
+    return _extend_chain(chain, terms, columns, "rad", prior)
 
 
 def with_compliance(
@@ -167,20 +160,17 @@ def with_compliance(
     """
     chosen = turning(chain, joints)
     weight = _gravity(chain, chosen, loads, gravity) if torque == "gravity" else None
-    parameters, terms = [], []
+    terms = []
     columns: list[ChainColumn] = [] if weight is None else [weight]
     for joint in chosen:
-        at, sign = _sign(chain, joint)
-        name = f"{joint}.compliance"
-        column = f"gravity.{joint}"
+        # A measured torque counts with the joint's own sign, a computed one about the element's axis.
+        (at, sign), column = _sign(chain, joint), f"gravity.{joint}"
         if weight is None:
             given = Recorded(f"torque.{joint}")
             columns.append(given)
             column = given.names[0]
-        parameters.append(Parameter(name, 0.0, COMPLIANCE, True, prior))
-        # A measured torque counts with the joint's own sign, a computed one about the element's axis.
-        terms.append((at, Term(name, column, sign if weight is None else 1.0)))
-    return _extend_chain(chain, parameters, terms, columns)
+        terms.append((at, Term(f"{joint}.compliance", column, sign if weight is None else 1.0)))
+    return _extend_chain(chain, terms, columns, COMPLIANCE, prior)
 
 
 def with_bending(
@@ -195,21 +185,17 @@ def with_bending(
     component of the moment of gravity; `prior` in rad/(N m)."""
     chosen = turning(chain, joints)
     weight = _gravity(chain, chosen, loads, gravity)
-    made = chain
+    made, names = chain, []
     for joint in chosen:
         at = drive(made, joint)
         (_, u, v), point = axis_of(made.elements[at])
-        bends, parameters = [], []
+        bends = []
         for symbol, direction in (("u", u), ("v", v)):
-            name = f"{joint}.bend_{symbol}"
-            parameters.append(Parameter(name, 0.0, COMPLIANCE, True, prior))
-            screw = (*np.cross(point, direction), *direction)
-            bends.append(
-                Element("screw", (Term(name, f"gravity.{joint}.{symbol}"),), 0.0, tuple(float(s) for s in screw))
-            )
-        elements = (*made.elements[: at + 1], *bends, *made.elements[at + 1 :])
-        made = _extend_chain(replace(made, elements=elements), parameters, ())
-    return _extend_chain(made, (), (), [weight])
+            names.append(f"{joint}.bend_{symbol}")
+            screw = tuple(float(s) for s in (*np.cross(point, direction), *direction))
+            bends.append(Element("screw", (Term(names[-1], f"gravity.{joint}.{symbol}"),), 0.0, screw))
+        made = replace(made, elements=(*made.elements[: at + 1], *bends, *made.elements[at + 1 :]))
+    return _add(made, names, [weight], COMPLIANCE, prior)
 
 
 def _gravity(
@@ -256,16 +242,13 @@ def with_sag(
     """
     chosen = turning(chain, joints)
     model = _bare(chain)
-    parameters, terms, columns = [], [], []
+    terms, columns = [], []
     for i, link in enumerate(chain.joint_names):
         own = tuple(j for j in chosen if chain.joint_names.index(j) <= i)
         if own:
             columns.append(Gravity(model, own, (Load(link, 1.0),), _direction(gravity), f"gravity of {link}"))
-        for joint in own:
-            name = f"{joint}.sag_{link}"
-            parameters.append(Parameter(name, 0.0, "rad kg/(N m)", True, prior))
-            terms.append((drive(chain, joint), Term(name, f"gravity of {link}.{joint}")))
-    return _extend_chain(chain, parameters, terms, columns)
+        terms += [(drive(chain, joint), Term(f"{joint}.sag_{link}", f"gravity of {link}.{joint}")) for joint in own]
+    return _extend_chain(chain, terms, columns, "rad kg/(N m)", prior)
 
 
 def with_expansion(chain: Chain, reference: float = 293.15, *, per_joint: bool = False, prior: float = GROWTH) -> Chain:
@@ -287,9 +270,8 @@ def with_expansion(chain: Chain, reference: float = 293.15, *, per_joint: bool =
         elif owner not in ("base", "tool", "home") and element.axis in ("tx", "ty", "tz"):
             spans = [(element.axis, tuple(t for t in element.terms if t.column == "1"), element.constant)]
         for axis, terms, constant in spans:
-            made = Growth(
-                f"{owner}.{axis[1]}{i}", 0.0, reference, tuple((t.parameter, t.factor) for t in terms), constant
-            )
+            factors = tuple((t.parameter, t.factor) for t in terms)
+            made = Growth(f"{owner}.{axis[1]}{i}", 0.0, reference, factors, constant)
             columns.append(made.at(chain.table))
             owners.append(name)
             elements.append(Element(axis, (Term(name, made.names[0]),)))
@@ -299,5 +281,4 @@ def with_expansion(chain: Chain, reference: float = 293.15, *, per_joint: bool =
             "thermal growth needs the lengths of the links", key="expansion", found=chain.convention,
             expected="a convention with lengths, such as dh or urdf",
         )  # fmt: skip
-    parameters = [Parameter(n, 0.0, "1/K", True, prior) for n in dict.fromkeys(owners)]
-    return _extend_chain(replace(chain, elements=tuple(elements)), parameters, (), columns)
+    return _add(replace(chain, elements=tuple(elements)), dict.fromkeys(owners), columns, "1/K", prior)

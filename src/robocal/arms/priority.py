@@ -19,16 +19,11 @@ from robocal.geometry import so3
 
 __all__ = ["by_priority"]
 
+STEPS = 40
+
 
 def by_priority(
-    chain: Chain,
-    target: Array,
-    near: Array,
-    start: Array,
-    *,
-    oriented: bool = True,
-    extra: Mapping[str, Array] | None = None,
-    steps: int = 40,
+    chain: Chain, target: Array, near: Array, start: Array, *, oriented: bool, extra: Mapping[str, Array] | None
 ) -> Array:
     """Joint values (m, n) within the limits that serve position, then orientation, then nearness to `near` (m, n).
 
@@ -38,7 +33,7 @@ def by_priority(
     low, high = chain.limits.T
     q = np.array(start, float)
     n = q.shape[1]
-    for _ in range(steps):
+    for _ in range(STEPS):
         pose, jac = chain.pose(q, extra), chain.jacobian(q, extra)
         tasks = [(jac[:, :3], target[:, :3, 3] - pose[:, :3, 3])]
         if oriented:

@@ -45,11 +45,6 @@ class Recipe:
     source: str = ""
 
     @property
-    def symbols(self) -> tuple[str, ...]:
-        """The symbols that a row may give."""
-        return tuple(s for _, s in self.steps)
-
-    @property
     def formula(self) -> str:
         """The product in words of the field, as `Rz(theta) Tz(d) Tx(a) Rx(alpha)`."""
         return " ".join(f"{axis[0].upper()}{axis[1]}({symbol})" for axis, symbol in self.steps)

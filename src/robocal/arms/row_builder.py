@@ -189,10 +189,9 @@ class RowBuilder:
             terms.append(Term(gain, self.joint, driven))
         self.elements.append(Element(axis, tuple(terms), 0.0, tuple(float(s) for s in screw)))
 
-    def again(self, axis: str, symbol: str, screw: Sequence[float] | Array = (0.0,) * 6, factor: float = -1.0) -> None:
-        """An element moved by a parameter that an earlier element owns."""
-        term = Term(f"{self.joint}.{symbol}", "1", factor)
-        self.elements.append(Element(axis, (term,), 0.0, tuple(float(s) for s in screw)))
+    def undo(self, symbol: str, screw: Array) -> None:
+        """A screw moved back by the parameter that moves it in an earlier element."""
+        self.elements.append(Element("screw", (Term(f"{self.joint}.{symbol}", "1", -1.0),), 0.0, tuple(screw.tolist())))
 
     def drive(self, axis: str, screw: Sequence[float] | Array = (0.0,) * 6, sign: float = 1.0) -> None:
         """The joint's own motion, with its zero error `offset` (held: it repeats what the geometry can say); nothing

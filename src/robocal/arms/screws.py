@@ -72,7 +72,7 @@ def _deviating(pen: RowBuilder, screw: Array, axis: Array, point: Array) -> None
         pen.step("screw", symbol, pen.number(symbol), along, unit=unit)
     pen.drive("screw", screw)
     for symbol, along, _ in reversed(moves):
-        pen.again("screw", symbol, along)
+        pen.undo(symbol, along)
 
 
 def _no_fixed(pen: RowBuilder, word: str) -> None:
@@ -118,14 +118,10 @@ def _turn_or_shift(pen: RowBuilder, axis: Array, point: Array = ZERO) -> None:
         pen.drive("screw", line(axis, point) if turning else np.concatenate([axis, ZERO]))
 
 
-def _offsets(pen: RowBuilder) -> None:
+def _in_own_frame(pen: RowBuilder) -> None:
+    """The joint's frame, then its motion about an axis there, through the point that poe-local has of it."""
     pen.frame([pen.number(k.name) for k in FRAME])
-    _turn_or_shift(pen, pen.unit("axis"))
-
-
-def _poe_local(pen: RowBuilder) -> None:
-    pen.frame([pen.number(k.name) for k in FRAME])
-    _turn_or_shift(pen, pen.unit("axis"), pen.vector("point"))
+    _turn_or_shift(pen, pen.unit("axis"), pen.vector("point") if "point" in pen.keys else ZERO)
 
 
 def _urdf(pen: RowBuilder) -> None:
@@ -206,11 +202,11 @@ SCREW_CONVENTIONS = (
     ),
     Convention(
         "poe-local", (*FRAME, AXIS_Z, Key("point", "point", POINT, "a point on the axis, in its own frame"), OFFSET),
-        _poe_local, "offset", "offset", True, "frame(x ... rz) exp(xi (q + offset))", "Chen, Yang, Tan and Yeo (2001)",
+        _in_own_frame, "offset", "offset", True, "frame(x ... rz) exp(xi (q + offset))", "Chen, Yang, Tan and Yeo (2001)",
     ),
     Convention(
         "offsets", (*FRAME, AXIS_Z, OFFSET),
-        _offsets, "offset", "offset", True, "frame(x ... rz) R or T(axis, q + offset)", "six free numbers per joint",
+        _in_own_frame, "offset", "offset", True, "frame(x ... rz) R or T(axis, q + offset)", "six free numbers per joint",
     ),
     Convention(
         "urdf",

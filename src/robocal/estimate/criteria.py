@@ -21,7 +21,7 @@ from collections.abc import Callable
 import numpy as np
 
 from robocal._types import Array
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, look_up
 
 __all__ = ["CRITERIA", "Criterion", "criterion_of", "information"]
 
@@ -205,12 +205,4 @@ CRITERIA: dict[str, Callable[[int, Array | None], Criterion]] = {
 def criterion_of(name: str, columns: int, tests: Array | None = None) -> Criterion:
     """The criterion of this name for so many columns. Raises ModelError for an unknown name, or for tests that are
     missing."""
-    if name not in CRITERIA:
-        raise ModelError(
-            "unknown criterion",
-            key="criterion",
-            found=name,
-            expected=", ".join(CRITERIA),
-            suggestion=nearest(name, CRITERIA),
-        )
-    return CRITERIA[name](columns, tests)
+    return look_up(CRITERIA, name, "unknown criterion", "criterion")(columns, tests)

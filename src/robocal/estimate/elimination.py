@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 
@@ -60,7 +59,7 @@ def _reduce(problem: Problem, x: Array) -> Squares:
 
     normal = replace(problem, priors=False).normal(np.atleast_2d(x))
     made = information(normal, problem.scales, problem.sizes, problem.pairs)
-    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
+    weight = problem.first_weight
     square, rows = 0.0, 0
     for r in problem.residuals(x):
         counts = r.used & (weight[r.configuration] > 0)
@@ -161,7 +160,7 @@ def beside_blocks(lin: Linear) -> tuple[Array, Array]:
     return taken, left
 
 
-def _spans(s: Array) -> NDArray[np.bool_]:
+def _spans(s: Array) -> Bools:
     """Which singular values (b, k) of blocks are any: one that its rows do not determine takes away only what they say of it."""
     return np.asarray(s > STRUCTURAL * s.max(axis=1, keepdims=True, initial=0.0))
 

@@ -6,9 +6,7 @@ one block of each. Blocks are points (3 numbers in x) or frame vectors (6), and 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -97,12 +95,8 @@ class Family:
         shape = (self.size,) if covariance is None else (self.size, self.size)
         s = np.asarray(given, float)
         if s.shape not in (shape, (self.count, *shape)):
-            raise ModelError(
-                "a prior of local blocks has another shape",
-                key=KEY,
-                found=s.shape,
-                expected=f"{shape} or {(self.count, *shape)}",
-            )
+            expected = f"{shape} or {(self.count, *shape)}"
+            raise ModelError("a prior of local blocks has another shape", key=KEY, found=s.shape, expected=expected)
         if covariance is not None:
             check_covariance(s, self.size, KEY)
             root = np.linalg.inv(np.linalg.cholesky(s))
@@ -112,11 +106,3 @@ class Family:
             root = np.eye(self.size) / s[..., :, None]
         whole = np.broadcast_to(root, (self.count, self.size, self.size)).copy()
         return replace(self, prior=LocalPrior(whole, self.start, self.axes))
-
-
-def offsets(families: Sequence[Family], first: int) -> list[slice]:
-    """Where the blocks of each family lie in x, behind `first` numbers of the table."""
-    if not families:
-        return []
-    ends = first + np.cumsum([0, *(f.start.size for f in families)])
-    return [slice(int(a), int(b)) for a, b in pairwise(ends)]

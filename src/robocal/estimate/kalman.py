@@ -25,7 +25,7 @@ from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 from robocal.estimate.tolerance import greatest_error
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 
 __all__ = ["Filtered", "kalman", "stack_filter"]
 
@@ -95,16 +95,8 @@ def kalman(
             x = problem.retract(x, step[None, size:], local)
             moved = target
             root = r[size : size + n, size : size + n]
-        if watch:
-            watch(
-                {
-                    "stage": "filter",
-                    "configuration": configuration,
-                    "configurations": problem.configurations,
-                    "done": configuration + 1,
-                    "total": problem.configurations,
-                }
-            )
+        every = problem.configurations
+        tell(watch, "filter", configuration=configuration, configurations=every, done=configuration + 1, total=every)
     inverse = scipy.linalg.solve_triangular(root, np.eye(n)) if n else root
     return Filtered(x, inverse @ inverse.T)
 
@@ -138,8 +130,7 @@ def stack_filter(
     for count in range(passes + 1):
         lin = problem.linearize(x)
         history.append(0.5 * float(lin.r @ lin.r))
-        if watch:
-            watch({"stage": "iterate", "iteration": count, "cost": history[-1], "active": 1})
+        tell(watch, "iterate", iteration=count, cost=history[-1], active=1)
         within = tolerance is not None and bool(greatest_error(problem, x)[0] <= tolerance)
         if within or count == passes or not np.isfinite(history[-1]):
             break

@@ -21,17 +21,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache, cached_property, partial
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal._types import Array
-from robocal.errors import ModelError, nearest
+from robocal._types import Array, Bools, Ints
+from robocal.errors import ModelError, one_of
 from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Normal
 from robocal.estimate.tolerance import greatest_error
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 
 __all__ = ["METHODS", "Reason", "Solution", "least_squares"]
 
@@ -45,42 +45,36 @@ LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
 
 class Reason(IntEnum):
-    """Why an iteration stopped."""
+    """Why an iteration stopped, and the same in words for people."""
 
-    RUNNING = 0
-    COST = 1  # the model promises no decrease that could be told from rounding
-    GRADIENT = 2  # the residual is orthogonal to every column
-    STEP = 3  # the step is below the resolution of x
-    ITERATIONS = 4  # the allowed number of iterations is used up
-    SINGULAR = 5  # no damping makes the matrix positive definite
-    NOT_FINITE = 6  # the cost at the start is not a number
-    STALLED = 7  # no step lowers the cost
-    FILTERED = 8  # no iteration was asked for: every configuration was taken in
-    TOLERANCE = 9  # the greatest error is within the tolerance that was asked for
+    text: str
+
+    RUNNING = 0, "still running"
+    # The model promises no decrease that could be told from rounding.
+    COST = 1, "converged: no further decrease"
+    # The residual is orthogonal to every column.
+    GRADIENT = 2, "converged: gradient is zero"
+    # The step is below the resolution of x.
+    STEP = 3, "converged: step is zero"
+    ITERATIONS = 4, "stopped: too many iterations"
+    # No damping makes the matrix positive definite.
+    SINGULAR = 5, "stopped: singular"
+    # The cost at the start is not a number.
+    NOT_FINITE = 6, "stopped: the residuals are not finite"
+    STALLED = 7, "stopped: no step lowers the cost"
+    # No iteration was asked for.
+    FILTERED = 8, "every configuration was taken in"
+    TOLERANCE = 9, "stopped: the greatest error is within the tolerance"
+
+    def __new__(cls, number: int, text: str = "") -> Self:
+        made = int.__new__(cls, number)
+        made._value_, made.text = number, text
+        return made
 
     @property
     def converged(self) -> bool:
         """Whether the result is a minimum, or all that was asked for."""
         return self in (Reason.COST, Reason.GRADIENT, Reason.STEP, Reason.FILTERED, Reason.TOLERANCE)
-
-    @property
-    def text(self) -> str:
-        """In words, for people."""
-        return _WORDS[self]
-
-
-_WORDS = {
-    Reason.RUNNING: "still running",
-    Reason.COST: "converged: no further decrease",
-    Reason.GRADIENT: "converged: gradient is zero",
-    Reason.STEP: "converged: step is zero",
-    Reason.ITERATIONS: "stopped: too many iterations",
-    Reason.SINGULAR: "stopped: singular",
-    Reason.NOT_FINITE: "stopped: the residuals are not finite",
-    Reason.STALLED: "stopped: no step lowers the cost",
-    Reason.FILTERED: "every configuration was taken in",
-    Reason.TOLERANCE: "stopped: the greatest error is within the tolerance",
-}
 
 
 # Plain integers: looking an enum up costs more than a small solve.
@@ -94,8 +88,8 @@ class Solution:
 
     x: Array
     cost: Array
-    iterations: NDArray[np.int64]
-    reason: NDArray[np.int64]
+    iterations: Ints
+    reason: Ints
     history: Array
     parts: tuple[Normal | Callable[[], Normal], ...]
 
@@ -145,9 +139,7 @@ def least_squares(
     if method in ("pinv", "lse"):
         return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, tolerance, watch)
     if method not in METHODS:
-        raise ModelError(
-            "unknown method", found=method, expected=", ".join(METHODS), suggestion=nearest(method, METHODS)
-        )
+        raise ModelError("unknown method", found=method, **one_of(method, METHODS))
     many, tolerances = _at_once(problem, len(start)), (cost_tolerance, gradient_tolerance, step_tolerance)
     parts = [
         _descend(
@@ -171,12 +163,10 @@ def _join(parts: list[Solution]) -> Solution:
     """The solutions of parts of a batch as one; the history of one that ended early stays where it ended."""
     longest = max(len(s.history) for s in parts)
     history = [np.pad(s.history, ((0, longest - len(s.history)), (0, 0)), mode="edge") for s in parts]
-    x, cost, iterations, reason = (
-        np.concatenate([getattr(s, name) for s in parts]) for name in ("x", "cost", "iterations", "reason")
-    )
-    return Solution(
-        x, cost, iterations, reason, np.concatenate(history, axis=1), tuple(p for s in parts for p in s.parts)
-    )
+    names = "x", "cost", "iterations", "reason"
+    x, cost, iterations, reason = (np.concatenate([getattr(s, name) for s in parts]) for name in names)
+    whole = np.concatenate(history, axis=1)
+    return Solution(x, cost, iterations, reason, whole, tuple(p for s in parts for p in s.parts))
 
 
 def _descend(
@@ -225,9 +215,8 @@ def _descend(
         new = problem.retract(x, *moved) if at is None else problem.retract(x[at], *(m[at] for m in moved))
         if bounded:
             new[:, problem.index] = np.clip(new[:, problem.index], *problem.bounds)
-        result = problem.normal(
-            new, everyone if at is None else everyone[at], (bent if at is None else bent[at]) if robust else None
-        )
+        which, curved = (everyone, bent) if at is None else (everyone[at], bent[at])
+        result = problem.normal(new, which, curved if robust else None)
         move = np.empty(going, dtype=np.int64)
         taken = settle(
             normal.cost, result.cost, first, predicted, damping > 0.0, lam, grow, best, away, iterations, reason, move
@@ -265,19 +254,11 @@ def _descend(
         reason[(reason == int(Reason.STEP)) & (failed > LONG)] = int(Reason.STALLED)
     if home is not None and away.any():
         home.back(np.flatnonzero(away), x, normal)
-    return Solution(
-        x,
-        normal.cost,
-        iterations,
-        reason,
-        np.array(history),
-        (partial(problem.normal, np.array(x), everyone) if robust and bent.any() else normal,),
-    )
+    ended = partial(problem.normal, np.array(x), everyone) if robust and bent.any() else normal
+    return Solution(x, normal.cost, iterations, reason, np.array(history), (ended,))
 
 
-def _stop_within(
-    problem: Problem, x: Array, tolerance: float, away: NDArray[np.bool_], reason: NDArray[np.int64]
-) -> None:
+def _stop_within(problem: Problem, x: Array, tolerance: float, away: Bools, reason: Ints) -> None:
     """Stops the running problems whose greatest error is within the tolerance; one on trial stands nowhere yet."""
     running = np.flatnonzero((reason == _RUNNING) & ~away)
     if len(running):
@@ -298,12 +279,12 @@ class _Home:
     def __init__(self, x: Array, normal: Normal) -> None:
         self.x, self.normal = np.array(x), normal.take(np.arange(len(x)))
 
-    def keep(self, index: NDArray[np.int64], x: Array, normal: Normal) -> None:
+    def keep(self, index: Ints, x: Array, normal: Normal) -> None:
         """Notes where some problems stand."""
         self.x[index] = x[index]
         self.normal.put(index, normal.take(index))
 
-    def back(self, index: NDArray[np.int64], x: Array, normal: Normal) -> None:
+    def back(self, index: Ints, x: Array, normal: Normal) -> None:
         """Puts them back there."""
         x[index] = self.x[index]
         normal.put(index, self.normal.take(index))
@@ -323,8 +304,7 @@ def _pseudo_inverse(problem: Problem, x: Array, most: int, tolerance: float | No
         lin = problem.linearize(x)
         cost = 0.5 * float(lin.r @ lin.r)
         history.append([cost])
-        if watch:
-            watch({"stage": "iterate", "iteration": count, "cost": cost, "active": 1})
+        tell(watch, "iterate", iteration=count, cost=cost, active=1)
         if not np.isfinite(cost):
             reason = Reason.NOT_FINITE
             break

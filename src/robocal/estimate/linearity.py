@@ -15,9 +15,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.estimate.elimination import triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
@@ -59,8 +58,7 @@ def one_step(problem: Problem, x: Array, unit: str = "m", lin: Linear | None = N
     if problem.blocks or not problem.n:
         return None
     lin = problem.with_weights(None).linearize(x) if lin is None else lin
-    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
-    used = weight[lin.configuration] > 0
+    used = problem.in_use[lin.configuration]
     mine &= used
     if not mine.any():
         return None
@@ -78,15 +76,9 @@ def one_step(problem: Problem, x: Array, unit: str = "m", lin: Linear | None = N
     after = np.concatenate([res.value[res.used].ravel() for res in problem.residuals(moved)])
     beyond = after - first - effect
     size = _rms(effect[mine])
-    return Step(
-        unit,
-        _rms(first[mine]),
-        _rms((first + effect)[mine]),
-        _rms(after[mine]),
-        _rms(beyond[mine]),
-        _rms(beyond[mine]) / size if size > 0 else 0.0,
-        _rms(sigma[mine]),
-    )
+    before, promised, left, neglected = (_rms(v[mine]) for v in (first, first + effect, after, beyond))
+    share = neglected / size if size > 0 else 0.0
+    return Step(unit, before, promised, left, neglected, share, _rms(sigma[mine]))
 
 
 def curvature(problem: Problem, x: Array, covariance: Array) -> Curvature | None:
@@ -112,16 +104,15 @@ def curvature(problem: Problem, x: Array, covariance: Array) -> Curvature | None
 
 def _whiten(problem: Problem, x: Array) -> Array:
     """Whitened residuals of every row that counts, (B, N)."""
-    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
-    parts = []
+    parts, counted = [], problem.in_use
     for r in problem.residuals(x):
-        some = (weight[r.configuration] > 0) & r.used
+        some = counted[r.configuration] & r.used
         value = (r.value if r.value.ndim == 3 else r.value[None])[:, some]
         parts.append((value * r.scale[some]).reshape(len(x), -1))
     return np.concatenate(parts, axis=1)
 
 
-def _rows(scale: Array, parts: tuple[tuple[int, int, str], ...], unit: str) -> NDArray[np.bool_]:
+def _rows(scale: Array, parts: tuple[tuple[int, int, str], ...], unit: str) -> Bools:
     out = np.zeros(scale.shape, dtype=bool)
     for start, stop, name in parts:
         out[:, start:stop] = name == unit

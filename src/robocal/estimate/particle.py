@@ -25,7 +25,7 @@ from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING
 from robocal.estimate.problem import Problem
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 
 __all__ = ["Cloud", "density", "effective", "normalise", "particles", "systematic"]
 
@@ -81,7 +81,7 @@ def density(problem: Problem, x: Array) -> Array:
     """log l_u(x) = -1/2 sum rho(|r_i / sigma_i|^2) of every configuration, up to a constant: x (B, P) -> (B, U); NOTHING
     where the residual is not finite."""
     loss, tuning = problem.loss, problem.tuning or TUNING[problem.loss]
-    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
+    weight = problem.first_weight
     out = np.zeros((len(x), problem.configurations))
     for first in range(0, len(x), CHUNK):
         some = slice(first, first + CHUNK)
@@ -143,26 +143,20 @@ def particles(
         done = stop
         fewest = min(fewest, effective(log_w))
         last = done == ratio.shape[1]
-        step, value, ratio = _resample(step, value, ratio, normalise(log_w), rng)
+        index = systematic(normalise(log_w), rng)
+        step, value, ratio = step[index], value[index], ratio[index]
         log_w = np.zeros(count)
         resampled += 1
         for _ in range(MOVES):
             step, value, ratio, share = _roughen(seen, step, value, ratio, done, rng)
             tried, taken = tried + 1, taken + share
-        if watch:
-            watch({"stage": "particles", "done": done, "total": ratio.shape[1]})
+        tell(watch, "particles", done=done, total=ratio.shape[1])
         if last:
             break
     mean = step.mean(axis=0)
     away = step - mean
-    return Cloud(
-        problem.retract(np.repeat(x, count, axis=0), step),
-        problem.retract(x, mean[None]),
-        away.T @ away / max(count - 1, 1),
-        resampled,
-        fewest,
-        taken / max(tried, 1),
-    )
+    cloud, centre = problem.retract(np.repeat(x, count, axis=0), step), problem.retract(x, mean[None])
+    return Cloud(cloud, centre, away.T @ away / max(count - 1, 1), resampled, fewest, taken / max(tried, 1))
 
 
 class _Linearised:
@@ -209,13 +203,6 @@ def _gaussian(problem: Problem, x: Array) -> tuple[Array, Array]:
     return root, scipy.linalg.solve_triangular(root, scipy.linalg.solve_triangular(root, -normal.g[0], trans="T"))
 
 
-def _resample(
-    step: Array, value: Array, ratio: Array, w: Array, rng: np.random.Generator
-) -> tuple[Array, Array, Array]:
-    index = systematic(w, rng)
-    return step[index], value[index], ratio[index]
-
-
 def _roughen(
     seen: _Linearised, step: Array, value: Array, ratio: Array, done: int, rng: np.random.Generator
 ) -> tuple[Array, Array, Array, float]:
@@ -240,10 +227,5 @@ def _roughen(
         return np.asarray(v + c[:, :done].sum(axis=1) + 0.5 * np.einsum("ib,ib->b", z, z))
 
     accept = np.log(rng.random(len(step))) < target(new, new_value, new_ratio) - target(step, value, ratio)
-    pick = accept[:, None]
-    return (
-        np.where(pick, new, step),
-        np.where(accept, new_value, value),
-        np.where(pick, new_ratio, ratio),
-        float(accept.mean()),
-    )
+    value, pick = np.where(accept, new_value, value), accept[:, None]
+    return np.where(pick, new, step), value, np.where(pick, new_ratio, ratio), float(accept.mean())

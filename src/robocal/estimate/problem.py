@@ -17,7 +17,7 @@ from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
@@ -38,20 +38,7 @@ _OF_ROWS = frozenset({"bound_terms", "_bare", "numbers", "aside", "pairs"})
 _OF_LAYOUT = frozenset({"sizes", "places", "_ones", "_kernels", "_moves"})
 _OF_COLUMNS = _OF_LAYOUT | {"_layout"}
 _OF_TABLE = frozenset(
-    {
-        "_start",
-        "bounds",
-        "bounded",
-        "stated",
-        "_held",
-        "believed",
-        "prior_root",
-        "expected_root",
-        "scales",
-        "preference",
-        "_pull",
-        "_soft",
-    }
+    "_start bounds has_bounds has_prior _any_prior prior_informs prior_root spread_root scales preference _pull _soft".split()
 )
 _OTHER_FREE = _OF_LAYOUT | {"_bare", "numbers", "aside", "pairs", "_start"}
 _OTHER_TERMS = _OF_COLUMNS | _OF_TABLE | {"pairs"}
@@ -109,7 +96,7 @@ class Problem(Unknowns):
         some = None if weights is None else np.ascontiguousarray(np.atleast_2d(weights), dtype=float)
         return self._with(_OTHER_WEIGHTS, weights=some)
 
-    def without(self, rows: Sequence[NDArray[np.bool_]]) -> Problem:
+    def without(self, rows: Sequence[Bools]) -> Problem:
         """The same problem with these rows of every term, (m,) each, set aside."""
         return self.with_terms([t.without(r) for t, r in zip(self.terms, rows, strict=True)])
 
@@ -144,15 +131,8 @@ class Problem(Unknowns):
         if width not in known:
             held = self.table.with_priors({n: width * float(s) for n, s in zip(self.free, self.scales, strict=True)})
             first = known[width] = self.with_table(held).with_priors(True)
-            _ = (
-                first.scales,
-                first.has_prior,
-                first._any_prior,
-                first.bounds,
-                first.has_bounds,
-                first._pull,
-                held.scales,
-            )
+            _ = first.scales, first.has_prior, first._any_prior, held.scales
+            _ = first.bounds, first.has_bounds, first._pull
         if key not in known:
             table = known[width].table.with_values(x[0, : len(self.table)])
             known[key] = known[width]._with(_OF_TABLE - {"_start"}, table=table)
@@ -201,7 +181,7 @@ class Problem(Unknowns):
             for lo, hi, first, rows in pieces(term, batch, cut + self.sizes[1][1], CHUNK):
                 mine, values, some, heavy, bent = out, x, which, weight, straight
                 if hi - lo < batch:
-                    mine, values, some, bent = out.part(slice(lo, hi)), x[lo:hi], which[lo:hi], straight[lo:hi]
+                    mine, values, some, bent = out.take(slice(lo, hi)), x[lo:hi], which[lo:hi], straight[lo:hi]
                     heavy = self._weight(some)
                 r, jac, jloc = term.evaluate(values, some, first, rows)
                 pull = np.zeros((hi - lo, rows)) if touches else NOTHING
@@ -219,12 +199,9 @@ class Problem(Unknowns):
             add_shared(self._pull, self.difference(x), out)
         for i, family in enumerate(self.families):
             if family.prior is not None:
-                place = self.places[i]
-                axes = np.array(family.axes, dtype=np.int64)
+                here, axes = np.ascontiguousarray(x[:, self.places[i]]), np.array(family.axes, dtype=np.int64)
                 g, a, _ = out.of_family(i)
-                add_block_priors(
-                    np.ascontiguousarray(x[:, place]), family.start, family.prior.root, axes, out.cost, g, a
-                )
+                add_block_priors(here, family.start, family.prior.root, axes, out.cost, g, a)
         return out
 
     @cached_property
@@ -248,9 +225,14 @@ class Problem(Unknowns):
         return out
 
     @property
+    def first_weight(self) -> Array:
+        """The weight of every configuration in the first problem of the batch, (U,)."""
+        return np.asarray(self._weight(np.zeros(1, dtype=np.int64))[0])
+
+    @property
     def in_use(self) -> Bools:
         """Which configurations have a weight, (U,)."""
-        return np.asarray(self._weight(np.zeros(1, dtype=np.int64))[0] > 0)
+        return np.asarray(self.first_weight > 0)
 
     @cached_property
     def aside(self) -> float:
@@ -262,9 +244,8 @@ class Problem(Unknowns):
         """The robust weight rho' of every row's observation from the squares of whitened rows (N,); one for constraints."""
         if self.loss == "none" or not len(square):
             return np.ones(len(square))
-        return np.where(
-            lin.reading, self.slope(np.asarray(np.bincount(lin.observation, square), float))[lin.observation], 1.0
-        )
+        each = self.slope(np.asarray(np.bincount(lin.observation, square), float))
+        return np.where(lin.reading, each[lin.observation], 1.0)
 
     def slope(self, square: Array, reading: bool = True) -> Array:
         """The robust weight rho' of observations from the squares of their whitened lengths (m,)."""
@@ -298,7 +279,7 @@ class Problem(Unknowns):
         """Whitened r and dense J at one x (P,) or (1, P), of the rows that count, of the given configurations or of all with positive
         weight; priors of shared columns are left out, those of local blocks are rows of theirs."""
         x = np.atleast_2d(x)
-        weight = self._weight(np.zeros(1, dtype=np.int64))[0]
+        weight = self.first_weight
         chosen = self.in_use if configurations is None else np.isin(np.arange(len(weight)), configurations)
         blocks = [self.values_of(i, x) for i in range(len(self.families))]
         return whiten_rows(self.bound_terms, x, self.n, self.families, blocks, weight, chosen)

@@ -25,12 +25,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion, information
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 
 __all__ = ["Design", "exchange", "greedy", "limit", "select"]
 
@@ -81,7 +80,7 @@ def greedy(
     criterion: Criterion,
     known: Array,
     *,
-    free: NDArray[np.bool_] | None = None,
+    free: Bools | None = None,
     watch: Watch | None = None,
 ) -> list[int]:
     """The best candidate given those already taken, `count` times, in this order. Raises ModelError when there are too
@@ -97,8 +96,7 @@ def greedy(
         chosen.append(best)
         open_[best] = False
         m += information(blocks[best])
-        if watch:
-            watch({"stage": "choosing poses", "done": len(chosen), "total": count})
+        tell(watch, "choosing poses", done=len(chosen), total=count)
     return chosen
 
 
@@ -108,7 +106,7 @@ def exchange(
     criterion: Criterion,
     known: Array,
     *,
-    free: NDArray[np.bool_] | None = None,
+    free: Bools | None = None,
     watch: Watch | None = None,
 ) -> tuple[list[int], int]:
     """A set that is at least as good, of the same size, and how many exchanges led there."""
@@ -123,8 +121,7 @@ def exchange(
         if len(trial) != len(best) or not new > value + BETTER * abs(value):
             return False
         best, value, accepted = trial, new, accepted + 1
-        if watch:
-            watch({"stage": "exchanging poses", "exchanges": accepted})
+        tell(watch, "exchanging poses", exchanges=accepted)
         return True
 
     length = 1
@@ -163,7 +160,7 @@ class _Search:
     blocks: Array
     criterion: Criterion
     known: Array
-    free: NDArray[np.bool_]
+    free: Bools
 
     def excursion(self, chosen: Sequence[int], length: int, first: float) -> list[int]:
         """`length` additions of the best and as many removals of the worst, additions first when `first` is 1."""

@@ -118,16 +118,12 @@ class Normal:
         shapes = [(many, l), (many, l, l), (many, n, l), (more, q), (more, q, q), (more, n, q), (pairs, l, q)]
         return cls(cost, g, a, *(np.zeros((batch, *shape)) for shape in shapes))
 
-    def part(self, some: slice) -> Normal:
-        """A view of some problems of the batch."""
-        return Normal(*(getattr(self, name)[some] for name in _NAMES))
-
     def of_family(self, second: int) -> tuple[Array, Array, Array]:
         """Gradient, matrix and what it shares with the free columns, of the first (0) or second (1) family."""
         return (self.gm, self.am, self.asm) if second else (self.gl, self.al, self.asl)
 
-    def take(self, index: Ints) -> Normal:
-        """The same for a subset of the batch."""
+    def take(self, index: Ints | slice) -> Normal:
+        """The same for a subset of the batch; of a slice a view."""
         return Normal(*(getattr(self, name)[index] for name in _NAMES))
 
     @staticmethod
@@ -260,21 +256,12 @@ def whiten_rows(
         rows = np.flatnonzero(two >= 0)
         if len(rows):
             second[rows, :, two[rows]] = (jloc[0][inside][..., cut:] * scale[..., None])[rows]
-        observation = count + np.arange(len(dense))
+        observation, each = count + np.arange(len(dense)), len(dense) * d
         count += len(dense)
-        parts.append(
-            (
-                (r[0][inside] * scale).ravel(),
-                dense.reshape(len(dense) * d, n),
-                wide.reshape(len(dense) * d, size),
-                np.repeat(one, d),
-                np.repeat(term.configuration[keep], d),
-                np.repeat(observation, d),
-                np.full(len(dense) * d, groups.index(term.group)),
-                np.full(len(dense) * d, term.reading),
-                second.reshape(len(dense) * d, many * extra),
-            )
-        )
+        jacobians = dense.reshape(each, n), wide.reshape(each, size)
+        of_rows = np.repeat([one, term.configuration[keep], observation], d, axis=1)
+        alike = np.full(each, groups.index(term.group)), np.full(each, term.reading)
+        parts.append(((r[0][inside] * scale).ravel(), *jacobians, *of_rows, *alike, second.reshape(each, many * extra)))
     whole = parts[0] if len(parts) == 1 else tuple(np.concatenate(p) for p in zip(*parts, strict=True))
     held = [None if f.prior is None else f.prior.rows(b)[1][0] for f, b in zip(families, blocks, strict=True)]
     hold, own = ([*held, None, None])[:2]

@@ -22,7 +22,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
 from robocal._types import Array, Ints
@@ -40,18 +39,8 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear, Normal
 
 __all__ = [
-    "LEVEL",
-    "Total",
-    "Uncertainty",
-    "band",
-    "effective_columns",
-    "leverages",
-    "quantile",
-    "radius",
-    "total",
-    "uncertainty",
-    "uneven",
-]
+    "LEVEL", "Total", "Uncertainty", "band", "effective_columns", "leverages", "quantile", "radius", "total", "uncertainty", "uneven",
+]  # fmt: skip
 
 EPS = float(np.finfo(float).eps)
 SHARP = 1e-8  # of the rows: so much the number of columns may be wrong by
@@ -233,14 +222,10 @@ def total(
     response[d, d] = -1.0
     # The prior is part of H already: H = H J^T J H + H P H, and the second part is what the truth contributes.
     if held:
-        noise[np.ix_(k, k)] = factor**2 * (gain[:, :n] @ gain[:, :n].T) + _unknown(root, told)
+        noise[np.ix_(k, k)] = factor**2 * (gain[:, :n] @ gain[:, :n].T) + root[:, ~told] @ root[:, ~told].T
     both = np.outer(scale, scale)
     shared = None if not np.count_nonzero(problem.spread_root - np.diag(scale)) else problem.spread_root
     return Total(problem.free, noise * both, response * scale[:, None] / scale, np.array(scale), float(dof), shared)
-
-
-def _unknown(root: Array, known: NDArray[np.bool_]) -> Array:
-    return np.asarray(root[:, ~known] @ root[:, ~known].T)
 
 
 def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | None = None) -> float:

@@ -6,11 +6,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from robocal._types import Array, Bools, Ints
-from robocal.estimate.families import Family, offsets
+from robocal.estimate.families import Family
 from robocal.estimate.priors import PriorTerms, covariance_root, shared_root
 from robocal.parameters import ParameterTable
 
@@ -62,8 +63,9 @@ class Unknowns:
 
     @cached_property
     def places(self) -> list[slice]:
-        """Where in x the blocks of each family lie."""
-        return offsets(self.families, len(self.table))
+        """Where in x the blocks of each family lie, behind the numbers of the table."""
+        ends = len(self.table) + np.cumsum([0, *(f.start.size for f in self.families)])
+        return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
     def values_of(self, family: int, x: Array) -> Array:
         """The blocks of one family at x (B, P): (B, L, w)."""

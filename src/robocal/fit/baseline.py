@@ -15,14 +15,14 @@ from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.fit import chosen_weights
-from robocal.fit.noise import apply_noise, assess
+from robocal.fit.noise import Tau, apply_noise, assess, same_tau, tau_of
 from robocal.fit.starts import search as starts
 from robocal.fit.subsample import subsample
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, same_rows
 from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 
 __all__ = ["Baseline", "baseline", "fit_baseline", "frame_names", "renew_baseline"]
 
@@ -57,17 +57,16 @@ def fit_baseline(
     """The nominal model with frames and tool fitted to some configurations, by a loss. Many rows are fitted from `near` (1, P), or from
     where a part of them says that frames stand."""
     made = build(model, data).with_weights(chosen_weights(len(data.configurations), configurations))
-    if watch:
-        watch({"stage": "start"})
+    tell(watch, "start")
     x, seen, converged = _recall_or_fit(model, data, configurations, made, near)
     if loss == "none":
         return Baseline(made, x, converged)
     first = made
-    tau: dict[tuple[str, str], float] = {}
+    tau: Tau = {}
     for _ in range(ROUNDS):
         groups = assess(data, first.with_loss("huber"), x, configurations, float(len(seen)))
-        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
-        if tau and set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 0.01 * tau[k] for k in new):
+        new = tau_of(groups)
+        if tau and same_tau(new, tau, 0.01):
             break
         tau = new
         made = build(model, apply_noise(data, tau)).with_weights(first.weights)
@@ -93,7 +92,7 @@ def _recall_or_fit(model: Model, data: DataSet, configurations: Ints, made: Prob
         and known[0] is model
         and same_rows(known[1], data.observations, ("rounding",))
     ):
-        return np.array(known[2][0]), known[2][1], known[2][2]
+        return np.array(known[2][0]), *known[2][1:]
     found = _fit_frames(model, data, configurations, made, near)
     if near is None:
         memo[key] = model, data.observations, (np.array(found[0]), *found[1:])

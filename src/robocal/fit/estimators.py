@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robocal._types import Array
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, look_up
 from robocal.estimate.least_squares import Reason, Solution, least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.options import Options
@@ -52,8 +52,8 @@ Run = Callable[[Problem, Array, Options, Watch | None], Estimate]
 
 @dataclass(frozen=True)
 class Estimator:
-    """One way to solve a problem: `blind` takes all free columns and neither noise, priors nor bounds; `robust` knows
-    losses; `minimises` the problem's cost, so that a batch of least-squares problems is its leave-one-out; `restarts` from
+    """One way to solve a problem: `blind` takes all free columns and neither noise, priors, bounds nor losses; `minimises`
+    the problem's cost, so that a batch of least-squares problems is its leave-one-out; `restarts` from
     other places when it fails; `finite` ends after a number of steps that was asked for, which counts as an end; `iterates` until
     a tolerance is met, where one was asked for."""
 
@@ -61,7 +61,6 @@ class Estimator:
     title: str
     run: Run
     blind: bool = False
-    robust: bool = True
     minimises: bool = False
     restarts: bool = False
     finite: bool = False
@@ -70,10 +69,9 @@ class Estimator:
 
 def _least_squares(method: str) -> Run:
     def run(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
-        most = options.max_iterations
-        return Estimate(
-            least_squares(problem, start, method=method, max_iterations=most, tolerance=options.tolerance, watch=watch)
-        )
+        most, tolerance = options.max_iterations, options.tolerance
+        found = least_squares(problem, start, method=method, max_iterations=most, tolerance=tolerance, watch=watch)
+        return Estimate(found)
 
     return run
 
@@ -137,17 +135,14 @@ def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None)
     from robocal.estimate.kalman import stack_filter
 
     p = np.diag([SEED.get(problem.table[n].unit, 1e-2) ** 2 for n in problem.free])
-    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
-    noise = np.concatenate(
-        [_noise(t.scale, t.parts)[(weight[t.configuration] > 0) & t.used].ravel() for t in problem.terms]
-    )
-    passes, tolerance = options.max_iterations, options.tolerance
+    counted = [problem.in_use[t.configuration] & t.used for t in problem.terms]
+    noise = np.concatenate([_noise(t.scale, t.parts)[c].ravel() for t, c in zip(problem.terms, counted, strict=True)])
+    most, tolerance = options.max_iterations, options.tolerance
     f = stack_filter(
-        problem, start, covariance=p, process=p, noise=noise, passes=passes, tolerance=tolerance, watch=watch
+        problem, start, covariance=p, process=p, noise=noise, passes=most, tolerance=tolerance, watch=watch
     )
-    reason = Reason.ITERATIONS if np.isfinite(f.x).all() else Reason.NOT_FINITE
-    if f.within:
-        reason = Reason.TOLERANCE
+    ended = Reason.ITERATIONS if np.isfinite(f.x).all() else Reason.NOT_FINITE
+    reason = Reason.TOLERANCE if f.within else ended
     return Estimate(_solution(problem, f.x, list(f.history[:, None]), reason))
 
 
@@ -173,33 +168,19 @@ ESTIMATORS = {
         Estimator("gauss-newton", "Gauss-Newton", _least_squares("gauss-newton"), minimises=True, restarts=True),
         Estimator("ekf", "iterated extended Kalman filter", _filter, minimises=True),
         Estimator("particle", "particle filter after the Kalman filter", _particles, iterates=False),
-        Estimator("pinv", "iterated pseudo-inverse", _least_squares("pinv"), blind=True, robust=False),
+        Estimator("pinv", "iterated pseudo-inverse", _least_squares("pinv"), blind=True),
         Estimator(
-            "lse",
-            "one linear least-squares step",
-            _least_squares("lse"),
-            blind=True,
-            robust=False,
-            finite=True,
-            iterates=False,
+            "lse", "one linear least-squares step", _least_squares("lse"), blind=True, finite=True, iterates=False
         ),
-        Estimator("ekf-100", "the seed's stacked Kalman filter", _seed, blind=True, robust=False, finite=True),
+        Estimator("ekf-100", "the seed's stacked Kalman filter", _seed, blind=True, finite=True),
     )
 }
 
 
 def estimator(name: str, loss: str = "none") -> Estimator:
     """The estimator of this name, if it knows that loss. Raises ModelError with the nearest name."""
-    if name not in ESTIMATORS:
-        raise ModelError(
-            "unknown method",
-            key="--method",
-            found=name,
-            expected=", ".join(ESTIMATORS),
-            suggestion=nearest(name, tuple(ESTIMATORS)),
-        )
-    found = ESTIMATORS[name]
-    if loss != "none" and not found.robust:
+    found = look_up(ESTIMATORS, name, "unknown method", "--method")
+    if loss != "none" and found.blind:
         raise ModelError(f"{found.title} knows no robust loss", key="--loss", found=loss, expected="--method lm")
     return found
 

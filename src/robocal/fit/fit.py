@@ -27,18 +27,17 @@ from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
 from robocal.fit.estimators import estimator
-from robocal.fit.noise import NoiseGroup, apply_noise, assess, noise_dof, under
+from robocal.fit.noise import NoiseGroup, Tau, apply_noise, assess, noise_dof, same_tau, tau_of, under
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 from robocal.remarks.remark import Remark
 
 __all__ = ["Fit", "chosen_weights", "fit", "near", "search_poses_again", "soften"]
 
-Tau = dict[tuple[str, str], float]
 SOFT_ROUNDS = 8
 # How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must
 # not
@@ -115,8 +114,7 @@ def fit(
     def problem_at(tau: Tau) -> Problem:
         return under(first, stated, tau)
 
-    tau: Tau = {}
-    candidate = problem_at(tau)
+    candidate = problem_at({})
     names = candidate.free
     if not names:
         raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
@@ -125,13 +123,12 @@ def fit(
         solution = method.run(candidate, start, options, watch).solution
         groups = assess(stated, candidate, solution.x, configurations, len(names))
         # A step taken blindly deserves a covariance in units of what it left behind.
-        tau = {(g.name, g.unit): g.tau for g in groups if g.stated is None}
+        tau = tau_of(g for g in groups if g.stated is None)
         candidate = problem_at(tau)
         return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), apply_noise(stated, tau))
     tau, soft = _noise(problem_at, stated, configurations, start)
     tau, soft = _large_errors(problem_at, stated, configurations, start, tau, soft)
-    if watch:
-        watch({"stage": "noise", "groups": len(tau)})
+    tell(watch, "noise", groups=len(tau))
     candidate = problem_at(tau)
     seen = choose(candidate, soft)
     kept = names if options.keep_all else seen.basis
@@ -143,8 +140,8 @@ def fit(
         if method.restarts and not solution.reasons[0].converged:
             solution, restarted = _restart(chosen, start, solution, options)
         groups = assess(stated, chosen, solution.x, configurations, effective_columns(chosen, solution.x))
-        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
-        if set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 1e-3 * tau[k] for k in new):
+        new = tau_of(groups)
+        if same_tau(new, tau, 1e-3):
             break
         tau = new
         candidate = problem_at(tau)
@@ -187,9 +184,7 @@ def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Int
     made = posed({})
     # The baseline has used up a degree of freedom for every number that it moved.
     moved = int((start[0, made.index] != made.start[0, made.index]).sum())
-    groups = assess(stated, made, start, configurations, moved)
-    tau = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
-    x = start
+    tau, x = tau_of(assess(stated, made, start, configurations, moved)), start
     for _ in range(SOFT_ROUNDS):
         made = posed(tau)
         soft = soften(made, start)
@@ -198,10 +193,8 @@ def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Int
         x = ended.x
         # A column counts as far as the data, not the hold, decide it.
         groups = assess(stated, made, x, configurations, effective_columns(soft, x, ended.normal))
-        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
-        settled = set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 0.01 * tau[k] for k in new)
-        tau = new
-        if settled:
+        before, tau = tau, tau_of(groups)
+        if same_tau(tau, before, 0.01):
             break
     return tau, x
 
@@ -225,8 +218,7 @@ def _large_errors(
         solution = least_squares(chosen, start, cost_tolerance=tolerance)
         if not np.isfinite(solution.cost[0]):
             return tau, soft
-        groups = assess(stated, chosen, solution.x, configurations, len(kept))
-        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+        new = tau_of(assess(stated, chosen, solution.x, configurations, len(kept)))
         if not all(new.get(k, 0.0) < share * t for k, t in tau.items()):
             return tau, soft
     return new, solution.x

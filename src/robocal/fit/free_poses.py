@@ -7,9 +7,8 @@ inverse. As many numbers as the pose has are always met: they say nothing.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.estimate.elimination import block_ranks
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -20,7 +19,7 @@ LESS = 1e-3  # of what a configuration leaves, that is worth another pose
 
 
 def own_poses(
-    problem: Problem, x: Array, configurations: NDArray[np.bool_], other: Array | None = None
+    problem: Problem, x: Array, configurations: Bools, other: Array | None = None
 ) -> tuple[Array, Array, bool]:
     """x (B, P) with the poses of some configurations (B, U) fitted to their own rows, the factor of what these rows leave,
     (B, U), and whether every fit converged. Other poses stay. `other` frame vectors (U, 6) are one more place where each may begin;
@@ -38,14 +37,11 @@ def own_poses(
         begun = np.array(x)
         begun[:, place] = np.where(mine, other.ravel(), x[:, place])
         again = least_squares(alone, begun)
-        less = np.array(
-            [_left(problem, b[None]) < (1 - LESS) * _left(problem, a[None]) for a, b in zip(out, again.x, strict=True)]
-        )
+        pairs = zip(out, again.x, strict=True)
+        less = np.array([_left(problem, b[None]) < (1 - LESS) * _left(problem, a[None]) for a, b in pairs])
         out[:, place] = np.where(mine & np.repeat(less, width, axis=1), again.x[:, place], out[:, place])
-        reasons = [
-            two if new.any() else one
-            for one, two, new in zip(reasons, again.reasons, less & configurations, strict=True)
-        ]
+        both = zip(reasons, again.reasons, less & configurations, strict=True)
+        reasons = [two if new.any() else one for one, two, new in both]
     numbers = problem.numbers.astype(float)
     rank = block_ranks(alone.with_weights(None).linearize(x[:1]), problem.families[0].count)
     known = numbers > rank

@@ -14,19 +14,21 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
-from robocal._types import Array
+from robocal._types import Array, Bools, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Residuals
 from robocal.estimate.uncertainty import leverages
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet, Observations
 
-__all__ = ["NoiseGroup", "apply_noise", "assess", "median", "noise_dof", "owners", "quantile", "under"]
+__all__ = [
+    "NoiseGroup", "Tau", "apply_noise", "assess", "median", "noise_dof", "owners", "quantile", "same_tau", "tau_of", "under",
+]  # fmt: skip
 
 Key = tuple[str, str]  # (sensor group, SI unit)
+Tau = Mapping[Key, float]
 LEAST = 1e-9  # of its rows, that a group keeps as degrees of freedom
 MEDIAN = 0.454936  # of a squared standard normal
 # Below this no instrument measures; it only keeps noise-free data from dividing by zero.
@@ -61,17 +63,27 @@ class NoiseGroup:
         return "stated" if self.tau == 0 else "stated, with model error added"
 
 
+def tau_of(groups: Iterable[NoiseGroup]) -> Tau:
+    """What is added to the stated sigma of every group, where anything is."""
+    return {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+
+
+def same_tau(new: Tau, old: Tau, share: float) -> bool:
+    """Whether the same groups have a tau as before, each within this share of what it was."""
+    return set(new) == set(old) and all(abs(new[k] - old[k]) <= share * old[k] for k in new)
+
+
 def noise_dof(groups: Iterable[NoiseGroup], dof: float) -> float:
     """Degrees of freedom of the noise: infinite where every sigma is stated and stands."""
     return np.inf if all(g.stated is not None and g.tau == 0 for g in groups) else max(float(dof), 1.0)
 
 
-def apply_noise(data: DataSet, tau: Mapping[Key, float]) -> DataSet:
+def apply_noise(data: DataSet, tau: Tau) -> DataSet:
     """The same data with sigma^2 = s^2 + tau^2."""
     return DataSet(data.configurations, tuple(replace(o, sigma=_noisy(o, tau)) for o in data.observations))
 
 
-def _noisy(obs: Observations, tau: Mapping[Key, float]) -> Array | None:
+def _noisy(obs: Observations, tau: Tau) -> Array | None:
     """The sigma (k, d) of some observations with that; None where none is stated and nothing added."""
     kind = kind_of(obs)
     s = np.zeros((len(obs), kind.size)) if obs.sigma is None else np.array(obs.sigma)
@@ -85,7 +97,7 @@ def _noisy(obs: Observations, tau: Mapping[Key, float]) -> Array | None:
 
 
 def assess(
-    stated: DataSet, problem: Problem, x: Array, configurations: NDArray[np.int64], columns: float, level: float = 1e-3
+    stated: DataSet, problem: Problem, x: Array, configurations: Ints, columns: float, level: float = 1e-3
 ) -> list[NoiseGroup]:
     """The groups at a solution x fitted to `configurations` with `columns` free parameters; `stated` is the data with its
     stated sigma."""
@@ -94,13 +106,12 @@ def assess(
     unstated = {obs.label for obs in stated.observations if obs.sigma is None}
     # A fit that resists outliers must not let them decide what the noise is.
     resistant = problem.loss != "none"
-    rows: dict[Key, list[tuple[Array, Array, Array]]] = {}
+    rows: dict[Key, list[list[Array]]] = {}
     in_use: dict[Key, tuple[Residuals, int, int]] = {}
     kinds: dict[str, str] = {}
     keep = [np.flatnonzero(chosen[t.configuration] & t.used) for t in problem.terms]
-    paid = _paid(
-        problem, x, chosen, columns, [(len(k), t.scale.shape[1]) for k, t in zip(keep, problem.terms, strict=True)]
-    )
+    shapes = [(len(k), t.scale.shape[1]) for k, t in zip(keep, problem.terms, strict=True)]
+    paid = _paid(problem, x, chosen, columns, shapes)
     for r, taken, some, (own, term) in zip(problem.residuals(x), paid, keep, owners(stated, problem), strict=True):
         kinds.setdefault(r.group, r.kind)
         given = stated.observations[own].sigma
@@ -108,9 +119,7 @@ def assess(
         sigma = np.zeros_like(value) if r.group in unstated or given is None else given[term.index[some]]
         for start, stop, unit in r.parts:
             in_use[r.group, unit] = r, start, stop
-            rows.setdefault((r.group, unit), []).append(
-                (value[:, start:stop].ravel(), sigma[:, start:stop].ravel(), taken[:, start:stop].ravel())
-            )
+            rows.setdefault((r.group, unit), []).append([a[:, start:stop].ravel() for a in (value, sigma, taken)])
     groups = []
     for (name, unit), parts in rows.items():
         value, sigma, taken = parts[0] if len(parts) == 1 else (np.concatenate(p) for p in zip(*parts, strict=True))
@@ -138,9 +147,7 @@ def _rms_sigma(r: Residuals, start: int, stop: int) -> float:
     return float(np.sqrt(np.mean((1 / r.scale[r.used, start:stop]) ** 2)))
 
 
-def _paid(
-    problem: Problem, x: Array, chosen: NDArray[np.bool_], columns: float, shapes: list[tuple[int, int]]
-) -> list[Array]:
+def _paid(problem: Problem, x: Array, chosen: Bools, columns: float, shapes: list[tuple[int, int]]) -> list[Array]:
     """How many degrees of freedom every row that counts of every term, (m, d), pays for what was fitted to the chosen configurations.
 
     Without local blocks all pay alike. With them, each pays for its block and the shared columns by its leverage: lengths hardly
@@ -216,7 +223,7 @@ def owners(data: DataSet, problem: Problem) -> Iterator[tuple[int, Rows]]:
             yield number, term
 
 
-def under(problem: Problem, stated: DataSet, tau: Mapping[Key, float]) -> Problem:
+def under(problem: Problem, stated: DataSet, tau: Tau) -> Problem:
     """The problem of `stated` with sigma^2 = s^2 + tau^2, as `apply_noise` has it: nothing else of it is made again."""
     sigma = [_noisy(obs, tau) for obs in stated.observations]
     return problem.with_terms([t.under(sigma[own]) for own, t in owners(stated, problem)])

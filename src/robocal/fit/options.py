@@ -1,4 +1,4 @@
-"""How to identify, told once: the verb has its defaults from here. Cheap to import."""
+"""How to identify, told once, and where the correction should hold: the verb has its defaults from here. Cheap to import."""
 
 from __future__ import annotations
 
@@ -6,9 +6,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from robocal.fit.working_range import JointRegion
+    from robocal._types import Array
 
-__all__ = ["Options"]
+__all__ = ["JointRegion", "Options"]
+
+
+@dataclass(frozen=True, eq=False)
+class JointRegion:
+    """Joint configurations (m, n) that stand for a part of joint space, and its name."""
+
+    joints: Array
+    name: str
 
 
 @dataclass(frozen=True)

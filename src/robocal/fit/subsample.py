@@ -8,9 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal._types import Ints
+from robocal._types import Bools, Ints
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model, freedom_of
 
@@ -43,7 +42,7 @@ def subsample(machine: Model, data: DataSet, configurations: Ints) -> tuple[Data
     return DataSet(data.configurations.take(touched), tuple(moved)), np.flatnonzero(chosen[touched])
 
 
-def _rows(obs: Observations, chosen: NDArray[np.bool_]) -> list[Ints]:
+def _rows(obs: Observations, chosen: Bools) -> list[Ints]:
     """The rows of each target that count, in their order."""
     counts = chosen[obs.configuration] if obs.used is None else chosen[obs.configuration] & obs.used
     if obs.target is None:
@@ -56,6 +55,5 @@ def _some(rows: list[Ints]) -> Ints:
     steps along the golden section fall in with no period."""
     k = np.arange(ENOUGH)
     step = (k + k * GOLDEN % 1.0) / ENOUGH
-    return np.sort(
-        np.concatenate([own if len(own) <= MANY else own[(step * len(own)).astype(np.int64)] for own in rows])
-    )
+    taken = (own if len(own) <= MANY else own[(step * len(own)).astype(np.int64)] for own in rows)
+    return np.sort(np.concatenate(list(taken)))

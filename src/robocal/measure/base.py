@@ -15,7 +15,6 @@ from robocal._types import Array
 from robocal.errors import ModelError, nearest
 from robocal.estimate.families import Family
 from robocal.estimate.problem import Problem
-from robocal.estimate.terms import ProblemTerm
 from robocal.measure.builder import Builder
 from robocal.measure.data import DataSet, Frame, same_rows
 from robocal.measure.machine import Model, Rig, freedom_of
@@ -65,21 +64,14 @@ def problem(
         table = table.with_values(values)
     families = []
     if free_pose := freedom_of(machine):
-        families.append(Family(_starts(data), free_pose))
+        families.append(Family(data.configurations.starts, free_pose))
     if local_targets:
         families.append(_targets(data, local_targets))
     axes = families[-1].axes if local_targets else ()
     builder = Builder(machine, table, data.configurations, tuple(local_targets), axes)
-    terms: list[ProblemTerm] = []
-    for obs in data.observations:
-        terms.extend(kind_of(obs).terms(builder, obs))
-    made = Problem(
-        table,
-        table.free if free is None else table.with_free(free).free,
-        tuple(families),
-        terms=tuple(terms),
-        configurations=len(data.configurations),
-    )
+    terms = tuple(term for obs in data.observations for term in kind_of(obs).terms(builder, obs))
+    names = table.free if free is None else table.with_free(free).free
+    made = Problem(table, names, tuple(families), terms=terms, configurations=len(data.configurations))
     if plain:
         data.configurations.memo["problem"] = machine, data.observations, made
     return made
@@ -100,11 +92,6 @@ def _table(data: DataSet, rows: tuple[Parameter, ...], together: tuple[Together,
     if known is None or known.rows != rows or known.together != together:
         known = data.configurations.memo["table"] = ParameterTable(rows, together)
     return known
-
-
-def _starts(data: DataSet) -> Array:
-    given = data.configurations.start
-    return np.zeros((len(data.configurations), 6)) if given is None else given
 
 
 def _targets(data: DataSet, names: Sequence[str]) -> Family:

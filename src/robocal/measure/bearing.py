@@ -11,13 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._types import Array, Ints
-from robocal.measure.builder import Builder
-from robocal.measure.data import Observations
-from robocal.measure.rows import Kind, Rows, register
+from robocal.measure.rows import Kind, Rows, per_target, register
 
 __all__ = ["BEARING", "angles", "directions", "wrap"]
 
-UNSTATED = (1e-4, 1e-4)
 TINY = 1e-300
 
 
@@ -53,9 +50,4 @@ class BearingRows(Rows):
         return wrap(found - self.values_at(which, first, rows)), slope @ j, slope @ jl
 
 
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
-    return [BearingRows(builder.view(obs, t, index), obs, index, UNSTATED) for t, index in builder.split(obs)]
-
-
-BEARING = register(Kind("bearing", 2, terms, parts=((0, 2, "rad"),)))
+BEARING = register(Kind("bearing", 2, per_target(BearingRows), parts=((0, 2, "rad"),)))

@@ -16,7 +16,7 @@ from robocal.measure.data import Configurations, Frame, Observations
 from robocal.measure.machine import Mechanism, Model, freedom_of, joints_of
 from robocal.parameters import ParameterTable
 
-__all__ = ["Builder", "gather"]
+__all__ = ["Builder", "gather", "place_of", "places_of"]
 
 
 @dataclass(frozen=True)
@@ -80,19 +80,13 @@ class Builder:
             return self.path((*first, *after), configuration)
         own: Carrier
         if moving.freedom:
-            many = len(self.configurations)
-            own = LocalPose(np.ascontiguousarray(configuration), len(self.table), many, moving.freedom)
+            block, many = np.ascontiguousarray(configuration), len(self.configurations)
+            own = LocalPose(block, len(self.table), many, moving.freedom)
         else:
-            own = KnownPose(se3.from_vector(self.starts[configuration]))
+            own = KnownPose(se3.from_vector(self.configurations.starts[configuration]))
         if first:
             own = Product(self.path(first, configuration), own)
         return Product(own, self.path(after, configuration)) if after else own
-
-    @property
-    def starts(self) -> Array:
-        """Where the configurations' own poses start, frame vectors (U, 6)."""
-        given = self.configurations.start
-        return np.zeros((len(self.configurations), 6)) if given is None else given
 
     def carrier_of(self, thing: Frame | None, configuration: Ints, block: Ints | None = None) -> Carrier:
         """T_base_thing of a frame that the tool carries (None: the tool itself) or that stands on the base; `block` are those of a
@@ -124,10 +118,10 @@ class Builder:
         thing = obs.targets[target] if obs.targets else None
         return self.carrier_of(thing, configuration, self.blocks(obs, target, index))
 
-    def between(self, place: Frame, obs: Observations, target: int, index: Ints) -> tuple[Carrier, Carrier]:
-        """A place on the base, and the target that is measured against it."""
+    def between(self, obs: Observations, target: int, index: Ints) -> tuple[Carrier, Carrier]:
+        """The place on the base, and the target that is measured against it. Raises ModelError as `place_of`."""
         configuration = obs.configuration[index]
-        return self.carrier_of(place, configuration), self.target(obs, target, configuration, index)
+        return self.carrier_of(place_of(obs), configuration), self.target(obs, target, configuration, index)
 
     def second(self, obs: Observations, index: Ints) -> Ints:
         """The other configuration of rows that compare two. Raises ModelError when there is none."""
@@ -170,6 +164,20 @@ class Builder:
         groups = [[t] for t in range(len(obs.targets)) if t not in local] + ([local] if local else [])
         found = [(np.flatnonzero(np.isin(obs.target, group))) for group in groups]
         return [(int(obs.target[index[0]]), index) for index in found if len(index)]
+
+
+def place_of(obs: Observations) -> Frame:
+    """The place on the base that a kind measures against, stored as T_base_place. Raises ModelError when it is missing
+    or not on the base."""
+    place = obs.options.get("place")
+    if not isinstance(place, Frame) or place.mount != "base":
+        raise ModelError(f"{obs.kind} needs a place", key=obs.label, found=place, expected="a frame on the base")
+    return place
+
+
+def places_of(obs: Observations) -> tuple[Frame, ...]:
+    """The frames of a kind that measures against one place on the base."""
+    return (place_of(obs),)
 
 
 def gather(make: Callable[[Ints], Carrier], configuration: Ints) -> Carrier:

@@ -19,16 +19,8 @@ from robocal.errors import ModelError
 from robocal.geometry.path.program import Program
 
 __all__ = [
-    "Carrier",
-    "Gathered",
-    "Inverse",
-    "KnownPose",
-    "LocalPose",
-    "PathCarrier",
-    "Product",
-    "join_blocks",
-    "locals_of",
-]
+    "Carrier", "Gathered", "Inverse", "KnownPose", "LocalPose", "PathCarrier", "Product", "join_blocks", "locals_of",
+]  # fmt: skip
 
 NONE = np.empty(0, dtype=np.int64)
 Locals = tuple[Ints | None, Ints | None]
@@ -253,11 +245,8 @@ def locals_of(carriers: Sequence[Carrier]) -> Locals:
     of the same: a row may touch one free pose only."""
     found = [[c.local[i] for c in carriers if c.local[i] is not None] for i in (0, 1)]
     if max(map(len, found)) > 1:
-        raise ModelError(
-            "a measurement between two free poses",
-            found="two local blocks",
-            expected="a machine with joints, or targets that are not eliminated",
-        )
+        expected = "a machine with joints, or targets that are not eliminated"
+        raise ModelError("a measurement between two free poses", found="two local blocks", expected=expected)
     return found[0][0] if found[0] else None, found[1][0] if found[1] else None
 
 

@@ -22,16 +22,8 @@ from robocal.parameters import Parameter, frame_parameters
 __all__ = ["Configurations", "DataSet", "Frame", "Observations", "same_rows"]
 
 
-PER_ROW = (
-    "configuration",
-    "sigma",
-    "target",
-    "rows",
-    "second",
-    "used",
-    "digits",
-    "rounding",
-)  # of observations, in front
+# What observations have of every row, in front.
+PER_ROW = ("configuration", "sigma", "target", "rows", "second", "used", "digits", "rounding")
 
 
 @dataclass(frozen=True)
@@ -70,6 +62,11 @@ class Configurations:
 
     def __len__(self) -> int:
         return len(self.ids)
+
+    @property
+    def starts(self) -> Array:
+        """Where poses of their own start, frame vectors (m, 6): at the identity where nothing is said."""
+        return np.zeros((len(self), 6)) if self.start is None else self.start
 
     def take(self, index: Ints) -> Configurations:
         """A subset, in the given order."""
@@ -128,6 +125,11 @@ class Observations:
         extra = {k: v[index] for k, v in self.extra.items()}
         return replace(self, value=self.value[..., index, :], extra=extra, **{n: v[index] for n, v in there.items()})
 
+    def renumber(self, number: Ints) -> Observations:
+        """The same rows of configurations that have other numbers, number (m,) of the one that was i."""
+        second = None if self.second is None else number[self.second]
+        return replace(self, configuration=number[self.configuration], second=second)
+
 
 def same_rows(one: Sequence[Observations], other: Sequence[Observations], but: Collection[str] = ()) -> bool:
     """Whether these hold the very same rows, objects and arrays; fields that `but` names are not asked."""
@@ -150,9 +152,9 @@ class DataSet:
         kept = []
         for obs in self.observations:
             inside = new[obs.configuration] >= 0
-            part = obs.take(np.flatnonzero(inside if obs.second is None else inside & (new[obs.second] >= 0)))
-            second = None if part.second is None else new[part.second]
-            kept.append(replace(part, configuration=new[part.configuration], second=second))
+            if obs.second is not None:
+                inside &= new[obs.second] >= 0
+            kept.append(obs.take(np.flatnonzero(inside)).renumber(new))
         return DataSet(self.configurations.take(configurations), tuple(o for o in kept if len(o)))
 
     def by_id(self) -> DataSet:
@@ -168,26 +170,18 @@ class DataSet:
             known = np.flatnonzero(np.isfinite(values))[::-1]
             columns[name] = np.full(len(number), np.nan)
             columns[name][index[known]] = values[known]
-        seen = tuple(
-            replace(o, configuration=index[o.configuration], second=None if o.second is None else index[o.second])
-            for o in self.observations
-        )
-        return DataSet(replace(made, columns=columns), seen)
+        return DataSet(replace(made, columns=columns), tuple(o.renumber(index) for o in self.observations))
 
     def __add__(self, other: DataSet) -> DataSet:
         """Two data sets as one; configurations are kept apart."""
         a, b = self.configurations, other.configurations
-        shift = len(a)
         nan_a, nan_b = np.full(len(a), np.nan), np.full(len(b), np.nan)
         names = {**a.columns, **b.columns}
         columns = {k: np.concatenate([a.columns.get(k, nan_a), b.columns.get(k, nan_b)]) for k in names}
         joints = _stack(a.joints, b.joints, len(a), len(b), np.nan)
         # Free poses start at the identity where nothing is said.
         start = _stack(a.start, b.start, len(a), len(b), 0.0)
-        moved = tuple(
-            replace(o, configuration=o.configuration + shift, second=None if o.second is None else o.second + shift)
-            for o in other.observations
-        )
+        moved = tuple(o.renumber(len(a) + np.arange(len(b))) for o in other.observations)
         labels = None
         if a.groups is not None or b.groups is not None:
             labels = (a.groups or ("",) * len(a)) + (b.groups or ("",) * len(b))

@@ -9,28 +9,24 @@ from __future__ import annotations
 
 from robocal._types import Array, Ints
 from robocal.measure.builder import Builder
+from robocal.measure.carriers import Carrier
 from robocal.measure.data import Observations
-from robocal.measure.rows import Between, Kind, Rows, register
+from robocal.measure.rows import Between, Kind, per_target, register
 
 __all__ = ["DISPLACEMENT"]
 
-UNSTATED = (1e-4,) * 3
-
 
 class DisplacementRows(Between):
-    """The vector between the two places of the target, seen from one instrument."""
+    """The vector between two places: of the target, seen from one instrument."""
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         d, j, jl = self.gap(x, first, rows)
         return d - self.values_at(which, first, rows), j, jl
 
 
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
-    return [
-        DisplacementRows((builder.view(obs, t, index), builder.view(obs, t, index, second=True)), obs, index, UNSTATED)
-        for t, index in builder.split(obs)
-    ]
+def views(builder: Builder, obs: Observations, target: int, index: Ints) -> tuple[Carrier, Carrier]:
+    """The target at both configurations, as the instrument sees it."""
+    return builder.view(obs, target, index), builder.view(obs, target, index, second=True)
 
 
-DISPLACEMENT = register(Kind("displacement", 3, terms, metric=True))
+DISPLACEMENT = register(Kind("displacement", 3, per_target(DisplacementRows, views), metric=True))

@@ -17,14 +17,11 @@ import numpy as np
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.measure.builder import Builder
+from robocal.measure.carriers import Carrier
 from robocal.measure.data import Frame, Observations
-from robocal.measure.rows import Between, Kind, Number, Rows, number_names, numbers, register
-from robocal.parameters import Parameter
+from robocal.measure.rows import METRES, Between, Kind, Number, per_target, register
 
 __all__ = ["DISTANCE"]
-
-UNSTATED = (1e-4,)
-NUMBERS = (Number("length", "length", expected=0.1),)
 
 
 class DistanceRows(Between):
@@ -45,25 +42,15 @@ def ends(obs: Observations) -> Sequence[Frame]:
     return found
 
 
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term, or one per target."""
-    own = builder.rows(number_names(obs, NUMBERS))
-    out: list[Rows] = []
-    found = ends(obs)
-    for t, index in builder.split(obs):
-        first = obs.configuration[index]
-        other = first if obs.second is None else builder.second(obs, index)
-        if found:
-            pair = builder.carrier_of(found[0], first), builder.carrier_of(found[1], other)
-        else:
-            pair = builder.target(obs, t, first, index), builder.target(obs, t, other, index)
-        out.append(DistanceRows(pair, obs, index, UNSTATED, own))
-    return out
+def pair(builder: Builder, obs: Observations, target: int, index: Ints) -> tuple[Carrier, Carrier]:
+    """The two points, the second at the other configuration where there is one."""
+    first = obs.configuration[index]
+    other = first if obs.second is None else builder.second(obs, index)
+    if found := ends(obs):
+        return builder.carrier_of(found[0], first), builder.carrier_of(found[1], other)
+    return builder.target(obs, target, first, index), builder.target(obs, target, other, index)
 
 
-def parameters(obs: Observations) -> Sequence[Parameter]:
-    """The length of the bar, where it has a name."""
-    return numbers(obs, NUMBERS)
-
-
-DISTANCE = register(Kind("distance", 1, terms, parameters, ((0, 1, "m"),), frames=ends, owner="length"))
+NUMBERS = (Number("length", "length", expected=0.1),)
+ROWS = per_target(DistanceRows, pair)
+DISTANCE = register(Kind("distance", 1, ROWS, parts=METRES, frames=ends, owner="length", numbers=NUMBERS))

@@ -10,13 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._types import Array, Ints
-from robocal.measure.builder import Builder
-from robocal.measure.data import Observations
-from robocal.measure.rows import Kind, Rows, register
+from robocal.measure.rows import Kind, Rows, per_target, register
 
 __all__ = ["INCLINATION", "inclinations"]
 
-UNSTATED = (1e-3, 1e-3)
 STEEPEST = 1 - 1e-12  # an axis that points along plumb has no slope there
 
 
@@ -38,9 +35,4 @@ class InclinationRows(Rows):
         return found - self.values_at(which, first, rows), slope @ j[:, :, 3:], slope @ jl[:, :, 3:]
 
 
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
-    return [InclinationRows(builder.view(obs, t, index), obs, index, UNSTATED) for t, index in builder.split(obs)]
-
-
-INCLINATION = register(Kind("inclination", 2, terms, parts=((0, 2, "rad"),)))
+INCLINATION = register(Kind("inclination", 2, per_target(InclinationRows), parts=((0, 2, "rad"),), unstated=1e-3))

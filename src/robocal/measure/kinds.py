@@ -4,21 +4,7 @@ from __future__ import annotations
 
 __all__ = ["NAMES"]
 
-NAMES = (
-    "bearing",
-    "displacement",
-    "distance",
-    "inclination",
-    "lengths",
-    "load",
-    "pixels",
-    "plane",
-    "point",
-    "pose",
-    "position",
-    "range",
-    "relative_pose",
-    "sphere",
-    "spherical",
-    "swivel",
+NAMES = tuple(
+    "bearing displacement distance inclination lengths load pixels plane point pose position range relative_pose sphere spherical "
+    "swivel".split()
 )

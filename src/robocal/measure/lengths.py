@@ -13,73 +13,62 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal._jit import as_kernel_array
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
 from robocal.cables.geometry import SYMBOLS, lengths
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
-from robocal.measure.cable.cable_mechanism import cable_robot_of
-from robocal.measure.cable.material import Material
+from robocal.measure.cable.platform_rows import Material, PlatformRows, cable_robot_of
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
-from robocal.measure.rows import Kind, Rows, register
+from robocal.measure.rows import METRES, Kind, Rows, register
 from robocal.parameters import Parameter
 
 __all__ = ["LENGTHS", "locate_platform", "owner", "zeros_at"]
 
 CHUNK = 1 << 17  # numbers of poses and their Jacobians at once
-UNSTATED = (1e-3,)
 ZERO = "l0"
 WHAT = "cable lengths"
 DRUM = 0.02  # of its circumference, with the cable that lies on it
 ANYWHERE = 10.0  # m, of a zero that nobody has said
 
 
-class LengthRows(Rows):
+class LengthRows(PlatformRows):
     """The rows of all cables; columns are the carrier's, then the cables' free numbers."""
 
     def __init__(self, builder: Builder, obs: Observations, cables: Sequence[str], index: Ints) -> None:
-        configurations, sight = np.unique(obs.configuration[index], return_inverse=True)
         own = owner(obs)
         numbers = builder.rows(f"{own}.{c}" if own and s == ZERO else f"{c}.{s}" for c in cables for s in SYMBOLS)
         gains = gain_names(obs)
         # Of every cable, where its gain is behind the seven numbers of all; nowhere where lengths are as their sensors show.
         self.gains = np.resize(np.arange(len(gains)) + len(numbers), len(cables)) if gains else None
-        robot, tense = cable_robot_of(builder.machine, WHAT), "tension" in obs.extra
-        self.material = Material(
-            robot, obs.extra["tension"][index] if tense else None, obs.extra["cable"][index].astype(np.int64)
-        )
+        self.cable = obs.extra["cable"][index].astype(np.int64)
+        tension = obs.extra["tension"][index] if "tension" in obs.extra else None
+        self.material = Material(cable_robot_of(builder.machine, WHAT), tension, self.cable)
         self.behind = len(numbers) + len(gains)  # where the numbers of pulleys and elasticities begin
         numbers = np.concatenate([numbers, builder.rows([*gains, *self.material.names])])
-        super().__init__(
-            builder.tool(configurations), obs, index, UNSTATED, numbers, np.ascontiguousarray(sight.ravel())
-        )
-        self.walk = np.argsort(sight.ravel(), kind="stable")
-        self.cable = obs.extra["cable"][index].astype(np.int64)
+        super().__init__(builder, obs, index, numbers)
+        self.walk = np.argsort(self.sight, kind="stable")
         self.hanging = obs.extra["hanging"][index] if "hanging" in obs.extra else np.ones(len(index))
-        self.radius, self.axis, self.share = self.material.at(self.material.stated)
-        self.share = self.hanging * self.share
-        self.radius, self.axis = as_kernel_array(self.radius, self.axis)
+        radius, axis, share = self.material.at(self.material.stated)
+        self.radius, self.axis = as_kernel_array(radius, axis)
+        self.share = self.hanging * share
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         from robocal.measure.cable._kernels import evaluate_lengths
 
-        assert self.sight is not None
-        part = slice(first, first + rows)
-        own, value = self.sight[part], as_kernel_array(self.values_at(which, first, rows))
-        lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
-        t, j, jl = self.carrier.pose(x, lo, hi - lo)
+        part, value = slice(first, first + rows), as_kernel_array(self.values_at(which, first, rows))
+        (t, j, jl), own, _ = self.look(x, first, rows)
         k = j.shape[3]
         r, jac = np.empty((len(x), rows, 1)), np.zeros((len(x), rows, 1, k + len(self.own)))
         jloc = np.empty((len(x), rows, 1, jl.shape[3]))
         numbers, edges = self._numbers(x), self._free
         if self._as_stated(x):
             evaluate_lengths(
-                t, j, jl, numbers, self.radius, self.axis, self.share[part], own - lo, self.cable[part], *edges, value, r, jac, jloc
+                t, j, jl, numbers, self.radius, self.axis, self.share[part], own, self.cable[part], *edges, value, r, jac, jloc
             )  # fmt: skip
         else:
             for b in range(len(x)):
@@ -89,13 +78,12 @@ class LengthRows(Rows):
                 radius, axis = as_kernel_array(radius, axis)
                 share = share * self.hanging[part]
                 evaluate_lengths(
-                    t[one], j[one], jl[one], numbers[one], radius, axis, share, own - lo, self.cable[part], *edges,
+                    t[one], j[one], jl[one], numbers[one], radius, axis, share, own, self.cable[part], *edges,
                     known, r[one], jac[one], jloc[one],
                 )  # fmt: skip
                 free = np.flatnonzero(self.own >= self.behind)
                 if len(free):
-                    at = t[b, own - lo]
-                    slopes = self.material.slopes(stated, at, numbers[b], part) * share[:, None]
+                    slopes = self.material.slopes(stated, t[b, own], numbers[b], part) * share[:, None]
                     jac[b, :, 0, k + free] = slopes[:, self.own[free] - self.behind].T
         if self.gains is not None:
             where = self.gains[self.cable[part]]
@@ -128,7 +116,6 @@ class LengthRows(Rows):
 
         if self.touches[1] or self.gains is not None or not self._as_stated(x):
             return False
-        assert self.sight is not None
         poses = int(self.sight.max(initial=-1)) + 1
         many = max(1, CHUNK // (64 * max(poses, 1)))
         for lo in range(0, len(x), many):
@@ -206,7 +193,7 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return [LengthRows(builder, obs, cables, np.argsort(number, kind="stable"))] if len(number) else []
 
 
-def locate_platform(machine: Model, obs: Observations, wanted: NDArray[np.bool_]) -> Array:
+def locate_platform(machine: Model, obs: Observations, wanted: Bools) -> Array:
     """T_base_platform (U, 4, 4) of the wanted configurations (U,) by forward kinematics, NaN where a length is missing or
     the lengths do not tell. Of fewer cables than the platform has freedoms it is where the platform would be without turning."""
     from robocal.cables.forward import forward
@@ -231,4 +218,4 @@ def locate_platform(machine: Model, obs: Observations, wanted: NDArray[np.bool_]
     return out
 
 
-LENGTHS = register(Kind("lengths", 1, terms, parameters, parts=((0, 1, "m"),), metric=True, manufactured=("gain",)))
+LENGTHS = register(Kind("lengths", 1, terms, parameters, METRES, metric=True, manufactured=("gain",), unstated=1e-3))

@@ -15,44 +15,37 @@ from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry import so3
 from robocal.measure.builder import Builder
-from robocal.measure.cable.cable_mechanism import cable_robot_of
+from robocal.measure.cable.platform_rows import ENDS, PlatformRows, cable_robot_of
 from robocal.measure.data import Observations
-from robocal.measure.rows import Kind, Number, Rows, number_names, numbers, register
-from robocal.parameters import Parameter
+from robocal.measure.rows import Kind, Number, Rows, number_names, register
 
 __all__ = ["LOAD"]
 
-ENDS = ("ax", "ay", "az", "bx", "by", "bz")
-BODY = ("mass", "cx", "cy", "cz")
 GRAVITY = 9.80665  # m/s^2, along -z of the base
-UNSTATED = (1.0,)
 WHAT = "load cells"
-NUMBERS = (Number("platform", "mass", "kg", 0.0, 1.0), *(Number("platform", s, "m", 0.0, 0.02) for s in BODY[1:]))
+# Mass and centre of mass of the platform: held at what is stated unless they are free.
+BODY = (
+    Number("platform", "mass", "kg", 0.0, 1.0),
+    *(Number("platform", s, "m", 0.0, 0.02) for s in ("cx", "cy", "cz")),
+)
 
 
-class LoadRows(Rows):
+class LoadRows(PlatformRows):
     """The rows of all configurations; columns are the carrier's, then the cables' ends and the platform's mass and centre."""
 
     def __init__(self, builder: Builder, obs: Observations) -> None:
         robot = cable_robot_of(builder.machine, WHAT)
-        cables = robot.cables
         self.axes = np.array(robot.axes, dtype=np.int64)
-        configurations, sight = np.unique(obs.configuration, return_inverse=True)
-        own = builder.rows([*(f"{c}.{s}" for c in cables for s in ENDS), *number_names(obs, NUMBERS)])
-        every = np.arange(len(obs))
-        super().__init__(builder.tool(configurations), obs, every, UNSTATED, own, np.ascontiguousarray(sight.ravel()))
+        own = builder.rows([*(f"{c}.{s}" for c in robot.cables for s in ENDS), *number_names(obs)])
+        super().__init__(builder, obs, np.arange(len(obs)), own)
         self.axis = obs.extra["axis"].astype(np.int64)
-        self.tension = np.zeros((len(configurations), len(cables)))
+        self.tension = np.zeros((int(self.sight.max(initial=-1)) + 1, len(robot.cables)))
         self.tension[self.sight] = obs.extra["tension"]
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
-        assert self.sight is not None
-        part = slice(first, first + rows)
-        sight, axis = self.sight[part], self.axis[part]
-        lo, hi = (int(sight.min()), int(sight.max()) + 1) if rows else (0, 0)
-        t, j, jl = self.carrier.pose(x, lo, hi - lo)
-        r, by_pose, by_number = self._balance(x, t, self.tension[lo:hi])
-        at = sight - lo
+        axis = self.axis[first : first + rows]
+        (t, j, jl), at, lo = self.look(x, first, rows)
+        r, by_pose, by_number = self._balance(x, t, self.tension[lo : lo + t.shape[1]])
         jac = np.concatenate([by_pose @ j, by_number[..., self.own]], axis=3)
         local = by_pose @ jl
         return (
@@ -117,11 +110,6 @@ def _before(a: Array, axis: int = -1) -> Array:
     return np.asarray(np.cumsum(a, axis=axis) - a)
 
 
-def parameters(obs: Observations) -> list[Parameter]:
-    """Mass and centre of mass of the platform: held at what is stated unless they are free."""
-    return numbers(obs, NUMBERS)
-
-
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term for all configurations."""
     if cable_robot_of(builder.machine, WHAT).pulleys is not None:
@@ -131,4 +119,4 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return [LoadRows(builder, obs)] if len(obs) else []
 
 
-LOAD = register(Kind("load", 1, terms, parameters, parts=((0, 1, "N"),)))
+LOAD = register(Kind("load", 1, terms, parts=((0, 1, "N"),), numbers=BODY, unstated=1.0))

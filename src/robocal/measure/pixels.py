@@ -22,7 +22,6 @@ from robocal.vision.camera import SYMBOLS, project
 
 __all__ = ["PIXELS", "rays"]
 
-UNSTATED = (0.1, 0.1)
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 UNDISTORT = 8  # steps; each gains a factor of the distortion
 EXPECTED = (10.0, 10.0, 10.0, 10.0, 0.1, 0.1, 0.01, 0.01, 0.1)
@@ -42,7 +41,7 @@ class PixelRows(Rows):
         first = np.flatnonzero(new)
         intrinsics = builder.rows(p.name for p in parameters(obs))
         sight = np.cumsum(new) - 1
-        super().__init__(builder.view(obs, target, index[first]), obs, index, UNSTATED, intrinsics, sight)
+        super().__init__(builder.view(obs, target, index[first]), obs, index, intrinsics, sight)
         self.edges = np.append(first, len(index))
         self.point = np.ascontiguousarray(obs.extra["point"][index])
 
@@ -67,7 +66,7 @@ class PixelRows(Rows):
         cut = out.gl.shape[2] if self.touches[0] else 0
         for part, lo, hi in self._spans(weight):
             some = slice(part, part + 1) if part >= 0 else slice(None)
-            mine, here = out.part(some), x[some]
+            mine, here = out.take(some), x[some]
             sights = max(1, CHUNK // (len(here) * 6 * max(1, len(self.columns) + 12)))
             for first in range(lo, hi, sights):
                 t, j, jl = self.carrier.pose(here, first, min(sights, hi - first))
@@ -114,4 +113,4 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     ]
 
 
-PIXELS = register(Kind("pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera"))
+PIXELS = register(Kind("pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1))

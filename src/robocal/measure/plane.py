@@ -14,23 +14,16 @@ calibration with planar constraints (1999).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
-from robocal.geometry.path.program import frame_element
-from robocal.measure.builder import Builder
+from robocal.measure.builder import Builder, places_of
 from robocal.measure.carriers import Inverse, Product
 from robocal.measure.data import Observations
-from robocal.measure.rows import Kind, Number, Rows, number_names, numbers, place_of, places_of, register
-from robocal.parameters import Parameter
+from robocal.measure.rows import METRES, Carriers, Kind, Number, Rows, per_target, register
 
 __all__ = ["PLANE", "normals"]
-
-UNSTATED = (1e-4,)
-NUMBERS = (Number("radius", "radius", expected=0.01),)
 
 
 def normals(obs: Observations) -> tuple[Array, Array]:
@@ -45,11 +38,8 @@ def normals(obs: Observations) -> tuple[Array, Array]:
 class PlaneRows(Rows):
     """Height above the plane minus the ball's radius."""
 
-    def __init__(self, builder: Builder, obs: Observations, target: int, index: Ints) -> None:
-        configuration = obs.configuration[index]
-        place = builder.path([frame_element(place_of(obs).name)], configuration)
-        carrier = Product(Inverse(place), builder.target(obs, target, configuration, index))
-        super().__init__(carrier, obs, index, UNSTATED, builder.rows(number_names(obs, NUMBERS)))
+    def __init__(self, carrier: Carriers, obs: Observations, index: Ints, numbers: Ints) -> None:
+        super().__init__(carrier, obs, index, numbers)
         normal, offset = normals(obs)
         self.normal, self.offset = np.ascontiguousarray(normal[index]), offset[index]
 
@@ -62,14 +52,12 @@ class PlaneRows(Rows):
         return r, np.concatenate([n[:, None] @ j, own], axis=3), n[:, None] @ jl
 
 
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
-    return [PlaneRows(builder, obs, t, index) for t, index in builder.split(obs)]
+def in_place(builder: Builder, obs: Observations, target: int, index: Ints) -> Product:
+    """T_place_target."""
+    place, ball = builder.between(obs, target, index)
+    return Product(Inverse(place), ball)
 
 
-def parameters(obs: Observations) -> Sequence[Parameter]:
-    """The radius of the ball, where it has a name."""
-    return numbers(obs, NUMBERS)
-
-
-PLANE = register(Kind("plane", 1, terms, parameters, ((0, 1, "m"),), frames=places_of, contact=True, owner="radius"))
+NUMBERS = (Number("radius", "radius", expected=0.01),)
+ROWS = per_target(PlaneRows, in_place)
+PLANE = register(Kind("plane", 1, ROWS, parts=METRES, frames=places_of, contact=True, owner="radius", numbers=NUMBERS))

@@ -10,27 +10,12 @@ Source: Meggiolaro, Scriffignano and Dubowsky, Manipulator calibration using a s
 
 from __future__ import annotations
 
-from robocal._types import Array, Ints
-from robocal.measure.builder import Builder
-from robocal.measure.data import Observations
-from robocal.measure.rows import Between, Kind, Rows, place_of, places_of, register
+from robocal.measure.builder import Builder, places_of
+from robocal.measure.displacement import DisplacementRows
+from robocal.measure.rows import Kind, per_target, register
 
 __all__ = ["POINT"]
 
-UNSTATED = (1e-4,) * 3
-
-
-class PointRows(Between):
-    """The vector from the place to the ball."""
-
-    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
-        d, j, jl = self.gap(x, first, rows)
-        return d - self.values_at(which, first, rows), j, jl
-
-
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
-    return [PointRows(builder.between(place_of(obs), obs, t, i), obs, i, UNSTATED) for t, i in builder.split(obs)]
-
-
-POINT = register(Kind("point", 3, terms, frames=places_of, contact=True))
+# The vector from the place to the ball, as that between two places of one target.
+ROWS = per_target(DisplacementRows, Builder.between)
+POINT = register(Kind("point", 3, ROWS, frames=places_of, contact=True))

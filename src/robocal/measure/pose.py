@@ -6,27 +6,23 @@ about the instrument's axes. A laser tracker with a 6D target, a camera that rep
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.geometry import se3, so3
-from robocal.measure.builder import Builder
-from robocal.measure.carriers import Carrier
 from robocal.measure.data import Observations
-from robocal.measure.rows import Kind, Rows, register
+from robocal.measure.rows import Carriers, Kind, Rows, per_target, register
 
 __all__ = ["POSE"]
 
-UNSTATED = (1e-4,) * 3 + (1e-4,) * 3
+PARTS = ((0, 3, "m"), (3, 6, "rad"))
 
 
 class PoseRows(Rows):
     """Residual on position and rotation vector; measured poses are kept as matrices."""
 
-    def __init__(self, carrier: Carrier, obs: Observations, index: Ints, default: Sequence[float]) -> None:
-        super().__init__(carrier, obs, index, default)
+    def __init__(self, carrier: Carriers, obs: Observations, index: Ints, numbers: Ints) -> None:
+        super().__init__(carrier, obs, index, numbers)
         self.matrix = np.ascontiguousarray(se3.from_vector(self.value))
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
@@ -43,17 +39,10 @@ class PoseRows(Rows):
         return se3.to_vector(carrier.pose(x, 0, len(self.configuration))[0][0])
 
 
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
-    return [PoseRows(builder.view(obs, t, index), obs, index, UNSTATED) for t, index in builder.split(obs)]
-
-
 def disturb(value: Array, noise: Array) -> Array:
     """Noise on the translation is added; on the rotation it turns about the instrument's axes."""
     r = so3.exp(noise[..., 3:]) @ so3.exp(value[..., 3:])
     return np.concatenate([value[..., :3] + noise[..., :3], so3.log(r)], axis=-1)
 
 
-POSE = register(
-    Kind("pose", 6, terms, parts=((0, 3, "m"), (3, 6, "rad")), disturb=disturb, positional=True, metric=True)
-)
+POSE = register(Kind("pose", 6, per_target(PoseRows), parts=PARTS, disturb=disturb, positional=True, metric=True))

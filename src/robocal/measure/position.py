@@ -7,14 +7,9 @@ a frame that may only shift it is a ball that rests in one socket.
 from __future__ import annotations
 
 from robocal._types import Array, Ints
-from robocal.measure.builder import Builder
-from robocal.measure.data import Observations
-from robocal.measure.rows import Kind, Rows, register
+from robocal.measure.rows import Kind, Rows, per_target, register
 
 __all__ = ["POSITION"]
-
-# Until the residuals tell better: one tenth of a millimetre.
-UNSTATED = (1e-4,) * 3
 
 
 class PositionRows(Rows):
@@ -25,9 +20,4 @@ class PositionRows(Rows):
         return t[:, :, :3, 3] - self.values_at(which, first, rows), j, jl
 
 
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
-    return [PositionRows(builder.view(obs, t, index), obs, index, UNSTATED) for t, index in builder.split(obs)]
-
-
-POSITION = register(Kind("position", 3, terms, positional=True, metric=True))
+POSITION = register(Kind("position", 3, per_target(PositionRows), positional=True, metric=True))

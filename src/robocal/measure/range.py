@@ -11,20 +11,22 @@ lengths.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
-from robocal.measure.builder import Builder
+from robocal.measure.builder import Builder, places_of
 from robocal.measure.data import Observations
-from robocal.measure.rows import Between, Kind, Number, Rows, number_names, numbers, place_of, places_of, register
+from robocal.measure.rows import METRES, Between, Carriers, Kind, Number, numbers, per_target, register
 from robocal.parameters import Parameter
 
 __all__ = ["RANGE", "nominal_speed"]
 
-UNSTATED = (1e-3,)
 SOUND = 343.0  # m/s, in dry air at 20 C
+# Five degrees of air temperature are 3 m/s, a delay of 10 us is 3 mm.
+SPEED, DELAY = Number("medium", "speed", "m/s"), Number("medium", "delay", expected=0.01)
 
 
 def nominal_speed(obs: Observations) -> float:
@@ -35,18 +37,17 @@ def nominal_speed(obs: Observations) -> float:
     return float(speed)
 
 
-def medium_numbers(obs: Observations) -> tuple[Number, Number]:
-    """Speed and delay; five degrees of air temperature are 3 m/s, a delay of 10 us is 3 mm."""
+def parameters(obs: Observations) -> Sequence[Parameter]:
+    """Speed and delay of the medium, where it has a name."""
     speed = nominal_speed(obs)
-    return Number("medium", "speed", "m/s", speed, 0.01 * speed), Number("medium", "delay", "m", 0.0, 0.01)
+    return numbers(obs, [replace(SPEED, value=speed, expected=0.01 * speed), DELAY])
 
 
 class RangeRows(Between):
     """The distance stretched by the speed, plus the delay."""
 
-    def __init__(self, builder: Builder, obs: Observations, target: int, index: Ints) -> None:
-        own = builder.rows(number_names(obs, medium_numbers(obs)))
-        super().__init__(builder.between(place_of(obs), obs, target, index), obs, index, UNSTATED, own)
+    def __init__(self, carrier: Carriers, obs: Observations, index: Ints, numbers: Ints) -> None:
+        super().__init__(carrier, obs, index, numbers)
         self.speed = nominal_speed(obs)
         # Through a medium times are measured: its speed says how long they are, as a stated length does.
         self.metric = not len(self.numbers)
@@ -62,14 +63,9 @@ class RangeRows(Between):
         return stretch * length + delay - self.values_at(which, first, rows), jac, stretch[..., None] * jl
 
 
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
-    return [RangeRows(builder, obs, t, index) for t, index in builder.split(obs)]
-
-
-def parameters(obs: Observations) -> Sequence[Parameter]:
-    """Speed and delay of the medium, where it has a name."""
-    return numbers(obs, medium_numbers(obs))
-
-
-RANGE = register(Kind("range", 1, terms, parameters, ((0, 1, "m"),), frames=places_of, metric=True, owner="medium"))
+ROWS = per_target(RangeRows, Builder.between)
+RANGE = register(
+    Kind(
+        "range", 1, ROWS, parameters, METRES, frames=places_of, metric=True, owner="medium", numbers=(SPEED, DELAY), unstated=1e-3
+    )
+)  # fmt: skip

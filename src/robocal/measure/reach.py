@@ -77,7 +77,7 @@ def nominal_poses(machine: Model, configurations: Configurations) -> Array | Non
     some = np.flatnonzero(known)
     if len(some):
         builder = Builder(machine, machine.table, c.take(some))
-        x = np.concatenate([machine.table.values, builder.starts.ravel()])[None]
+        x = np.concatenate([machine.table.values, builder.configurations.starts.ravel()])[None]
         out[some] = builder.tool(np.arange(len(some))).pose(x, 0, len(some))[0][0]
     return out
 

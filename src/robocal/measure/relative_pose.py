@@ -8,25 +8,22 @@ neither is seen. Source: the residual is the one of `pose`.
 
 from __future__ import annotations
 
+from robocal._types import Ints
 from robocal.measure.builder import Builder
 from robocal.measure.carriers import Inverse, Product
 from robocal.measure.data import Observations
-from robocal.measure.pose import UNSTATED, PoseRows, disturb
-from robocal.measure.rows import Kind, Rows, register
+from robocal.measure.pose import PARTS, PoseRows, disturb
+from robocal.measure.rows import Kind, per_target, register
 
 __all__ = ["RELATIVE_POSE"]
 
 
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
-    out: list[Rows] = []
-    for t, index in builder.split(obs):
-        first = builder.target(obs, t, obs.configuration[index], index)
-        second = builder.target(obs, t, builder.second(obs, index), index)
-        out.append(PoseRows(Product(Inverse(first), second), obs, index, UNSTATED))
-    return out
+def change(builder: Builder, obs: Observations, target: int, index: Ints) -> Product:
+    """T_first_second of a target."""
+    first = builder.target(obs, target, obs.configuration[index], index)
+    return Product(Inverse(first), builder.target(obs, target, builder.second(obs, index), index))
 
 
 RELATIVE_POSE = register(
-    Kind("relative_pose", 6, terms, parts=((0, 3, "m"), (3, 6, "rad")), disturb=disturb, metric=True)
+    Kind("relative_pose", 6, per_target(PoseRows, change), parts=PARTS, disturb=disturb, metric=True)
 )

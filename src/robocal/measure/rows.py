@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 
 from robocal._types import Array, Bools, Ints
-from robocal.errors import ModelError, one_of
+from robocal.errors import ModelError, look_up, one_of
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
@@ -22,21 +22,11 @@ from robocal.measure.data import Frame, Observations
 from robocal.measure.kinds import NAMES
 from robocal.parameters import Parameter
 
-__all__ = [
-    "KINDS",
-    "Between",
-    "Kind",
-    "Number",
-    "Rows",
-    "kind_of",
-    "number_names",
-    "numbers",
-    "place_of",
-    "places_of",
-    "register",
-]
+__all__ = ["KINDS", "Between", "Kind", "Number", "Rows", "kind_of", "number_names", "numbers", "per_target", "register"]
 
 NONE = np.empty(0, dtype=np.int64)
+Carriers = Carrier | tuple[Carrier, Carrier]
+METRES = ((0, 1, "m"),)  # the parts of a kind that reads one length
 
 
 class Rows(ABC):
@@ -48,34 +38,26 @@ class Rows(ABC):
     """
 
     def __init__(
-        self,
-        carrier: Carrier | tuple[Carrier, Carrier],
-        obs: Observations,
-        index: Ints,
-        default: Sequence[float],
-        numbers: Ints = NONE,
-        sight: Ints | None = None,
+        self, carrier: Carriers, obs: Observations, index: Ints, numbers: Ints = NONE, sight: Ints | None = None
     ) -> None:
+        kind = KINDS[obs.kind]
         self.carriers: tuple[Carrier, ...] = carrier if isinstance(carrier, tuple) else (carrier,)
         self.index = index
         # Kinds split their rows by target, so one name fits all of them.
         self.target = obs.targets[int(obs.target[index[0]])].name if obs.target is not None and len(index) else ""
         self.group = obs.label
-        self.kind = obs.kind
-        self.parts = KINDS[obs.kind].parts
+        self.kind, self.parts, self.metric = obs.kind, kind.parts, kind.metric
         self.configuration = np.ascontiguousarray(obs.configuration[index])
         # Which row of the carriers each row looks through: its own, where a kind does not say otherwise.
         self.sight = sight
         self._meet()
         self.value = np.ascontiguousarray(obs.value[..., index, :] if obs.value.ndim == 3 else obs.value[None, index])
-        alike = np.broadcast_to(np.asarray(default, float), (len(index), len(default)))
-        self.sigma = alike if obs.sigma is None else obs.sigma[index]
+        self.sigma = np.full((len(index), kind.size), kind.unstated) if obs.sigma is None else obs.sigma[index]
         self.used = np.ones(len(index), dtype=bool) if obs.used is None else np.ascontiguousarray(obs.used[index])
         # What is set aside is infinitely uncertain: it weighs nothing, and is predicted like the others.
         self.scale = np.ascontiguousarray(self.used[:, None] / self.sigma)
         self.rounding = None if obs.rounding is None else obs.rounding[index]
         self.numbers = numbers
-        self.metric = KINDS[obs.kind].metric
         self.own, self.own_columns = NONE, NONE  # which numbers are free, and their columns
         # By the columns that are free; the same rows under another noise share it.
         self._bound: dict[bytes, dict[str, Any]] = {}
@@ -231,23 +213,22 @@ def _mapping(obs: Observations, key: str) -> Mapping[str, float]:
     return found
 
 
-def number_names(obs: Observations, known: Sequence[Number]) -> list[str]:
-    """The names of the parameters of `numbers`, in their order."""
-    return [f"{obs.options[n.option]}.{n.symbol}" for n in known if obs.options.get(n.option)]
+def number_names(obs: Observations) -> list[str]:
+    """The names of the parameters of a kind's own numbers, in their order."""
+    return [f"{obs.options[n.option]}.{n.symbol}" for n in KINDS[obs.kind].numbers if obs.options.get(n.option)]
 
 
-def place_of(obs: Observations) -> Frame:
-    """The place on the base that a kind measures against, stored as T_base_place. Raises ModelError when it is missing
-    or not on the base."""
-    place = obs.options.get("place")
-    if not isinstance(place, Frame) or place.mount != "base":
-        raise ModelError(f"{obs.kind} needs a place", key=obs.label, found=place, expected="a frame on the base")
-    return place
+def per_target(
+    rows: Callable[[Carriers, Observations, Ints, Ints], Rows],
+    carriers: Callable[[Builder, Observations, int, Ints], Carriers] = Builder.view,
+) -> Callable[[Builder, Observations], list[Rows]]:
+    """What makes the terms of a kind that has one for every target: `rows` of what the builder makes of each for `carriers`."""
 
+    def terms(builder: Builder, obs: Observations) -> list[Rows]:
+        own = builder.rows(number_names(obs))
+        return [rows(carriers(builder, obs, t, index), obs, index, own) for t, index in builder.split(obs)]
 
-def places_of(obs: Observations) -> tuple[Frame, ...]:
-    """The frames of a kind that measures against one place on the base."""
-    return (place_of(obs),)
+    return terms
 
 
 @dataclass(frozen=True)
@@ -261,10 +242,12 @@ class Kind:
     name: str
     size: int
     terms: Callable[[Builder, Observations], list[Rows]]
-    parameters: Callable[[Observations], Sequence[Parameter]] = lambda obs: ()
+    parameters: Callable[[Observations], Sequence[Parameter]] = lambda obs: numbers(obs, KINDS[obs.kind].numbers)
     parts: tuple[tuple[int, int, str], ...] = ((0, 3, "m"),)  # columns that share a unit: start, stop, SI unit
     disturb: Callable[[Array, Array], Array] = lambda value, noise: value + noise
     frames: Callable[[Observations], Sequence[Frame]] = lambda obs: ()
+    numbers: tuple[Number, ...] = ()  # its own, of which those exist whose owner is named
+    unstated: float = 1e-4  # sigma of every component where none is stated, until the residuals tell better
     positional: bool = False  # whether its first three numbers say where the target is, in the instrument's frame
     # Whether readings are lengths themselves; else only a stated length says how long the machine is.
     metric: bool = False
@@ -299,7 +282,7 @@ class Kinds(Mapping[str, Kind]):
         return len({*NAMES, *self._met})
 
 
-KINDS = Kinds()
+KINDS: Kinds = Kinds()
 
 
 def register(kind: Kind) -> Kind:
@@ -310,6 +293,4 @@ def register(kind: Kind) -> Kind:
 
 def kind_of(obs: Observations) -> Kind:
     """The kind of some observations. Raises ModelError for an unknown name."""
-    if obs.kind not in KINDS:
-        raise ModelError("unknown kind of measurement", found=obs.kind, **one_of(obs.kind, KINDS))
-    return KINDS[obs.kind]
+    return look_up(KINDS, obs.kind, "unknown kind of measurement")

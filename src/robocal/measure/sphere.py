@@ -11,34 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from robocal._types import Array, Ints
 from robocal.errors import ModelError
-from robocal.measure.builder import Builder
+from robocal.measure.builder import Builder, places_of
 from robocal.measure.data import Observations
-from robocal.measure.rows import Between, Kind, Number, Rows, number_names, numbers, place_of, places_of, register
+from robocal.measure.distance import DistanceRows
+from robocal.measure.rows import METRES, Kind, Number, numbers, per_target, register
 from robocal.parameters import Parameter
 
 __all__ = ["SPHERE"]
 
-UNSTATED = (1e-4,)
 NUMBERS = (Number("radius", "radius", value=0.01, expected=0.01),)
-
-
-class SphereRows(Between):
-    """Distance from the centre minus the radius."""
-
-    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
-        length, j, jl = self.length(x, first, rows)
-        length = length - self.values_at(which, first, rows) - x[:, None, self.numbers]
-        return length, np.concatenate([j, np.full((*j.shape[:3], len(self.own)), -1.0)], axis=3), jl
-
-
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
-    own = builder.rows(number_names(obs, NUMBERS))
-    return [SphereRows(builder.between(place_of(obs), obs, t, i), obs, i, UNSTATED, own) for t, i in builder.split(obs)]
 
 
 def parameters(obs: Observations) -> Sequence[Parameter]:
@@ -48,4 +30,7 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     return numbers(obs, NUMBERS)
 
 
-SPHERE = register(Kind("sphere", 1, terms, parameters, ((0, 1, "m"),), frames=places_of, contact=True, owner="radius"))
+ROWS = per_target(DistanceRows, Builder.between)
+SPHERE = register(
+    Kind("sphere", 1, ROWS, parameters, METRES, frames=places_of, contact=True, owner="radius", numbers=NUMBERS)
+)

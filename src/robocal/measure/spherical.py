@@ -8,21 +8,13 @@ across it, which a position with one sigma cannot say.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.measure.bearing import angles, wrap
-from robocal.measure.builder import Builder
-from robocal.measure.data import Observations
-from robocal.measure.rows import Kind, Number, Rows, number_names, numbers, register
-from robocal.parameters import Parameter
+from robocal.measure.rows import Kind, Number, Rows, per_target, register
 
 __all__ = ["SPHERICAL"]
-
-UNSTATED = (1e-4, 1e-4, 1e-4)
-NUMBERS = (Number("zero", "zero", expected=1e-3),)
 
 
 class SphericalRows(Rows):
@@ -48,16 +40,8 @@ class SphericalRows(Rows):
         return r, np.concatenate([slope @ j, own], axis=-1), slope @ jl
 
 
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
-    own = builder.rows(number_names(obs, NUMBERS))
-    return [SphericalRows(builder.view(obs, t, index), obs, index, UNSTATED, own) for t, index in builder.split(obs)]
-
-
-def parameters(obs: Observations) -> Sequence[Parameter]:
-    """The zero of the ranges, where it has a name."""
-    return numbers(obs, NUMBERS)
-
-
+NUMBERS = (Number("zero", "zero", expected=1e-3),)
 PARTS = ((0, 1, "m"), (1, 3, "rad"))
-SPHERICAL = register(Kind("spherical", 3, terms, parameters, PARTS, metric=True, owner="zero"))
+SPHERICAL = register(
+    Kind("spherical", 3, per_target(SphericalRows), parts=PARTS, metric=True, owner="zero", numbers=NUMBERS)
+)

@@ -17,8 +17,7 @@ from robocal.cables.geometry import WHEEL, CableRobot
 from robocal.errors import ModelError
 from robocal.measure.bearing import wrap
 from robocal.measure.builder import Builder
-from robocal.measure.cable.cable_mechanism import cable_robot_of
-from robocal.measure.cable.material import material_parameters
+from robocal.measure.cable.platform_rows import ENDS, PlatformRows, cable_robot_of, material_parameters
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
 from robocal.measure.rows import Kind, Number, Rows, numbers, register
@@ -26,9 +25,7 @@ from robocal.parameters import Parameter
 
 __all__ = ["SWIVEL", "across", "swivels", "zeros_at"]
 
-ENDS = ("ax", "ay", "az", "bx", "by", "bz")
 SYMBOL = "swivel"
-UNSTATED = (2e-3,)
 ANYWHERE = 1.0  # rad, of a zero that nobody has said
 TINY = 1e-300
 WHAT = "swivel angles"
@@ -85,25 +82,19 @@ def swivels(d: Array, one: Array, two: Array) -> tuple[Array, Array]:
     return np.arctan2(y, x), (x[..., None] * two - y[..., None] * one) / flat
 
 
-class SwivelRows(Rows):
+class SwivelRows(PlatformRows):
     """The rows of all cables; columns are the carrier's, then the free numbers of every cable: its ends and its zero."""
 
     def __init__(self, builder: Builder, obs: Observations, cables: Sequence[str]) -> None:
-        configurations, sight = np.unique(obs.configuration, return_inverse=True)
-        own = builder.rows(f"{c}.{s}" for c in cables for s in (*ENDS, SYMBOL))
-        robot = cable_robot_of(builder.machine, WHAT)
-        self.axes = Axes(robot)
-        own = np.concatenate([own, builder.rows(self.axes.names)])
-        every = np.arange(len(obs))
-        super().__init__(builder.tool(configurations), obs, every, UNSTATED, own, np.ascontiguousarray(sight.ravel()))
+        self.axes = Axes(cable_robot_of(builder.machine, WHAT))
+        own = builder.rows([*(f"{c}.{s}" for c in cables for s in (*ENDS, SYMBOL)), *self.axes.names])
+        super().__init__(builder, obs, np.arange(len(obs)), own)
         self.cable = obs.extra["cable"].astype(np.int64)
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
-        assert self.sight is not None
-        part = slice(first, first + rows)
-        sight, cable = self.sight[part], self.cable[part]
-        lo, hi = (int(sight.min()), int(sight.max()) + 1) if rows else (0, 0)
-        t, j, jl = (a[:, sight - lo] for a in self.carrier.pose(x, lo, hi - lo))
+        cable = self.cable[first : first + rows]
+        seen, sight, _ = self.look(x, first, rows)
+        t, j, jl = (a[:, sight] for a in seen)
         seven = 7 * self.axes.cables
         number = x[:, self.numbers[:seven]].reshape(len(x), -1, 7)[:, cable]
         n = self.axes.at(x[:, self.numbers[seven:]])[:, cable]
@@ -148,11 +139,8 @@ def _cables(obs: Observations) -> tuple[str, ...]:
 
 def parameters(obs: Observations) -> list[Parameter]:
     """The zero of every cable's encoder; all start from the one value that is stated, or are free from 0."""
-    return [
-        p
-        for c in _cables(obs)
-        for p in numbers(_cable_rows(obs, c), [Number("zero", SYMBOL, "rad", expected=ANYWHERE)])
-    ]
+    zero = [Number("zero", SYMBOL, "rad", expected=ANYWHERE)]
+    return [p for c in _cables(obs) for p in numbers(_cable_rows(obs, c), zero)]
 
 
 def _cable_rows(obs: Observations, cable: str) -> Observations:
@@ -169,4 +157,4 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return [SwivelRows(builder, obs, names)] if len(obs) else []
 
 
-SWIVEL = register(Kind("swivel", 1, terms, parameters, parts=((0, 1, "rad"),)))
+SWIVEL = register(Kind("swivel", 1, terms, parameters, ((0, 1, "rad"),), unstated=2e-3))

@@ -33,7 +33,7 @@ from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, WORSE_CHANCE
 from robocal.diagnose.scale import common_scale
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, band
-from robocal.fit.working_range import JointRegion
+from robocal.fit.options import JointRegion
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import reach

@@ -18,7 +18,7 @@ from robocal.estimate.terms import Residuals
 from robocal.estimate.uncertainty import Total, Uncertainty, band, quantile
 from robocal.fit.estimators import estimator
 from robocal.fit.noise import owners
-from robocal.fit.working_range import JointRegion
+from robocal.fit.options import JointRegion
 from robocal.geometry import so3
 from robocal.measure.base import KINDS, Rows
 from robocal.measure.base import problem as build

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from robocal.arms.chain import Chain
-from robocal.arms.zeros import with_offsets
+from robocal.arms.chain import Chain, with_offsets
 from robocal.errors import ModelError
 from robocal.files.offset_file import OffsetFile, read_offsets
 from robocal.files.robot import Robot

@@ -15,7 +15,6 @@ import numpy as np
 from robocal._types import Array, Ints
 from robocal.estimate.elimination import squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.terms import Linear
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -108,18 +107,10 @@ class Choice:
         return _attribute_to_blocks(self.problem, self.x, found)
 
 
-def choose(
-    problem: Problem,
-    x: Array,
-    *,
-    noise: float = 1.0,
-    always: Sequence[str] = (),
-    seen: float = OBSERVABLE,
-    lin: Linear | None = None,
-) -> Choice:
+def choose(problem: Problem, x: Array) -> Choice:
     """Which free columns of a problem are kept at x; see `identifiability.analyse`."""
     # What is weighed down by a loss says as much as anything else of what could be seen.
-    return chosen(problem, x, squares(problem.with_loss("none"), x, lin).root / noise, always, seen)
+    return chosen(problem, x, squares(problem.with_loss("none"), x).root)
 
 
 def chosen(problem: Problem, x: Array, r: Array, always: Sequence[str] = (), seen: float = OBSERVABLE) -> Choice:

@@ -96,10 +96,9 @@ class Steps:
                 break
         least = self.tolerances[2]
         parts = [promised(self.step[b], normal.g[b], lam[b], self.damp[b], self.scales, least)]
-        parts += [
-            promised(steps[i].ravel(), normal.of_family(i)[0][b].ravel(), lam[b], local[i].ravel(), ONE, least)
-            for i in (0, 1)
-        ]
+        for i in (0, 1):
+            g = normal.of_family(i)[0][b].ravel()
+            parts.append(promised(steps[i].ravel(), g, lam[b], local[i].ravel(), ONE, least))
         far, gain = (float(sum(part[i] for part in parts)) for i in (0, 1))
         reason[b], lam[b], self.length[b], predicted[b] = judge(
             far, gain, all(part[2] for part in parts), failed, cost, self.tolerances, away[b], before, self.length[b], lam[b],

@@ -94,11 +94,8 @@ class Correlated:
     def _numbers(self, x: Array, which: Ints) -> tuple[Array, Array]:
         """Residuals (B, N) and Jacobians (B, N, k) of all numbers of the term."""
         r, jac, _ = self.term.evaluate(x, which, 0, len(self.term.scale))
-        numbers = self.term.scale.size
-        return (
-            np.ascontiguousarray(r.reshape(len(x), numbers)),
-            np.ascontiguousarray(jac.reshape(len(x), numbers, jac.shape[3])),
-        )
+        shape = len(x), self.term.scale.size
+        return np.ascontiguousarray(r.reshape(shape)), np.ascontiguousarray(jac.reshape(*shape, jac.shape[3]))
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         part = slice(first, first + rows)

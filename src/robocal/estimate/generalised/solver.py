@@ -116,11 +116,9 @@ def _touching(problem: Problem) -> ProblemTerm:
     if problem.loss != "none":
         raise ModelError("generalised least squares knows no robust loss", found=problem.loss, expected="none")
     if len(problem.families) != 1 or len(terms) != 1:
-        raise ModelError(
-            "generalised least squares needs one family of local blocks, touched by one sensor",
-            found=f"{len(problem.families)} families, {len(terms)} sensors",
-            expected="maximum likelihood with free blocks",
-        )
+        found = f"{len(problem.families)} families, {len(terms)} sensors"
+        message = "generalised least squares needs one family of local blocks, touched by one sensor"
+        raise ModelError(message, found=found, expected="maximum likelihood with free blocks")
     if problem.families[0].prior is None:
         raise ModelError("generalised least squares needs a prior of the local blocks", expected="with_local_prior")
     return terms[0]
@@ -165,11 +163,8 @@ def _orders(configuration: Ints, block: Ints, counted: Bools) -> list[tuple[Ints
             "a local block belongs to several configurations", expected="maximum likelihood with free blocks"
         )
     blocks, first, count = np.unique(block[some], return_index=True, return_counts=True)
-    out = []
-    for h in np.unique(count):
-        mine = count == h
-        out.append((blocks[mine], some[first[mine][:, None] + np.arange(h)]))
-    return out
+    alike = [(count == h, np.arange(h)) for h in np.unique(count)]
+    return [(blocks[mine], some[first[mine][:, None] + each]) for mine, each in alike]
 
 
 def _covariance(problem: Problem, found: Solution) -> Array:

@@ -79,8 +79,7 @@ def _halves(blocks: Array, before: Array | None = None) -> tuple[Array, int]:
     length = np.sqrt(np.abs(np.diagonal(blocks, axis1=1, axis2=2) if before is None else before[None]))
     length = np.where(length > 0, length, 1.0)
     values, vectors = np.linalg.eigh(blocks / (length[:, :, None] * length[:, None, :]))
-    known = values > BLIND * np.maximum(
-        values.max(axis=1, keepdims=True, initial=0.0), 1.0 if before is not None else 0.0
-    )
+    least = 1.0 if before is not None else 0.0
+    known = values > BLIND * np.maximum(values.max(axis=1, keepdims=True, initial=0.0), least)
     root = np.where(known, 1.0 / np.sqrt(np.where(known, values, 1.0)), 0.0)
     return root[:, :, None] * np.swapaxes(vectors, 1, 2) / length[:, None, :], int(known.sum())

@@ -32,8 +32,7 @@ class System:
 
     out: int
     n: int
-    eliminated: tuple[int, int]  # blocks and columns of a block
-    retained: tuple[int, int]
+    retained: tuple[int, int]  # blocks and columns of a block
     start: Ints
     slots: Ints
     pair: Ints
@@ -158,7 +157,7 @@ def _eliminating(out: int, n: int, sizes: tuple[tuple[int, int], tuple[int, int]
     border = np.zeros((n, base + n)) if band else system[base:]
     room = (np.zeros(shape) for shape in ((base + n,), (count, size, size), (count, size), (int(offset[-1]),)))
     return System(
-        out, n, sizes[out], sizes[1 - out], start, np.ascontiguousarray(other[new]), np.ascontiguousarray(entries),
+        out, n, sizes[1 - out], start, np.ascontiguousarray(other[new]), np.ascontiguousarray(entries),
         np.ascontiguousarray(slot), offset, order, band, (system, border, *room),
     )  # fmt: skip
 

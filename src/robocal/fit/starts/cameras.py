@@ -100,14 +100,10 @@ def _pixels(seen: TargetRows) -> list[dict[str, float]]:
     out = []
     if outside(seen):
         held = seen.at(seen.machine)
-        out += [
-            frame_values(frame.name, t)
-            for t in resect(np.einsum("mij,mj->mi", held[:, :3, :3], point) + held[:, :3, 3], along)
-        ]
-    places = [
-        np.flatnonzero(seen.obs.configuration[seen.index] == c) for c in np.unique(seen.obs.configuration[seen.index])
-    ]
-    places = [i for i in places if len(i) >= POINTS][:POSES]
+        there = np.einsum("mij,mj->mi", held[:, :3, :3], point) + held[:, :3, 3]
+        out += [frame_values(frame.name, t) for t in resect(there, along)]
+    where = seen.obs.configuration[seen.index]
+    places = [i for i in (np.flatnonzero(where == c) for c in np.unique(where)) if len(i) >= POINTS][:POSES]
     if len(places) >= 3:
         measured = np.stack([resect(point[i], along[i], 1)[0] for i in places])
         out += poses(seen, measured, seen.machine[[i[0] for i in places]])

@@ -74,9 +74,8 @@ def _tracker_starts(seen: TargetRows, points: Array) -> list[dict[str, float]]:
     out = []
     for offset in (True, False) if seen.loose else (False,):
         found, c = point_start(points, seen.at(seen.machine), offset)
-        out.append(
-            {**frame_values(frame.name, found), **(seen.shift_target(se3.compose(np.eye(3), c)) if offset else {})}
-        )
+        own = seen.shift_target(se3.compose(np.eye(3), c)) if offset else {}
+        out.append(frame_values(frame.name, found) | own)
     return out
 
 
@@ -123,16 +122,12 @@ def poses(seen: TargetRows, measured: Array, machine: Array) -> list[dict[str, f
         return _in_hand(seen, measured, machine)
     machine = seen.at(machine)
     out = []
-    for offset in (True, False) if seen.loose else (False,):
-        if offset:
-            found, shift = hand_eye(measured, machine)
-            out.append({**frame_values(frame.name, found), **seen.shift_target(shift)})
-            continue
-        r = so3.project(np.einsum("mij,mkj->ik", measured[:, :3, :3], machine[:, :3, :3]))
-        out.append(
-            frame_values(frame.name, se3.compose(r, (measured[:, :3, 3] - machine[:, :3, 3] @ r.T).mean(axis=0)))
-        )
-    return out
+    if seen.loose:
+        found, shift = hand_eye(measured, machine)
+        out.append(frame_values(frame.name, found) | seen.shift_target(shift))
+    r = so3.project(np.einsum("mij,mkj->ik", measured[:, :3, :3], machine[:, :3, :3]))
+    t = (measured[:, :3, 3] - machine[:, :3, 3] @ r.T).mean(axis=0)
+    return [*out, frame_values(frame.name, se3.compose(r, t))]
 
 
 def _in_hand(seen: TargetRows, measured: Array, machine: Array) -> list[dict[str, float]]:

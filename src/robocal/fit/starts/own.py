@@ -116,9 +116,5 @@ def _pixels(model: Model, obs: Observations, lacking: Bools) -> Array:
 
 
 # In the order in which they are asked.
-OWN: dict[str, Callable[[Model, Observations, Bools], Array]] = {
-    "lengths": _lengths,
-    "pose": _pose,
-    "pixels": _pixels,
-    "position": _position,
-}
+Place = Callable[[Model, Observations, Bools], Array]
+OWN: dict[str, Place] = {"lengths": _lengths, "pose": _pose, "pixels": _pixels, "position": _position}

@@ -20,12 +20,8 @@ __all__ = ["analytic_starts", "combine_starts", "frames_of", "refine"]
 FEWEST = 3
 ENOUGH = 1000  # rows of an instrument for where it stands: the refinement takes all
 MOST = 32  # combinations that are worth a refinement
-MODULES = (
-    "frames",
-    "cameras",
-    "places",
-    "encoders",
-)  # of this package, in which starts are; no more of them are loaded than it takes
+# Of this package, in which starts are; no more of them are loaded than it takes.
+MODULES = ("frames", "cameras", "places", "encoders")
 
 
 def start_of(kind: str) -> Start | None:

@@ -91,10 +91,6 @@ def frame_values(owner: str, frame: Array) -> dict[str, float]:
 
 def outside(seen: TargetRows) -> bool:
     """Whether a free instrument on the base watches the tool."""
-    frame = seen.obs.frame
-    return (
-        frame is not None
-        and any(frame.free)
-        and frame.mount == "base"
-        and (seen.target is None or seen.target.mount == "tool")
-    )
+    frame, target = seen.obs.frame, seen.target
+    watches = frame is not None and frame.mount == "base" and (target is None or target.mount == "tool")
+    return watches and frame is not None and any(frame.free)

@@ -1,4 +1,4 @@
-"""What machines without joints have in common: nothing is driven, so there is no path and nothing to say of one."""
+"""What machines of one mechanism have in common, and those without joints: nothing is driven, so there is no path to speak of."""
 
 from __future__ import annotations
 
@@ -12,23 +12,18 @@ from robocal.geometry.path.path_joints import Joint, Zero
 from robocal.geometry.path.program import Element, Program
 from robocal.remarks.remark import Remark
 
-__all__ = ["Unjointed"]
+__all__ = ["Unjointed", "Whole"]
 
 P = TypeVar("P")
 
 
-class Unjointed:
-    """A machine whose configurations have poses of their own: no elements, no joints, no columns."""
+class Whole:
+    """A machine that is one mechanism, whose parameters have their own names alone."""
 
     @property
     def mechanism(self) -> Self:
         """Itself: it moves."""
         return self
-
-    @property
-    def parts(self) -> Mapping[str, tuple[str, ...]]:
-        """The names of its parts: none has one."""
-        return {}
 
     def part(self, kind: type[P], /) -> P | None:
         """Itself, where it is of this kind."""
@@ -37,6 +32,20 @@ class Unjointed:
     def row(self, name: str, /) -> str:
         """The parameter that stands for a name: its own."""
         return name
+
+    @property
+    def motions(self) -> Mapping[str, Mapping[str, float]]:
+        """Motions of its frames: none."""
+        return {}
+
+
+class Unjointed(Whole):
+    """A machine whose configurations have poses of their own: no elements, no joints, no columns."""
+
+    @property
+    def parts(self) -> Mapping[str, tuple[str, ...]]:
+        """The names of its parts: none has one."""
+        return {}
 
     @property
     def elements(self) -> tuple[Element, ...]:
@@ -57,11 +66,6 @@ class Unjointed:
     def open_zeros(self) -> tuple[Zero, ...]:
         """The zeros of joints: none."""
         return ()
-
-    @property
-    def motions(self) -> Mapping[str, Mapping[str, float]]:
-        """Motions of its frames: none."""
-        return {}
 
     def phi(
         self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None, program: Program | None = None, /

@@ -15,8 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robocal.arms.chain import Chain
-from robocal.arms.zeros import joint_offsets, with_offsets
+from robocal.arms.chain import Chain, joint_offsets, with_offsets
 from robocal.errors import FileError, InputError, ModelError
 from robocal.files.dataset import read_datasets
 from robocal.files.evidence_parts import OffsetsAlone

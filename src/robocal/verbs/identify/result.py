@@ -33,9 +33,8 @@ from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.fit.estimators import ESTIMATORS, estimator
 from robocal.fit.noise import apply_noise
-from robocal.fit.options import Options
+from robocal.fit.options import JointRegion, Options
 from robocal.fit.repeats import places
-from robocal.fit.working_range import JointRegion
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model

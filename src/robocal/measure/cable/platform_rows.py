@@ -1,4 +1,5 @@
-"""Pulleys and elasticities of a cable robot as parameters of the lengths that are read."""
+"""What the rows of all cables of a platform share: the robot that they are of, the poses that they look at, and its pulleys and
+elasticities as parameters of the lengths that are read."""
 
 from __future__ import annotations
 
@@ -9,10 +10,40 @@ import numpy as np
 from robocal._types import Array, Ints
 from robocal.cables.geometry import STRETCH, WHEEL, CableRobot
 from robocal.cables.pulley import Pulleys, by_wheel, run
+from robocal.errors import ModelError
+from robocal.measure.builder import Builder
+from robocal.measure.data import Observations
+from robocal.measure.machine import Model
+from robocal.measure.rows import Rows
 
-__all__ = ["Material", "material_parameters"]
+__all__ = ["ENDS", "Material", "PlatformRows", "cable_robot_of", "material_parameters"]
 
 EVERY = slice(None)
+ENDS = ("ax", "ay", "az", "bx", "by", "bz")
+
+
+def cable_robot_of(model: Model, what: str) -> CableRobot:
+    """The cable robot of a machine. Raises ModelError where it has none; `what` was measured."""
+    robot = model.part(CableRobot)
+    if robot is None:
+        raise ModelError(f"{what} need a cable robot", found=model.name, expected="kind: cable")
+    return robot
+
+
+class PlatformRows(Rows):
+    """Rows of many cables at each configuration, which all look at the platform's one pose there."""
+
+    sight: Ints
+
+    def __init__(self, builder: Builder, obs: Observations, index: Ints, numbers: Ints) -> None:
+        configurations, sight = np.unique(obs.configuration[index], return_inverse=True)
+        super().__init__(builder.tool(configurations), obs, index, numbers, np.ascontiguousarray(sight.ravel()))
+
+    def look(self, x: Array, first: int, rows: int) -> tuple[tuple[Array, Array, Array], Ints, int]:
+        """The poses that some rows look at, with their Jacobians; which of them each row does, and the number of the first."""
+        own = self.sight[first : first + rows]
+        lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
+        return self.carrier.pose(x, lo, hi - lo), own - lo, lo
 
 
 def material_parameters(robot: CableRobot, symbols: Sequence[str]) -> tuple[list[str], Ints, Ints]:
