@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
-from robocal._types import Array, Bools
+from robocal._types import Array, Bools, Ints
 from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Demand, as_box, as_poses, holds
-from robocal.errors import ModelError
-from robocal.geometry import se3, so3
+from robocal.errors import require
+from robocal.geometry import se3
 
 __all__ = [
     "Outline",
@@ -30,19 +30,18 @@ __all__ = [
 
 # Points asked for in one call: below this a call costs more by itself than by what it is asked.
 AT_ONCE = 256
+Inside = Callable[[Ints, Array], Bools]
 
 
-def first_exit(
-    inside: Callable[[NDArray[np.int64], Array], Bools], count: int, steps: int = 64, tolerance: float = 1e-12
-) -> Array:
+def first_exit(inside: Inside, count: int, steps: int = 64, tolerance: float = 1e-12) -> Array:
     """First exit lambda (count,) in [0, 1] along rays that start inside, (3.35) of the seed; 1 where a ray never leaves.
 
     `inside(ray, lam)` says for ray numbers (n,) and lambda (n,) whether the point is inside; NaN for a ray whose start is
     not. A ray is looked at in `steps` equal steps; the first that leaves is halved until it is shorter than `tolerance`. An exit
     and return within one step is not seen. Raises ModelError for fewer steps than one and a tolerance that is none.
     """
-    if steps < 1 or not 0.0 < tolerance < 1.0:
-        raise ModelError("a ray is looked at in steps and halved", key="steps, tolerance", found=(steps, tolerance))
+    sound = steps >= 1 and 0.0 < tolerance < 1.0
+    require(sound, "a ray is looked at in steps and halved", key="steps, tolerance", found=(steps, tolerance))
     every = np.arange(count)
     low, high = np.zeros(count), np.ones(count)
     started = inside(every, low)
@@ -66,14 +65,12 @@ def first_exit(
     return low
 
 
-def _ask(inside: Callable[[NDArray[np.int64], Array], Bools], ray: NDArray[np.int64], lam: Array) -> Bools:
+def _ask(inside: Inside, ray: Ints, lam: Array) -> Bools:
     """`inside` at lam (n, k) of rays (n,), (n, k)."""
     return inside(np.repeat(ray, lam.shape[1]), lam.reshape(-1)).reshape(lam.shape)
 
 
-def _halve(
-    inside: Callable[[NDArray[np.int64], Array], Bools], ray: NDArray[np.int64], low: Array, high: Array, depth: int
-) -> tuple[Array, Array]:
+def _halve(inside: Inside, ray: Ints, low: Array, high: Array, depth: int) -> tuple[Array, Array]:
     """Intervals (n,) halved `depth` times, the middles that may be needed asked for at once."""
     points = np.stack([low, high], axis=1)
     for _ in range(depth):
@@ -95,10 +92,9 @@ def rays(robot: CableRobot, demand: Demand, start: ArrayLike, ends: ArrayLike, s
     turns steadily about one axis, (3.27) and (3.28) of the seed. Raises ModelError when the start cannot be held.
     """
     origin, targets = as_poses(np.asarray(start, dtype=float)[None])[0], as_poses(ends)
-    turn = so3.log(targets[:, :3, :3] @ origin[:3, :3].T)
-    reach = statics_along(robot, demand, steps)(origin, targets[:, :3, 3] - origin[:3, 3], turn)
-    if np.isnan(reach).any():
-        raise ModelError("rays must start inside the workspace: the start cannot be held", found=origin[:3, 3].tolist())
+    reach = statics_along(robot, demand, steps)(origin, *se3.displacement(origin, targets))
+    why = "rays must start inside the workspace: the start cannot be held"
+    require(not np.isnan(reach).any(), why, found=origin[:3, 3].tolist())
     return reach
 
 
@@ -110,31 +106,25 @@ def statics_along(robot: CableRobot, demand: Demand, steps: int = 64) -> Callabl
     """
 
     def reach(start: Array, translation: Array, rotation: Array) -> Array:
-        def inside(ray: NDArray[np.int64], lam: Array) -> Bools:
-            share = lam[:, None]
-            turned = so3.exp(share * rotation[ray]) @ start[:3, :3]
-            return holds(robot, demand, se3.compose(turned, start[:3, 3] + share * translation[ray]))
+        def inside(ray: Ints, lam: Array) -> Bools:
+            v, w = lam[:, None] * translation[ray], lam[:, None] * rotation[ray]
+            return holds(robot, demand, se3.displace(start, v, w))
 
         return first_exit(inside, len(translation), steps)
 
     return reach
 
 
-def _ends(origin: Array, way: Array, box: ArrayLike) -> Array:
-    """Where rays from `origin` in directions (n, 3) leave the box."""
+def _boundary(robot: CableRobot, demand: Demand, origin: Array, way: Array, box: ArrayLike, steps: int) -> Array:
+    """Where rays from `origin` in directions (n, 3) leave the workspace within the box, (n, 3)."""
     sides = as_box(box)
-    if ((origin < sides[:, 0]) | (origin > sides[:, 1])).any():
-        raise ModelError("the start lies outside the box", found=origin.tolist(), expected=sides.tolist())
+    within = ((origin >= sides[:, 0]) & (origin <= sides[:, 1])).all()
+    require(within, "the start lies outside the box", found=origin.tolist(), expected=sides.tolist())
     room = np.where(way > 0.0, sides[:, 1] - origin, origin - sides[:, 0])
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.where(way == 0.0, np.inf, room / np.abs(way)).min(axis=1)
-    ends: Array = origin + reach[:, None] * way
-    return ends
-
-
-def _enough(count: int, least: int, what: str) -> None:
-    if count < least:
-        raise ModelError(f"too few rays for {what}", key="count", found=count, expected=f"{least} or more")
+    ends = origin + reach[:, None] * way
+    return np.asarray(origin + rays(robot, demand, origin, ends, steps)[:, None] * (ends - origin))
 
 
 @dataclass(frozen=True)
@@ -143,7 +133,7 @@ class Surface:
 
     start: Array
     vertices: Array
-    faces: NDArray[np.int64]
+    faces: Ints
 
     @property
     def volume(self) -> float:
@@ -156,11 +146,9 @@ def surface(
     robot: CableRobot, demand: Demand, start: ArrayLike, box: ArrayLike, count: int = 4000, steps: int = 64
 ) -> Surface:
     """The boundary within a box (3, 2) m by `count` rays in all `directions`, joined into triangles."""
-    _enough(count, 4, "a surface")
+    require(count >= 4, "too few rays for a surface", key="count", found=count, expected="4 or more")
     origin, way = np.asarray(start, dtype=float), directions(count)
-    ends = _ends(origin, way, box)
-    lam = rays(robot, demand, origin, ends, steps)
-    return Surface(origin, origin + lam[:, None] * (ends - origin), triangulate_directions(way))
+    return Surface(origin, _boundary(robot, demand, origin, way, box, steps), triangulate_directions(way))
 
 
 def directions(count: int) -> Array:
@@ -171,10 +159,10 @@ def directions(count: int) -> Array:
     return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
 
 
-def triangulate_directions(way: Array) -> NDArray[np.int64]:
+def triangulate_directions(way: Array) -> Ints:
     """Triangles (f, 3) that join directions (n, 3) to a closed surface around their origin, corners turning left seen from
     outside. Raises QhullError for directions in one plane."""
-    faces: NDArray[np.int64] = ConvexHull(way).simplices.astype(np.int64)
+    faces: Ints = ConvexHull(way).simplices.astype(np.int64)
     x = way[faces]
     inwards = np.einsum("fi,fi->f", x[:, 0], np.cross(x[:, 1], x[:, 2])) < 0.0
     faces[inwards] = faces[inwards][:, ::-1]
@@ -205,12 +193,11 @@ def outline(
     steps: int = 64,
 ) -> Outline:
     """The section through `start` in the plane of two axes (0 x, 1 y, 2 z), within a box (3, 2) m; all of it for a planar robot."""
-    _enough(count, 3, "an outline")
-    if len({*axes} & {0, 1, 2}) != 2:
-        raise ModelError("a section lies along two axes", key="axes", found=axes, expected="two of 0 x, 1 y, 2 z")
+    require(count >= 3, "too few rays for an outline", key="count", found=count, expected="3 or more")
+    two = len({*axes} & {0, 1, 2}) == 2
+    require(two, "a section lies along two axes", key="axes", found=axes, expected="two of 0 x, 1 y, 2 z")
     origin = np.asarray(start, dtype=float)
     turn = 2.0 * np.pi * np.arange(count) / count
     way = np.zeros((count, 3))
     way[:, axes[0]], way[:, axes[1]] = np.cos(turn), np.sin(turn)
-    ends = _ends(origin, way, box)
-    return Outline(origin, origin + rays(robot, demand, origin, ends, steps)[:, None] * (ends - origin))
+    return Outline(origin, _boundary(robot, demand, origin, way, box, steps))

@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._types import Array
-from robocal.cables.elastic import catenary, hang_by_tension
-from robocal.cables.newton import Rows, invert_small, newton
+from robocal.cables.elastic import Rows, catenary, hang_by_tension, invert_small, newton
 from robocal.cables.pulley import Pulleys, taut
 
 __all__ = ["Hung", "hang"]

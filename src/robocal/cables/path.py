@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from robocal._types import Array
+from robocal._types import Array, Bools, Ints
 from robocal.cables.boundary import first_exit
 from robocal.cables.geometry import CableRobot
 from robocal.cables.interference import Body, Contacts, first_contact
 from robocal.cables.workspace import Demand, holds
-from robocal.errors import ModelError
-from robocal.geometry import se3, so3
+from robocal.errors import require
+from robocal.geometry import se3
 
 __all__ = ["Legs", "legs"]
 
@@ -36,7 +36,7 @@ class Legs:
         return np.fmin(self.contacts.fraction, self.feasible_share)
 
     @property
-    def whole(self) -> NDArray[np.bool_]:
+    def whole(self) -> Bools:
         """Whether all of it can be, (n,)."""
         return np.asarray(self.contacts.free & ~(self.feasible_share < 1.0))
 
@@ -48,10 +48,8 @@ class Legs:
 
 def along(starts: Array, ends: Array, share: Array) -> Array:
     """The pose (n, 4, 4) at a share (n,) of motions from starts (n, 4, 4) to ends (n, 4, 4)."""
-    t, way = starts, share[:, None]
-    v = ends[:, :3, 3] - t[:, :3, 3]
-    w = so3.log(ends[:, :3, :3] @ t[:, :3, :3].swapaxes(1, 2))
-    return np.asarray(se3.compose(so3.exp(way * w) @ t[:, :3, :3], t[:, :3, 3] + way * v))
+    v, w = se3.displacement(starts, ends)
+    return se3.displace(starts, share[:, None] * v, share[:, None] * w)
 
 
 def legs(
@@ -68,18 +66,16 @@ def legs(
     line, turning about one axis. Without a demand only contacts are looked for; diameter, body and relief as for `first_contact`.
     Raises ModelError for fewer than two poses."""
     t = np.asarray(poses, float)
-    if t.ndim != 3 or len(t) < 2:
-        raise ModelError("a path has two poses or more", found=len(t))
+    require(t.ndim == 3 and len(t) >= 2, "a path has two poses or more", found=len(t))
     starts, ends = np.repeat(t[:1], len(t) - 1, axis=0) if from_first else t[:-1], t[1:]
-    v = ends[:, :3, 3] - starts[:, :3, 3]
-    w = so3.log(ends[:, :3, :3] @ starts[:, :3, :3].swapaxes(1, 2))
+    v, w = se3.displacement(starts, ends)
     contacts = first_contact(
         robot.a, robot.b, starts, v, w, diameter=diameter, pulleys=robot.pulleys, body=body, relief=relief
     )
     held = np.full(len(v), np.nan)
     if demand is not None:
 
-        def inside(ray: NDArray[np.int64], lam: Array) -> NDArray[np.bool_]:
+        def inside(ray: Ints, lam: Array) -> Bools:
             return holds(robot, demand, along(starts[ray], ends[ray], lam))
 
         held = np.nan_to_num(first_exit(inside, len(v), STEPS))  # none where the start itself is not held

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robocal._types import Array
 from robocal.geometry import so3
 
-__all__ = ["compose", "exp", "from_vector", "inverse", "log", "to_vector"]
+__all__ = ["compose", "displace", "displacement", "exp", "from_vector", "inverse", "log", "to_vector"]
 
 
 def compose(rotation: ArrayLike, translation: ArrayLike) -> Array:
@@ -40,6 +40,19 @@ def inverse(transform: ArrayLike) -> Array:
     t = np.asarray(transform, float)
     rt = np.swapaxes(t[..., :3, :3], -1, -2)
     return compose(rt, -(rt @ t[..., :3, 3:])[..., 0])
+
+
+def displace(transform: ArrayLike, translation: ArrayLike, rotation: ArrayLike) -> Array:
+    """T (..., 4, 4) after p <- p + v, R <- exp(w) R: v (..., 3) and w (..., 3), in base axes."""
+    t = np.asarray(transform, float)
+    return compose(so3.exp(rotation) @ t[..., :3, :3], t[..., :3, 3] + np.asarray(translation, float))
+
+
+def displacement(start: ArrayLike, end: ArrayLike) -> tuple[Array, Array]:
+    """v (..., 3) and w (..., 3) by which `displace` leads from one T to the other."""
+    a, b = np.asarray(start, float), np.asarray(end, float)
+    turn = b[..., :3, :3] @ np.swapaxes(a[..., :3, :3], -1, -2)
+    return b[..., :3, 3] - a[..., :3, 3], so3.log(turn)
 
 
 def exp(twist: ArrayLike) -> Array:

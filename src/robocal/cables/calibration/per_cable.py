@@ -4,9 +4,10 @@
     squared   sum_j w_j ((f_j |s_j - a|)^2 - (y_j + l0)^2)^2        3.18 of the thesis behind `examples/cable-laval`
 
 With poses as measured nothing joins the cables, and the problem of m cables is m problems of four numbers. The start solves the
-squared equations (`exact`), so that no guess is needed. The squared residual is here to be compared with: noise enters its slopes,
-and it errs by what does not fade with the number of poses (`propagation.bias_of_squares`). Where cables run over pulleys, the straight
-ones are refined (`wrapped`).
+squared equations exactly, so that no guess is needed: |s_j|^2 - y_j^2 = 2 s_j . a + 2 y_j l0 - (|a|^2 - l0^2) is linear in (a, l0, c),
+with c the bracket. Points in a plane (in space) or on a line leave an anchor and its mirror image however many there are, and are
+refused. The squared residual is here to be compared with: noise enters its slopes, and it errs by what does not fade with the number
+of poses (`propagation.bias_of_squares`). Where cables run over pulleys, the straight ones are refined (`wrapped`).
 
 Frame anchors and zeros of cables that run over pulleys: the straight ones refined, cable by cable.
 
@@ -17,6 +18,7 @@ A pulley takes centimetres of length along; what a straight cable makes of them 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,14 +27,25 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import as_kernel_array, as_kernel_indices
 from robocal._types import Array
-from robocal.cables.calibration.exact import flat
 from robocal.cables.geometry import CableRobot, lengths
 from robocal.errors import ModelError, nearest
 
-__all__ = ["RESIDUALS", "CableFits", "per_cable"]
+__all__ = ["RESIDUALS", "CableFits", "flat", "per_cable"]
 
 ROUNDS, END = 60, 1e-14
 AX, L0 = 0, 6
+SHAPES = ("one point", "a line", "a plane")
+FLAT = 1e-6  # of the extent of the points: a spread that is none
+ROUNDING = 1e-12  # of a coordinate
+
+
+def flat(points: ArrayLike, axes: Sequence[int] = (0, 1, 2)) -> str | None:
+    """What the points (n, 3) all lie in if they tell no anchor in the `axes` from its mirror image: one point, a line or (in space)
+    a plane; None where they spread in every direction."""
+    s = np.asarray(points, float)[:, list(axes)]
+    spread = np.linalg.svd(s - s.mean(axis=0), compute_uv=False)
+    rank = int((spread > max(FLAT * spread[0], ROUNDING * np.abs(s).max())).sum())
+    return SHAPES[rank] if rank < len(axes) else None
 
 
 def refine_over_pulleys(

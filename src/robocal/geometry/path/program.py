@@ -9,6 +9,7 @@ are coefficients like any other. The Jacobian of a coefficient is phi times the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -21,7 +22,7 @@ from robocal._types import Array
 from robocal.errors import ModelError, nearest
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
 
-__all__ = ["AXES", "Element", "Program", "Term", "compile_path", "frame_element"]
+__all__ = ["AXES", "Element", "Joint", "Program", "Term", "Zero", "compile_path", "frame_element"]
 
 Bound = tuple[NDArray[np.int64], tuple[NDArray[np.int64], Array]]  # columns, and entries of the Jacobian
 KEPT = 256  # sets of free columns
@@ -58,6 +59,25 @@ class Element:
 def frame_element(owner: str) -> Element:
     """The element of a whole frame whose six parameters are `owner.x` ... `owner.rz`."""
     return Element("frame", tuple(Term(f"{owner}.{s}") for s in FRAME_SYMBOLS))
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A driven axis: its column phi is called `name`; limits in rad or m."""
+
+    name: str
+    type: str = "revolute"
+    lower: float = -math.inf
+    upper: float = math.inf
+
+
+@dataclass(frozen=True)
+class Zero:
+    """A joint, the parameter that shifts where it counts from, and the change of that parameter per offset of the joint."""
+
+    joint: str
+    parameter: str
+    factor: float
 
 
 @dataclass(frozen=True)
