@@ -12,7 +12,7 @@ RobocalError
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypedDict, TypeVar, Unpack
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "printable",
     "reason_of",
     "require",
+    "require_one_of",
     "shorten",
 ]
 
@@ -85,6 +86,12 @@ def require(condition: object, message: str, **facts: Unpack[Facts]) -> None:
     """Raises ModelError with this message where a condition does not hold."""
     if not condition:
         raise ModelError(message, **facts)
+
+
+def require_one_of(name: str, known: Sequence[str], message: str) -> None:
+    """Raises ModelError, with the nearest name, for one that is none of a few."""
+    if name not in known:
+        raise ModelError(message, found=name, expected=" or ".join(known), suggestion=nearest(name, known))
 
 
 def _distance(a: str, b: str) -> int:

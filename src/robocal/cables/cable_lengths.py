@@ -19,7 +19,7 @@ from robocal._types import Array
 from robocal.cables.elastic import stretch
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.hanging import hang
-from robocal.errors import ModelError
+from robocal.errors import ModelError, require
 
 __all__ = ["inverse", "model_of", "pulls"]
 
@@ -69,9 +69,8 @@ def model_of(robot: CableRobot, *, sag: bool, tense: bool) -> Lengths:
 
     It never raises: where there is no such cable the lengths are not numbers, so that a search can step back.
     """
+    require(tense or not sag, "a sagging cable needs its tension", key="tension")
     if not tense:
-        if sag:
-            raise ModelError("a sagging cable needs its tension", key="tension")
         return lambda pose, _: _straight(robot, pose)
     if not sag:
         elasticity = robot.need("elasticity")

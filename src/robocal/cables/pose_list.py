@@ -18,18 +18,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import CableRobot, home
-from robocal.cables.interference import Body, Contacts, first_contact
+from robocal.cables.interference import Body, Contacts, are_lengths, first_contact
 from robocal.cables.pulley import Pulleys
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.cables.tension_choice import METHOD
 from robocal.cables.workspace import Demand, holds
-from robocal.errors import ModelError
+from robocal.errors import ModelError, require
 from robocal.geometry import se3
 
 __all__ = [
@@ -83,7 +83,7 @@ class PoseList:
     rotation: Array
     fraction: Array
     furthest: Array
-    limit: NDArray[np.int64]
+    limit: Ints
     contacts: Contacts
 
     def along(self, shares: ArrayLike) -> Array:
@@ -128,14 +128,12 @@ def reachable_poses(
     """
     x0 = home(a) if start is None else np.asarray(start, float)
     z = default_box(a, start=start) if box is None else box
-    if n < 1:
-        raise ModelError("number of poses", expected="at least 1", found=n)
-    if not 0 < margin <= 1:
-        raise ModelError("margin", expected="a number above 0 and at most 1", found=margin)
+    require(n >= 1, "number of poses", expected="at least 1", found=n)
+    require(0 < margin <= 1, "margin", expected="a number above 0 and at most 1", found=margin)
     half = np.concatenate([np.asarray(z.translation, float), np.asarray(z.rotation, float)])
     middle = np.concatenate([np.asarray(z.offset, float), np.zeros(3)])
-    if half.shape != (6,) or not (np.isfinite(half).all() and (half >= 0).all() and np.isfinite(middle).all()):
-        raise ModelError("box of poses", expected="three half sizes in m and three in rad, at least 0", found=half)
+    room = half.shape == (6,) and are_lengths(half) and np.isfinite(middle).all()
+    require(room, "box of poses", expected="three half sizes in m and three in rad, at least 0", found=half)
     twist = rng.uniform(middle - half, middle + half, (n, 6))
     twist[:, [i for i in range(6) if i not in axes]] = 0.0
     v, w = twist[:, :3].copy(), twist[:, 3:].copy()
@@ -151,17 +149,15 @@ def _may_start(contacts: Contacts, m: int) -> None:
     touching = np.flatnonzero((contacts.fraction == 0) & ~contacts.free)
     if len(touching):
         who = contacts.names([f"cable {i}" for i in range(1, m + 1)])[touching[0]]
-        raise ModelError(
-            f"at the start X_0 {who}", expected="a start free of contacts: give another one, or thinner cables"
-        )
+        expected = "a start free of contacts: give another one, or thinner cables"
+        raise ModelError(f"at the start X_0 {who}", expected=expected)
 
 
 def _statics(found: Array, n: int) -> Array:
     share = np.asarray(found, float)
-    if share.shape != (n,):
-        raise ModelError("feasible()", expected=f"one number per motion, shape ({n},)", found=share.shape)
-    if np.isnan(share).any():
-        raise ModelError("the start X_0 is not feasible", expected="a start that the cables can hold: give another one")
+    require(share.shape == (n,), "feasible()", expected=f"one number per motion, shape ({n},)", found=share.shape)
+    held, expected = not np.isnan(share).any(), "a start that the cables can hold: give another one"
+    require(held, "the start X_0 is not feasible", expected=expected)
     return np.asarray(np.clip(share, 0.0, 1.0))
 
 
@@ -184,9 +180,8 @@ def restrict_to_feasible(robot: CableRobot, demand: Demand, listing: PoseList, s
     For workspaces with holes or thin walls, which a search along rays may step over; as a rule nothing changes.
     """
     shares = np.linspace(0.0, 1.0, steps + 1)
-    share = np.divide(
-        listing.fraction, listing.furthest, where=listing.furthest > 0, out=np.ones(len(listing.fraction))
-    )
+    share = np.ones(len(listing.fraction))
+    np.divide(listing.fraction, listing.furthest, where=listing.furthest > 0, out=share)
     while True:
         ok = holds(robot, demand, listing.along(shares).reshape(-1, 4, 4)).reshape(-1, steps + 1)
         bad = ~ok.all(axis=1)
@@ -195,8 +190,8 @@ def restrict_to_feasible(robot: CableRobot, demand: Demand, listing: PoseList, s
         last = np.maximum(ok.argmin(axis=1) - 1, 0)
         furthest = np.where(bad, shares[last] * listing.fraction, listing.furthest)
         # A way that is not even held at its start has no length, and is not asked again for ever.
-        if not (furthest[bad] < listing.fraction[bad]).all() or not ok[:, 0].all():
-            raise ModelError("the start X_0 is not feasible", expected="a start that the cables can hold")
+        falls = (furthest[bad] < listing.fraction[bad]).all() and ok[:, 0].all()
+        require(falls, "the start X_0 is not feasible", expected="a start that the cables can hold")
         limit = np.where(bad, LIMITS.index("statics"), listing.limit)
         listing = replace(listing, furthest=furthest, fraction=share * furthest, limit=limit)
 
@@ -211,13 +206,12 @@ def program(robot: CableRobot, listing: PoseList, steps: int, method: str = METH
     every = pose.reshape(-1, 4, 4)
     w = gravity_wrench(every, float(robot.need("mass")), robot.com)[:, list(robot.axes)]
     found = distribute(structure_of(robot, every), w, robot.need("limits"), method)
-    if not found.has_solution.all():
-        raise ModelError(
-            "this method gives no tensions within the limits at every waypoint",
-            key="method",
-            found=f"{method}: none at {int((~found.has_solution).sum())} of {len(every)} waypoints",
-            expected="norm or mid, which find tensions wherever there are any",
-        )
+    none = int((~found.has_solution).sum())
+    require(
+        none == 0, "this method gives no tensions within the limits at every waypoint", key="method",
+        found=f"{method}: none at {none} of {len(every)} waypoints",
+        expected="norm or mid, which find tensions wherever there are any",
+    )  # fmt: skip
     stretched = robot.elasticity is not None
     lengths, _ = inverse(robot, every, found.tension if stretched else None)
     shape = (*pose.shape[:2], len(robot.cables))

@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike
 
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot, straight
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, require, require_one_of
 from robocal.geometry import so3
 
 __all__ = ["ESTIMATORS", "WHAT", "ErrorPropagation", "Expected", "Noise", "Requirement", "rms"]
@@ -106,11 +106,8 @@ class ErrorPropagation:
         a = d.swapaxes(1, 2) @ (w * d)
         bad = np.flatnonzero(np.linalg.cond(a) > 1e14)
         if len(bad):
-            raise ModelError(
-                "the poses do not tell an anchor and a zero",
-                key=self.robot.cables[bad[0]],
-                found=f"{len(self.poses)} poses",
-            )
+            key, found = self.robot.cables[bad[0]], f"{len(self.poses)} poses"
+            raise ModelError("the poses do not tell an anchor and a zero", key=key, found=found)
         return np.asarray(np.linalg.solve(a, (w * d).swapaxes(1, 2)))
 
     def propagate(
@@ -119,12 +116,14 @@ class ErrorPropagation:
         """By how much given errors move anchors (..., m, 3) and zeros (..., m): of readings (..., n, m), of places (..., n, 3) in m
         and of rotation vectors (..., n, 3) in rad, to first order; scalars are the same error everywhere."""
         n, m = self.full.shape
-        pose = [np.broadcast_to(np.asarray(e, float), (*np.shape(e)[:-2], n, 3)) for e in (places, turns)]
-        e = np.einsum("nmi,...ni->...nm", self.slope[..., :3], pose[0]) + np.einsum(
-            "nmi,...ni->...nm", self.slope[..., 3:], pose[1]
-        )
+        v, w = (np.broadcast_to(np.asarray(e, float), (*np.shape(e)[:-2], n, 3)) for e in (places, turns))
+        by_v, by_w = self.slope[..., :3], self.slope[..., 3:]
+        e = np.einsum("nmi,...ni->...nm", by_v, v) + np.einsum("nmi,...ni->...nm", by_w, w)
         e = e - np.broadcast_to(np.asarray(lengths, float), (*np.shape(lengths)[:-2], n, m))
-        x = np.einsum("mkn,...nm->...mk", self.gain(squared), e)
+        return self._anchors_and_zeros(np.einsum("mkn,...nm->...mk", self.gain(squared), e))
+
+    def _anchors_and_zeros(self, x: Array) -> tuple[Array, Array]:
+        """Anchors (..., m, 3) and zeros (..., m) of what is sought (..., m, k)."""
         anchors = np.zeros((*x.shape[:-1], 3))
         anchors[..., self.axes] = x[..., :-1]
         return anchors, x[..., -1]
@@ -142,8 +141,7 @@ class ErrorPropagation:
     def bound(self, noise: Noise) -> Array:
         """The same of errors in variables and of maximum likelihood with free poses under priors of this noise, (m k, m k).
         Raises ModelError where readings have no noise: the poses alone then say what is missing."""
-        if not noise.length > 0:
-            raise ModelError("readings without noise", key="length", found=noise.length, expected="above zero")
+        require(noise.length > 0, "readings without noise", key="length", found=noise.length, expected="above zero")
         n, m = self.full.shape
         by = self.slope * noise.pose
         w = np.linalg.inv(noise.length**2 * np.eye(m) + by @ by.swapaxes(1, 2))
@@ -171,19 +169,15 @@ class ErrorPropagation:
         p = noise.position**2 * np.eye(3) + noise.orientation**2 * cross @ cross.swapaxes(-1, -2)
         shift = -(noise.orientation**2) * lever
         q = np.trace(p, axis1=-2, axis2=-1) - noise.length**2 + 2 * (c * shift).sum(axis=-1)
-        v = np.concatenate(
-            [2 * np.einsum("nmij,nmj->nmi", p, c) + q[..., None] * c, ((q - 2 * noise.length**2) * full)[..., None]],
-            axis=-1,
-        )
+        of_zero = (q - 2 * noise.length**2) * full
+        v = np.concatenate([2 * (p @ c[..., None])[..., 0] + q[..., None] * c, of_zero[..., None]], axis=-1)
         j = np.concatenate([c, full[..., None]], axis=-1)
         mean = np.einsum("nmi,nmj->mij", j, j)
         mean[:, :3, :3] += p.sum(axis=0)
         mean[:, 3, 3] += len(full) * noise.length**2
         some = [*self.axes, 3]
         x = 0.5 * np.linalg.solve(mean[:, some][:, :, some], v.sum(axis=0)[:, some][..., None])[..., 0]
-        anchors = np.zeros((len(x), 3))
-        anchors[:, self.axes] = x[:, :-1]
-        return anchors, x[:, -1]
+        return self._anchors_and_zeros(x)
 
 
 @dataclass(frozen=True)
@@ -206,19 +200,13 @@ class Requirement:
     estimator: str = ESTIMATORS[0]
 
     def __post_init__(self) -> None:
-        if self.estimator not in ESTIMATORS:
-            raise ModelError(
-                "unknown estimator",
-                found=self.estimator,
-                expected=" or ".join(ESTIMATORS),
-                suggestion=nearest(self.estimator, ESTIMATORS),
-            )
+        require_one_of(self.estimator, ESTIMATORS, "unknown estimator")
 
     @cached_property
     def covariance(self) -> Array:
         """Of anchors and zeros, (m k, m k). Raises ModelError where there is no noise at all."""
-        if not any(asdict(self.noise).values()):
-            raise ModelError("no noise", key="noise", expected="a standard deviation above zero")
+        noisy = any(asdict(self.noise).values())
+        require(noisy, "no noise", key="noise", expected="a standard deviation above zero")
         alone = self.estimator == "per-cable" or not (self.noise.position or self.noise.orientation)
         return self.design.covariance(self.noise) if alone else self.design.bound(self.noise)
 
@@ -273,8 +261,7 @@ class Requirement:
         return float(np.sqrt(low * high) * stated)
 
     def _error(self, what: str) -> float:
-        if what not in WHAT:
-            raise ModelError("no such error", found=what, expected=" or ".join(WHAT), suggestion=nearest(what, WHAT))
+        require_one_of(what, WHAT, "no such error")
         return float(getattr(self.rms_errors, what))
 
     def contour(self, what: str, accuracy: float, pair: tuple[str, str], count: int = 46) -> Array:
