@@ -108,14 +108,11 @@ def frame_parameters(
     """The six rows (x, y, z, rx, ry, rz) of a frame: translation in m, rotation vector in rad, shape of `value`
     (6,)."""
     frees = (free,) * 6 if isinstance(free, bool) else tuple(free)
-    scales = (None, None) if expected is None else expected
-    units = ("m", "rad")
-    return tuple(
-        Parameter(
-            f"{owner}.{s}", float(v), units[i // 3], frees[i], turn=i >= 3, expected=scales[i // 3], source=source
-        )
-        for i, (s, v) in enumerate(zip(FRAME_SYMBOLS, value, strict=False))
-    )
+    scales, rows = (None, None) if expected is None else expected, []
+    for i, symbol in enumerate(FRAME_SYMBOLS):
+        unit, scale, name = ("m", "rad")[i // 3], scales[i // 3], f"{owner}.{symbol}"
+        rows.append(Parameter(name, float(value[i]), unit, frees[i], turn=i >= 3, expected=scale, source=source))
+    return tuple(rows)
 
 
 # How unequal the two halves of a covariance may be, relative to its standard deviations: what writing it down leaves.

@@ -68,14 +68,9 @@ def catenary(force: Array, length: Array, weight: ArrayLike, elasticity: ArrayLi
     bend = length * (h * h + t1 * t0 - v * v0) / (s * t1 * t0)
     out = np.stack([h * (e * length + turn), (e + 2 / s) * length * (v + v0) / 2], axis=-1)
     cross = -h * length * (v + v0) / (s * t1 * t0)
-    jac = np.stack(
-        [
-            np.stack([e * length + turn - bend, cross, h * e + h / t0], axis=-1),
-            np.stack([cross, e * length + bend, e * v0 + v0 / t0], axis=-1),
-        ],
-        axis=-2,
-    )
-    return out, jac
+    of_x = np.stack([e * length + turn - bend, cross, h * e + h / t0], axis=-1)
+    of_z = np.stack([cross, e * length + bend, e * v0 + v0 / t0], axis=-1)
+    return out, np.stack([of_x, of_z], axis=-2)
 
 
 def hang_by_tension(ends: ArrayLike, tension: ArrayLike, weight: ArrayLike, elasticity: ArrayLike) -> Hanging:
@@ -157,12 +152,8 @@ def newton(
                 new_size = np.linalg.norm(new_r, axis=-1)
                 better = allowed(trial) & (new_size < size[at])
                 done = at[better]
-                y[done], r[done], jac[done], size[done] = (
-                    trial[better],
-                    new_r[better],
-                    new_jac[better],
-                    new_size[better],
-                )
+                for kept, new in ((y, trial), (r, new_r), (jac, new_jac), (size, new_size)):
+                    kept[done] = new[better]
                 waiting = waiting[~better]
                 if not len(waiting):
                     break

@@ -98,19 +98,12 @@ def forward(
     shape = pose.shape[:2]
     found, cost = found.reshape(*shape, 4, 4), cost.reshape(shape)
     best, solutions, rival = _choose(found, cost, s is not None, start is not None, m, ROUNDING * float(weight.max()))
-    every = np.arange(k)
-    pose = found[every, best]
-    r, slope = model(pose, every)
+    at = np.arange(k), best
+    pose, iterations, converged = found[at], iterations.reshape(shape)[at], converged.reshape(shape)[at]
+    r, slope = model(pose, np.arange(k))
     pose[np.isnan(r).any(axis=1)] = np.nan
-    return Forward(
-        pose,
-        r / weight,
-        _covariance(r, slope, s is not None),
-        iterations.reshape(shape)[every, best],
-        converged.reshape(shape)[every, best],
-        solutions if starts else np.zeros(k, dtype=np.int64),
-        rival,
-    )
+    covariance, counted = _covariance(r, slope, s is not None), solutions if starts else np.zeros(k, dtype=np.int64)
+    return Forward(pose, r / weight, covariance, iterations, converged, counted, rival)
 
 
 def _check(robot: CableRobot, y: Array, axes: list[int]) -> None:

@@ -25,23 +25,13 @@ from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import CableRobot, home
 from robocal.cables.interference import Body, Contacts, are_lengths, first_contact
 from robocal.cables.pulley import Pulleys
-from robocal.cables.statics import gravity_wrench, structure_of
-from robocal.cables.tension import distribute
+from robocal.cables.tension import hold
 from robocal.cables.tension_choice import METHOD
 from robocal.cables.workspace import Demand, holds
 from robocal.errors import ModelError, require
 from robocal.geometry import se3
 
-__all__ = [
-    "LIMITS",
-    "MotionProgram",
-    "PoseBox",
-    "PoseList",
-    "default_box",
-    "program",
-    "reachable_poses",
-    "restrict_to_feasible",
-]
+__all__ = ["LIMITS", "MotionProgram", "PoseBox", "PoseList", "program", "reachable_poses", "restrict_to_feasible"]
 
 LIMITS = ("box", "statics", "cable-cable", "cable-platform", "cable-pulley")
 # (X_0 (4, 4), translations (n, 3), rotations (n, 3)) -> lambda_s (n,) in [0, 1], nan where X_0 itself is not feasible.
@@ -204,8 +194,7 @@ def program(robot: CableRobot, listing: PoseList, steps: int, method: str = METH
     shares = np.linspace(0.0, 1.0, steps + 1)
     pose = listing.along(shares)
     every = pose.reshape(-1, 4, 4)
-    w = gravity_wrench(every, float(robot.need("mass")), robot.com)[:, list(robot.axes)]
-    found = distribute(structure_of(robot, every), w, robot.need("limits"), method)
+    found = hold(robot, every, method)
     none = int((~found.has_solution).sum())
     require(
         none == 0, "this method gives no tensions within the limits at every waypoint", key="method",

@@ -1,7 +1,7 @@
 """Tensions within their limits that balance a wrench, W t + w = 0, for many poses at once; and how far a wrench is from
 having none.
 
-Everything here works on arrays: W (k, d, m), w (k, d) or (d,), limits (m, 2) in N.
+All but `hold` works on arrays: W (k, d, m), w (k, d) or (d,), limits (m, 2) in N.
 """
 
 from __future__ import annotations
@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike
 from robocal._jit import as_kernel_array
 from robocal._types import Array, Bools, Ints
 from robocal.cables.distribution._kernels import centre_kernel, nearest_kernel, power_kernel
+from robocal.cables.geometry import CableRobot
 from robocal.cables.margin._kernels import margin_kernel, missing_kernel
 from robocal.cables.polytope._kernels import FOUND, STUCK
-from robocal.cables.statics import row_weights, structures
+from robocal.cables.statics import gravity_wrench, row_weights, structure_of, structures
 from robocal.cables.tension_choice import METHOD, POWER
 from robocal.errors import ModelError, RobocalError, look_up, require
 
@@ -31,6 +32,7 @@ __all__ = [
     "check_method",
     "distribute",
     "disturbance_margin",
+    "hold",
     "is_feasible",
     "missing_wrench",
 ]
@@ -85,6 +87,13 @@ def distribute(
     feasible, found = METHODS[method](problem, power, tension)
     tension[~found] = np.nan
     return Distribution(method, tension, feasible, found, problem.w, problem.load, problem.limits)
+
+
+def hold(robot: CableRobot, pose: ArrayLike, method: str = METHOD) -> Distribution:
+    """Tensions within the robot's limits that hold its weight at poses (k, 4, 4). Raises ModelError where mass or limits are not known."""
+    weight = gravity_wrench(pose, float(robot.need("mass")), robot.com)[:, list(robot.axes)]
+    limits = robot.need("limits")
+    return distribute(structure_of(robot, pose), weight, limits, method)
 
 
 def check_method(method: str) -> None:
