@@ -134,8 +134,8 @@ def check_covariance(c: NDArray[np.float64], size: int, key: str) -> None:
     least = float(np.linalg.eigvalsh(unit).min(initial=np.inf))
     found = f"smallest eigenvalue of the correlations {least:.3g}"
     expected = "above 0; parameters that depend on each other exactly cannot have priors of their own"
-    definite = "a prior's covariance must be positive definite"
-    require(least > ROUNDING, definite, key=key, found=found, expected=expected)
+    message = "a prior's covariance must be positive definite"
+    require(least > ROUNDING, message, key=key, found=found, expected=expected)
 
 
 _NAMED = ("index", "names", "turns", "layouts")  # what tables with the same names have in common

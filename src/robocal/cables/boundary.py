@@ -101,14 +101,16 @@ def rays(robot: CableRobot, demand: Demand, start: ArrayLike, ends: ArrayLike, s
 def statics_along(robot: CableRobot, demand: Demand, steps: int = 64) -> Callable[[Array, Array, Array], Array]:
     """lambda_s of motions, as `poses.reachable_poses` asks for it: how far everything demanded can be held.
 
-    The function takes a start (4, 4), translations (n, 3) m and rotation vectors (n, 3) rad in base axes, and gives (n,) in
-    [0, 1]; NaN where the start itself cannot be held. See `first_exit`.
+    The function takes a start (4, 4), or of every motion (n, 4, 4), translations (n, 3) m and rotation vectors (n, 3) rad in base
+    axes, and gives (n,) in [0, 1]; NaN where the start itself cannot be held. See `first_exit`.
     """
 
     def reach(start: Array, translation: Array, rotation: Array) -> Array:
+        starts = np.broadcast_to(start, (len(translation), 4, 4))
+
         def inside(ray: Ints, lam: Array) -> Bools:
             v, w = lam[:, None] * translation[ray], lam[:, None] * rotation[ray]
-            return holds(robot, demand, se3.displace(start, v, w))
+            return holds(robot, demand, se3.displace(starts[ray], v, w))
 
         return first_exit(inside, len(translation), steps)
 

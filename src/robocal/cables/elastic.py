@@ -81,10 +81,8 @@ def hang_by_tension(ends: ArrayLike, tension: ArrayLike, weight: ArrayLike, elas
     """
     p, given = np.asarray(ends, float), [np.asarray(v, float) for v in (tension, weight, elasticity)]
     shape = np.broadcast_shapes(p.shape[:-1], *(v.shape for v in given))
-    p, (t, w, e) = (
-        np.broadcast_to(p, (*shape, 2)).reshape(-1, 2),
-        (np.broadcast_to(v, shape).reshape(-1) for v in given),
-    )
+    p = np.broadcast_to(p, (*shape, 2)).reshape(-1, 2)
+    t, w, e = (np.broadcast_to(v, shape).reshape(-1) for v in given)
     chord = np.linalg.norm(p, axis=-1)
     length = chord / (1 + e * t)
     # The tension of a light cable turns by half of what its weight takes from it.

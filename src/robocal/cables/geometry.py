@@ -95,7 +95,7 @@ class CableRobot(Unjointed):
     @cached_property
     def numbers(self) -> Array:
         """The seven numbers of every cable in the order of SYMBOLS, (m, 7)."""
-        return self._table_values(SYMBOLS)
+        return np.array([[self.table[self.row(f"{c}.{s}")].value for s in SYMBOLS] for c in self.cables])
 
     @property
     def parts(self) -> Mapping[str, tuple[str, ...]]:

@@ -7,17 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robocal._types import Array, Bools, Ints
-from robocal.cables.boundary import first_exit
+from robocal._types import Array, Bools
+from robocal.cables.boundary import statics_along
 from robocal.cables.geometry import CableRobot
 from robocal.cables.interference import Body, Contacts, first_contact
-from robocal.cables.workspace import Demand, holds
+from robocal.cables.workspace import Demand
 from robocal.errors import require
 from robocal.geometry import se3
 
 __all__ = ["Legs", "legs"]
-
-STEPS = 64  # at which a way is asked whether it can be held, before it is halved
 
 
 @dataclass(frozen=True)
@@ -43,13 +41,8 @@ class Legs:
     @property
     def end_poses(self) -> Array:
         """Where each ends, (n, 4, 4)."""
-        return along(self.starts, self.ends, self.free)
-
-
-def along(starts: Array, ends: Array, share: Array) -> Array:
-    """The pose (n, 4, 4) at a share (n,) of motions from starts (n, 4, 4) to ends (n, 4, 4)."""
-    v, w = se3.displacement(starts, ends)
-    return se3.displace(starts, share[:, None] * v, share[:, None] * w)
+        v, w = (self.free[:, None] * whole for whole in se3.displacement(self.starts, self.ends))
+        return se3.displace(self.starts, v, w)
 
 
 def legs(
@@ -69,14 +62,12 @@ def legs(
     require(t.ndim == 3 and len(t) >= 2, "a path has two poses or more", found=len(t))
     starts, ends = np.repeat(t[:1], len(t) - 1, axis=0) if from_first else t[:-1], t[1:]
     v, w = se3.displacement(starts, ends)
+    wheels = robot.pulleys
     contacts = first_contact(
-        robot.a, robot.b, starts, v, w, diameter=diameter, pulleys=robot.pulleys, body=body, relief=relief
+        robot.a, robot.b, starts, v, w, diameter=diameter, pulleys=wheels, body=body, relief=relief
     )
     held = np.full(len(v), np.nan)
     if demand is not None:
-
-        def inside(ray: Ints, lam: Array) -> Bools:
-            return holds(robot, demand, along(starts[ray], ends[ray], lam))
-
-        held = np.nan_to_num(first_exit(inside, len(v), STEPS))  # none where the start itself is not held
+        # None where the start itself is not held.
+        held = np.nan_to_num(statics_along(robot, demand)(starts, v, w))
     return Legs(contacts, held, starts, ends)

@@ -137,11 +137,11 @@ def per_cable(
     require(modelled, "the squared residual is of straight cables", found="pulleys", expected="residual='length'")
     t, y = _lists(poses, 4, "poses"), _lists(readings, 3, "readings")
     m = len(robot.cables)
-    paired, found = (
-        y.shape[1:] == (t.shape[1], m) and len({len(t), len(y), 1}) <= 2,
+    paired = y.shape[1:] == (t.shape[1], m) and len({len(t), len(y), 1}) <= 2
+    found, expected = (
         f"{t.shape[:2]} poses, readings {y.shape}",
+        "as many rows of readings as poses, a column per cable",
     )
-    expected = "as many rows of readings as poses, a column per cable"
     require(paired, "poses and readings do not belong together", found=found, expected=expected)
     read = np.isfinite(y)
     weight = read / np.broadcast_to(np.asarray(sigma, float), (m,)) ** 2

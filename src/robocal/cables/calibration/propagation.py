@@ -170,7 +170,7 @@ class ErrorPropagation:
         shift = -(noise.orientation**2) * lever
         q = np.trace(p, axis1=-2, axis2=-1) - noise.length**2 + 2 * (c * shift).sum(axis=-1)
         of_zero = (q - 2 * noise.length**2) * full
-        v = np.concatenate([2 * (p @ c[..., None])[..., 0] + q[..., None] * c, of_zero[..., None]], axis=-1)
+        v = np.concatenate([2 * np.einsum("nmij,nmj->nmi", p, c) + q[..., None] * c, of_zero[..., None]], axis=-1)
         j = np.concatenate([c, full[..., None]], axis=-1)
         mean = np.einsum("nmi,nmj->mij", j, j)
         mean[:, :3, :3] += p.sum(axis=0)
