@@ -25,7 +25,7 @@ from robocal._types import Array, Bools, Ints
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError, require
 
-__all__ = ["KINDS", "Body", "Contacts", "are_lengths", "box", "first_contact", "hull"]
+__all__ = ["KINDS", "Body", "Contacts", "are_lengths", "box", "distances", "first_contact", "hull"]
 
 
 @dataclass(frozen=True)
@@ -235,3 +235,14 @@ def _check_anchors(body: Body, b: Array) -> None:
     why = f"platform anchor {worst + 1} lies {1e3 * out[worst]:.3g} mm outside the platform's body"
     expected = "anchors on or in the body (take them into `hull` as well)"
     require(out[worst] <= 1e-9, why, expected=expected, found=b[worst].round(6).tolist())
+
+
+def distances(p: ArrayLike, p_end: ArrayLike, q: ArrayLike, q_end: ArrayLike) -> Array:
+    """The distance in m between segments p p_end and q q_end, points (k, 3) each -> (k,)."""
+    from robocal.cables.contact.segments._kernels import separations
+
+    arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in (p, p_end, q, q_end)))
+    one, one_end, two, two_end = as_kernel_array(*arrays)
+    out = np.empty(len(one))
+    separations(one, one_end, two, two_end, out)
+    return out

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
-from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.grid_regions import frame_box
-from robocal.cables.interference import Body, Contacts, first_contact
+from robocal.cables.interference import Body, Contacts, distances, first_contact
 from robocal.cables.pulley import leaving
 from robocal.cables.tension import Distribution, hold
 from robocal.cables.workspace import Demand, margins

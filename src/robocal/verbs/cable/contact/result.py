@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.path import Legs, legs
+from robocal.cables.boundary import Legs, legs
 from robocal.cables.tension import hold
 from robocal.cables.workspace import Demand
 from robocal.errors import FormatError, ModelError
