@@ -242,7 +242,7 @@ def _power(problem: _Problem, power: float, tension: Array) -> tuple[Bools, Bool
 
 def _found(code: Ints) -> Bools:
     """Where a kernel found tensions, (k,)."""
-    return _require_convergence(code != STUCK) & (code == FOUND)
+    return np.asarray(_require_convergence(code != STUCK) & (code == FOUND))
 
 
 METHODS: MappingProxyType[str, _Method] = MappingProxyType(
