@@ -12,8 +12,8 @@ RobocalError
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from typing import Any, TypeVar
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, TypedDict, TypeVar, Unpack
 
 __all__ = [
     "CONTROL",
@@ -31,6 +31,8 @@ __all__ = [
     "one_of",
     "printable",
     "reason_of",
+    "require",
+    "require_one_of",
     "shorten",
 ]
 
@@ -78,6 +80,18 @@ def look_up(known: Mapping[str, T], name: str, message: str, key: str | None = N
     if name not in known:
         raise ModelError(message, key=key, found=name, **one_of(name, known))
     return known[name]
+
+
+def require(condition: object, message: str, **facts: Unpack[Facts]) -> None:
+    """Raises ModelError with this message where a condition does not hold."""
+    if not condition:
+        raise ModelError(message, **facts)
+
+
+def require_one_of(name: str, known: Sequence[str], message: str) -> None:
+    """Raises ModelError, with the nearest name, for one that is none of a few."""
+    if name not in known:
+        raise ModelError(message, found=name, expected=" or ".join(known), suggestion=nearest(name, known))
 
 
 def _distance(a: str, b: str) -> int:
@@ -136,29 +150,30 @@ class RobocalError(Exception):
     """The root of the tree."""
 
 
+class Facts(TypedDict, total=False):
+    """What an error says beside its message: where, what was found and what was expected."""
+
+    file: object
+    row: int | None
+    column: str | int | None
+    key: str | None
+    found: object
+    expected: object
+    suggestion: str | None
+
+
 class InputError(RobocalError):
     """Something given from outside is wrong; says where, what was found and what was expected."""
 
-    def __init__(
-        self,
-        message: str,
-        *,
-        file: object = None,
-        row: int | None = None,
-        column: str | int | None = None,
-        key: str | None = None,
-        found: object = None,
-        expected: object = None,
-        suggestion: str | None = None,
-    ) -> None:
+    def __init__(self, message: str, **facts: Unpack[Facts]) -> None:
         self.message = message
-        self.file = None if file is None else str(file)
-        self.row = row
-        self.column = column
-        self.key = key
-        self.found = found
-        self.expected = expected
-        self.suggestion = suggestion
+        self.file = None if facts.get("file") is None else str(facts["file"])
+        self.row = facts.get("row")
+        self.column = facts.get("column")
+        self.key = facts.get("key")
+        self.found = facts.get("found")
+        self.expected = facts.get("expected")
+        self.suggestion = facts.get("suggestion")
         super().__init__(str(self))
 
     def of_file(self, file: object, **place: Any) -> FormatError:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, nearest, require
 
 __all__ = ["FRAME_SYMBOLS", "Parameter", "ParameterTable", "Together", "check_covariance", "frame_parameters"]
 
@@ -108,13 +108,10 @@ def frame_parameters(
     """The six rows (x, y, z, rx, ry, rz) of a frame: translation in m, rotation vector in rad, shape of `value`
     (6,)."""
     frees = (free,) * 6 if isinstance(free, bool) else tuple(free)
-    rows = []
+    scales, rows = (None, None) if expected is None else expected, []
     for i, symbol in enumerate(FRAME_SYMBOLS):
-        scale = None if expected is None else expected[i // 3]
-        unit = "m" if i < 3 else "rad"
-        rows.append(
-            Parameter(f"{owner}.{symbol}", float(value[i]), unit, frees[i], turn=i >= 3, expected=scale, source=source)
-        )
+        unit, scale, name = ("m", "rad")[i // 3], scales[i // 3], f"{owner}.{symbol}"
+        rows.append(Parameter(name, float(value[i]), unit, frees[i], turn=i >= 3, expected=scale, source=source))
     return tuple(rows)
 
 
@@ -124,25 +121,21 @@ SYMMETRIC = 1e-6
 
 def check_covariance(c: NDArray[np.float64], size: int, key: str) -> None:
     """Raises ModelError where c (..., size, size) is no covariance; `key` says whose prior it is."""
-    if c.shape[-2:] != (size, size):
-        raise ModelError("a prior's covariance has another size", key=key, found=c.shape, expected=f"{size} x {size}")
-    if not np.isfinite(c).all():
-        raise ModelError("a prior's covariance must be finite", key=key)
+    square, expected = c.shape[-2:] == (size, size), f"{size} x {size}"
+    require(square, "a prior's covariance has another size", key=key, found=c.shape, expected=expected)
+    require(np.isfinite(c).all(), "a prior's covariance must be finite", key=key)
     own = np.diagonal(c, axis1=-2, axis2=-1)
-    if not (own > 0).all():
-        raise ModelError("a prior's variances must be above zero", key=key, found=float(own.min()))
+    least = float(own.min(initial=np.inf))
+    require(least > 0, "a prior's variances must be above zero", key=key, found=least)
     unit = c / np.sqrt(own[..., :, None] * own[..., None, :])
-    if (np.abs(unit - np.swapaxes(unit, -1, -2)) > SYMMETRIC).any():
-        raise ModelError("a prior's covariance must be symmetric", key=key)
+    symmetric = (np.abs(unit - np.swapaxes(unit, -1, -2)) <= SYMMETRIC).all()
+    require(symmetric, "a prior's covariance must be symmetric", key=key)
     # Units differ by orders of magnitude, so it is the correlations whose eigenvalues say whether it is one.
     least = float(np.linalg.eigvalsh(unit).min(initial=np.inf))
-    if not least > ROUNDING:
-        raise ModelError(
-            "a prior's covariance must be positive definite",
-            key=key,
-            found=f"smallest eigenvalue of the correlations {least:.3g}",
-            expected="above 0; parameters that depend on each other exactly cannot have priors of their own",
-        )
+    found = f"smallest eigenvalue of the correlations {least:.3g}"
+    expected = "above 0; parameters that depend on each other exactly cannot have priors of their own"
+    message = "a prior's covariance must be positive definite"
+    require(least > ROUNDING, message, key=key, found=found, expected=expected)
 
 
 _NAMED = ("index", "names", "turns", "layouts")  # what tables with the same names have in common
@@ -189,13 +182,11 @@ class ParameterTable:
     @cached_property
     def turns(self) -> NDArray[np.int64]:
         """Row number of the first component of every rotation vector."""
-        found, i = [], 0
-        while i < len(self.rows):
-            if self.rows[i].turn:
+        # A run of rows that turn is one rotation vector after the other.
+        found: list[int] = []
+        for i, p in enumerate(self.rows):
+            if p.turn and (not found or i >= found[-1] + 3):
                 found.append(i)
-                i += 3
-            else:
-                i += 1
         return np.array(found, dtype=np.int64)
 
     @cached_property
@@ -251,17 +242,13 @@ class ParameterTable:
         return name in self.index
 
     def __add__(self, other: ParameterTable | Iterable[Parameter]) -> ParameterTable:
-        if isinstance(other, ParameterTable):
-            return ParameterTable(self.rows + other.rows, self.together + other.together)
-        return ParameterTable(self.rows + tuple(other), self.together)
+        more, together = (other.rows, other.together) if isinstance(other, ParameterTable) else (tuple(other), ())
+        return ParameterTable(self.rows + more, self.together + together)
 
     def with_values(self, values: Mapping[str, float] | NDArray[np.float64]) -> ParameterTable:
         """The same table with other values: by name, or an array of shape (P,)."""
         if isinstance(values, Mapping):
-            for name in values:
-                _ = self[name]
-            rows = [_replace(p, value=float(values[p.name])) if p.name in values else p for p in self.rows]
-            return self._of(rows, same=_VALUELESS)
+            return self._of(self._change("value", {n: float(v) for n, v in values.items()}), same=_VALUELESS)
         each = np.asarray(values, float).tolist()
         return self._of([_replace(p, value=v) for p, v in zip(self.rows, each, strict=True)], same=_VALUELESS)
 
@@ -275,9 +262,7 @@ class ParameterTable:
     def with_priors(self, priors: Mapping[str, float | None]) -> ParameterTable:
         """The same table with these prior standard deviations; what was said of these names before is gone, together with
         others or alone."""
-        for name in priors:
-            _ = self[name]
-        rows = [_replace(p, prior=priors[p.name]) if p.name in priors else p for p in self.rows]
+        rows = self._change("prior", priors)
         left = (t.without(priors) for t in self.together)
         return self._of(rows, tuple(t for t in left if len(t.names) > 1), same=_PRIORLESS)
 
@@ -288,26 +273,26 @@ class ParameterTable:
         (k, k), not finite, not symmetric, not positive definite.
         """
         names, c = tuple(names), np.asarray(covariance, float)
-        if len(set(names)) < len(names):
-            double = next(n for i, n in enumerate(names) if n in names[:i])
-            raise ModelError("a prior names a parameter twice", key=double)
+        double = next((n for i, n in enumerate(names) if n in names[:i]), None)
+        require(double is None, "a prior names a parameter twice", key=double)
         check_covariance(c, len(names), ", ".join(names[:3]) + (" ..." if len(names) > 3 else ""))
         made = self.with_priors({n: float(s) for n, s in zip(names, np.sqrt(np.diag(c)), strict=True)})
-        return ParameterTable(
-            made.rows, (*made.together, _together(names, (c + c.T) / 2)) if len(names) > 1 else made.together
-        )
+        more = (_together(names, (c + c.T) / 2),) if len(names) > 1 else ()
+        return ParameterTable(made.rows, made.together + more)
 
     def with_preferences(self, preferences: Mapping[str, int]) -> ParameterTable:
         """The same table with these preferences."""
-        for name in preferences:
-            _ = self[name]
-        return self._of([_replace(p, preference=preferences.get(p.name, p.preference)) for p in self.rows])
+        return self._of(self._change("preference", preferences))
 
     def with_expected(self, expected: Mapping[str, float]) -> ParameterTable:
         """The same table with these errors expected where nobody states a prior, in the parameters' units."""
-        for name in expected:
+        return self._of(self._change("expected", expected))
+
+    def _change(self, what: str, values: Mapping[str, float | None]) -> list[Parameter]:
+        """The rows with another number in one field. Raises ModelError for an unknown name."""
+        for name in values:
             _ = self[name]
-        return self._of([_replace(p, expected=expected.get(p.name, p.expected)) for p in self.rows])
+        return [_replace(p, **{what: values[p.name]}) if p.name in values else p for p in self.rows]
 
     def _of(
         self, rows: Sequence[Parameter], together: tuple[Together, ...] | None = None, same: tuple[str, ...] = _NAMED
@@ -321,11 +306,9 @@ class ParameterTable:
 
     def match(self, patterns: Iterable[str]) -> tuple[str, ...]:
         """Names selected by full names (`j2.alpha`), symbols (`alpha`) or owners (`tool`); errors name the nearest."""
-        chosen: set[str] = set()
-        for pattern in patterns:
-            hits = [n for n in self.index if pattern in (n, n.rpartition(".")[0], n.rpartition(".")[2])]
-            if not hits:
-                known = {w for n in self.index for w in (n, n.rpartition(".")[0], n.rpartition(".")[2])}
-                raise ModelError("no parameter has this name", key=pattern, suggestion=nearest(pattern, known))
-            chosen.update(hits)
-        return tuple(n for n in self.index if n in chosen)
+        known = {n: {n, n.rpartition(".")[0], n.rpartition(".")[2]} for n in self.index}
+        every, wanted = {w for words in known.values() for w in words}, tuple(patterns)
+        for pattern in wanted:
+            if pattern not in every:
+                raise ModelError("no parameter has this name", key=pattern, suggestion=nearest(pattern, every))
+        return tuple(n for n, words in known.items() if not words.isdisjoint(wanted))

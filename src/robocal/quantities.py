@@ -56,13 +56,12 @@ def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-AMOUNT, VALUE, MEAN, SHARE = (
-    QuantityKind(w) for w in ("a size or a difference", "a value", "the mean of a statistic", "a ratio")
-)
-DISPLAY, OWN = (
-    QuantityKind("the unit in which errors are shown: mm, deg, px"),
-    QuantityKind("the unit in which the robot's file speaks"),
-)
+AMOUNT = QuantityKind("a size or a difference")
+VALUE = QuantityKind("a value")
+MEAN = QuantityKind("the mean of a statistic")
+SHARE = QuantityKind("a ratio")
+DISPLAY = QuantityKind("the unit in which errors are shown: mm, deg, px")
+OWN = QuantityKind("the unit in which the robot's file speaks")
 
 Amount: TypeAlias = Annotated[float, AMOUNT]  # of the unit in force, without its offset (a difference of temperatures)
 Value: TypeAlias = Annotated[float, VALUE]  # of the unit in force, with its offset (a temperature)

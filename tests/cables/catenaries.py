@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._types import Array
-from robocal.cables.elastic import Hanging, catenary
-from robocal.cables.newton import Rows, invert_small, newton
+from robocal.cables.elastic import Hanging, Rows, catenary, invert_small, newton
 
 
 def hang_by_length(ends: ArrayLike, length: ArrayLike, weight: ArrayLike, elasticity: ArrayLike) -> Hanging:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array, Ints
-from robocal.cables.contact.segments import distances
+from robocal.cables.interference import distances
 
 
 def crossings(a: ArrayLike, ends: ArrayLike, translation: ArrayLike, tolerance: float = 1e-9) -> tuple[Array, Ints]:

@@ -7,8 +7,7 @@ import pytest
 from cables.cable_robots import PUBLISHED, directions, poses, published
 
 from robocal.cables.cable_lengths import inverse
-from robocal.cables.calibration.exact import exact, flat
-from robocal.cables.calibration.per_cable import per_cable
+from robocal.cables.calibration.per_cable import flat, per_cable
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
@@ -77,43 +76,6 @@ def test_as_many_poses_as_unknowns_need_no_guess(name):
         assert np.abs(found.anchors[0] - robot.a).max() < EXACT and np.abs(found.zeros[0] - robot.zeros).max() < EXACT
 
 
-def counted(s: np.ndarray, y: np.ndarray, axes: list[int], at: np.ndarray) -> list[np.ndarray]:
-    """All solutions by another way: differences of squares give the anchor as a straight line in the zero, the first length then
-    is a quadratic of it."""
-    other = [i for i in range(3) if i not in axes]
-    square = (s[:, axes] ** 2).sum(axis=1) + ((s[:, other] - at[other]) ** 2).sum(axis=1) - y**2
-    two = 2 * (s[1:, axes] - s[0, axes])
-    base = np.linalg.solve(two, square[1:] - square[0])
-    slope = np.linalg.solve(two, -2 * (y[1:] - y[0]))
-    d = base - s[0, axes]
-    far = ((s[0, other] - at[other]) ** 2).sum()
-    roots = np.roots([slope @ slope - 1, 2 * (slope @ d - y[0]), d @ d + far - y[0] ** 2])
-    real = roots[np.abs(roots.imag) <= 1e-7 * np.abs(roots)].real
-    return [np.array([*(base + z * slope), z]) for z in real if (y + z > 0).all()]
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_one_pose_less_lists_every_solution(name):
-    numbers = set()
-    for seed in range(20):
-        rng = np.random.default_rng(100 + seed)
-        robot = robot_of(name, seed)
-        axes = [i for i in robot.axes if i < 3]
-        t = listed(robot, rng, len(axes) + 1)
-        s, y = attached(robot, t), read(robot, t)
-        for c in range(len(robot.cables)):
-            found = exact(s[:, c], y[:, c], axes, robot.a[c])
-            known = counted(s[:, c], y[:, c], axes, robot.a[c])
-            assert len(found.zeros) == len(known)
-            mine = np.column_stack([found.anchors[:, axes], found.zeros])
-            for root in known:
-                assert np.abs(mine - root).max(axis=1).min() < 1e-6
-            truth = np.array([*robot.a[c, axes], robot.zeros[c]])
-            assert np.abs(mine - truth).max(axis=1).min() < 1e-6
-            numbers.add(len(known))
-    assert numbers == {1, 2}
-
-
 def test_lists_that_stay_in_a_plane_a_line_or_a_place_are_refused_by_name():
     robot = made(0, 8)
     rng = np.random.default_rng(0)
@@ -123,8 +85,6 @@ def test_lists_that_stay_in_a_plane_a_line_or_a_place_are_refused_by_name():
         assert flat(attached(robot, t)[:, 0]) == what
         with pytest.raises(ModelError, match=f"c1 stays in {what}"):
             per_cable(robot, t, read(robot, t))
-        with pytest.raises(ModelError, match=what):
-            exact(attached(robot, t)[:, 0], read(robot, t)[:, 0])
 
 
 def test_too_few_poses_and_other_shapes_are_refused():
@@ -133,8 +93,6 @@ def test_too_few_poses_and_other_shapes_are_refused():
     y = read(robot, t)
     with pytest.raises(ModelError, match="too few poses"):
         per_cable(robot, t[:4], y[:4])
-    with pytest.raises(ModelError, match="too few poses"):
-        exact(attached(robot, t)[:3, 0], y[:3, 0])
     with pytest.raises(ModelError, match="belong together"):
         per_cable(robot, t, y[:, :7])
     with pytest.raises(ModelError, match="unknown residual"):

@@ -9,9 +9,8 @@ from cables.test_calibration import listed, made
 from laws import check_jacobian
 
 from robocal.cables.cable_lengths import inverse
-from robocal.cables.calibration.carried import pose_covariance
 from robocal.cables.forward import forward
-from robocal.cables.gradient import by_parameters
+from robocal.cables.gradient import by_parameters, pose_covariance
 from robocal.cables.pulley import Pulleys
 from robocal.geometry import so3
 

@@ -10,8 +10,7 @@ import pytest
 from cables.motions import anchors, body_overlap, pose, random_motions, sampled
 from sizes import size
 
-from robocal.cables.contact.segments import distances
-from robocal.cables.interference import KINDS, box, first_contact
+from robocal.cables.interference import KINDS, box, distances, first_contact
 from robocal.cables.pulley import Pulleys, leaving, taut
 from robocal.errors import ModelError
 

@@ -11,8 +11,7 @@ from cables.crossing_cables import crossings
 from cables.motions import anchors, beyond, body_overlap, pair_distances, random_motions, sampled, turns
 from sizes import size
 
-from robocal.cables.contact.segments import distances
-from robocal.cables.interference import KINDS, box, first_contact, hull
+from robocal.cables.interference import KINDS, box, distances, first_contact, hull
 from robocal.errors import ModelError
 
 STILL = np.eye(4)

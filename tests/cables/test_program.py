@@ -15,8 +15,7 @@ from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import cable_robot
 from robocal.cables.interference import first_contact, hull
 from robocal.cables.list_start import Clearance, examine, propose
-from robocal.cables.motion_program import program, restrict_to_feasible
-from robocal.cables.pose_list import LIMITS, PoseBox, reachable_poses
+from robocal.cables.pose_list import LIMITS, PoseBox, program, reachable_poses, restrict_to_feasible
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.workspace import Demand, holds, margins
 from robocal.errors import ModelError

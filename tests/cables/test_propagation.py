@@ -8,8 +8,7 @@ from cables.cable_robots import poses, published
 from cables.test_calibration import attached, listed, made, read
 
 from robocal.cables.calibration.per_cable import per_cable
-from robocal.cables.calibration.propagation import ErrorPropagation, Noise, rms
-from robocal.cables.calibration.requirement import Requirement
+from robocal.cables.calibration.propagation import ErrorPropagation, Noise, Requirement, rms
 from robocal.errors import ModelError
 from robocal.geometry import so3
 

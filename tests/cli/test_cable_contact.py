@@ -15,8 +15,8 @@ from cli.runs import robocal
 from cli.test_cable_identify import table
 from listings import rows_of
 
-from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import cable_robot
+from robocal.cables.interference import distances
 from robocal.cables.pulley import Pulleys
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.show import describe_cable

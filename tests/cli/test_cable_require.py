@@ -13,8 +13,7 @@ from cables.cable_robots import poses, published
 from cli.runs import files, robocal
 from listings import rows_of
 
-from robocal.cables.calibration.propagation import ErrorPropagation, Noise
-from robocal.cables.calibration.requirement import Requirement
+from robocal.cables.calibration.propagation import ErrorPropagation, Noise, Requirement
 from robocal.geometry import se3
 
 LAVAL = Path(__file__).parents[2] / "examples" / "cable-laval" / "robot.yaml"

@@ -10,8 +10,7 @@ import numpy as np
 from robocal.arms.conventions import chain
 from robocal.cables.geometry import cable_robot
 from robocal.geometry import se3
-from robocal.geometry.path.path_joints import Joint
-from robocal.geometry.path.program import Element, Term, compile_path, frame_element
+from robocal.geometry.path.program import Element, Joint, Term, compile_path, frame_element
 from robocal.measure.base import Rig, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.parameters import FRAME_SYMBOLS, Parameter, ParameterTable, frame_parameters

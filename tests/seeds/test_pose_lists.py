@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 
 from robocal.cables.boundary import statics_along
-from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import SYMBOLS
-from robocal.cables.interference import hull
+from robocal.cables.interference import distances, hull
 from robocal.cables.list_start import Clearance, examine
-from robocal.cables.motion_program import program
-from robocal.cables.pose_list import LIMITS, PoseBox, default_box, reachable_poses
+from robocal.cables.pose_list import LIMITS, PoseBox, default_box, program, reachable_poses
 from robocal.cables.workspace import Demand, holds, margins
 from robocal.errors import ModelError
 from robocal.files.cable.cable_robot import read_cable

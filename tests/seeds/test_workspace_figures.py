@@ -13,7 +13,7 @@ import pytest
 from cli.runs import robocal
 from listings import rows_of
 
-from robocal.cables.contact.segments import distances
+from robocal.cables.interference import distances
 from robocal.cables.workspace import Demand, holds
 from robocal.files.cable.cable_robot import read_cable
 from robocal.geometry import se3, so3

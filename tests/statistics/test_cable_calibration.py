@@ -15,8 +15,7 @@ from scipy import stats
 from sizes import size
 
 from robocal.cables.calibration.per_cable import per_cable
-from robocal.cables.calibration.propagation import ErrorPropagation, Noise, rms
-from robocal.cables.calibration.requirement import Requirement
+from robocal.cables.calibration.propagation import ErrorPropagation, Noise, Requirement, rms
 from robocal.cables.geometry import cable_robot
 from robocal.estimate.generalised.solver import generalised_least_squares
 from robocal.estimate.least_squares import least_squares

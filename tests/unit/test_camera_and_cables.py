@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from laws import check_jacobian
+from twists import exp
 
 from robocal.cables.geometry import SYMBOLS as CABLE_SYMBOLS
 from robocal.cables.geometry import cable_robot, lengths
-from robocal.geometry import se3, so3
+from robocal.geometry import so3
 from robocal.vision.camera import SYMBOLS, project
 
 LENS = np.array([900.0, 880.0, 320.0, 245.0, -0.2, 0.05, 0.004, -0.003, 0.02])
@@ -68,7 +69,7 @@ def test_cable_robot_names_every_number(rng):
 
 
 def test_length_is_the_distance_between_anchors_less_the_zero(rng):
-    robot, pose = rig(rng), se3.exp(rng.normal(scale=0.3, size=(1, 5, 6)))
+    robot, pose = rig(rng), exp(rng.normal(scale=0.3, size=(1, 5, 6)))
     for i in range(4):
         numbers = robot.table.values[7 * i : 7 * i + 7]
         length, _, _ = lengths(pose, numbers[None])
@@ -78,7 +79,7 @@ def test_length_is_the_distance_between_anchors_less_the_zero(rng):
 
 
 def test_length_jacobians(rng):
-    numbers, pose = rig(rng).table.values[:7], se3.exp(rng.normal(scale=0.3, size=6))
+    numbers, pose = rig(rng).table.values[:7], exp(rng.normal(scale=0.3, size=6))
 
     def stepped(d):
         out = pose.copy()

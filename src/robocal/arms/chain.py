@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 from robocal._types import Array, Ints
 from robocal.arms.columns import ChainColumn
 from robocal.errors import ModelError, nearest, one_of
-from robocal.geometry.path.path_joints import Joint, Zero
-from robocal.geometry.path.program import Element, Program, compile_path
+from robocal.geometry.path.program import Element, Joint, Program, Zero, compile_path
 from robocal.geometry.path.unjointed import Whole
 from robocal.parameters import ParameterTable
 from robocal.remarks.code import Code

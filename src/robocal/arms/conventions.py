@@ -17,8 +17,7 @@ from robocal.arms.recipes import RECIPES, elements_convention, recipe_convention
 from robocal.arms.row_builder import QUANTITIES, TYPES, Convention, Row, RowBuilder, finite
 from robocal.arms.screws import SCREW_CONVENTIONS
 from robocal.errors import ModelError, look_up, one_of
-from robocal.geometry.path.path_joints import Joint
-from robocal.geometry.path.program import Element, frame_element
+from robocal.geometry.path.program import Element, Joint, frame_element
 from robocal.parameters import Parameter, ParameterTable, frame_parameters
 
 __all__ = ["CONVENTIONS", "QUANTITIES", "Convention", "chain", "convention_of", "rows"]

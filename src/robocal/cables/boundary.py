@@ -1,4 +1,5 @@
-"""The exact boundary of a workspace along rays, (3.35) of the seed; joined to surfaces and sections."""
+"""The exact boundary of a workspace along rays, (3.35) of the seed; joined to surfaces and sections; and the motions of a given path:
+what each meets first, and how far it can be held."""
 
 from __future__ import annotations
 
@@ -6,20 +7,23 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
-from robocal._types import Array, Bools
+from robocal._types import Array, Bools, Ints
 from robocal.cables.geometry import CableRobot
+from robocal.cables.interference import Body, Contacts, first_contact
 from robocal.cables.workspace import Demand, as_box, as_poses, holds
-from robocal.errors import ModelError
-from robocal.geometry import se3, so3
+from robocal.errors import require
+from robocal.geometry import se3
 
 __all__ = [
+    "Legs",
     "Outline",
     "Surface",
     "directions",
     "first_exit",
+    "legs",
     "outline",
     "rays",
     "statics_along",
@@ -30,19 +34,18 @@ __all__ = [
 
 # Points asked for in one call: below this a call costs more by itself than by what it is asked.
 AT_ONCE = 256
+Inside = Callable[[Ints, Array], Bools]
 
 
-def first_exit(
-    inside: Callable[[NDArray[np.int64], Array], Bools], count: int, steps: int = 64, tolerance: float = 1e-12
-) -> Array:
+def first_exit(inside: Inside, count: int, steps: int = 64, tolerance: float = 1e-12) -> Array:
     """First exit lambda (count,) in [0, 1] along rays that start inside, (3.35) of the seed; 1 where a ray never leaves.
 
     `inside(ray, lam)` says for ray numbers (n,) and lambda (n,) whether the point is inside; NaN for a ray whose start is
     not. A ray is looked at in `steps` equal steps; the first that leaves is halved until it is shorter than `tolerance`. An exit
     and return within one step is not seen. Raises ModelError for fewer steps than one and a tolerance that is none.
     """
-    if steps < 1 or not 0.0 < tolerance < 1.0:
-        raise ModelError("a ray is looked at in steps and halved", key="steps, tolerance", found=(steps, tolerance))
+    sound = steps >= 1 and 0.0 < tolerance < 1.0
+    require(sound, "a ray is looked at in steps and halved", key="steps, tolerance", found=(steps, tolerance))
     every = np.arange(count)
     low, high = np.zeros(count), np.ones(count)
     started = inside(every, low)
@@ -66,14 +69,12 @@ def first_exit(
     return low
 
 
-def _ask(inside: Callable[[NDArray[np.int64], Array], Bools], ray: NDArray[np.int64], lam: Array) -> Bools:
+def _ask(inside: Inside, ray: Ints, lam: Array) -> Bools:
     """`inside` at lam (n, k) of rays (n,), (n, k)."""
     return inside(np.repeat(ray, lam.shape[1]), lam.reshape(-1)).reshape(lam.shape)
 
 
-def _halve(
-    inside: Callable[[NDArray[np.int64], Array], Bools], ray: NDArray[np.int64], low: Array, high: Array, depth: int
-) -> tuple[Array, Array]:
+def _halve(inside: Inside, ray: Ints, low: Array, high: Array, depth: int) -> tuple[Array, Array]:
     """Intervals (n,) halved `depth` times, the middles that may be needed asked for at once."""
     points = np.stack([low, high], axis=1)
     for _ in range(depth):
@@ -95,46 +96,41 @@ def rays(robot: CableRobot, demand: Demand, start: ArrayLike, ends: ArrayLike, s
     turns steadily about one axis, (3.27) and (3.28) of the seed. Raises ModelError when the start cannot be held.
     """
     origin, targets = as_poses(np.asarray(start, dtype=float)[None])[0], as_poses(ends)
-    turn = so3.log(targets[:, :3, :3] @ origin[:3, :3].T)
-    reach = statics_along(robot, demand, steps)(origin, targets[:, :3, 3] - origin[:3, 3], turn)
-    if np.isnan(reach).any():
-        raise ModelError("rays must start inside the workspace: the start cannot be held", found=origin[:3, 3].tolist())
+    reach = statics_along(robot, demand, steps)(origin, *se3.displacement(origin, targets))
+    why = "rays must start inside the workspace: the start cannot be held"
+    require(not np.isnan(reach).any(), why, found=origin[:3, 3].tolist())
     return reach
 
 
 def statics_along(robot: CableRobot, demand: Demand, steps: int = 64) -> Callable[[Array, Array, Array], Array]:
     """lambda_s of motions, as `poses.reachable_poses` asks for it: how far everything demanded can be held.
 
-    The function takes a start (4, 4), translations (n, 3) m and rotation vectors (n, 3) rad in base axes, and gives (n,) in
-    [0, 1]; NaN where the start itself cannot be held. See `first_exit`.
+    The function takes a start (4, 4), or of every motion (n, 4, 4), translations (n, 3) m and rotation vectors (n, 3) rad in base
+    axes, and gives (n,) in [0, 1]; NaN where the start itself cannot be held. See `first_exit`.
     """
 
     def reach(start: Array, translation: Array, rotation: Array) -> Array:
-        def inside(ray: NDArray[np.int64], lam: Array) -> Bools:
-            share = lam[:, None]
-            turned = so3.exp(share * rotation[ray]) @ start[:3, :3]
-            return holds(robot, demand, se3.compose(turned, start[:3, 3] + share * translation[ray]))
+        starts = np.broadcast_to(start, (len(translation), 4, 4))
+
+        def inside(ray: Ints, lam: Array) -> Bools:
+            v, w = lam[:, None] * translation[ray], lam[:, None] * rotation[ray]
+            return holds(robot, demand, se3.displace(starts[ray], v, w))
 
         return first_exit(inside, len(translation), steps)
 
     return reach
 
 
-def _ends(origin: Array, way: Array, box: ArrayLike) -> Array:
-    """Where rays from `origin` in directions (n, 3) leave the box."""
+def _boundary(robot: CableRobot, demand: Demand, origin: Array, way: Array, box: ArrayLike, steps: int) -> Array:
+    """Where rays from `origin` in directions (n, 3) leave the workspace within the box, (n, 3)."""
     sides = as_box(box)
-    if ((origin < sides[:, 0]) | (origin > sides[:, 1])).any():
-        raise ModelError("the start lies outside the box", found=origin.tolist(), expected=sides.tolist())
+    within = ((origin >= sides[:, 0]) & (origin <= sides[:, 1])).all()
+    require(within, "the start lies outside the box", found=origin.tolist(), expected=sides.tolist())
     room = np.where(way > 0.0, sides[:, 1] - origin, origin - sides[:, 0])
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.where(way == 0.0, np.inf, room / np.abs(way)).min(axis=1)
-    ends: Array = origin + reach[:, None] * way
-    return ends
-
-
-def _enough(count: int, least: int, what: str) -> None:
-    if count < least:
-        raise ModelError(f"too few rays for {what}", key="count", found=count, expected=f"{least} or more")
+    ends = origin + reach[:, None] * way
+    return np.asarray(origin + rays(robot, demand, origin, ends, steps)[:, None] * (ends - origin))
 
 
 @dataclass(frozen=True)
@@ -143,7 +139,7 @@ class Surface:
 
     start: Array
     vertices: Array
-    faces: NDArray[np.int64]
+    faces: Ints
 
     @property
     def volume(self) -> float:
@@ -156,11 +152,9 @@ def surface(
     robot: CableRobot, demand: Demand, start: ArrayLike, box: ArrayLike, count: int = 4000, steps: int = 64
 ) -> Surface:
     """The boundary within a box (3, 2) m by `count` rays in all `directions`, joined into triangles."""
-    _enough(count, 4, "a surface")
+    require(count >= 4, "too few rays for a surface", key="count", found=count, expected="4 or more")
     origin, way = np.asarray(start, dtype=float), directions(count)
-    ends = _ends(origin, way, box)
-    lam = rays(robot, demand, origin, ends, steps)
-    return Surface(origin, origin + lam[:, None] * (ends - origin), triangulate_directions(way))
+    return Surface(origin, _boundary(robot, demand, origin, way, box, steps), triangulate_directions(way))
 
 
 def directions(count: int) -> Array:
@@ -171,10 +165,10 @@ def directions(count: int) -> Array:
     return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
 
 
-def triangulate_directions(way: Array) -> NDArray[np.int64]:
+def triangulate_directions(way: Array) -> Ints:
     """Triangles (f, 3) that join directions (n, 3) to a closed surface around their origin, corners turning left seen from
     outside. Raises QhullError for directions in one plane."""
-    faces: NDArray[np.int64] = ConvexHull(way).simplices.astype(np.int64)
+    faces: Ints = ConvexHull(way).simplices.astype(np.int64)
     x = way[faces]
     inwards = np.einsum("fi,fi->f", x[:, 0], np.cross(x[:, 1], x[:, 2])) < 0.0
     faces[inwards] = faces[inwards][:, ::-1]
@@ -205,12 +199,66 @@ def outline(
     steps: int = 64,
 ) -> Outline:
     """The section through `start` in the plane of two axes (0 x, 1 y, 2 z), within a box (3, 2) m; all of it for a planar robot."""
-    _enough(count, 3, "an outline")
-    if len({*axes} & {0, 1, 2}) != 2:
-        raise ModelError("a section lies along two axes", key="axes", found=axes, expected="two of 0 x, 1 y, 2 z")
+    require(count >= 3, "too few rays for an outline", key="count", found=count, expected="3 or more")
+    two = len({*axes} & {0, 1, 2}) == 2
+    require(two, "a section lies along two axes", key="axes", found=axes, expected="two of 0 x, 1 y, 2 z")
     origin = np.asarray(start, dtype=float)
     turn = 2.0 * np.pi * np.arange(count) / count
     way = np.zeros((count, 3))
     way[:, axes[0]], way[:, axes[1]] = np.cos(turn), np.sin(turn)
-    ends = _ends(origin, way, box)
-    return Outline(origin, origin + rays(robot, demand, origin, ends, steps)[:, None] * (ends - origin))
+    return Outline(origin, _boundary(robot, demand, origin, way, box, steps))
+
+
+@dataclass(frozen=True)
+class Legs:
+    """Of n motions from `starts` (n, 4, 4) to `ends` (n, 4, 4): `contacts`, and the share `feasible_share` (n,) of each that the
+    tension limits hold, 1 for all of it, 0 where its start is not held, not a number where they were not computed."""
+
+    contacts: Contacts
+    feasible_share: Array
+    starts: Array
+    ends: Array
+
+    @property
+    def free(self) -> Array:
+        """The share (n,) of each that is possible."""
+        return np.fmin(self.contacts.fraction, self.feasible_share)
+
+    @property
+    def whole(self) -> Bools:
+        """Whether all of it can be, (n,)."""
+        return np.asarray(self.contacts.free & ~(self.feasible_share < 1.0))
+
+    @property
+    def end_poses(self) -> Array:
+        """Where each ends, (n, 4, 4)."""
+        v, w = (self.free[:, None] * whole for whole in se3.displacement(self.starts, self.ends))
+        return se3.displace(self.starts, v, w)
+
+
+def legs(
+    robot: CableRobot,
+    poses: ArrayLike,
+    *,
+    demand: Demand | None = None,
+    diameter: ArrayLike = 0.0,
+    body: Body | None = None,
+    relief: float | None = None,
+    from_first: bool = False,
+) -> Legs:
+    """The motions from each of the poses (k, 4, 4) to the next, or `from_first` to every other one: the platform's origin on a straight
+    line, turning about one axis. Without a demand only contacts are looked for; diameter, body and relief as for `first_contact`.
+    Raises ModelError for fewer than two poses."""
+    t = np.asarray(poses, float)
+    require(t.ndim == 3 and len(t) >= 2, "a path has two poses or more", found=len(t))
+    starts, ends = np.repeat(t[:1], len(t) - 1, axis=0) if from_first else t[:-1], t[1:]
+    v, w = se3.displacement(starts, ends)
+    wheels = robot.pulleys
+    contacts = first_contact(
+        robot.a, robot.b, starts, v, w, diameter=diameter, pulleys=wheels, body=body, relief=relief
+    )
+    held = np.full(len(v), np.nan)
+    if demand is not None:
+        # None where the start itself is not held.
+        held = np.nan_to_num(statics_along(robot, demand)(starts, v, w))
+    return Legs(contacts, held, starts, ends)

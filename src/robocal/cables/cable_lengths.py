@@ -19,7 +19,7 @@ from robocal._types import Array
 from robocal.cables.elastic import stretch
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.hanging import hang
-from robocal.errors import ModelError
+from robocal.errors import ModelError, require
 
 __all__ = ["inverse", "model_of", "pulls"]
 
@@ -69,25 +69,17 @@ def model_of(robot: CableRobot, *, sag: bool, tense: bool) -> Lengths:
 
     It never raises: where there is no such cable the lengths are not numbers, so that a search can step back.
     """
-    if not tense:
-        if sag:
-            raise ModelError("a sagging cable needs its tension", key="tension")
-        return lambda pose, _: _straight(robot, pose)
-    if not sag:
-        elasticity = robot.need("elasticity")
-        return lambda pose, pull: _lengths_with_stretch(robot, elasticity, pose, pull)
-    density = robot.need("density")
-    return lambda pose, pull: _sagging(robot, density, pose, pull)
+    require(tense or not sag, "a sagging cable needs its tension", key="tension")
+    if sag:
+        density = robot.need("density")
+        return lambda pose, pull: _sagging(robot, density, pose, pull)
+    elasticity = robot.need("elasticity") if tense else np.zeros(len(robot.cables))
+    return lambda pose, pull: _taut(robot, elasticity, pose, pull)
 
 
-def _straight(robot: CableRobot, pose: Array) -> tuple[Array, Array]:
+def _taut(robot: CableRobot, elasticity: Array, pose: Array, pull: Array | None) -> tuple[Array, Array]:
     full, slope, _ = straight(robot, pose)
-    return full - robot.zeros, slope
-
-
-def _lengths_with_stretch(robot: CableRobot, elasticity: Array, pose: Array, pull: Array | None) -> tuple[Array, Array]:
-    full, slope, _ = straight(robot, pose)
-    length, by_full, _ = stretch(full, np.asarray(pull), elasticity)
+    length, by_full, _ = stretch(full, 0.0 if pull is None else pull, elasticity)
     return length - robot.zeros, slope * by_full[..., None]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robocal.cables.geometry import CableRobot, straight
-from robocal.errors import ModelError
+from robocal.errors import ModelError, require
 from robocal.geometry import so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -23,23 +23,19 @@ def check(robot: CableRobot) -> tuple[Remark, ...]:
     """What is odd. Raises ModelError, whose key is a field or a cable, for a number of cables outside 3 to
     12, one cable given twice, anchors that cannot hold the platform, crossed limits and impossible numbers."""
     m = len(robot.cables)
-    if not FEWEST <= m <= MOST:
-        raise ModelError("a cable robot of this kind", key="cables", found=m, expected=f"{FEWEST} to {MOST} cables")
-    if not np.isfinite(robot.numbers).all():
-        cable = robot.cables[int(np.argwhere(~np.isfinite(robot.numbers))[0, 0])]
-        raise ModelError("an anchor is not a number", key=cable)
+    expected = f"{FEWEST} to {MOST} cables"
+    require(FEWEST <= m <= MOST, "a cable robot of this kind", key="cables", found=m, expected=expected)
+    good = np.isfinite(robot.numbers).all(axis=1)
+    require(good.all(), "an anchor is not a number", key=robot.cables[int(np.argmin(good))])
     _far(robot)
     _numbers(robot)
     doubts = _anchors(robot)
-    rank = _rank(robot)
-    d = len(robot.axes)
-    if rank < min(m, d):
-        raise ModelError(
-            "these anchors cannot hold the platform, wherever it is: its cables meet in one point or line",
-            key="platform_anchors",
-            found=f"{rank} directions held",
-            expected=f"{d} for {robot.degrees}; a platform whose orientation does not matter is {'2T' if robot.planar else '3T'}",
-        )
+    rank, d = _rank(robot), len(robot.axes)
+    turned = f"a platform whose orientation does not matter is {'2T' if robot.planar else '3T'}"
+    require(
+        rank >= min(m, d), "these anchors cannot hold the platform, wherever it is: its cables meet in one point or line",
+        key="platform_anchors", found=f"{rank} directions held", expected=f"{d} for {robot.degrees}; {turned}",
+    )  # fmt: skip
     if m < d:
         doubts.append(Remark.of(Code.POSE_UNDETERMINED, cables=m, degrees=d))
     return tuple(doubts)
@@ -50,46 +46,29 @@ def _far(robot: CableRobot) -> None:
     for side, letter, points in (("frame", "a", robot.a), ("platform", "b", robot.b)):
         away = np.abs(points).max(axis=1)
         i = int(np.argmax(away))
-        if away[i] > FAR:
-            raise ModelError(
-                f"a {side} anchor that far away", key=f"{robot.cables[i]}.{letter}", found=float(away[i]), expected=f"within {FAR:g} m"
-            )  # fmt: skip
+        key, found, expected = f"{robot.cables[i]}.{letter}", float(away[i]), f"within {FAR:g} m"
+        require(found <= FAR, f"a {side} anchor that far away", key=key, found=found, expected=expected)
 
 
 def _numbers(robot: CableRobot) -> None:
     """Limits, masses and what the cables are made of."""
-    if robot.limits is not None:
-        for cable, (low, high) in zip(robot.cables, robot.limits, strict=True):
-            if high <= 0:
-                raise ModelError(
-                    "this cable is always slack",
-                    key=f"{cable}.tension",
-                    found=[float(low), float(high)],
-                    expected="above 0 N",
-                )
-            if low < 0:
-                raise ModelError(
-                    "a cable cannot push", key=f"{cable}.tension", found=float(low), expected="0 N or more"
-                )
-            if low >= high:
-                raise ModelError(
-                    "the tension limits are crossed or equal",
-                    key=f"{cable}.tension",
-                    found=[float(low), float(high)],
-                    expected="least, greatest",
-                )
+    limits = () if robot.limits is None else robot.limits.tolist()
+    for cable, (low, high) in zip(robot.cables, limits, strict=False):
+        for holds, message, found, expected in (
+            (high > 0, "this cable is always slack", [low, high], "above 0 N"),
+            (low >= 0, "a cable cannot push", low, "0 N or more"),
+            (low < high, "the tension limits are crossed or equal", [low, high], "least, greatest"),
+        ):
+            require(holds, message, key=f"{cable}.tension", found=found, expected=expected)
     for what in ("elasticity", "density", "diameter"):
         values = getattr(robot, what)
-        bad = None if values is None else (values < 0) | ~np.isfinite(values)
-        if bad is not None and bad.any():
-            i = int(np.argmax(bad))
-            word = f"a negative {what}" if values[i] < 0 else f"the {what} is no number"
-            raise ModelError(word, key=f"{robot.cables[i]}.{what}", found=float(values[i]), expected="0 or more")
-    if robot.pulleys is not None and (robot.pulleys.radius < 0).any():
-        cable = robot.cables[int(np.argmax(robot.pulleys.radius < 0))]
-        raise ModelError("a negative radius", key=f"{cable}.pulley", expected="0 or more")
-    if robot.mass is not None and robot.mass <= 0:
-        raise ModelError("a platform has a mass", key="mass", found=robot.mass, expected="above 0 kg")
+        for cable, value in zip(robot.cables, () if values is None else values.tolist(), strict=False):
+            word = f"a negative {what}" if value < 0 else f"the {what} is no number"
+            require(0 <= value < np.inf, word, key=f"{cable}.{what}", found=value, expected="0 or more")
+    for cable, radius in zip(robot.cables, () if robot.pulleys is None else robot.pulleys.radius, strict=False):
+        require(radius >= 0, "a negative radius", key=f"{cable}.pulley", expected="0 or more")
+    massive = robot.mass is None or robot.mass > 0
+    require(massive, "a platform has a mass", key="mass", found=robot.mass, expected="above 0 kg")
     if robot.inertia is not None:
         _inertia(robot.inertia)
 
@@ -113,12 +92,8 @@ def _anchors(robot: CableRobot) -> list[Remark]:
         if np.linalg.norm(robot.a[i] - robot.a[j]) > SAME:
             continue
         one, other = robot.cables[i], robot.cables[j]
-        if np.linalg.norm(robot.b[i] - robot.b[j]) <= SAME:
-            raise ModelError(
-                f"cables {one} and {other} are the same: their anchors coincide at both ends",
-                key=str(other),
-                found=[float(v) for v in robot.a[j]],
-            )
+        same = f"cables {one} and {other} are the same: their anchors coincide at both ends"
+        require(np.linalg.norm(robot.b[i] - robot.b[j]) > SAME, same, key=other, found=robot.a[j].tolist())
         doubts.append(Remark.of(Code.SAME_FRAME_POINT, one=one, other=other))
     return doubts
 
@@ -136,12 +111,10 @@ def _rank(robot: CableRobot) -> int:
     poses[:, :3, :3] = so3.exp(turn)
     full, slope, _ = straight(robot, poses)
     inside = np.isnan(full).all(axis=0)
-    if inside.any():
-        raise ModelError(
-            "this pulley is so large that the platform anchor lies in it wherever the platform is",
-            key=f"{robot.cables[int(np.argmax(inside))]}.pulley",
-            expected="a smaller radius, in the unit of the file",
-        )
+    require(
+        not inside.any(), "this pulley is so large that the platform anchor lies in it wherever the platform is",
+        key=f"{robot.cables[int(np.argmax(inside))]}.pulley", expected="a smaller radius, in the unit of the file",
+    )  # fmt: skip
     size = max(float(np.abs(robot.b).max()), SAME)
     scaled = np.nan_to_num(slope / np.array([1, 1, 1, size, size, size]))[..., list(robot.axes)]
     values = np.linalg.svd(scaled, compute_uv=False)

@@ -13,15 +13,19 @@ direction of the force from the tension at B. Source: Irvine, Cable Structures (
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from robocal._types import Array
-from robocal.cables.newton import Rows, invert_small, newton
+from robocal._types import Array, Bools, Ints
 
-__all__ = ["Hanging", "catenary", "hang_by_tension", "stretch"]
+__all__ = ["Hanging", "Rows", "catenary", "hang_by_tension", "invert_small", "newton", "stretch"]
+
+Rows = Ints
+ITERATIONS, HALVINGS = 100, 40
+RESOLUTION, FOUND = 1e-13, 1e-10  # of the scale: where the search ends, and what counts as a root
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +36,7 @@ class Hanging:
     length: Array
     force: Array
     gradient: Array
-    converged: NDArray[np.bool_]
+    converged: Bools
 
     @property
     def tension(self) -> Array:
@@ -64,14 +68,9 @@ def catenary(force: Array, length: Array, weight: ArrayLike, elasticity: ArrayLi
     bend = length * (h * h + t1 * t0 - v * v0) / (s * t1 * t0)
     out = np.stack([h * (e * length + turn), (e + 2 / s) * length * (v + v0) / 2], axis=-1)
     cross = -h * length * (v + v0) / (s * t1 * t0)
-    jac = np.stack(
-        [
-            np.stack([e * length + turn - bend, cross, h * e + h / t0], axis=-1),
-            np.stack([cross, e * length + bend, e * v0 + v0 / t0], axis=-1),
-        ],
-        axis=-2,
-    )
-    return out, jac
+    of_x = np.stack([e * length + turn - bend, cross, h * e + h / t0], axis=-1)
+    of_z = np.stack([cross, e * length + bend, e * v0 + v0 / t0], axis=-1)
+    return out, np.stack([of_x, of_z], axis=-2)
 
 
 def hang_by_tension(ends: ArrayLike, tension: ArrayLike, weight: ArrayLike, elasticity: ArrayLike) -> Hanging:
@@ -80,7 +79,10 @@ def hang_by_tension(ends: ArrayLike, tension: ArrayLike, weight: ArrayLike, elas
     Of a taut and a deeply sagging cable with the same tension, the taut one. Where no cable hangs so, because the
     tension does not carry its weight, the result is not a number and `converged` false.
     """
-    shape, p, t, w, e = _together(ends, tension, weight, elasticity)
+    p, given = np.asarray(ends, float), [np.asarray(v, float) for v in (tension, weight, elasticity)]
+    shape = np.broadcast_shapes(p.shape[:-1], *(v.shape for v in given))
+    p = np.broadcast_to(p, (*shape, 2)).reshape(-1, 2)
+    t, w, e = (np.broadcast_to(v, shape).reshape(-1) for v in given)
     chord = np.linalg.norm(p, axis=-1)
     length = chord / (1 + e * t)
     # The tension of a light cable turns by half of what its weight takes from it.
@@ -95,28 +97,66 @@ def hang_by_tension(ends: ArrayLike, tension: ArrayLike, weight: ArrayLike, elas
         by_angle = -jac[..., 0] * force[..., 1:] + jac[..., 1] * force[..., :1]
         return out - p[at], np.stack([by_angle, jac[..., 2]], axis=-1)
 
-    def in_domain(y: Array) -> NDArray[np.bool_]:
+    def in_domain(y: Array) -> Bools:
         return np.asarray((np.abs(y[..., 0]) <= np.pi / 2 + 1e-12) & (y[..., 1] > 0))
 
     y, jac, good = newton(evaluate, np.stack([angle, length], axis=-1), in_domain, chord)
     force = t[..., None] * np.stack([np.cos(y[..., 0]), np.sin(y[..., 0])], axis=-1)
-    return _result(shape, y[..., 1], force, invert_small(jac)[..., 1, :], good)
+    found = np.column_stack([y[:, 1], force, invert_small(jac)[:, 1]])
+    found[~good] = np.nan
+    found = found.reshape(*shape, 5)
+    return Hanging(found[..., 0], found[..., 1:3], found[..., 3:], good.reshape(shape))
 
 
-def _together(ends: ArrayLike, *more: ArrayLike) -> tuple[tuple[int, ...], Array, Array, Array, Array]:
-    """The common shape (...), and all that is given in one row."""
-    p = np.asarray(ends, float)
-    given = [np.asarray(m, float) for m in more]
-    shape = np.broadcast_shapes(p.shape[:-1], *(m.shape for m in given))
-    one, two, three = (np.broadcast_to(m, shape).reshape(-1) for m in given)
-    return shape, np.broadcast_to(p, (*shape, 2)).reshape(-1, 2), one, two, three
+def invert_small(jac: Array) -> Array:
+    """Inverses of 2x2 or 3x3 matrices (..., n, n) by their adjugates; not finite where there is none."""
+    if jac.shape[-1] == 2:
+        (a, b), (c, d) = np.moveaxis(jac, (-2, -1), (0, 1))
+        det, adjugate = a * d - b * c, np.stack([d, -b, -c, a], axis=-1).reshape(jac.shape)
+    else:
+        x, y, z = (jac[..., i, :] for i in range(3))
+        yz = np.cross(y, z)
+        det, adjugate = (x * yz).sum(axis=-1), np.stack([yz, np.cross(z, x), np.cross(x, y)], axis=-1)
+    return np.asarray(adjugate / np.where(det == 0, np.nan, det)[..., None, None])
 
 
-def _result(shape: tuple[int, ...], length: Array, force: Array, gradient: Array, good: NDArray[np.bool_]) -> Hanging:
-    bad = ~good
-    return Hanging(
-        np.where(bad, np.nan, length).reshape(shape),
-        np.where(bad[..., None], np.nan, force).reshape(*shape, 2),
-        np.where(bad[..., None], np.nan, gradient).reshape(*shape, 2),
-        good.reshape(shape),
-    )
+def newton(
+    evaluate: Callable[[Array, Rows], tuple[Array, Array]],
+    start: Array,
+    allowed: Callable[[Array], Bools],
+    scale: Array,
+) -> tuple[Array, Array, Bools]:
+    """Roots y (k, n) with the Jacobians there (k, n, n), and which were found (k,): Newton's method with halving.
+
+    evaluate(y, rows) gives the residuals of these rows (r, n) and their Jacobians. A step is taken only to where
+    `allowed` says so and the residual is smaller; a row that has arrived, or can take none, is not asked again.
+    scale (k,) is the size of what a residual is measured against.
+    """
+    y = np.array(start)
+    with np.errstate(all="ignore"):
+        r, jac = evaluate(y, np.arange(len(y)))
+        size = np.linalg.norm(r, axis=-1)
+        rows = np.flatnonzero(size > RESOLUTION * scale)
+        for _ in range(ITERATIONS):
+            if not len(rows):
+                break
+            step = -(invert_small(jac[rows]) @ r[rows][..., None])[..., 0]
+            took = np.asarray(np.isfinite(step).all(axis=-1))
+            waiting = np.flatnonzero(took)
+            for _ in range(HALVINGS):
+                at = rows[waiting]
+                trial = y[at] + step[waiting]
+                new_r, new_jac = evaluate(trial, at)
+                new_size = np.linalg.norm(new_r, axis=-1)
+                better = allowed(trial) & (new_size < size[at])
+                done = at[better]
+                for kept, new in ((y, trial), (r, new_r), (jac, new_jac), (size, new_size)):
+                    kept[done] = new[better]
+                waiting = waiting[~better]
+                if not len(waiting):
+                    break
+                step[waiting] /= 2
+            took[waiting] = False
+            rows = rows[took]
+            rows = rows[size[rows] > RESOLUTION * scale[rows]]
+    return y, jac, np.asarray(size <= FOUND * scale)

@@ -13,27 +13,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from robocal._types import Array
+from robocal._types import Array, Bools, Ints
 from robocal.cables.cable_lengths import model_of, pulls
 from robocal.cables.geometry import CableRobot
-from robocal.errors import ModelError
-from robocal.geometry import so3
+from robocal.errors import ModelError, require
+from robocal.geometry import se3
 
 __all__ = ["Forward", "forward"]
 
-Model = Callable[[Array, NDArray[np.int64]], tuple[Array, Array]]
+Model = Callable[[Array, Ints], tuple[Array, Array]]
 ITERATIONS = 200
 CHANCE = 9.0  # chi-squared by which a rival may be worse and still be the pose: three standard deviations
 ROUNDING = 1e-10  # m; residuals closer than this are told apart by rounding only
 REACH = 1.05  # room for stretch and noise
-POLISH, FAINT, NEAR, ENOUGH = (
-    20,
-    1e-12,
-    1e-6,
-    1e-14,
-)  # steps, their damping, how long they are at most and at the end, m and rad
+# Of steps that polish: how many, their damping, how long they are at most and at the end, m and rad.
+POLISH, FAINT, NEAR, ENOUGH = 20, 1e-12, 1e-6, 1e-14
 APART = 1e-5  # m and rad; solutions closer than this are one
 
 
@@ -50,9 +46,9 @@ class Forward:
     pose: Array
     residual: Array
     covariance: Array
-    iterations: NDArray[np.int64]
-    converged: NDArray[np.bool_]
-    solutions: NDArray[np.int64]
+    iterations: Ints
+    converged: Bools
+    solutions: Ints
     rival: Array
 
 
@@ -88,7 +84,7 @@ def forward(
 
     lengths_at = model_of(robot, sag=sag, tense=t is not None)
 
-    def model(pose: Array, rows: NDArray[np.int64]) -> tuple[Array, Array]:
+    def model(pose: Array, rows: Ints) -> tuple[Array, Array]:
         length, slope = lengths_at(pose, None if t is None else t[rows])
         return (length - y[rows]) * weight, slope[..., axes] * weight[:, None]
 
@@ -102,35 +98,22 @@ def forward(
     shape = pose.shape[:2]
     found, cost = found.reshape(*shape, 4, 4), cost.reshape(shape)
     best, solutions, rival = _choose(found, cost, s is not None, start is not None, m, ROUNDING * float(weight.max()))
-    every = np.arange(k)
-    pose = found[every, best]
-    r, slope = model(pose, every)
+    at = np.arange(k), best
+    pose, iterations, converged = found[at], iterations.reshape(shape)[at], converged.reshape(shape)[at]
+    r, slope = model(pose, np.arange(k))
     pose[np.isnan(r).any(axis=1)] = np.nan
-    return Forward(
-        pose,
-        r / weight,
-        _covariance(r, slope, s is not None),
-        iterations.reshape(shape)[every, best],
-        converged.reshape(shape)[every, best],
-        solutions if starts else np.zeros(k, dtype=np.int64),
-        rival,
-    )
+    covariance, counted = _covariance(r, slope, s is not None), solutions if starts else np.zeros(k, dtype=np.int64)
+    return Forward(pose, r / weight, covariance, iterations, converged, counted, rival)
 
 
 def _check(robot: CableRobot, y: Array, axes: list[int]) -> None:
-    if y.shape[1] != len(robot.cables):
-        raise ModelError(
-            "wrong number of cable lengths", found=y.shape[1], expected=f"{len(robot.cables)}, one per cable"
-        )
+    m, width = len(robot.cables), y.shape[1]
+    require(width == m, "wrong number of cable lengths", found=width, expected=f"{m}, one per cable")
     if not np.isfinite(y).all():
         at, cable = (int(v) for v in np.argwhere(~np.isfinite(y))[0])
         raise ModelError("a length is not a number", key=robot.cables[cable], found=f"row {at}")
-    if len(robot.cables) < len(axes):
-        raise ModelError(
-            "the pose does not follow from so few lengths",
-            found=f"{len(robot.cables)} cables",
-            expected=f"at least {len(axes)} for {robot.degrees}",
-        )
+    least, why = f"at least {len(axes)} for {robot.degrees}", "the pose does not follow from so few lengths"
+    require(m >= len(axes), why, found=f"{m} cables", expected=least)
 
 
 def _box(robot: CableRobot, y: Array) -> tuple[Array, Array]:
@@ -162,20 +145,18 @@ def _draw(robot: CableRobot, y: Array, starts: int, rng: np.random.Generator) ->
     size = np.linalg.norm(turn, axis=-1, keepdims=True)
     step[..., 3:] = turn / np.where(size > 0, size, 1) * rng.uniform(0, np.pi, (*shape, 1))
     step[..., [i for i in range(3) if i not in robot.axes]] = 0.0
-    return _displace(np.broadcast_to(robot.home, (*shape, 4, 4)), step)
+    return se3.displace(robot.home, step[..., :3], step[..., 3:])
 
 
-def _displace(pose: Array, twist: Array) -> Array:
-    """p <- p + v, R <- exp(w) R."""
-    out = np.array(pose)
-    out[..., :3, 3] += twist[..., :3]
-    out[..., :3, :3] = so3.exp(twist[..., 3:]) @ pose[..., :3, :3]
-    return out
+def _normal_equations(j: Array, r: Array) -> tuple[Array, Array, Array]:
+    """J^T J (n, d, d), J^T r (n, d), and D (n, 1, d) by which steps are damped."""
+    jt = j.swapaxes(-1, -2)
+    a = jt @ j
+    d = np.maximum(np.einsum("nii->ni", a), 1e-9 * np.einsum("nii->n", a)[:, None])
+    return a, (jt @ r[..., None])[..., 0], d[:, None]
 
 
-def _descend(
-    model: Model, pose: Array, rows: NDArray[np.int64], axes: list[int]
-) -> tuple[Array, Array, NDArray[np.int64], NDArray[np.bool_]]:
+def _descend(model: Model, pose: Array, rows: Ints, axes: list[int]) -> tuple[Array, Array, Ints, Bools]:
     """Levenberg-Marquardt in lock step; pose (n, 4, 4), each for the lengths of its row."""
     n, pose = len(pose), np.array(pose)
     r, j = model(pose, rows)
@@ -184,14 +165,12 @@ def _descend(
     iterations, converged = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.bool_)
     at = np.flatnonzero(np.isfinite(cost))
     for _ in range(ITERATIONS):
-        jt = j[at].swapaxes(-1, -2)
-        a, g = jt @ j[at], (jt @ r[at][..., None])[..., 0]
-        d = np.maximum(np.einsum("nii->ni", a), 1e-9 * np.einsum("nii->n", a)[:, None])
-        step = -np.linalg.solve(a + lam[at, None, None] * d[:, None, :] * np.eye(len(axes)), g[..., None])[..., 0]
-        promised = -(step * g).sum(axis=-1) + lam[at] * (step * step * d).sum(axis=-1)
+        a, g, d = _normal_equations(j[at], r[at])
+        step = -np.linalg.solve(a + lam[at, None, None] * d * np.eye(len(axes)), g[..., None])[..., 0]
+        promised = -(step * g).sum(axis=-1) + lam[at] * (step * step * d[:, 0]).sum(axis=-1)
         twist = np.zeros((len(at), 6))
         twist[:, axes] = step
-        trial = _displace(pose[at], twist)
+        trial = se3.displace(pose[at], twist[:, :3], twist[:, 3:])
         new_r, new_j = model(trial, rows[at])
         new = (new_r * new_r).sum(axis=-1)
         # At the bottom the cost only jitters: a step of rounding's size ends the search, whichever way it goes.
@@ -213,28 +192,22 @@ def _descend(
     return pose, cost, iterations, converged
 
 
-def _polish(
-    model: Model, pose: Array, rows: NDArray[np.int64], axes: list[int], at: NDArray[np.int64], r: Array, j: Array
-) -> None:
+def _polish(model: Model, pose: Array, rows: Ints, axes: list[int], at: Ints, r: Array, j: Array) -> None:
     """Pose (n, 4, 4) of the rows `at` <- the bottom itself: where the cost only jitters the gradient still tells. A step that is no
     rounding is not taken: there the pose is open."""
     for _ in range(POLISH):
-        jt = j[at].swapaxes(-1, -2)
-        a, g = jt @ j[at], (jt @ r[at][..., None])
-        d = np.maximum(np.einsum("nii->ni", a), 1e-9 * np.einsum("nii->n", a)[:, None])
+        a, g, d = _normal_equations(j[at], r[at])
         twist = np.zeros((len(at), 6))
-        twist[:, axes] = -np.linalg.solve(a + FAINT * d[:, None, :] * np.eye(len(axes)), g)[..., 0]
+        twist[:, axes] = -np.linalg.solve(a + FAINT * d * np.eye(len(axes)), g[..., None])[..., 0]
         twist[~(np.abs(twist).max(axis=-1) < NEAR)] = 0.0
-        pose[at] = _displace(pose[at], twist)
+        pose[at] = se3.displace(pose[at], twist[:, :3], twist[:, 3:])
         r[at], j[at] = model(pose[at], rows[at])
         at = at[np.abs(twist).max(axis=-1) > ENOUGH]
         if not len(at):
             return
 
 
-def _choose(
-    found: Array, cost: Array, noisy: bool, meant: bool, m: int, floor: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+def _choose(found: Array, cost: Array, noisy: bool, meant: bool, m: int, floor: float) -> tuple[Ints, Ints, Array]:
     """Of all ends of one search (k, s), the one to trust, how many distinct ones explain the lengths as well, and the
     best of the others."""
     worst = np.where(np.isnan(cost), np.inf, cost)
@@ -256,7 +229,7 @@ def _choose(
     return best, solutions, rival
 
 
-def _differ(one: Array, other: Array) -> NDArray[np.bool_]:
+def _differ(one: Array, other: Array) -> Bools:
     far = np.linalg.norm(one[..., :3, 3] - other[..., :3, 3], axis=-1)
     turned = np.linalg.norm(one[..., :3, :3] - other[..., :3, :3], axis=(-2, -1)) / np.sqrt(2)
     return np.asarray((far > APART) | (turned > APART))

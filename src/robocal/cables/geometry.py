@@ -13,14 +13,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import EllipsisType
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
 from robocal.cables.pulley import Pulleys, run
-from robocal.errors import ModelError
+from robocal.errors import require
 from robocal.geometry import se3
 from robocal.geometry.path.unjointed import Unjointed
 from robocal.parameters import Parameter, ParameterTable
@@ -74,6 +74,9 @@ class CableRobot(Unjointed):
     anchor share its parameters: `shared` says whose they are ("c2.ax": "c1.ax"), and the table has them once.
     """
 
+    # None: anchors are coordinates, and their scale is that of the winches that are read.
+    lengths: ClassVar[tuple[str, ...]] = ()
+
     name: str
     cables: tuple[str, ...]
     table: ParameterTable
@@ -107,9 +110,9 @@ class CableRobot(Unjointed):
     def pulleys(self) -> Pulleys | None:
         """The pulleys, radii (m,) and axes (m, 3) of length 1; radius 0 where a cable has none. None: no cable has one."""
         found = self._table_values(WHEEL)
-        if np.isnan(found[:, 0]).all():
-            return None
         bare = np.isnan(found[:, 0])
+        if bare.all():
+            return None
         found[bare] = 0.0, 0.0, 0.0, 1.0
         return Pulleys(found[:, 0], found[:, 1:] / np.linalg.norm(found[:, 1:], axis=1, keepdims=True))
 
@@ -164,9 +167,8 @@ class CableRobot(Unjointed):
     @property
     def axes(self) -> tuple[int, ...]:
         """Which components of the twist (v, w) the platform has: rows of W, columns of L."""
-        for what, known in (("degrees", DEGREES), ("plane", DEGREES["3R3T"])):
-            if getattr(self, what) not in known:
-                raise ModelError("no such robot", key=what, found=getattr(self, what), expected=" or ".join(known))
+        for what, found, known in (("degrees", self.degrees, DEGREES), ("plane", self.plane, DEGREES["3R3T"])):
+            require(found in known, "no such robot", key=what, found=found, expected=" or ".join(known))
         return DEGREES[self.degrees][self.plane]
 
     @property
@@ -190,11 +192,6 @@ class CableRobot(Unjointed):
     def geometric(self) -> tuple[str, ...]:
         """What its making leaves: anchors and radii. Where a length sensor counts from may be anything."""
         return tuple(n for n in self.table.names if n.rpartition(".")[2] in (*SYMBOLS[:6], "radius"))
-
-    @property
-    def lengths(self) -> tuple[str, ...]:
-        """None: anchors are coordinates, and their scale is that of the winches that are read."""
-        return ()
 
     @property
     def motions(self) -> Mapping[str, Mapping[str, float]]:
@@ -221,9 +218,8 @@ class CableRobot(Unjointed):
 
     def need(self, what: str) -> Array:
         """A property that may be unknown, as an array. Raises ModelError naming it when it is."""
-        value = getattr(self, what)
-        if value is None:
-            raise ModelError(f"the {what} of {self.name} is not known", key=what, expected=f"{what} in the robot file")
+        value, expected = getattr(self, what), f"{what} in the robot file"
+        require(value is not None, f"the {what} of {self.name} is not known", key=what, expected=expected)
         return np.asarray(value, float)
 
 
@@ -250,25 +246,22 @@ def cable_robot(
 
     Raises ModelError when there are not as many of one as of the other.
     """
-    a, b = np.asarray(frame_anchors, float), np.asarray(platform_anchors, float)
-    if a.shape != b.shape or a.ndim != 2 or a.shape[1] != 3:
-        raise ModelError(
-            "every cable needs one frame anchor and one platform anchor",
-            found=f"{len(a)} frame anchors, {len(b)} platform anchors",
-            expected="as many of one as of the other, three coordinates each",
-        )
+    a, b, whose = np.asarray(frame_anchors, float), np.asarray(platform_anchors, float), dict(shared or {})
+    require(
+        a.shape == b.shape and a.ndim == 2 and a.shape[1] == 3, "every cable needs one frame anchor and one platform anchor",
+        found=f"{len(a)} frame anchors, {len(b)} platform anchors", expected="as many of one as of the other, three coordinates each",
+    )  # fmt: skip
     l0 = np.zeros(len(a)) if zeros is None else np.asarray(zeros, float)
     cables = tuple(f"c{i}" for i in range(1, len(a) + 1)) if names is None else tuple(names)
     rows = [
         Parameter(f"{cable}.{s}", float(v), "m", s in free, expected=EXPECTED)
         for cable, numbers in zip(cables, np.column_stack([a, b, l0]), strict=True)
         for s, v in zip(SYMBOLS, numbers, strict=True)
-        if f"{cable}.{s}" not in (shared or {})
+        if f"{cable}.{s}" not in whose
     ]
-    rows += [
-        replace(p, free=p.name.rpartition(".")[2] in free) for p in _material(cables, pulleys, elasticity, shared or {})
-    ]
-    return CableRobot(name, cables, ParameterTable(tuple(rows)), shared=dict(shared or {}), **known)  # type: ignore[arg-type]
+    material = _material(cables, pulleys, elasticity, whose)
+    rows += [replace(p, free=p.name.rpartition(".")[2] in free) for p in material]
+    return CableRobot(name, cables, ParameterTable(tuple(rows)), shared=whose, **known)  # type: ignore[arg-type]
 
 
 def _material(
@@ -281,15 +274,15 @@ def _material(
         whose = shared.get(name, name)
         rows.setdefault(whose, Parameter(whose, value, UNITS.get(name.rpartition(".")[2], "1"), expected=expected))
 
-    for i, cable in enumerate(cables):
-        if pulleys is not None and np.broadcast_to(pulleys.radius, len(cables))[i] != 0:
-            axis = np.broadcast_to(pulleys.axis, (len(cables), 3))[i]
-            numbers = float(np.broadcast_to(pulleys.radius, len(cables))[i]), *map(float, axis)
-            for symbol, value, expected in zip(WHEEL, numbers, WHEEL_EXPECTED, strict=True):
-                put(f"{cable}.{symbol}", value, expected)
-        if elasticity is not None:
-            strain = float(np.broadcast_to(np.asarray(elasticity, float), len(cables))[i])
-            put(f"{cable}.{STRETCH}", strain, max(SOFTER * strain, 1e-7))
+    m, wheels = len(cables), np.zeros((len(cables), 4))
+    if pulleys is not None:
+        wheels[:, 0], wheels[:, 1:] = pulleys.radius, pulleys.axis
+    strains = None if elasticity is None else np.broadcast_to(np.asarray(elasticity, float), m).tolist()
+    for i, (cable, wheel) in enumerate(zip(cables, wheels.tolist(), strict=True)):
+        for symbol, value, expected in zip(WHEEL, wheel if wheel[0] != 0 else (), WHEEL_EXPECTED, strict=False):
+            put(f"{cable}.{symbol}", value, expected)
+        if strains is not None:
+            put(f"{cable}.{STRETCH}", strains[i], max(SOFTER * strains[i], 1e-7))
     return list(rows.values())
 
 

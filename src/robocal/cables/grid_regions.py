@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import ndimage
 
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Grid
-from robocal.errors import ModelError
+from robocal.errors import require
 
 __all__ = ["FLAT", "Regions", "cut_off", "frame_box", "regions", "visible_share"]
 
@@ -63,7 +63,7 @@ class Regions:
 
     parts: tuple[int, ...]
     holes: tuple[int, ...]
-    main: NDArray[np.bool_]
+    main: Bools
     centre: Array
     extent: Array
 
@@ -78,8 +78,7 @@ class Regions:
 def regions(made: Grid) -> Regions:
     """Parts, holes and extent of a grid's held cells. Raises ModelError when no cell is held."""
     held = made.inside
-    if not held.any():
-        raise ModelError("no cell of the grid can be held")
+    require(held.any(), "no cell of the grid can be held")
     labels, count = ndimage.label(held)
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     wide = [1 if n > 1 else 0 for n in held.shape]  # an axis of one cell has no outside
@@ -91,7 +90,8 @@ def regions(made: Grid) -> Regions:
     x = np.stack([made.axes[i][cells[:, i]] for i in range(3)], axis=1)
     extent = np.stack([x.min(axis=0) - made.cell / 2, x.max(axis=0) + made.cell / 2], axis=1)
     main = labels == 1 + int(np.argmax(sizes))
-    return Regions(_falling(sizes), _falling(hollow[hollow > 0]), main, x.mean(axis=0), extent)
+    parts, holes = (tuple(np.sort(n)[::-1].tolist()) for n in (sizes, hollow[hollow > 0]))
+    return Regions(parts, holes, main, x.mean(axis=0), extent)
 
 
 def cut_off(extent: ArrayLike, box: ArrayLike) -> tuple[str, ...]:
@@ -99,12 +99,10 @@ def cut_off(extent: ArrayLike, box: ArrayLike) -> tuple[str, ...]:
     held, sides = np.asarray(extent, float), np.asarray(box, float)
     room = 1e-9 * (sides[:, 1] - sides[:, 0])
     below, above = held[:, 0] <= sides[:, 0] + room, held[:, 1] >= sides[:, 1] - room
-    return tuple(
-        f"{'xyz'[i]}{sign}"
-        for i in range(3)
-        for sign, hit in (("-", below[i]), ("+", above[i]))
-        if hit and room[i] > 0.0
-    )
+    hits = [
+        (f"{'xyz'[i]}{sign}", hit[i]) for i in range(3) for sign, hit in (("-", below), ("+", above)) if room[i] > 0.0
+    ]
+    return tuple(side for side, hit in hits if hit)
 
 
 def visible_share(made: Grid, start: ArrayLike) -> float:
@@ -123,7 +121,3 @@ def visible_share(made: Grid, start: ArrayLike) -> float:
         at = np.clip(np.rint(origin + share * (cells - origin)).astype(int), 0, last)
         seen &= made.inside[tuple(at.T)]
     return float(seen.mean())
-
-
-def _falling(sizes: NDArray[np.int64]) -> tuple[int, ...]:
-    return tuple(int(n) for n in np.sort(sizes)[::-1])

@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._types import Array
-from robocal.cables.elastic import catenary, hang_by_tension
-from robocal.cables.newton import Rows, invert_small, newton
+from robocal.cables.elastic import Rows, catenary, hang_by_tension, invert_small, newton
 from robocal.cables.pulley import Pulleys, taut
 
 __all__ = ["Hung", "hang"]
@@ -59,12 +58,11 @@ def hang(
     )
     n = np.broadcast_to(np.asarray(axis, float), ends.shape).reshape(-1, 3)
     out = np.empty((len(flat), 8))
-    wheel = r > 0
-    if not wheel.all():
-        at = ~wheel
+    at = ~(r > 0)
+    if at.any():
         out[at] = _eyelet(flat[at], t[at], w[at], e[at])
-    if wheel.any():
-        at = wheel
+    at = ~at
+    if at.any():
         side = taut(flat[at], Pulleys(r[at], n[at]))[3]
         out[at] = _over(_Wheel(flat[at], t[at], w[at], e[at], r[at], n[at], side))
     return Hung(*(out[:, i].reshape((*shape, *more)) for i, more in COLUMNS))

@@ -17,15 +17,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
 from robocal._jit import as_kernel_array, as_kernel_indices
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
 from robocal.cables.pulley import Pulleys
-from robocal.errors import ModelError
+from robocal.errors import ModelError, require
 
-__all__ = ["KINDS", "Body", "Contacts", "box", "first_contact", "hull"]
+__all__ = ["KINDS", "Body", "Contacts", "are_lengths", "box", "distances", "first_contact", "hull"]
 
 
 @dataclass(frozen=True)
@@ -46,14 +46,16 @@ def box(half_sizes: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Body:
     Raises ModelError for half sizes that are not three numbers of at least 0.
     """
     half, c = np.asarray(half_sizes, float), np.asarray(centre, float)
-    if half.shape != (3,) or not (np.isfinite(half).all() and (half >= 0).all()):
-        raise ModelError(
-            "half sizes of the platform's box", expected="three lengths in m, at least 0", found=half_sizes
-        )
-    if c.shape != (3,) or not np.isfinite(c).all():
-        raise ModelError("centre of the platform's box", expected="three coordinates in m", found=centre)
+    long, place = half.shape == (3,) and are_lengths(half), c.shape == (3,) and np.isfinite(c).all()
+    require(long, "half sizes of the platform's box", expected="three lengths in m, at least 0", found=half_sizes)
+    require(place, "centre of the platform's box", expected="three coordinates in m", found=centre)
     normals = np.vstack([np.eye(3), -np.eye(3)])
     return Body(normals, normals @ c + np.tile(half, 2))
+
+
+def are_lengths(numbers: Array) -> bool:
+    """Whether all of them are lengths: finite, at least 0."""
+    return bool(((numbers >= 0) & (numbers < np.inf)).all())
 
 
 def hull(points: ArrayLike) -> Body:
@@ -106,12 +108,12 @@ class Contacts:
     tolerance: float
 
     @property
-    def free(self) -> NDArray[np.bool_]:
+    def free(self) -> Bools:
         """Whether the whole motion meets nothing, (B,)."""
         return np.asarray(self.kind == 0)
 
     @property
-    def complete(self) -> NDArray[np.bool_]:
+    def complete(self) -> Bools:
         """Whether the search ended, (B,); where not, the motion is free up to `fraction` and nothing is known beyond."""
         return np.asarray(self.free | (self.gap <= self.tolerance))
 
@@ -156,8 +158,7 @@ def first_contact(
     radius = _radii(diameter, len(a))
     c = float(relief) if relief is not None else float(20 * radius.max() or 0.01)
     for name, value in (("relief", c), ("tolerance", tolerance)):
-        if not (np.isfinite(value) and value > 0):
-            raise ModelError(name, expected="a length in m above 0", found=value)
+        require(0 < value < np.inf, name, expected="a length in m above 0", found=value)
     pose, v, w = _motions(start, translation, rotation)
     normals, offsets = (np.zeros((0, 3)), np.zeros(0)) if body is None else (body.normals, body.offsets)
     if body is not None:
@@ -183,17 +184,15 @@ def _anchors(a: ArrayLike, b: ArrayLike) -> tuple[Array, Array]:
     for name, array in (("frame anchors", frame), ("platform anchors", platform)):
         if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0 or not np.isfinite(array).all():
             raise ModelError(name, expected="finite numbers of shape (cables, 3)", found=array.shape)
-    if len(frame) != len(platform):
-        raise ModelError(
-            "frame and platform anchors", expected="one of each per cable", found=(len(frame), len(platform))
-        )
+    sizes = len(frame), len(platform)
+    require(sizes[0] == sizes[1], "frame and platform anchors", expected="one of each per cable", found=sizes)
     return frame, platform
 
 
 def _radii(diameter: ArrayLike, m: int) -> Array:
     d = np.asarray(diameter, float)
-    if d.shape not in ((), (m,)) or not (np.isfinite(d).all() and (d >= 0).all()):
-        raise ModelError("cable diameter", expected=f"one length in m or {m}, at least 0", found=diameter)
+    long = d.shape in ((), (m,)) and are_lengths(d)
+    require(long, "cable diameter", expected=f"one length in m or {m}, at least 0", found=diameter)
     return np.broadcast_to(d / 2, (m,)).copy()
 
 
@@ -202,8 +201,8 @@ def _wheels(pulleys: Pulleys | None, m: int) -> tuple[Array, Array]:
     if pulleys is None:
         return np.zeros((m, 3)), np.zeros(m)
     axis, wheel = np.asarray(pulleys.axis, float), np.asarray(pulleys.radius, float)
-    if axis.shape != (m, 3) or wheel.shape != (m,):
-        raise ModelError("pulleys", expected=f"one per cable, {m}", found=f"{axis.shape} and {wheel.shape}")
+    found = f"{axis.shape} and {wheel.shape}"
+    require(axis.shape == (m, 3) and wheel.shape == (m,), "pulleys", expected=f"one per cable, {m}", found=found)
     return axis, wheel
 
 
@@ -211,15 +210,12 @@ def _motions(start: ArrayLike, translation: ArrayLike, rotation: ArrayLike | Non
     v = np.atleast_2d(np.asarray(translation, float))
     w = np.zeros_like(v) if rotation is None else np.atleast_2d(np.asarray(rotation, float))
     pose = np.asarray(start, float)
-    if v.shape[1:] != (3,) or w.shape != v.shape:
-        raise ModelError(
-            "translation and rotation", expected="both of shape (motions, 3)", found=f"{v.shape} and {w.shape}"
-        )
-    if pose.shape not in ((4, 4), (len(v), 4, 4)):
-        raise ModelError("start pose", expected=f"shape (4, 4) or ({len(v)}, 4, 4)", found=pose.shape)
+    paired, found = v.shape[1:] == (3,) and w.shape == v.shape, f"{v.shape} and {w.shape}"
+    require(paired, "translation and rotation", expected="both of shape (motions, 3)", found=found)
+    expected = f"shape (4, 4) or ({len(v)}, 4, 4)"
+    require(pose.shape in ((4, 4), (len(v), 4, 4)), "start pose", expected=expected, found=pose.shape)
     for name, array in (("start pose", pose), ("translation", v), ("rotation", w)):
-        if not np.isfinite(array).all():
-            raise ModelError(f"{name}: a number that is none", expected="finite numbers")
+        require(np.isfinite(array).all(), f"{name}: a number that is none", expected="finite numbers")
     return np.broadcast_to(pose, (len(v), 4, 4)), v, w
 
 
@@ -236,9 +232,17 @@ def _common(a: Array, b: Array) -> Ints:
 def _check_anchors(body: Body, b: Array) -> None:
     out = body.height(b)
     worst = int(out.argmax())
-    if out[worst] > 1e-9:
-        raise ModelError(
-            f"platform anchor {worst + 1} lies {1e3 * out[worst]:.3g} mm outside the platform's body",
-            expected="anchors on or in the body (take them into `hull` as well)",
-            found=b[worst].round(6).tolist(),
-        )
+    why = f"platform anchor {worst + 1} lies {1e3 * out[worst]:.3g} mm outside the platform's body"
+    expected = "anchors on or in the body (take them into `hull` as well)"
+    require(out[worst] <= 1e-9, why, expected=expected, found=b[worst].round(6).tolist())
+
+
+def distances(p: ArrayLike, p_end: ArrayLike, q: ArrayLike, q_end: ArrayLike) -> Array:
+    """The distance in m between segments p p_end and q q_end, points (k, 3) each -> (k,)."""
+    from robocal.cables.contact.segments._kernels import separations
+
+    arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in (p, p_end, q, q_end)))
+    one, one_end, two, two_end = as_kernel_array(*arrays)
+    out = np.empty(len(one))
+    separations(one, one_end, two, two_end, out)
+    return out

@@ -12,13 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
-from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.grid_regions import frame_box
-from robocal.cables.interference import Body, Contacts, first_contact
+from robocal.cables.interference import Body, Contacts, distances, first_contact
 from robocal.cables.pulley import leaving
-from robocal.cables.statics import gravity_wrench, structure_of
-from robocal.cables.tension import Distribution, distribute
+from robocal.cables.tension import Distribution, hold
 from robocal.cables.workspace import Demand, margins
 
 __all__ = ["Clearance", "Start", "examine", "propose"]
@@ -65,10 +63,8 @@ def examine(robot: CableRobot, pose: ArrayLike, clearance: Clearance) -> Start:
     Raises ModelError when mass or limits of the robot are not known, and for a cable without length.
     """
     x = np.asarray(pose, float)[None]
-    mass, limits = float(robot.need("mass")), robot.need("limits")
-    w = gravity_wrench(x, mass, robot.com)[:, list(robot.axes)]
-    tensions = distribute(structure_of(robot, x), w, limits)
-    margin = float(margins(robot, Demand(np.array([mass])), x)[0])
+    tensions = hold(robot, x)
+    margin = float(margins(robot, Demand(np.array([robot.need("mass")])), x)[0])
     met = _contacts(robot, x, clearance)
     who = "" if met.free[0] else met.names(robot.cables)[0]
     return Start(x[0], tensions, margin, who, *_nearest(robot, x, clearance.diameter))
@@ -85,7 +81,7 @@ def propose(robot: CableRobot, clearance: Clearance) -> Array | None:
     lines = [low[i] + (high - low)[i] * steps if i in robot.axes else robot.home[i : i + 1, 3] for i in range(3)]
     pose = np.tile(np.eye(4), (int(np.prod([len(x) for x in lines])), 1, 1))
     pose[:, :3, 3] = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
-    margin = margins(robot, Demand(np.array([float(robot.need("mass"))])), pose)
+    margin = margins(robot, Demand(np.array([robot.need("mass")])), pose)
     held = np.flatnonzero(margin > 0)
     held = held[_contacts(robot, pose[held], clearance).free] if len(held) else held
     return pose[held[np.argmax(margin[held])]] if len(held) else None
@@ -93,16 +89,9 @@ def propose(robot: CableRobot, clearance: Clearance) -> Array | None:
 
 def _contacts(robot: CableRobot, pose: Array, clearance: Clearance) -> Contacts:
     """What touches where the platform stands still."""
-    return first_contact(
-        robot.a,
-        robot.b,
-        pose,
-        np.zeros((len(pose), 3)),
-        diameter=clearance.diameter,
-        pulleys=robot.pulleys,
-        body=clearance.body,
-        relief=clearance.relief,
-    )
+    still, body, relief = np.zeros((len(pose), 3)), clearance.body, clearance.relief
+    diameter, pulleys = clearance.diameter, robot.pulleys
+    return first_contact(robot.a, robot.b, pose, still, diameter=diameter, pulleys=pulleys, body=body, relief=relief)
 
 
 def _nearest(robot: CableRobot, pose: Array, diameter: Array) -> tuple[tuple[int, int], float]:

@@ -5,24 +5,33 @@
 lambda_s is how far statics allow, lambda_c the first contact (`interference.first_contact`). A planar robot draws X_r among the
 motions that it has; its cables are where its file puts them: those in one plane touch where they cross.
 Source: (3.27) to (3.38) and section 3.4.5 of the thesis behind `examples/cable-laval`.
+
+What a controller follows to visit a list of poses: waypoints on every way, their cable lengths and tensions.
+
+Each way leads straight from X_0 to its pose and straight back, so it can be walked both ways. A motion is feasible as far as
+it was looked at: `restrict_to_feasible` asks every waypoint again, so that none is commanded that the cables cannot hold.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from robocal._types import Array
-from robocal.cables.geometry import home
-from robocal.cables.interference import Body, Contacts, first_contact
+from robocal._types import Array, Ints
+from robocal.cables.cable_lengths import inverse
+from robocal.cables.geometry import CableRobot, home
+from robocal.cables.interference import Body, Contacts, are_lengths, first_contact
 from robocal.cables.pulley import Pulleys
-from robocal.errors import ModelError
-from robocal.geometry import se3, so3
+from robocal.cables.tension import hold
+from robocal.cables.tension_choice import METHOD
+from robocal.cables.workspace import Demand, holds
+from robocal.errors import ModelError, require
+from robocal.geometry import se3
 
-__all__ = ["LIMITS", "Feasible", "PoseBox", "PoseList", "default_box", "reachable_poses"]
+__all__ = ["LIMITS", "MotionProgram", "PoseBox", "PoseList", "program", "reachable_poses", "restrict_to_feasible"]
 
 LIMITS = ("box", "statics", "cable-cable", "cable-platform", "cable-pulley")
 # (X_0 (4, 4), translations (n, 3), rotations (n, 3)) -> lambda_s (n,) in [0, 1], nan where X_0 itself is not feasible.
@@ -64,14 +73,14 @@ class PoseList:
     rotation: Array
     fraction: Array
     furthest: Array
-    limit: NDArray[np.int64]
+    limit: Ints
     contacts: Contacts
 
     def along(self, shares: ArrayLike) -> Array:
         """Poses (n, k, 4, 4) at `shares` (k,) of each way: 0 is X_0, 1 the pose itself; falling shares are the way back."""
         lam = self.fraction[:, None] * np.asarray(shares, float)
-        rotation = so3.exp(lam[..., None] * self.rotation[:, None]) @ self.start[:3, :3]
-        return se3.compose(rotation, self.start[:3, 3] + lam[..., None] * self.translation[:, None])
+        v, w = (lam[..., None] * whole[:, None] for whole in (self.translation, self.rotation))
+        return se3.displace(self.start, v, w)
 
     @property
     def poses(self) -> Array:
@@ -109,14 +118,12 @@ def reachable_poses(
     """
     x0 = home(a) if start is None else np.asarray(start, float)
     z = default_box(a, start=start) if box is None else box
-    if n < 1:
-        raise ModelError("number of poses", expected="at least 1", found=n)
-    if not 0 < margin <= 1:
-        raise ModelError("margin", expected="a number above 0 and at most 1", found=margin)
+    require(n >= 1, "number of poses", expected="at least 1", found=n)
+    require(0 < margin <= 1, "margin", expected="a number above 0 and at most 1", found=margin)
     half = np.concatenate([np.asarray(z.translation, float), np.asarray(z.rotation, float)])
     middle = np.concatenate([np.asarray(z.offset, float), np.zeros(3)])
-    if half.shape != (6,) or not (np.isfinite(half).all() and (half >= 0).all() and np.isfinite(middle).all()):
-        raise ModelError("box of poses", expected="three half sizes in m and three in rad, at least 0", found=half)
+    room = half.shape == (6,) and are_lengths(half) and np.isfinite(middle).all()
+    require(room, "box of poses", expected="three half sizes in m and three in rad, at least 0", found=half)
     twist = rng.uniform(middle - half, middle + half, (n, 6))
     twist[:, [i for i in range(6) if i not in axes]] = 0.0
     v, w = twist[:, :3].copy(), twist[:, 3:].copy()
@@ -132,15 +139,69 @@ def _may_start(contacts: Contacts, m: int) -> None:
     touching = np.flatnonzero((contacts.fraction == 0) & ~contacts.free)
     if len(touching):
         who = contacts.names([f"cable {i}" for i in range(1, m + 1)])[touching[0]]
-        raise ModelError(
-            f"at the start X_0 {who}", expected="a start free of contacts: give another one, or thinner cables"
-        )
+        expected = "a start free of contacts: give another one, or thinner cables"
+        raise ModelError(f"at the start X_0 {who}", expected=expected)
 
 
 def _statics(found: Array, n: int) -> Array:
     share = np.asarray(found, float)
-    if share.shape != (n,):
-        raise ModelError("feasible()", expected=f"one number per motion, shape ({n},)", found=share.shape)
-    if np.isnan(share).any():
-        raise ModelError("the start X_0 is not feasible", expected="a start that the cables can hold: give another one")
+    require(share.shape == (n,), "feasible()", expected=f"one number per motion, shape ({n},)", found=share.shape)
+    held, expected = not np.isnan(share).any(), "a start that the cables can hold: give another one"
+    require(held, "the start X_0 is not feasible", expected=expected)
     return np.asarray(np.clip(share, 0.0, 1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class MotionProgram:
+    """K + 1 waypoints on each of n ways, the first X_0, the last the pose: shares (K + 1,) of the way, poses
+    (n, K + 1, 4, 4), tensions (n, K + 1, m) in N, and lengths (n, K + 1, m) in m as the sensors show them: `stretched` by the
+    tensions where the robot's elasticity is known."""
+
+    shares: Array
+    pose: Array
+    tension: Array
+    lengths: Array
+    stretched: bool
+
+
+def restrict_to_feasible(robot: CableRobot, demand: Demand, listing: PoseList, steps: int) -> PoseList:
+    """The same list with every way cut where one of its `steps` + 1 waypoints cannot be held, by the margin that it keeps.
+
+    For workspaces with holes or thin walls, which a search along rays may step over; as a rule nothing changes.
+    """
+    shares = np.linspace(0.0, 1.0, steps + 1)
+    share = np.ones(len(listing.fraction))
+    np.divide(listing.fraction, listing.furthest, where=listing.furthest > 0, out=share)
+    while True:
+        ok = holds(robot, demand, listing.along(shares).reshape(-1, 4, 4)).reshape(-1, steps + 1)
+        bad = ~ok.all(axis=1)
+        if not bad.any():
+            return listing
+        last = np.maximum(ok.argmin(axis=1) - 1, 0)
+        furthest = np.where(bad, shares[last] * listing.fraction, listing.furthest)
+        # A way that is not even held at its start has no length, and is not asked again for ever.
+        falls = (furthest[bad] < listing.fraction[bad]).all() and ok[:, 0].all()
+        require(falls, "the start X_0 is not feasible", expected="a start that the cables can hold")
+        limit = np.where(bad, LIMITS.index("statics"), listing.limit)
+        listing = replace(listing, furthest=furthest, fraction=share * furthest, limit=limit)
+
+
+def program(robot: CableRobot, listing: PoseList, steps: int, method: str = METHOD) -> MotionProgram:
+    """Waypoints in `steps` equal steps on every way, with tensions by `method` (see `tension.distribute`) and lengths.
+
+    Raises ModelError where the method gives no tensions, and when mass or limits of the robot are not known.
+    """
+    shares = np.linspace(0.0, 1.0, steps + 1)
+    pose = listing.along(shares)
+    every = pose.reshape(-1, 4, 4)
+    found = hold(robot, every, method)
+    none = int((~found.has_solution).sum())
+    require(
+        none == 0, "this method gives no tensions within the limits at every waypoint", key="method",
+        found=f"{method}: none at {none} of {len(every)} waypoints",
+        expected="norm or mid, which find tensions wherever there are any",
+    )  # fmt: skip
+    stretched = robot.elasticity is not None
+    lengths, _ = inverse(robot, every, found.tension if stretched else None)
+    shape = (*pose.shape[:2], len(robot.cables))
+    return MotionProgram(shares, pose, found.tension.reshape(shape), lengths.reshape(shape), stretched)

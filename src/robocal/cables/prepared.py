@@ -22,7 +22,7 @@ from robocal.cables.pulley import Pulleys
 from robocal.cables.single import _kernels as kernels
 from robocal.cables.tension import check_method, distribute
 from robocal.cables.tension_choice import METHOD, POWER
-from robocal.errors import ModelError
+from robocal.errors import ModelError, require
 from robocal.geometry.gravity import GRAVITY
 
 __all__ = ["Drums", "Placed", "Prepared", "TensionResult"]
@@ -77,15 +77,13 @@ class Drums(NamedTuple):
         efficiency above 1, and for different numbers of cables."""
         given = [_numbers(v, name) for v, name in zip((radius, gear, efficiency), cls._fields, strict=True)]
         sizes = {v.shape for v in given if v.ndim}
-        if len(sizes) > 1 or any(len(shape) > 1 for shape in sizes):
-            raise ModelError(
-                "drums of as many cables each", key=", ".join(cls._fields), found=[v.shape for v in given],
-                expected="one number, or one of each cable",
-            )  # fmt: skip
+        alike, key = len(sizes) <= 1 and all(len(shape) == 1 for shape in sizes), ", ".join(cls._fields)
+        shapes, expected = [v.shape for v in given], "one number, or one of each cable"
+        require(alike, "drums of as many cables each", key=key, found=shapes, expected=expected)
         values = dict(zip(cls._fields, np.broadcast_arrays(*given), strict=True))
         for name, value in values.items():
-            if not (np.isfinite(value) & (value > 0)).all() or (name == "efficiency" and (value > 1).any()):
-                raise ModelError(f"a drum has no such {name}", key=name, found=value.tolist(), expected="above 0")
+            possible = ((value > 0) & (value <= 1.0 if name == "efficiency" else value < np.inf)).all()
+            require(possible, f"a drum has no such {name}", key=name, found=value.tolist(), expected="above 0")
         return cls(*(np.array(v) for v in values.values()))
 
     @property
@@ -96,8 +94,8 @@ class Drums(NamedTuple):
     def torque(self, tension: ArrayLike) -> Array:
         """Torques (..., m) of the motors in N m that hold tensions (..., m) in N. Raises ModelError for other cables."""
         held, gain = _numbers(tension, "tension"), self.gain
-        if np.ndim(gain) and held.shape[-1:] != gain.shape:
-            raise ModelError("an array of another shape", key="tension", found=held.shape, expected=gain.shape)
+        fits = not np.ndim(gain) or held.shape[-1:] == gain.shape
+        require(fits, "an array of another shape", key="tension", found=held.shape, expected=gain.shape)
         return np.asarray(gain * held)
 
 
@@ -120,31 +118,23 @@ class Prepared:
         sigma: float | None = None,
     ) -> None:
         m, d = len(robot.cables), len(robot.axes)
-        if m < d:
-            raise ModelError(
-                "fewer cables than degrees of freedom", found=f"{m} cables for {d}", expected=f"at least {d}"
-            )
+        few = f"{m} cables for {d}"
+        require(m >= d, "fewer cables than degrees of freedom", found=few, expected=f"at least {d}")
         check_method(str(method))
         bounds = _numbers(robot.need("limits") if limits is None else limits, "limits")
-        weight, centre = (
-            _numbers(robot.need("mass") if mass is None else mass, "mass"),
-            _numbers(robot.com if com is None else com, "com"),
-        )
+        weight = _numbers(robot.need("mass") if mass is None else mass, "mass")
+        centre = _numbers(robot.com if com is None else com, "com")
         noise = _numbers(0.0 if sigma is None else sigma, "sigma")
+        expected = "finite, sigma above 0"
         if weight.shape or noise.shape or not (0 <= weight < np.inf and (sigma is None or 0 < noise < np.inf)):
-            raise ModelError(
-                "no such mass or noise", key="mass, sigma", found=(mass, sigma), expected="finite, sigma above 0"
-            )
-        if centre.shape != (3,) or not np.isfinite(centre).all():  # a kernel would read beyond its end
-            raise ModelError(
-                "no such centre of mass", key="com", found=centre.tolist(), expected="three finite numbers, m"
-            )
+            raise ModelError("no such mass or noise", key="mass, sigma", found=(mass, sigma), expected=expected)
+        place = centre.shape == (3,) and np.isfinite(centre).all()  # a kernel would read beyond its end
+        expected = "three finite numbers, m"
+        require(place, "no such centre of mass", key="com", found=centre.tolist(), expected=expected)
         # One pose through the door that checks limits, power and method.
         distribute(np.zeros((1, d, m)), np.zeros(d), bounds, "norm" if method == "barycentre" else method, power)
-        if method == "barycentre" and m - d > CENTRED:
-            raise ModelError(
-                "the barycentre is of at most two redundant cables", key="method", found=f"{m} cables for {d} freedoms"
-            )
+        central, why = method != "barycentre" or m - d <= CENTRED, "the barycentre is of at most two redundant cables"
+        require(central, why, key="method", found=f"{m} cables for {d} freedoms")
         wheel = robot.pulleys or Pulleys(np.zeros(m), np.tile([0.0, 0.0, 1.0], (m, 1)))
         reference = np.zeros(m) if method == "norm" else bounds.mean(axis=1)
         self.robot, self.method = robot, method
@@ -160,9 +150,8 @@ class Prepared:
         pose = self._check_shape(pose, (4, 4))
         load = self._still if wrench is None else self._check_shape(wrench, (6,))
         out = np.empty(self._cable_count)
-        code = kernels.held(
-            pose, load, self._cables, self._rows, self._body, self._bounds, self._kind, self._power, out
-        )
+        choice = self._bounds, self._kind, self._power
+        code = kernels.held(pose, load, self._cables, self._rows, self._body, *choice, out)
         return TensionResult(out, code == FOUND)
 
     def forward(self, lengths: Array, start: Array) -> Placed:
@@ -175,14 +164,9 @@ class Prepared:
     def twist(self, pose: Array, rates: Array) -> Array:
         """The twist (6,) as (v, w) in m/s and rad/s, base axes about the platform's origin, with which cables lengthen by rates (m,) in
         m/s; not numbers where the pose is singular."""
+        at, wound = self._check_shape(pose, (4, 4)), self._check_shape(rates, (self._cable_count,))
         out = np.empty(6)
-        kernels.turned(
-            self._check_shape(pose, (4, 4)),
-            self._check_shape(rates, (self._cable_count,)),
-            self._cables,
-            self._rows,
-            out,
-        )
+        kernels.turned(at, wound, self._cables, self._rows, out)
         return out
 
     @staticmethod
@@ -191,6 +175,6 @@ class Prepared:
             given = as_kernel_array(array)
         except (TypeError, ValueError):
             raise ModelError("these are no numbers", found=type(array).__name__, expected=f"an array {shape}") from None
-        if given.shape != shape:  # a kernel would read beyond its end
-            raise ModelError("an array of another shape", found=given.shape, expected=shape)
+        # A kernel would read beyond its end.
+        require(given.shape == shape, "an array of another shape", found=given.shape, expected=shape)
         return given

@@ -19,11 +19,11 @@ from robocal._types import Array
 from robocal.cables.balance._kernels import structure_kernel
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.pulley import curvature
-from robocal.errors import ModelError
+from robocal.errors import ModelError, require
 from robocal.geometry import so3
 from robocal.geometry.gravity import GRAVITY
 
-__all__ = ["gravity_wrench", "row_weights", "stiffness", "structure", "structure_of"]
+__all__ = ["gravity_wrench", "row_weights", "stiffness", "structure", "structure_of", "structures"]
 
 
 def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike, strict: bool = True) -> Array:
@@ -34,12 +34,10 @@ def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike, strict: bool = True) 
     the seed with the sign put right.
     """
     poses, frame, platform = as_kernel_array(pose, a, b)
-    if poses.ndim != 3 or poses.shape[1:] != (4, 4):
-        raise ModelError("poses are an array (k, 4, 4)", found=poses.shape)
+    require(poses.ndim == 3 and poses.shape[1:] == (4, 4), "poses are an array (k, 4, 4)", found=poses.shape)
+    shapes = frame.shape, platform.shape
     if frame.ndim != 2 or frame.shape[1:] != (3,) or frame.shape != platform.shape:
-        raise ModelError(
-            "frame and platform anchors are two arrays (m, 3) of one length", found=(frame.shape, platform.shape)
-        )
+        raise ModelError("frame and platform anchors are two arrays (m, 3) of one length", found=shapes)
     out = np.empty((len(poses), 6, len(frame)))
     structure_kernel(poses, frame, platform, out)
     if strict:
@@ -66,15 +64,20 @@ def structure_of(robot: CableRobot, pose: ArrayLike, strict: bool = True) -> Arr
     return out
 
 
-def _whole(structures: Array, cables: Sequence[str]) -> None:
+def structures(structure: ArrayLike) -> Array:
+    """Structure matrices (k, d, m) as kernels read them. Raises ModelError for another shape and numbers that are none."""
+    w = as_kernel_array(structure)
+    if w.ndim != 3 or not np.isfinite(w).all():
+        raise ModelError("structure matrices are an array (k, d, m) of finite numbers", found=w.shape)
+    return w
+
+
+def _whole(found: Array, cables: Sequence[str]) -> None:
     """Raises ModelError naming the first cable without direction."""
-    if not np.isfinite(structures).all():
-        row, _, cable = np.argwhere(~np.isfinite(structures))[0]
-        raise ModelError(
-            "the cable has no length: its frame anchor and its platform anchor coincide, or the pose is not finite",
-            row=int(row),
-            key=cables[cable],
-        )
+    if not np.isfinite(found).all():
+        row, _, cable = np.argwhere(~np.isfinite(found))[0]
+        why = "the cable has no length: its frame anchor and its platform anchor coincide, or the pose is not finite"
+        raise ModelError(why, row=int(row), key=cables[cable])
 
 
 def row_weights(d: int, length: ArrayLike = 1.0) -> Array:
@@ -98,8 +101,8 @@ def gravity_wrench(pose: ArrayLike, mass: float, com: ArrayLike, gravity: ArrayL
     Raises ModelError for a mass that is negative or no number.
     """
     poses, c = np.asarray(pose, dtype=float), np.asarray(com, dtype=float)
-    if not np.isfinite(mass) or mass < 0.0 or c.shape != (3,) or not np.isfinite(c).all():
-        raise ModelError("a platform needs a mass >= 0 kg and a centre of mass (3,)", found=(mass, c.tolist()))
+    sound = 0.0 <= mass < np.inf and c.shape == (3,) and np.isfinite(c).all()
+    require(sound, "a platform needs a mass >= 0 kg and a centre of mass (3,)", found=(mass, c.tolist()))
     force = np.broadcast_to(mass * np.asarray(gravity, dtype=float), (len(poses), 3))
     return np.concatenate([force, np.cross(poses[:, :3, :3] @ c, force)], axis=1)
 

@@ -1,7 +1,7 @@
 """Tensions within their limits that balance a wrench, W t + w = 0, for many poses at once; and how far a wrench is from
 having none.
 
-Everything here works on arrays: W (k, d, m), w (k, d) or (d,), limits (m, 2) in N.
+All but `hold` works on arrays: W (k, d, m), w (k, d) or (d,), limits (m, 2) in N.
 """
 
 from __future__ import annotations
@@ -9,18 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array
-from robocal._types import Array, Bools
+from robocal._types import Array, Bools, Ints
 from robocal.cables.distribution._kernels import centre_kernel, nearest_kernel, power_kernel
+from robocal.cables.geometry import CableRobot
 from robocal.cables.margin._kernels import margin_kernel, missing_kernel
 from robocal.cables.polytope._kernels import FOUND, STUCK
-from robocal.cables.statics import row_weights
+from robocal.cables.statics import gravity_wrench, row_weights, structure_of, structures
 from robocal.cables.tension_choice import METHOD, POWER
-from robocal.errors import ModelError, RobocalError, nearest
+from robocal.errors import ModelError, RobocalError, look_up, require
 
 __all__ = [
     "METHODS",
@@ -30,11 +32,10 @@ __all__ = [
     "check_method",
     "distribute",
     "disturbance_margin",
+    "hold",
     "is_feasible",
     "missing_wrench",
 ]
-
-Codes = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -79,26 +80,25 @@ def distribute(
     structure (k, d, m) with m >= d, wrench (k, d) or (d,) [N, N m], limits (m, 2) N, 0 <= lower <= upper, finite.
     Raises ModelError for shapes, limits or a method that make no sense.
     """
-    w, load, bounds = _enter(structure, wrench, limits)
+    problem = _enter(structure, wrench, limits)
     check_method(method)
-    if not 2.0 <= power < np.inf:
-        raise ModelError("the power of a p-norm is at least 2", key="power", found=power)
-    tension = np.full((w.shape[0], w.shape[2]), np.nan)
-    feasible, found = METHODS[method](w, load, bounds, power, tension)
+    require(2.0 <= power < np.inf, "the power of a p-norm is at least 2", key="power", found=power)
+    tension = np.full((problem.w.shape[0], problem.w.shape[2]), np.nan)
+    feasible, found = METHODS[method](problem, power, tension)
     tension[~found] = np.nan
-    return Distribution(method, tension, feasible, found, w, load, bounds)
+    return Distribution(method, tension, feasible, found, problem.w, problem.load, problem.limits)
+
+
+def hold(robot: CableRobot, pose: ArrayLike, method: str = METHOD) -> Distribution:
+    """Tensions within the robot's limits that hold its weight at poses (k, 4, 4). Raises ModelError where mass or limits are not known."""
+    weight = gravity_wrench(pose, float(robot.need("mass")), robot.com)[:, list(robot.axes)]
+    limits = robot.need("limits")
+    return distribute(structure_of(robot, pose), weight, limits, method)
 
 
 def check_method(method: str) -> None:
     """Raises ModelError for a name that is not one of METHODS."""
-    if method not in METHODS:
-        raise ModelError(
-            "unknown tension method",
-            key="method",
-            found=method,
-            expected=", ".join(METHODS),
-            suggestion=nearest(method, METHODS),
-        )
+    look_up(METHODS, method, "unknown tension method", "method")
 
 
 def is_feasible(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> Bools:
@@ -111,17 +111,10 @@ def missing_wrench(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, l
 
     Moments are divided by `length` [m] before they are compared with forces. Zero (to rounding) where feasible.
     """
-    w, load, bounds = _enter(structure, wrench, limits)
-    out, code = np.empty(load.shape), np.empty(len(w), np.int64)
-    missing_kernel(
-        w,
-        load,
-        row_weights(w.shape[1], length),
-        as_kernel_array(bounds[:, 0]),
-        as_kernel_array(bounds[:, 1]),
-        out,
-        code,
-    )
+    problem = _enter(structure, wrench, limits)
+    out, code = np.empty(problem.load.shape), np.empty(len(problem.w), np.int64)
+    w, load, low, high = problem
+    missing_kernel(w, load, row_weights(w.shape[1], length), low, high, out, code)
     _require_convergence(code == 0)
     return out
 
@@ -165,20 +158,20 @@ def disturbance_margin(
     """
     given = np.asarray(wrench, dtype=float)
     several = given.ndim == 3
-    w, load, bounds = _enter(structure, given[:, 0] if several and given.shape[1] else given, limits)
+    problem = _enter(structure, given[:, 0] if several and given.shape[1] else given, limits)
+    w, load, low, high = problem
     if several and (given.shape[0] != len(w) or not np.isfinite(given).all()):
         raise ModelError("wrenches are an array (k, v, d) of finite numbers", found=given.shape)
     stretch = _disturbance(shape, w)
-    if stretch.shape[2] == 0:
-        raise ModelError("a disturbance has at least one component", key="shape", found=np.shape(shape))
+    require(stretch.shape[2] > 0, "a disturbance has at least one component", key="shape", found=np.shape(shape))
     gone = _disturbance(np.zeros((w.shape[1], 0)) if taken is None else taken, w)
     loads = as_kernel_array(given if several else load[:, None])
     margin, code = np.empty(len(w)), np.empty(len(w), np.int64)
-    margin_kernel(w, loads, stretch, gone, as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), margin, code)
+    margin_kernel(w, loads, stretch, gone, low, high, margin, code)
     odd = np.flatnonzero(code)  # singular poses: few, or all of them where the two sets of anchors are parallel
     if len(odd):
         anyhow = gone[odd] if len(gone) > 1 else gone
-        margin[odd] = _singular_margin(w[odd], loads[odd], anyhow, bounds, length)
+        margin[odd] = _singular_margin(w[odd], loads[odd], anyhow, problem.limits, length)
     return margin
 
 
@@ -191,65 +184,71 @@ def _singular_margin(w: Array, loads: Array, taken: Array, bounds: Array, length
     return np.where(size > 1e-9 * (np.abs(loads).max(axis=(1, 2)) + bounds.max()), -size, 0.0)
 
 
+class _Problem(NamedTuple):
+    """What kernels read of W t + w = 0: W (k, d, m), one wrench of every pose (k, d), the least and the greatest tensions (m,)."""
+
+    w: Array
+    load: Array
+    low: Array
+    high: Array
+
+    @property
+    def limits(self) -> Array:
+        """Least and greatest tensions, (m, 2)."""
+        return np.stack([self.low, self.high], axis=1)
+
+
 # Methods: each fills `tension` (k, m) and says where any tensions exist, and where it found its own.
 
-_Method = Callable[[Array, Array, Array, float, Array], tuple[Bools, Bools]]
+_Method = Callable[[_Problem, float, Array], tuple[Bools, Bools]]
 
 
 def _nearest_to(reference: Callable[[Array], Array]) -> _Method:
-    def method(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Bools, Bools]:
-        code = np.empty(len(w), np.int64)
-        nearest_kernel(
-            w,
-            load,
-            as_kernel_array(bounds[:, 0]),
-            as_kernel_array(bounds[:, 1]),
-            as_kernel_array(reference(bounds)),
-            tension,
-            code,
-        )
-        found = _require_convergence(code != STUCK) & (code == FOUND)
-        return found, found
+    def method(problem: _Problem, power: float, tension: Array) -> tuple[Bools, Bools]:
+        code = np.empty(len(tension), np.int64)
+        nearest_kernel(*problem, reference(problem.limits), tension, code)
+        return _found(code), _found(code)
 
     return method
 
 
-def _closure_tension(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Bools, Bools]:
-    feasible, _ = METHODS["norm"](w, load, bounds, power, tension)
-    code, far = np.empty(len(w), np.int64), np.full(len(bounds), 1e100)
-    nearest_kernel(w, load, -far, far, as_kernel_array(bounds.mean(axis=1)), tension, code)  # t_mid - W^+ (w + W t_mid)
-    edge = 1e-12 * np.abs(bounds).max()
-    inside = ((tension >= bounds[:, 0] - edge) & (tension <= bounds[:, 1] + edge)).all(axis=1)
+def _closure_tension(problem: _Problem, power: float, tension: Array) -> tuple[Bools, Bools]:
+    feasible, _ = METHODS["norm"](problem, power, tension)
+    w, load, low, high = problem
+    code, far = np.empty(len(w), np.int64), np.full(len(low), 1e100)
+    nearest_kernel(w, load, -far, far, problem.limits.mean(axis=1), tension, code)  # t_mid - W^+ (w + W t_mid)
+    edge = 1e-12 * high.max()
+    inside = ((tension >= low - edge) & (tension <= high + edge)).all(axis=1)
     return feasible, inside & feasible
 
 
-def _centre(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Bools, Bools]:
-    code, redundancy = np.empty(len(w), np.int64), np.empty(len(w), np.int64)
-    centre_kernel(w, load, as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), tension, code, redundancy)
-    found = _require_convergence(code != STUCK) & (code == FOUND)
-    if w.shape[2] - w.shape[1] > 2:
-        raise ModelError(
-            "the barycentre is worked out for at most two redundant cables",
-            key="method",
-            found=f"{w.shape[2]} cables for {w.shape[1]} degrees of freedom",
-            expected="norm, mid, closed or p-norm",
-        )
+def _centre(problem: _Problem, power: float, tension: Array) -> tuple[Bools, Bools]:
+    code, redundancy = np.empty(len(tension), np.int64), np.empty(len(tension), np.int64)
+    centre_kernel(*problem, tension, code, redundancy)
+    found = _found(code)
+    _, d, m = problem.w.shape
+    require(
+        m - d <= 2, "the barycentre is worked out for at most two redundant cables", key="method",
+        found=f"{m} cables for {d} degrees of freedom", expected="norm, mid, closed or p-norm",
+    )  # fmt: skip
     return found, found & (redundancy <= 2)
 
 
-def _power(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Bools, Bools]:
-    code = np.empty(len(w), np.int64)
-    power_kernel(
-        w, load, as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), 0.0, float(power), tension, code
-    )
-    found = _require_convergence(code != STUCK) & (code == FOUND)
-    return found, found
+def _power(problem: _Problem, power: float, tension: Array) -> tuple[Bools, Bools]:
+    code = np.empty(len(tension), np.int64)
+    power_kernel(*problem, 0.0, float(power), tension, code)
+    return _found(code), _found(code)
+
+
+def _found(code: Ints) -> Bools:
+    """Where a kernel found tensions, (k,)."""
+    return np.asarray(_require_convergence(code != STUCK) & (code == FOUND))
 
 
 METHODS: MappingProxyType[str, _Method] = MappingProxyType(
     {
-        "norm": _nearest_to(lambda bounds: np.zeros(len(bounds))),
-        "mid": _nearest_to(lambda bounds: bounds.mean(axis=1)),
+        "norm": _nearest_to(lambda limits: np.zeros(len(limits))),
+        "mid": _nearest_to(lambda limits: limits.mean(axis=1)),
         "closed": _closure_tension,
         "barycentre": _centre,
         "p-norm": _power,
@@ -257,18 +256,15 @@ METHODS: MappingProxyType[str, _Method] = MappingProxyType(
 )
 
 
-def _enter(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> tuple[Array, Array, Array]:
+def _enter(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> _Problem:
     """The three arrays, checked, contiguous, one wrench per pose."""
-    w, bounds = as_kernel_array(structure, limits)
+    w, bounds = structures(structure), as_kernel_array(limits)
     load = np.asarray(wrench, dtype=float)
-    if w.ndim != 3 or not np.isfinite(w).all():
-        raise ModelError("structure matrices are an array (k, d, m) of finite numbers", found=w.shape)
     count, d, m = w.shape
-    if m < d:
-        raise ModelError(
-            "fewer cables than degrees of freedom: such a platform is not held by its cables",
-            found=f"{m} cables for {d} degrees of freedom",
-        )
+    require(
+        m >= d, "fewer cables than degrees of freedom: such a platform is not held by its cables",
+        found=f"{m} cables for {d} degrees of freedom",
+    )  # fmt: skip
     if bounds.shape != (m, 2):
         raise ModelError("tension limits are an array (m, 2), one row per cable", found=bounds.shape, expected=(m, 2))
     wrong = ~(np.isfinite(bounds).all(axis=1) & (bounds[:, 0] >= 0.0) & (bounds[:, 0] <= bounds[:, 1]))
@@ -276,15 +272,12 @@ def _enter(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> tuple[
         i = int(np.argmax(wrong))
         raise ModelError(
             "tension limits are crossed, negative or not finite: a cable pulls, and cannot push",
-            key=f"c{i + 1}",
-            found=bounds[i].tolist(),
-            expected="0 <= lower <= upper, N",
-        )
-    if load.shape not in ((d,), (count, d)) or not np.isfinite(load).all():
-        raise ModelError(
-            "wrenches are an array (k, d) or (d,) of finite numbers", found=load.shape, expected=(count, d)
-        )
-    return w, as_kernel_array(np.broadcast_to(load, (count, d))), bounds
+            key=f"c{i + 1}", found=bounds[i].tolist(), expected="0 <= lower <= upper, N",
+        )  # fmt: skip
+    expected = (count, d)
+    if load.shape not in ((d,), expected) or not np.isfinite(load).all():
+        raise ModelError("wrenches are an array (k, d) or (d,) of finite numbers", found=load.shape, expected=expected)
+    return _Problem(w, *as_kernel_array(np.broadcast_to(load, expected), bounds[:, 0], bounds[:, 1]))
 
 
 def _disturbance(shape: ArrayLike, w: Array) -> Array:
@@ -293,15 +286,14 @@ def _disturbance(shape: ArrayLike, w: Array) -> Array:
     stretch = as_kernel_array(stretch[None] if stretch.ndim == 2 else stretch)
     if stretch.ndim != 3 or len(stretch) not in (1, len(w)) or stretch.shape[1] != w.shape[1]:
         raise ModelError("a disturbance's shape is an array (d, q) or (k, d, q)", found=np.shape(shape))
-    if not np.isfinite(stretch).all():
-        raise ModelError("a disturbance's shape holds a number that is none", expected="finite numbers")
+    finite = np.isfinite(stretch).all()
+    require(finite, "a disturbance's shape holds a number that is none", expected="finite numbers")
     return stretch
 
 
 def _require_convergence(ok: Bools) -> Bools:
     """Passes on what it is given; raises where an iteration did not come to an end."""
     if not ok.all():
-        raise RobocalError(
-            f"the search for tensions did not settle at pose {int(np.argmin(ok))}: please report this case"
-        )
+        at = int(np.argmin(ok))
+        raise RobocalError(f"the search for tensions did not settle at pose {at}: please report this case")
     return ok

@@ -18,7 +18,7 @@ from robocal.cables.closure import CLOSED, Dexterity, dexterity, tension_factor
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import ball, capacity_margin, disturbance_margin, is_feasible
-from robocal.errors import ModelError
+from robocal.errors import ModelError, require
 from robocal.geometry.gravity import GRAVITY
 
 __all__ = ["Demand", "Grid", "accelerations", "as_box", "as_poses", "dexterities", "grid", "holds", "margins"]
@@ -60,8 +60,8 @@ def margins(robot: CableRobot, demand: Demand, where: ArrayLike) -> Array:
         if demand.acceleration > 0.0:
             push = _push(robot, turned)
             for mass, own in _by_mass(demand, loads):
-                shaken = demand.acceleration * mass * push
-                least = np.minimum(least, capacity_margin(w, own, limits, length, shaken))
+                taken = demand.acceleration * mass * push
+                least = np.minimum(least, capacity_margin(w, own, limits, length, taken))
         else:
             least = np.minimum(least, capacity_margin(w, loads, limits, length))
         least[~whole] = -np.inf
@@ -79,8 +79,7 @@ def accelerations(robot: CableRobot, demand: Demand, where: ArrayLike) -> Array:
         kept = None if demand.reserve <= 0.0 else demand.reserve * ball(w.shape[1], length)
         for mass, own in _by_mass(demand, loads):
             if mass > 0.0:
-                room = disturbance_margin(w, own, limits, mass * push, length, kept)
-                least = np.minimum(least, room)
+                least = np.minimum(least, disturbance_margin(w, own, limits, mass * push, length, kept))
         least[~whole] = -np.inf
     return least
 
@@ -168,18 +167,15 @@ def _by_mass(demand: Demand, loads: Array) -> Iterator[tuple[float, Array]]:
 def _check(demand: Demand) -> tuple[Array, Array, Array]:
     masses, extra, rotations = (np.asarray(x, dtype=float) for x in (demand.masses, demand.extra, demand.rotations))
     for name, value, shape in (("masses", masses, ()), ("extra", extra, (6,)), ("rotations", rotations, (3, 3))):
-        if value.ndim != len(shape) + 1 or value.shape[1:] != shape or len(value) == 0:
-            raise ModelError("a demand needs at least one of them", key=name, found=value.shape)
+        some = value.ndim == len(shape) + 1 and value.shape[1:] == shape and len(value)
+        require(some, "a demand needs at least one of them", key=name, found=value.shape)
     for name, number in (("acceleration", demand.acceleration), ("reserve", demand.reserve)):
-        if not 0.0 <= number < np.inf:
-            raise ModelError("a demand is a finite number, 0 or more", key=name, found=number)
-    if np.shape(demand.gravity) != (3,):
-        raise ModelError("gravity has three components, m/s^2", key="gravity", found=demand.gravity)
-    if (
-        not np.abs(rotations @ rotations.swapaxes(1, 2) - np.eye(3)).max() < 1e-6
-        or not (np.linalg.det(rotations) > 0).all()
-    ):
-        raise ModelError("an orientation is a rotation matrix", key="rotations", expected="orthonormal, right-handed")
+        require(0.0 <= number < np.inf, "a demand is a finite number, 0 or more", key=name, found=number)
+    upward = np.shape(demand.gravity) == (3,)
+    require(upward, "gravity has three components, m/s^2", key="gravity", found=demand.gravity)
+    orthonormal = np.abs(rotations @ rotations.swapaxes(1, 2) - np.eye(3)).max() < 1e-6
+    rigid = orthonormal and (np.linalg.det(rotations) > 0).all()
+    require(rigid, "an orientation is a rotation matrix", key="rotations", expected="orthonormal, right-handed")
     return masses, extra, rotations
 
 
@@ -208,8 +204,7 @@ def grid(
 ) -> Grid:
     """The workspace at the centres of counts[0] x counts[1] x counts[2] cells of the box (3, 2) m; an axis may have no length."""
     sides = as_box(box)
-    if min(counts) < 1:
-        raise ModelError("a grid has at least one cell along each axis", found=counts)
+    require(min(counts) >= 1, "a grid has at least one cell along each axis", found=counts)
     cell = (sides[:, 1] - sides[:, 0]) / np.array(counts)
     axes = tuple(sides[i, 0] + cell[i] * (np.arange(n) + 0.5) for i, n in enumerate(counts))
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -19,7 +19,7 @@ from robocal.files.units import Unit, number, parse_unit
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.urdftree import parse_tree
 from robocal.files.yamlio import parse, quote
-from robocal.geometry.path.path_joints import Joint
+from robocal.geometry.path.program import Joint
 from robocal.remarks.remark import Remark
 
 __all__ = ["OFFSETS", "Offset", "OffsetFile", "read_offsets"]

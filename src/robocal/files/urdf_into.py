@@ -29,7 +29,7 @@ from robocal.files.robot import Robot, open_robot
 from robocal.files.units import number
 from robocal.files.urdf import edit_urdf
 from robocal.geometry import se3, so3
-from robocal.geometry.path.path_joints import Joint
+from robocal.geometry.path.program import Joint
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark

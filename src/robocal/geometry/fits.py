@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
-from robocal.errors import ModelError
+from robocal.errors import require
 from robocal.geometry import se3, so3
 
 __all__ = ["plane", "rigid"]
@@ -18,8 +18,7 @@ def rigid(source: ArrayLike, target: ArrayLike) -> Array:
     Source: Kabsch (1976), Umeyama (1991). Raises ModelError for fewer than three points.
     """
     a, b = np.asarray(source, float), np.asarray(target, float)
-    if len(a) < 3:
-        raise ModelError("a rigid fit needs at least three points", found=len(a))
+    require(len(a) >= 3, "a rigid fit needs at least three points", found=len(a))
     ca, cb = a.mean(axis=0), b.mean(axis=0)
     r = so3.project((b - cb).T @ (a - ca))
     return se3.compose(r, cb - r @ ca)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robocal._types import Array
 from robocal.geometry import so3
 
-__all__ = ["compose", "exp", "from_vector", "inverse", "log", "to_vector"]
+__all__ = ["compose", "displace", "displacement", "from_vector", "inverse", "to_vector"]
 
 
 def compose(rotation: ArrayLike, translation: ArrayLike) -> Array:
@@ -42,16 +42,14 @@ def inverse(transform: ArrayLike) -> Array:
     return compose(rt, -(rt @ t[..., :3, 3:])[..., 0])
 
 
-def exp(twist: ArrayLike) -> Array:
-    """The motion along a twist (v, w) (..., 6): R = exp(w), p = J_l(w) v."""
-    x = np.asarray(twist, float)
-    p = (so3.left_jacobian(x[..., 3:]) @ x[..., :3, None])[..., 0]
-    return compose(so3.exp(x[..., 3:]), p)
-
-
-def log(transform: ArrayLike) -> Array:
-    """The twist (v, w) whose exponential is T."""
+def displace(transform: ArrayLike, translation: ArrayLike, rotation: ArrayLike) -> Array:
+    """T (..., 4, 4) after p <- p + v, R <- exp(w) R: v (..., 3) and w (..., 3), in base axes."""
     t = np.asarray(transform, float)
-    w = so3.log(t[..., :3, :3])
-    v = (so3.left_jacobian_inverse(w) @ t[..., :3, 3:])[..., 0]
-    return np.concatenate([v, w], axis=-1)
+    return compose(so3.exp(rotation) @ t[..., :3, :3], t[..., :3, 3] + np.asarray(translation, float))
+
+
+def displacement(start: ArrayLike, end: ArrayLike) -> tuple[Array, Array]:
+    """v (..., 3) and w (..., 3) by which `displace` leads from one T to the other."""
+    a, b = np.asarray(start, float), np.asarray(end, float)
+    turn = b[..., :3, :3] @ np.swapaxes(a[..., :3, :3], -1, -2)
+    return b[..., :3, 3] - a[..., :3, 3], so3.log(turn)

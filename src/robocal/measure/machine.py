@@ -16,8 +16,7 @@ from typing import Protocol, Self, TypeVar
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
-from robocal.geometry.path.path_joints import Joint, Zero
-from robocal.geometry.path.program import Element, Program
+from robocal.geometry.path.program import Element, Joint, Program, Zero
 from robocal.geometry.path.unjointed import Unjointed
 from robocal.parameters import ParameterTable
 from robocal.remarks.remark import Remark

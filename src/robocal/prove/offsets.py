@@ -26,7 +26,7 @@ from robocal.estimate.uncertainty import Total, quantile, total, uncertainty, un
 from robocal.fit.baseline import frame_names
 from robocal.fit.fit import Fit
 from robocal.fit.repeats import places
-from robocal.geometry.path.path_joints import Zero
+from robocal.geometry.path.program import Zero
 from robocal.measure.machine import Model, joints_of
 from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.folds import local_names, unseen

@@ -4,9 +4,10 @@
     squared   sum_j w_j ((f_j |s_j - a|)^2 - (y_j + l0)^2)^2        3.18 of the thesis behind `examples/cable-laval`
 
 With poses as measured nothing joins the cables, and the problem of m cables is m problems of four numbers. The start solves the
-squared equations (`exact`), so that no guess is needed. The squared residual is here to be compared with: noise enters its slopes,
-and it errs by what does not fade with the number of poses (`propagation.bias_of_squares`). Where cables run over pulleys, the straight
-ones are refined (`wrapped`).
+squared equations exactly, so that no guess is needed: |s_j|^2 - y_j^2 = 2 s_j . a + 2 y_j l0 - (|a|^2 - l0^2) is linear in (a, l0, c),
+with c the bracket. Points in a plane (in space) or on a line leave an anchor and its mirror image however many there are, and are
+refused. The squared residual is here to be compared with: noise enters its slopes, and it errs by what does not fade with the number
+of poses (`propagation.bias_of_squares`). Where cables run over pulleys, the straight ones are refined (`wrapped`).
 
 Frame anchors and zeros of cables that run over pulleys: the straight ones refined, cable by cable.
 
@@ -17,27 +18,39 @@ A pulley takes centimetres of length along; what a straight cable makes of them 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array, as_kernel_indices
-from robocal._types import Array
-from robocal.cables.calibration.exact import flat
+from robocal._types import Array, Bools, Ints
 from robocal.cables.geometry import CableRobot, lengths
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, require, require_one_of
 
-__all__ = ["RESIDUALS", "CableFits", "per_cable"]
+__all__ = ["RESIDUALS", "CableFits", "flat", "per_cable"]
 
 ROUNDS, END = 60, 1e-14
 AX, L0 = 0, 6
+SHAPES = ("one point", "a line", "a plane")
+FLAT = 1e-6  # of the extent of the points: a spread that is none
+ROUNDING = 1e-12  # of a coordinate
+
+
+def flat(points: ArrayLike, axes: Sequence[int] = (0, 1, 2)) -> str | None:
+    """What the points (n, 3) all lie in if they tell no anchor in the `axes` from its mirror image: one point, a line or (in space)
+    a plane; None where they spread in every direction."""
+    s = np.asarray(points, float)[:, list(axes)]
+    spread = np.linalg.svd(s - s.mean(axis=0), compute_uv=False)
+    rank = int((spread > max(FLAT * spread[0], ROUNDING * np.abs(s).max())).sum())
+    return SHAPES[rank] if rank < len(axes) else None
 
 
 def refine_over_pulleys(
     robot: CableRobot, t: Array, y: Array, share: Array, weight: Array, x: Array, axes: tuple[int, ...]
-) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+) -> tuple[Array, Array, Array, Bools]:
     """x (B, m, 4), cost (B, m), normal matrices (B, m, k, k) and whether each fit arrived (B, m).
 
     t (1 or B, n, 4, 4), y, share and weight (1 or B, n, m) as in `per_cable`; x (B, m, 4) is where the fit starts.
@@ -80,11 +93,11 @@ class CableFits:
     anchors: Array
     zeros: Array
     cost: Array
-    iterations: NDArray[np.int64]
-    converged: NDArray[np.bool_]
+    iterations: Ints
+    converged: Bools
     normal: Array
     axes: tuple[int, ...]
-    numbers: NDArray[np.int64]
+    numbers: Ints
 
     @property
     def covariance(self) -> Array:
@@ -119,24 +132,22 @@ def per_cable(
     """
     from robocal.cables.calibration import _kernels as kernels
 
-    if residual not in RESIDUALS:
-        raise ModelError(
-            "unknown residual", found=residual, expected=" or ".join(RESIDUALS), suggestion=nearest(residual, RESIDUALS)
-        )
-    if residual == "squared" and robot.pulleys is not None:
-        raise ModelError("the squared residual is of straight cables", found="pulleys", expected="residual='length'")
+    require_one_of(residual, RESIDUALS, "unknown residual")
+    modelled = residual == "length" or robot.pulleys is None
+    require(modelled, "the squared residual is of straight cables", found="pulleys", expected="residual='length'")
     t, y = _lists(poses, 4, "poses"), _lists(readings, 3, "readings")
     m = len(robot.cables)
-    if y.shape[1:] != (t.shape[1], m) or len({len(t), len(y), 1}) > 2:
-        raise ModelError(
-            "poses and readings do not belong together",
-            found=f"{t.shape[:2]} poses, readings {y.shape}", expected="as many rows of readings as poses, a column per cable",
-        )  # fmt: skip
+    paired = y.shape[1:] == (t.shape[1], m) and len({len(t), len(y), 1}) <= 2
+    found, expected = (
+        f"{t.shape[:2]} poses, readings {y.shape}",
+        "as many rows of readings as poses, a column per cable",
+    )
+    require(paired, "poses and readings do not belong together", found=found, expected=expected)
     read = np.isfinite(y)
     weight = read / np.broadcast_to(np.asarray(sigma, float), (m,)) ** 2
-    strain = (
-        np.zeros((1, *y.shape[1:])) if tensions is None else _lists(tensions, 3, "tensions") * robot.need("elasticity")
-    )
+    strain = np.zeros((1, *y.shape[1:]))
+    if tensions is not None:
+        strain = _lists(tensions, 3, "tensions") * robot.need("elasticity")
     batch, axes = max(len(t), len(y)), tuple(i for i in robot.axes if i < 3)
     x = np.empty((batch, m, 4))
     x[:] = np.column_stack([robot.a, robot.zeros]) if start is None else np.asarray(start, float)
@@ -150,33 +161,27 @@ def per_cable(
     lost = np.argwhere(reason == kernels.DEGENERATE)
     if start is None and len(lost):
         _refuse(robot, t, read, axes, *lost[0])
-    numbers = np.broadcast_to(read.sum(axis=1), (batch, m))
+    numbers, arrived = np.broadcast_to(read.sum(axis=1), (batch, m)), reason == kernels.SETTLED
     if robot.pulleys is not None:
-        x, cost, info, arrived = refine_over_pulleys(
-            robot, t, np.where(read, y, 0.0), 1 / (1 + strain), weight, x, axes
-        )
-        return CableFits(x[..., :3], x[..., 3], cost, count, arrived, info, axes, numbers)
-    return CableFits(x[..., :3], x[..., 3], cost, count, reason == kernels.SETTLED, info, axes, numbers)
+        share = 1 / (1 + strain)
+        x, cost, info, arrived = refine_over_pulleys(robot, t, np.where(read, y, 0.0), share, weight, x, axes)
+    return CableFits(x[..., :3], x[..., 3], cost, count, arrived, info, axes, numbers)
 
 
 def _lists(array: ArrayLike, rank: int, what: str) -> Array:
     out = np.asarray(array, float)
-    if out.ndim not in (rank - 1, rank):
-        raise ModelError(
-            f"the {what} have another shape", found=out.shape, expected="(n, ...) or of every list (B, n, ...)"
-        )
+    expected = "(n, ...) or of every list (B, n, ...)"
+    require(out.ndim in (rank - 1, rank), f"the {what} have another shape", found=out.shape, expected=expected)
     return out if out.ndim == rank else out[None]
 
 
-def _refuse(robot: CableRobot, t: Array, read: NDArray[np.bool_], axes: tuple[int, ...], at: int, cable: int) -> None:
+def _refuse(robot: CableRobot, t: Array, read: Bools, axes: tuple[int, ...], at: int, cable: int) -> None:
     """Says why the list `at` does not tell the anchor of a cable."""
     some = read[at if len(read) > 1 else 0][:, cable]
     pose = t[at if len(t) > 1 else 0][some]
     name, enough = robot.cables[cable], len(axes) + 2
-    if len(pose) < enough:
-        raise ModelError(
-            "too few poses for a start without a guess", key=name, found=len(pose), expected=f"{enough} or more"
-        )
+    few, expected = "too few poses for a start without a guess", f"{enough} or more"
+    require(len(pose) >= enough, few, key=name, found=len(pose), expected=expected)
     what = flat(pose[:, :3, 3] + pose[:, :3, :3] @ robot.b[cable], axes)
     said = "does not move enough" if what is None else f"stays in {what}"
     raise ModelError(

@@ -9,11 +9,21 @@ with W = 1 for the residual in lengths and W = |s - a|^2 for the squared one, wh
 `examples/cable-laval`: block by block, since no row has two cables in it. A pose enters all its cables, so their errors are
 correlated; a fit that knows it (`errors in variables`) weighs the readings of a pose by the inverse of s^2 I + L P L^T, and is
 the maximum likelihood with free poses to first order.
+
+Which sensors and how many poses a calibration needs to be as good as it must be.
+
+A covariance that follows from three noises s = (of a length, of a place, of a turn) is homogeneous: all noises times k make all errors
+times k. So every error that is wanted is reached by scaling all noises by one factor. One noise alone, the others as they are, is
+found by bisection, where the error still falls; and with n poses like those of the list the error goes as 1 / sqrt(n). Which error:
+
+    anchors, zeros          (3.39): root mean square of the components of the frame anchors, and of the zeros
+    position, orientation   of the platform afterwards, by forward kinematics from lengths without noise: the pose (v, w) that the
+                            error dx of the calibration leaves is L^+ D dx; root mean square over the list of |v| and of |w|
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,10 +31,15 @@ from numpy.typing import ArrayLike
 
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot, straight
-from robocal.errors import ModelError
+from robocal.errors import ModelError, require, require_one_of
 from robocal.geometry import so3
 
-__all__ = ["ErrorPropagation", "Noise", "rms"]
+__all__ = ["ESTIMATORS", "WHAT", "ErrorPropagation", "Expected", "Noise", "Requirement", "rms"]
+
+ESTIMATORS = ("maximum-likelihood", "per-cable")
+WHAT = ("anchors", "zeros", "position", "orientation")
+HALVINGS = 60
+NOWHERE = 1e-6  # of a noise: a sensor that is none better
 
 
 @dataclass(frozen=True)
@@ -91,11 +106,8 @@ class ErrorPropagation:
         a = d.swapaxes(1, 2) @ (w * d)
         bad = np.flatnonzero(np.linalg.cond(a) > 1e14)
         if len(bad):
-            raise ModelError(
-                "the poses do not tell an anchor and a zero",
-                key=self.robot.cables[bad[0]],
-                found=f"{len(self.poses)} poses",
-            )
+            key, found = self.robot.cables[bad[0]], f"{len(self.poses)} poses"
+            raise ModelError("the poses do not tell an anchor and a zero", key=key, found=found)
         return np.asarray(np.linalg.solve(a, (w * d).swapaxes(1, 2)))
 
     def propagate(
@@ -104,12 +116,14 @@ class ErrorPropagation:
         """By how much given errors move anchors (..., m, 3) and zeros (..., m): of readings (..., n, m), of places (..., n, 3) in m
         and of rotation vectors (..., n, 3) in rad, to first order; scalars are the same error everywhere."""
         n, m = self.full.shape
-        pose = [np.broadcast_to(np.asarray(e, float), (*np.shape(e)[:-2], n, 3)) for e in (places, turns)]
-        e = np.einsum("nmi,...ni->...nm", self.slope[..., :3], pose[0]) + np.einsum(
-            "nmi,...ni->...nm", self.slope[..., 3:], pose[1]
-        )
+        v, w = (np.broadcast_to(np.asarray(e, float), (*np.shape(e)[:-2], n, 3)) for e in (places, turns))
+        by_v, by_w = self.slope[..., :3], self.slope[..., 3:]
+        e = np.einsum("nmi,...ni->...nm", by_v, v) + np.einsum("nmi,...ni->...nm", by_w, w)
         e = e - np.broadcast_to(np.asarray(lengths, float), (*np.shape(lengths)[:-2], n, m))
-        x = np.einsum("mkn,...nm->...mk", self.gain(squared), e)
+        return self._anchors_and_zeros(np.einsum("mkn,...nm->...mk", self.gain(squared), e))
+
+    def _anchors_and_zeros(self, x: Array) -> tuple[Array, Array]:
+        """Anchors (..., m, 3) and zeros (..., m) of what is sought (..., m, k)."""
         anchors = np.zeros((*x.shape[:-1], 3))
         anchors[..., self.axes] = x[..., :-1]
         return anchors, x[..., -1]
@@ -127,8 +141,7 @@ class ErrorPropagation:
     def bound(self, noise: Noise) -> Array:
         """The same of errors in variables and of maximum likelihood with free poses under priors of this noise, (m k, m k).
         Raises ModelError where readings have no noise: the poses alone then say what is missing."""
-        if not noise.length > 0:
-            raise ModelError("readings without noise", key="length", found=noise.length, expected="above zero")
+        require(noise.length > 0, "readings without noise", key="length", found=noise.length, expected="above zero")
         n, m = self.full.shape
         by = self.slope * noise.pose
         w = np.linalg.inv(noise.length**2 * np.eye(m) + by @ by.swapaxes(1, 2))
@@ -156,16 +169,108 @@ class ErrorPropagation:
         p = noise.position**2 * np.eye(3) + noise.orientation**2 * cross @ cross.swapaxes(-1, -2)
         shift = -(noise.orientation**2) * lever
         q = np.trace(p, axis1=-2, axis2=-1) - noise.length**2 + 2 * (c * shift).sum(axis=-1)
-        v = np.concatenate(
-            [2 * np.einsum("nmij,nmj->nmi", p, c) + q[..., None] * c, ((q - 2 * noise.length**2) * full)[..., None]],
-            axis=-1,
-        )
+        of_zero = (q - 2 * noise.length**2) * full
+        v = np.concatenate([2 * np.einsum("nmij,nmj->nmi", p, c) + q[..., None] * c, of_zero[..., None]], axis=-1)
         j = np.concatenate([c, full[..., None]], axis=-1)
         mean = np.einsum("nmi,nmj->mij", j, j)
         mean[:, :3, :3] += p.sum(axis=0)
         mean[:, 3, 3] += len(full) * noise.length**2
         some = [*self.axes, 3]
         x = 0.5 * np.linalg.solve(mean[:, some][:, :, some], v.sum(axis=0)[:, some][..., None])[..., 0]
-        anchors = np.zeros((len(x), 3))
-        anchors[:, self.axes] = x[:, :-1]
-        return anchors, x[:, -1]
+        return self._anchors_and_zeros(x)
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Root mean square errors: anchors, zeros and position in m, orientation in rad; position and orientation not a number where
+    there are fewer cables than degrees of freedom."""
+
+    anchors: float
+    zeros: float
+    position: float
+    orientation: float
+
+
+@dataclass(frozen=True, eq=False)
+class Requirement:
+    """A list of poses, the noise of what is measured at them, and the estimator that is to be used."""
+
+    design: ErrorPropagation
+    noise: Noise
+    estimator: str = ESTIMATORS[0]
+
+    def __post_init__(self) -> None:
+        require_one_of(self.estimator, ESTIMATORS, "unknown estimator")
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of anchors and zeros, (m k, m k). Raises ModelError where there is no noise at all."""
+        noisy = any(asdict(self.noise).values())
+        require(noisy, "no noise", key="noise", expected="a standard deviation above zero")
+        alone = self.estimator == "per-cable" or not (self.noise.position or self.noise.orientation)
+        return self.design.covariance(self.noise) if alone else self.design.bound(self.noise)
+
+    @cached_property
+    def rms_errors(self) -> Expected:
+        """The errors that are to be expected."""
+        return Expected(*self.design.rms_errors(self.covariance), *self._poses())
+
+    def _poses(self) -> tuple[float, float]:
+        axes = list(self.design.robot.axes)
+        n, m, k = self.design.rows.shape
+        if m < len(axes):
+            return float("nan"), float("nan")
+        inverse = np.linalg.pinv(self.design.slope[..., axes])
+        through = np.einsum("ndm,nmk->ndmk", inverse, self.design.rows).reshape(n, len(axes), m * k)
+        var = np.einsum("ndi,ij,ndj->d", through, self.covariance, through, optimize=True) / n
+        moves = np.array(axes) < 3
+        return float(np.sqrt(var[moves].sum())), float(np.sqrt(var[~moves].sum()))
+
+    def scale(self, what: str, accuracy: float) -> float:
+        """The factor of all noises with which the error of `what` is `accuracy` (m, or rad of orientation)."""
+        return accuracy / self._error(what)
+
+    def poses(self, what: str, accuracy: float) -> int:
+        """How many poses like those of the list do it with the noise as it is; so many as unknowns at least."""
+        n, k = len(self.design.poses), int(self.design.rows.shape[-1])
+        return max(k + 1, int(np.ceil(n / self.scale(what, accuracy) ** 2 - 1e-9)))
+
+    def alone(self, what: str, accuracy: float) -> dict[str, float | None]:
+        """What each noise would have to be with the others as they are, by its name; None where it alone cannot do it, however good:
+        then the others are what is too large. Noises that are zero are left out."""
+        return {name: self._alone(what, accuracy, name) for name, value in asdict(self.noise).items() if value}
+
+    def _alone(self, what: str, accuracy: float, name: str) -> float | None:
+        stated = getattr(self.noise, name)
+
+        def error(factor: float) -> float:
+            return replace(self, noise=replace(self.noise, **{name: factor * stated}))._error(what)
+
+        low, high = NOWHERE, 1.0
+        if error(low) > accuracy:
+            return None
+        while error(high) < accuracy:
+            low, high = high, 2 * high
+            if high > 1 / NOWHERE:  # this one hardly counts
+                return float("inf")
+        for _ in range(HALVINGS):
+            middle = np.sqrt(low * high)
+            low, high = (middle, high) if error(middle) < accuracy else (low, middle)
+            if high / low < 1 + 1e-9:
+                break
+        return float(np.sqrt(low * high) * stated)
+
+    def _error(self, what: str) -> float:
+        require_one_of(what, WHAT, "no such error")
+        return float(getattr(self.rms_errors, what))
+
+    def contour(self, what: str, accuracy: float, pair: tuple[str, str], count: int = 46) -> Array:
+        """Pairs of noises (count, 2), the third zero, with which the error of `what` is `accuracy` when every cable is fitted by
+        itself: figures C.1 to C.6 of the thesis behind `examples/cable-laval`, without their filter."""
+        out = np.empty((count, 2))
+        size = [getattr(self.noise, name) or 1.0 for name in pair]
+        for i, angle in enumerate(np.linspace(0, np.pi / 2, count)):
+            there = (np.cos(angle) * size[0], np.sin(angle) * size[1])
+            noise = replace(Noise(), **dict(zip(pair, (abs(v) for v in there), strict=True)))
+            out[i] = np.array(there) * replace(self, noise=noise, estimator="per-cable").scale(what, accuracy)
+        return out

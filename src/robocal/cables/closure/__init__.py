@@ -8,12 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from robocal._jit import as_kernel_array
-from robocal._types import Array
-from robocal.cables.statics import row_weights
-from robocal.errors import ModelError
+from robocal._types import Array, Bools
+from robocal.cables.statics import row_weights, structures
 
 __all__ = ["CLOSED", "Dexterity", "condition_number", "dexterity", "tension_factor"]
 
@@ -30,7 +28,7 @@ class Dexterity:
     length: float
 
     @property
-    def in_closure(self) -> NDArray[np.bool_]:
+    def in_closure(self) -> Bools:
         """Whether cables that pull, as strongly as it takes, can balance any wrench, (k,)."""
         return np.asarray(self.tension_factor > CLOSED)
 
@@ -45,7 +43,7 @@ def tension_factor(structure: ArrayLike) -> Array:
     """
     from robocal.cables.closure._kernels import factor_kernel
 
-    w = _structure_array(structure)
+    w = structures(structure)
     out = np.zeros(len(w))
     if w.shape[2] > w.shape[1]:
         factor_kernel(w, out)
@@ -57,7 +55,7 @@ def condition_number(structure: ArrayLike, length: ArrayLike = 1.0) -> Array:
 
     structure (k, d, m); length one number, or of every row (d,), 1 for forces. Raises ModelError for another shape.
     """
-    w = _structure_array(structure)
+    w = structures(structure)
     if w.shape[2] < w.shape[1]:
         return np.full(len(w), np.inf)
     sizes = np.linalg.svd(w * row_weights(w.shape[1], length)[:, None], compute_uv=False)
@@ -69,10 +67,3 @@ def condition_number(structure: ArrayLike, length: ArrayLike = 1.0) -> Array:
 def dexterity(structure: ArrayLike, length: ArrayLike = 1.0) -> Dexterity:
     """Tension factor and condition number of structure matrices (k, d, m); `length` as for `condition_number`."""
     return Dexterity(tension_factor(structure), condition_number(structure, length), float(np.max(length)))
-
-
-def _structure_array(structure: ArrayLike) -> Array:
-    w = as_kernel_array(structure)
-    if w.ndim != 3 or not np.isfinite(w).all():
-        raise ModelError("structure matrices are an array (k, d, m) of finite numbers", found=w.shape)
-    return w

@@ -14,8 +14,7 @@ import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.cables.geometry import CableRobot
-from robocal.cables.motion_program import MotionProgram
-from robocal.cables.pose_list import LIMITS, PoseList
+from robocal.cables.pose_list import LIMITS, MotionProgram, PoseList
 from robocal.files.cable.pose_lists import length_columns, pose_columns, tension_columns
 from robocal.quantities import Column, Listing
 

@@ -9,6 +9,7 @@ are coefficients like any other. The Jacobian of a coefficient is phi times the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -17,13 +18,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal._types import Array
-from robocal.errors import ModelError, nearest
+from robocal._types import Array, Bools, Ints
+from robocal.errors import ModelError, one_of
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
 
-__all__ = ["AXES", "Element", "Program", "Term", "compile_path", "frame_element"]
+__all__ = ["AXES", "Element", "Joint", "Program", "Term", "Zero", "compile_path", "frame_element"]
 
-Bound = tuple[NDArray[np.int64], tuple[NDArray[np.int64], Array]]  # columns, and entries of the Jacobian
+Entries = tuple[Ints, Array]  # of a Jacobian: indices (n, 5) and factors (n,)
+Bound = tuple[Ints, Entries]  # columns, and entries of the Jacobian
 KEPT = 256  # sets of free columns
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz", "screw", "frame")
 
@@ -61,24 +63,43 @@ def frame_element(owner: str) -> Element:
 
 
 @dataclass(frozen=True)
+class Joint:
+    """A driven axis: its column phi is called `name`; limits in rad or m."""
+
+    name: str
+    type: str = "revolute"
+    lower: float = -math.inf
+    upper: float = math.inf
+
+
+@dataclass(frozen=True)
+class Zero:
+    """A joint, the parameter that shifts where it counts from, and the change of that parameter per offset of the joint."""
+
+    joint: str
+    parameter: str
+    factor: float
+
+
+@dataclass(frozen=True)
 class Program:
     """A path in plain arrays, as the kernel reads it; `columns` are the names of the phi it needs."""
 
-    elements: NDArray[np.int64]
+    elements: Ints
     constants: Array
     screws: Array
-    start: NDArray[np.int64]
-    terms: NDArray[np.int64]
+    start: Ints
+    terms: Ints
     factor: Array
     columns: tuple[str, ...]
 
     @cached_property
-    def parameters(self) -> NDArray[np.int64]:
+    def parameters(self) -> Ints:
         """The table rows that the path depends on, ascending."""
         return np.unique(self.terms[:, 0])
 
     @cached_property
-    def turning(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def turning(self) -> tuple[Ints, Ints]:
         """The columns that alone turn an element about an axis, and the place of every column among them or -1, (C,)."""
         varying = (self.terms[self.start[e] : self.start[e + 1], 1] for e in np.flatnonzero(self._about))
         alone = {int(own[own >= 0][0]) for own in varying if (own >= 0).sum() == 1}
@@ -88,7 +109,7 @@ class Program:
         return found, place
 
     @property
-    def _about(self) -> NDArray[np.bool_]:
+    def _about(self) -> Bools:
         kind, varies = self.elements.T
         return np.asarray((kind >= 3) & (kind < 6) & (varies == 1))
 
@@ -101,19 +122,16 @@ class Program:
         np.sin(angle, out=out[..., 1])
         return out
 
-    def entries(self, column_of: NDArray[np.int64]) -> tuple[NDArray[np.int64], Array]:
+    def entries(self, column_of: Ints) -> Entries:
         """Jacobian entries for parameters: column_of (P,) gives the output column of a table row, or -1."""
-        rows, factors = [], []
-        for e in range(len(self.elements)):
-            for i, t in enumerate(range(self.start[e], self.start[e + 1])):
-                parameter, column = self.terms[t]
-                if column_of[parameter] >= 0:
-                    frame = self.elements[e, 0] == 7
-                    rows.append((e, i if frame else 0, column_of[parameter], -1 if frame else column, -1))
-                    factors.append(self.factor[t])
-        return np.array(rows, dtype=np.int64).reshape(-1, 5), np.array(factors, dtype=float)
+        parameter, column = self.terms.T
+        kept = np.flatnonzero(column_of[parameter] >= 0)
+        e = self._element_of[kept]
+        frame = self.elements[e, 0] == 7
+        part, driver = np.where(frame, kept - self.start[e], 0), np.where(frame, -1, column[kept])
+        return _table(e, part, column_of[parameter[kept]], driver, -1), self.factor[kept]
 
-    def bound(self, column_of: NDArray[np.int64]) -> Bound:
+    def bound(self, column_of: Ints) -> Bound:
         """What a Jacobian needs to know of the free columns (P,), those of table rows or -1: worked out once for each set."""
         key = column_of.tobytes()
         found = self._bound.get(key)
@@ -131,22 +149,25 @@ class Program:
     def _bound(self) -> dict[bytes, Bound]:
         return {}
 
-    def joint_entries(self, joints: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
+    def joint_entries(self, joints: Sequence[str]) -> Entries:
         """Jacobian entries for joint values; column i of the output is joints[i]."""
-        rows, factors = [], []
-        for e in range(len(self.elements)):
-            for t in range(self.start[e], self.start[e + 1]):
-                parameter, column = self.terms[t]
-                if column >= 0 and self.columns[column] in joints:
-                    rows.append((e, 0, joints.index(self.columns[column]), -1, parameter))
-                    factors.append(self.factor[t])
-        return np.array(rows, dtype=np.int64).reshape(-1, 5), np.array(factors, dtype=float)
+        parameter, column = self.terms.T
+        driven = np.array(
+            [*(joints.index(c) if c in joints else -1 for c in self.columns), -1]
+        )  # the last: the constant one
+        kept = np.flatnonzero(driven[column] >= 0)
+        return _table(self._element_of[kept], 0, driven[column[kept]], -1, parameter[kept]), self.factor[kept]
+
+    @property
+    def _element_of(self) -> Ints:
+        """The element of every term."""
+        return np.repeat(np.arange(len(self.elements)), np.diff(self.start))
 
     def run(
         self,
         theta: Array,
         phi: Array,
-        entries: tuple[NDArray[np.int64], Array] | None = None,
+        entries: Entries | None = None,
         width: int = 0,
         *,
         turn: bool = True,
@@ -174,6 +195,11 @@ class Program:
         return path_kernel, (self.elements, self.constants, self.screws, self.start, self.terms, self.factor)
 
 
+def _table(*columns: Ints | int) -> Ints:
+    """Columns, some of them one number, as the kernel reads them."""
+    return np.ascontiguousarray(np.stack(np.broadcast_arrays(*columns), axis=1), dtype=np.int64)
+
+
 _NO_ENTRIES = (np.empty((0, 5), dtype=np.int64), np.empty(0))
 
 
@@ -194,10 +220,7 @@ def _compile(elements: tuple[Element, ...], names: tuple[str, ...]) -> Program:
     columns: list[str] = []
     for element in elements:
         if element.axis not in AXES:
-            known = ", ".join(AXES)
-            raise ModelError(
-                "unknown axis of an element", found=element.axis, expected=known, suggestion=nearest(element.axis, AXES)
-            )
+            raise ModelError("unknown axis of an element", found=element.axis, **one_of(element.axis, AXES))
         varies = False
         for term in element.terms:
             column = -1

@@ -8,8 +8,7 @@ from typing import Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.geometry.path.path_joints import Joint, Zero
-from robocal.geometry.path.program import Element, Program
+from robocal.geometry.path.program import Element, Joint, Program, Zero
 from robocal.remarks.remark import Remark
 
 __all__ = ["Unjointed", "Whole"]
@@ -42,30 +41,15 @@ class Whole:
 class Unjointed(Whole):
     """A machine whose configurations have poses of their own: no elements, no joints, no columns."""
 
+    elements: tuple[Element, ...] = ()  # from the base to what moves
+    joints: tuple[Joint, ...] = ()  # what drives the elements
+    anywhere: frozenset[str] = frozenset()  # geometric parameters that may be anything
+    open_zeros: tuple[Zero, ...] = ()  # of joints
+
     @property
     def parts(self) -> Mapping[str, tuple[str, ...]]:
         """The names of its parts: none has one."""
         return {}
-
-    @property
-    def elements(self) -> tuple[Element, ...]:
-        """From the base to what moves: nothing."""
-        return ()
-
-    @property
-    def joints(self) -> tuple[Joint, ...]:
-        """What drives the elements: nothing."""
-        return ()
-
-    @property
-    def anywhere(self) -> frozenset[str]:
-        """Geometric parameters that may be anything: none."""
-        return frozenset()
-
-    @property
-    def open_zeros(self) -> tuple[Zero, ...]:
-        """The zeros of joints: none."""
-        return ()
 
     def phi(
         self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None, program: Program | None = None, /

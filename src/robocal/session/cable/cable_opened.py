@@ -19,8 +19,7 @@ from robocal._types import Array
 from robocal.cables.geometry import PLATFORM, CableRobot
 from robocal.cables.hanging import hang
 from robocal.cables.pulley import Pulleys, run
-from robocal.cables.statics import gravity_wrench, structure_of
-from robocal.cables.tension import distribute
+from robocal.cables.tension import hold
 from robocal.diagnose.cables.read_lengths import stretch
 from robocal.diagnose.check_registry import Context
 from robocal.errors import FormatError, ModelError
@@ -82,13 +81,10 @@ def _start_poses(robot: CableRobot, data: DataSet) -> Array:
 
 def _compute_tensions(robot: CableRobot, data: DataSet, obs: Observations) -> Observations:
     """Tensions that hold the platform's weight."""
-    mass, limits = float(robot.need("mass")), robot.need("limits")
-    if robot.density is None:
-        robot.need("elasticity")
+    for what in ("mass", "limits", *(("elasticity",) if robot.density is None else ())):
+        robot.need(what)
     at, of = np.unique(obs.configuration, return_inverse=True)
-    pose = _start_poses(robot, data)[at]
-    weight = gravity_wrench(pose, mass, robot.com)[:, list(robot.axes)]
-    found = distribute(structure_of(robot, pose), weight, limits, TAUT)
+    found = hold(robot, _start_poses(robot, data)[at], TAUT)
     if not found.has_solution.all():
         lost = [data.configurations.ids[at[k]] for k in np.flatnonzero(~found.has_solution)]
         raise ModelError(

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.grid_regions import frame_box
-from robocal.cables.statics import gravity_wrench, structure_of
-from robocal.cables.tension import distribute
+from robocal.cables.tension import hold
 from robocal.errors import ModelError, one_of
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import length_columns, read_platform_poses
@@ -159,5 +158,4 @@ def _held(robot: CableRobot, poses: Array) -> NDArray[np.bool_]:
     """At which poses (k, 4, 4) the cables hold the platform's weight; everywhere, where that is not known."""
     if robot.mass is None or robot.limits is None or len(robot.cables) < len(robot.axes):
         return np.ones(len(poses), dtype=bool)
-    weight = gravity_wrench(poses, float(robot.mass), robot.com)[:, list(robot.axes)]
-    return np.asarray(distribute(structure_of(robot, poses), weight, robot.limits).feasible)
+    return np.asarray(hold(robot, poses).feasible)

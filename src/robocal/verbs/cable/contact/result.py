@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.path import Legs, legs
-from robocal.cables.statics import gravity_wrench, structure_of
-from robocal.cables.tension import distribute
+from robocal.cables.boundary import Legs, legs
+from robocal.cables.tension import hold
 from robocal.cables.workspace import Demand
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
@@ -153,5 +152,4 @@ def _tension(made: Motions, at: NDArray[np.float64]) -> NDArray[np.float64] | No
     robot = made.robot
     if made.demand is None or robot.limits is None:
         return None
-    load = gravity_wrench(at[None], float(made.demand.masses.max()), robot.com)[:, list(robot.axes)]
-    return np.asarray(distribute(structure_of(robot, at[None]), load, robot.limits).tension[0])
+    return np.asarray(hold(replace(robot, mass=float(made.demand.masses.max())), at[None]).tension[0])

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from robocal._types import Array
-from robocal.cables.calibration.carried import pose_covariance
 from robocal.cables.forward import Forward, forward
+from robocal.cables.gradient import pose_covariance
 from robocal.files.cable.pose_lists import pose_columns, read_cable_lengths
 from robocal.files.listing import in_units, listing_text
 from robocal.files.parts import CableDocument

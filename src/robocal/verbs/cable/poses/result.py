@@ -14,8 +14,15 @@ from robocal._types import Array
 from robocal.cables.boundary import statics_along
 from robocal.cables.geometry import EXPECTED
 from robocal.cables.list_start import Clearance, Start
-from robocal.cables.motion_program import MotionProgram, program, restrict_to_feasible
-from robocal.cables.pose_list import LIMITS, PoseBox, PoseList, reachable_poses
+from robocal.cables.pose_list import (
+    LIMITS,
+    MotionProgram,
+    PoseBox,
+    PoseList,
+    program,
+    reachable_poses,
+    restrict_to_feasible,
+)
 from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError

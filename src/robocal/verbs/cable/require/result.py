@@ -11,9 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from robocal._types import Array
-from robocal.cables.calibration.exact import flat
-from robocal.cables.calibration.propagation import ErrorPropagation, Noise
-from robocal.cables.calibration.requirement import ESTIMATORS, WHAT, Requirement
+from robocal.cables.calibration.per_cable import flat
+from robocal.cables.calibration.propagation import ESTIMATORS, WHAT, ErrorPropagation, Noise, Requirement
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
