@@ -12,6 +12,7 @@ __all__ = [
     "finite",
     "instrument_frames",
     "plain",
+    "power_of_ten",
     "ranges",
     "scientific",
     "significant",
@@ -71,8 +72,12 @@ def significant(value: object, digits: int = 3) -> str:
 def scientific(number: float, places: int) -> str:
     """A number as 4.10·10⁷."""
     mantissa, exponent = f"{number:.{places}e}".split("e")
-    power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-    return f"{mantissa}·10{power}".replace("-", "\u2212")
+    return mantissa.replace("-", "\u2212") + power_of_ten(exponent)
+
+
+def power_of_ten(exponent: str) -> str:
+    """What stands behind a mantissa: ·10⁻⁷ for -07."""
+    return f"·10{str(int(exponent)).translate(str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
 
 
 def plain(value: object) -> str:
