@@ -18,7 +18,7 @@ from robocal._types import Array
 from robocal.report.numbers import plain, significant, with_decimals
 from robocal.report.sections import Figure, Mark
 from robocal.report.series import is_aside, is_held_out, numbers
-from robocal.report.svg import drawing, label, num
+from robocal.report.svg import drawing, label, num, segments
 from robocal.report.view import View
 
 __all__ = ["arrows"]
@@ -84,9 +84,8 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
     }
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     pictures = [_panel(k, at, errors[k], out, bounds, scale, magnification[k]) for k in (0, 1)]
-    box = ", ".join(
-        f"{a} from {with_decimals(u, 0)} to {with_decimals(v, 0)}" for a, u, v in zip("xyz", low, high, strict=True)
-    )
+    ends = (tuple(with_decimals(v, 0) for v in end) for end in (low, high))
+    box = ", ".join(f"{a} from {u} to {v}" for a, u, v in zip("xyz", *ends, strict=True))
     share = f"Of {every} rows one in {step} is drawn, and those with the largest errors. " if step > 1 else ""
     svg = (
         f'<div id="arrows"><div class="pair"><div>{pictures[0]}</div><div>{pictures[1]}</div></div>{CONTROLS}'
@@ -106,9 +105,13 @@ def _magnify(errors: Sequence[Sequence[float]], scale: float) -> float:
     typical = sizes[int(0.9 * (len(sizes) - 1))] or sizes[-1]
     if typical <= 0:
         return 1.0
-    raw = LONG / (typical * scale)
-    power = 10.0 ** math.floor(math.log10(raw))
-    return float(f"{max(s * power for s in (1, 2, 5) if s * power <= raw * 1.0001):.1g}")
+    return float(f"{_round_down(LONG / (typical * scale)):.1g}")
+
+
+def _round_down(value: float) -> float:
+    """The next of 1, 2 and 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return max(s * power for s in (1, 2, 5) if s * power <= value * 1.0001)
 
 
 def _flat(points: Array) -> Array:
@@ -137,7 +140,7 @@ def _box(bounds: Sequence[Sequence[float]]) -> tuple[str, list[tuple[str, float,
     corners = [[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)]
     edges = [(i, i | 1 << k) for i in range(8) for k in range(3) if not i >> k & 1]
     flat: list[tuple[float, float]] = _flat(np.array(corners)).tolist()
-    d = "".join(f"M{num(flat[i][0])} {num(flat[i][1])}L{num(flat[j][0])} {num(flat[j][1])}" for i, j in edges)
+    d = segments((*flat[i], *flat[j]) for i, j in edges)
     names = []
     for k in range(3):
         start, end = max((e for e in edges if e[0] ^ e[1] == 1 << k), key=lambda e: _outside(flat[e[0]], flat[e[1]]))
@@ -151,14 +154,6 @@ def _outside(a: tuple[float, float], b: tuple[float, float]) -> float:
     """How far out an edge lies, the lower of two equal ones first."""
     x, y = (a[0] + b[0]) / 2 - WIDE / 2, (a[1] + b[1]) / 2 - HIGH / 2 + 14
     return math.hypot(x, y) + 0.05 * y
-
-
-def _bar(factor: float) -> tuple[float, float]:
-    """The round length (mm) of a scale bar and how long it is drawn."""
-    raw = 90 / factor
-    power = 10.0 ** math.floor(math.log10(raw))
-    value = max(s * power for s in (1, 2, 5) if s * power <= raw * 1.0001)
-    return value, value * factor
 
 
 def _panel(
@@ -176,13 +171,12 @@ def _panel(
     classes = (key, "held" if k else key)
     shapes = _arrows(np.array(at), np.array(errors), factor)
     bodies = [WHOLE.sub("", "".join(d for d, o in zip(shapes, out, strict=True) if o == which)) for which in (0, 1)]
-    value, drawn = _bar(factor)
-    foot = HIGH - 14
+    value, foot = _round_down(90 / factor), HIGH - 14  # mm, the length of the scale bar
     parts = [f'<path class="box" data-part="box" d="{edges}"/>']
     parts += [label(x, y, name, "tick axis-name", "middle") for name, x, y in names]
     parts += [f'<path class="arrow {classes[w]}" data-part="{w}" d="{bodies[w]}"/>' for w in (0, 1)]
     parts += [
-        f'<path class="axis bar-line" data-part="bar" d="M14 {num(foot)}m0-4v8m0-4h{num(drawn)}m0-4v8"/>',
+        f'<path class="axis bar-line" data-part="bar" d="M14 {num(foot)}m0-4v8m0-4h{num(value * factor)}m0-4v8"/>',
         f'<text data-part="bar-text" class="strong" x="14" y="{num(foot - 10)}">error of {plain(value)} mm</text>',
         f'<text data-part="mag" class="tick" text-anchor="end" x="{num(WIDE - 8)}" y="{num(foot + 4)}">'
         f"arrows × {plain(magnification)}</text>",
@@ -193,6 +187,5 @@ def _panel(
         f"mean length {significant(sum(sizes) / len(sizes))} mm, largest {significant(max(sizes))} mm."
     )
     title = ("Error arrows of the nominal model", "Error arrows that remain after calibration")[k]
-    return drawing(WIDE, HIGH, parts, title=title, text=said, key=f"arrows-{key}", cls="space").replace(
-        "<svg ", f'<svg data-panel="{key}" ', 1
-    )
+    more = f' data-panel="{key}"'
+    return drawing(WIDE, HIGH, parts, title=title, text=said, key=f"arrows-{key}", cls="space", more=more)

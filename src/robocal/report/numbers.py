@@ -6,20 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 
 __all__ = [
-    "MISSING",
-    "align",
-    "decimals",
-    "finite",
-    "instrument_frames",
-    "plain",
-    "power_of_ten",
-    "ranges",
-    "scientific",
-    "significant",
-    "unit_text",
-    "with_decimals",
-    "with_unit",
-]
+    "MISSING", "align", "decimals", "finite", "instrument_frames", "plain", "power_of_ten", "ranges", "scientific",
+    "significant", "unit_text", "with_decimals", "with_unit",
+]  # fmt: skip
 
 MISSING = "–"
 _UNITS = {"deg": "°", "degree": "°", "degrees": "°", "um": "µm", "-": "", "1": ""}

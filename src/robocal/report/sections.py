@@ -16,34 +16,10 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.remark import Message
 
 __all__ = [
-    "SPREAD",
-    "Block",
-    "Cell",
-    "Detail",
-    "Facts",
-    "Figure",
-    "Folded",
-    "Mark",
-    "Noted",
-    "Pair",
-    "Remarks",
-    "Section",
-    "Style",
-    "Table",
-    "Text",
-    "Tile",
-    "Tiles",
-    "VerdictBlock",
-    "Written",
-    "ends",
-    "figure",
-    "listing_table",
-    "quiet",
-    "spread",
-    "strong",
-    "table",
-    "word_and_style",
-]
+    "SPREAD", "Block", "Cell", "Detail", "Facts", "Figure", "Folded", "Mark", "Noted", "Pair", "Remarks", "Section",
+    "Style", "Table", "Text", "Tile", "Tiles", "VerdictBlock", "Written", "ends", "figure", "listing_table",
+    "quiet", "spread", "strong", "table", "word_and_style",
+]  # fmt: skip
 
 Style = Literal["", "good", "doubtful", "bad", "strong", "quiet", "strange", "title", "term", "code"]
 Mark = Literal["", "before", "after", "held", "aside"]

@@ -16,29 +16,10 @@ from robocal._types import Array
 from robocal.report.numbers import plain, scientific
 
 __all__ = [
-    "MARKS",
-    "AxisScale",
-    "Places",
-    "axes",
-    "bottom_axis",
-    "circles",
-    "count_axis",
-    "crosses",
-    "drawing",
-    "label",
-    "left_axis",
-    "line",
-    "log_ticks",
-    "nice_ticks",
-    "num",
-    "path",
-    "points",
-    "polyline",
-    "rect",
-    "segments",
-    "span",
+    "MARKS", "AxisScale", "Places", "axes", "bottom_axis", "circles", "count_axis", "crosses", "drawing", "label",
+    "left_axis", "line", "log_ticks", "nice_ticks", "num", "path", "points", "polyline", "rect", "segments", "span",
     "tick_text",
-]
+]  # fmt: skip
 
 Places = Iterable[Sequence[float]]  # (x, y), px
 
@@ -59,13 +40,14 @@ def drawing(
     key: str,
     cls: str = "",
     style: str = "",
+    more: str = "",
 ) -> str:
     """A whole picture with its alternative text; `key` makes the identifiers of title and description unique in a
-    page."""
+    page, `more` are further attributes."""
     own = f"<style>{style}</style>" if style else ""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {num(width)} {num(height)}" width="{num(width)}" height="{num(height)}" '
-        f'class="{escape(f"picture {cls}".strip())}" role="img" aria-labelledby="{key}-t {key}-d">'
+        f'class="{escape(f"picture {cls}".strip())}" role="img" aria-labelledby="{key}-t {key}-d"{more}>'
         f'<title id="{key}-t">{escape(title)}</title>'
         f'<desc id="{key}-d">{escape(text)}</desc>{own}{"".join(parts)}</svg>'
     )

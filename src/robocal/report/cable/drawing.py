@@ -27,12 +27,15 @@ def clean(text: str) -> str:
     return kept.encode("utf-8", "replace").decode("utf-8")
 
 
-def figure(kind: str, width: float, height: float, parts: Iterable[str], *, title: str, text: str) -> str:
+def figure(
+    kind: str, width: float, height: float, parts: Iterable[str], *, title: str, text: str, more: str = ""
+) -> str:
     """A whole picture that stands alone, in light and dark; what it shows makes the identifiers that a page needs."""
     body = "".join(parts)
     key = f"{kind}-{zlib.crc32((title + text + body).encode('utf-8', 'replace')):08x}"
     style = asset("cable.css").replace("\n", "")
-    return clean(drawing(width, height, [body], title=title, text=text, key=key, cls=f"cable {kind}", style=style))
+    cls = f"cable {kind}"
+    return clean(drawing(width, height, [body], title=title, text=text, key=key, cls=cls, style=style, more=more))
 
 
 def brief(name: str, most: int = 14) -> str:

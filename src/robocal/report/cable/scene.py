@@ -82,8 +82,8 @@ def scene(
     if seen.foot:
         parts.append(label(14, seen.height - 14, seen.foot, "tick"))
     said = _describe(robot, held, surface, len(spots), len(pale), caption)
-    text = figure("scene", WIDE, seen.height, parts, title=caption or f"{robot.name} at a pose", text=said)
-    return text.replace("<svg ", f"<svg {_camera(seen, right, top)} ", 1) if seen.turns else text
+    title, more = caption or f"{robot.name} at a pose", _camera(seen, right, top) if seen.turns else ""
+    return figure("scene", WIDE, seen.height, parts, title=title, text=said, more=more)
 
 
 def _colour_tensions(robot: CableRobot, tension: ArrayLike | None) -> ColouredTensions | None:
@@ -99,7 +99,7 @@ def _camera(seen: Surroundings, right: float, top: float) -> str:
     """What turn.js needs to know."""
     v = seen.view
     return (
-        f'data-eye="{num(v.eye)}" data-view="{num(v.azimuth)} {num(v.elevation)}" data-at="{num(v.at[0])} {num(v.at[1])}" '
+        f' data-eye="{num(v.eye)}" data-view="{num(v.azimuth)} {num(v.elevation)}" data-at="{num(v.at[0])} {num(v.at[1])}" '
         f'data-room="{num(right)} {num(seen.height)} {num(top)}"'
     )
 
