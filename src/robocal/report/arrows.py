@@ -11,6 +11,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from robocal.report.svg import drawing, label, num, segments
 from robocal.report.view import View
 
 __all__ = ["arrows"]
+
+Rows: TypeAlias = Sequence[Sequence[float]]  # of three numbers
 
 WIDE, HIGH = 460.0, 440.0
 HALF = 200.0  # half of the drawn space, from the middle to the farthest corner
@@ -99,7 +102,7 @@ def _short(value: float, digits: int = 4) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def _magnify(errors: Sequence[Sequence[float]], scale: float) -> float:
+def _magnify(errors: Rows, scale: float) -> float:
     """A round magnification that draws the 90th percentile about LONG."""
     sizes = sorted(math.hypot(*e) for e in errors)
     typical = sizes[int(0.9 * (len(sizes) - 1))] or sizes[-1]
@@ -134,7 +137,7 @@ def _arrows(points: Array, errors: Array, factor: float) -> list[str]:
     ]
 
 
-def _box(bounds: Sequence[Sequence[float]]) -> tuple[str, list[tuple[str, float, float]]]:
+def _box(bounds: Rows) -> tuple[str, list[tuple[str, float, float]]]:
     """The edges of the measured box, and where the names of its axes stand: at the high end of an outer edge."""
     low, high = bounds
     corners = [[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)]
@@ -156,15 +159,7 @@ def _outside(a: tuple[float, float], b: tuple[float, float]) -> float:
     return math.hypot(x, y) + 0.05 * y
 
 
-def _panel(
-    k: int,
-    at: Sequence[Sequence[float]],
-    errors: Sequence[Sequence[float]],
-    out: Sequence[int],
-    bounds: Sequence[Sequence[float]],
-    scale: float,
-    magnification: float,
-) -> str:
+def _panel(k: int, at: Rows, errors: Rows, out: Sequence[int], bounds: Rows, scale: float, magnification: float) -> str:
     key = ("before", "after")[k]
     factor = scale * magnification
     edges, names = _box(bounds)

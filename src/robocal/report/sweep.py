@@ -13,7 +13,7 @@ from robocal.report import svg
 from robocal.report.contour import contour
 from robocal.report.svg import AxisScale, axes, drawing, label, left_axis, line, num, path, points
 
-__all__ = ["Axis", "Curve", "curves", "levels"]
+__all__ = ["Axis", "Curve", "contours", "curves", "levels"]
 
 WIDTH, LEFT, RIGHT, HEAD = 560.0, 62.0, 420.0, 40.0
 UPPER, LOWER = 250.0, 90.0  # heights of the two panels
@@ -167,3 +167,17 @@ def levels(x: Axis, y: Axis, found: Array, told: Array | None, unit: str, said: 
                 right, top = at[np.argmin(at[:, 1]), :2].tolist()  # at its upper end
                 parts.append(label(right + 4, top - 4, f"{svg.tick_text(level)} {unit}", "tick"))
     return drawing(WIDTH, bottom + 44, parts, title=f"{x.title} and {y.title}", text=said, key=key)
+
+
+def contours(found: Sequence[tuple[str, Array]], titles: tuple[str, str], said: str, key: str) -> str:
+    """A picture (SVG): lines of equal error over two noises, figures C.1 to C.6 of the thesis behind `examples/cable-laval`; each
+    (n, 2) with what stands on it, from the smallest error to the largest."""
+    across, up = titles
+    right, top = (1.12 * np.max([c.max(axis=0) for _, c in found], axis=0)).tolist()
+    x, y = AxisScale(0, right, 58, 376), AxisScale(0, top, 276, HEAD)
+    parts = [axes(x, y, across, up), line(x.start, y.start, x.start, y.end, "axis")]
+    for name, curve in found:
+        at = [(x(a), y(b)) for a, b in curve.tolist()]
+        left, upper = at[len(at) // 2]
+        parts += [path(svg.polyline(at), "curve"), label(left + 4, upper - 5, name, "tick")]
+    return drawing(400, 330, parts, title=f"{across} and {up}", text=said, key=key)

@@ -32,9 +32,7 @@ class ColouredTensions:
     def colour(self, i: int) -> str:
         """The colour of cable i; none without a tension."""
         value = float(self.values[i])
-        if math.isnan(value):
-            return ""
-        return tint(self._along(0.0, 1.0)(value))
+        return "" if math.isnan(value) else tint(self._along(0.0, 1.0)(value))
 
     def _along(self, start: float, end: float) -> AxisScale:
         """The scale; logarithmic where its ends are far apart, or small tensions would all look alike."""
@@ -51,12 +49,16 @@ class ColouredTensions:
             return "slack"
         return "over" if value > high + air else "held"
 
+    @property
+    def states(self) -> list[str]:
+        """The states of all cables."""
+        return [self.state(i) for i in range(len(self.values))]
+
     def describe(self, i: int) -> str:
         """A tension in words, such as `45.2 N` or `3.10 N, slack`."""
-        word = STATES[self.state(i)]
-        if math.isnan(float(self.values[i])):
-            return word
-        return f"{significant(float(self.values[i]))}\u00a0N" + (f", {word}" if word else "")
+        word, value = STATES[self.state(i)], float(self.values[i])
+        known = "" if math.isnan(value) else f"{significant(value)}\u00a0N"
+        return ", ".join(w for w in (known, word) if w)
 
     def scale(self, names: Sequence[str], x: float, top: float, bottom: float) -> str:
         """The colour scale upright at x (px): ticks in N, the limits where all cables share them, and a notch per cable."""
