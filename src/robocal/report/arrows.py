@@ -61,18 +61,15 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
     if not used.any():
         return None
     table, held = table[used], is_held_out(residuals)[used]
-    low, high = table[:, :3].min(axis=0).tolist(), table[:, :3].max(axis=0).tolist()
+    corners = np.stack([table[:, :3].min(axis=0), table[:, :3].max(axis=0)])
     every, step = len(table), -(-len(table) // MOST)
     drawn = np.arange(every) % step == 0  # more would be one black cloud
     for k in (3, 6):  # but the largest error before and after is to be seen
         drawn[np.linalg.norm(table[:, k : k + 3], axis=1).argmax()] = True
-    rows = table[drawn].tolist()
-    middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
-    radius = math.dist(low, high) / 2
+    rows, middle, radius = table[drawn], corners.mean(axis=0), math.dist(*corners.tolist()) / 2
     scale = HALF / radius if radius > 0 else 1.0
-    bounds = [[_short((v - m) * scale) for v, m in zip(end, middle, strict=True)] for end in (low, high)]
-    at = [[_short((v - m) * scale) for v, m in zip(r[:3], middle, strict=True)] for r in rows]
-    errors = [[[_short(v, 5) for v in r[3 + 3 * k : 6 + 3 * k]] for r in rows] for k in (0, 1)]
+    bounds, at = _round((corners - middle) * scale, 4), _round((rows[:, :3] - middle) * scale, 4)
+    errors = (_round(rows[:, 3:6], 5), _round(rows[:, 6:], 5))
     out = held[drawn].astype(int).tolist()
     magnification = (_magnify(errors[0], scale), _magnify(errors[1], scale))
     data = {
@@ -87,8 +84,8 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
     }
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     pictures = [_panel(k, at, errors[k], out, bounds, scale, magnification[k]) for k in (0, 1)]
-    ends = (tuple(with_decimals(v, 0) for v in end) for end in (low, high))
-    box = ", ".join(f"{a} from {u} to {v}" for a, u, v in zip("xyz", *ends, strict=True))
+    ends = zip("xyz", *corners.tolist(), strict=True)
+    box = ", ".join(f"{a} from {with_decimals(u, 0)} to {with_decimals(v, 0)}" for a, u, v in ends)
     share = f"Of {every} rows one in {step} is drawn, and those with the largest errors. " if step > 1 else ""
     svg = (
         f'<div id="arrows"><div class="pair"><div>{pictures[0]}</div><div>{pictures[1]}</div></div>{CONTROLS}'
@@ -98,8 +95,9 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
     return Figure(svg, CAPTION.format(box=f"{box} mm", share=share).strip(), "Where the errors point", legend)
 
 
-def _short(value: float, digits: int = 4) -> float:
-    return float(f"{value:.{digits}g}")
+def _round(rows: Array, digits: int) -> list[list[float]]:
+    """The same numbers with so many significant digits."""
+    return [[float(f"{v:.{digits}g}") for v in row] for row in rows.tolist()]
 
 
 def _magnify(errors: Rows, scale: float) -> float:

@@ -58,8 +58,8 @@ def _block(block: Block, heading: str) -> Iterator[str]:
     match block:
         case blocks.Text():
             quiet = all(word_and_style(p)[1] == "quiet" for p in block.parts)
-            said = "".join(escape(word_and_style(p)[0]) if quiet else _word(p) for p in block.parts)
-            yield f'<p class="note">{said}</p>' if quiet else f"<p>{said}</p>"
+            words = "".join(escape(word_and_style(p)[0]) if quiet else _word(p) for p in block.parts)
+            yield f'<p class="note">{words}</p>' if quiet else f"<p>{words}</p>"
         case blocks.Table():
             yield _table(block.full, heading)
         case blocks.Remarks():

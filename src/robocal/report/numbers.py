@@ -99,29 +99,20 @@ def align(column: Sequence[str]) -> list[str]:
     another."""
     tails = [len(text) - text.find(".") if "." in text else 0 for text in column]
     most = max(tails, default=0)
-    out = []
-    for text, tail in zip(column, tails, strict=True):
-        if "·" in text:
-            out.append(text)
-            continue
-        point = "\u2008" if most and not tail else ""
-        out.append(text + point + "\u2007" * (most - tail - len(point)))
-    return out
+    room = [("" if tail else "\u2008"[:most]).ljust(most - tail, "\u2007") for tail in tails]
+    return [text if "·" in text else text + filled for text, filled in zip(column, room, strict=True)]
 
 
 def ranges(names: Iterable[object]) -> str:
     """A list of names, consecutive whole numbers (also with one common prefix and width, p001 to p009) drawn
     together."""
-    items = [str(n) for n in names]
-    out: list[str] = []
-    i = 0
-    while i < len(items):
-        j = i
-        while j + 1 < len(items) and _next(items[j]) == items[j + 1]:
-            j += 1
-        out += [f"{items[i]} to {items[j]}"] if j - i >= 2 else items[i : j + 1]
-        i = j + 1
-    return ", ".join(out)
+    runs: list[list[str]] = []
+    for name in map(str, names):
+        if runs and _next(runs[-1][-1]) == name:
+            runs[-1].append(name)
+        else:
+            runs.append([name])
+    return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(run) for run in runs)
 
 
 def _next(name: str) -> str | None:

@@ -179,8 +179,8 @@ def _observability(seen: Any) -> Iterator[Block]:
             f"Condition number of the fit: {figure(seen.condition, 3)}. ",
             ("The ratio of the best to the worst seen combination; 1 would be ideal.", "quiet"),
         )
-    values = [(k, getattr(seen.observability, k), meaning) for k, meaning in INDICES.items()]
-    known = [(k, figure(v, 3), meaning) for k, v, meaning in values if v is not None]
+    values = {k: getattr(seen.observability, k) for k in INDICES}
+    known = [(k, figure(v, 3), INDICES[k]) for k, v in values.items() if v is not None]
     if known:
         caption = "Larger is better; useful to compare sets of poses for one robot, not robots with one another."
         shown = table("index", "value", "meaning", right=(1,), rows=known, caption=caption)

@@ -114,8 +114,8 @@ def _scatter(
     shown, share = (list(series), "") if named else drawn_of(series)
     places = [(x.many(s.at), np.where(s.values > 0, y.many(s.values), bottom)) for s in shown]
     if named:
-        (at, before), (_, after) = places
-        joined = zip(at.tolist(), before.tolist(), after.tolist(), strict=True)
+        (across, before), (_, after) = places
+        joined = zip(across.tolist(), before.tolist(), after.tolist(), strict=True)
         parts.append(path("".join(f"M{num(i)} {num(b)}V{num(a)}" for i, b, a in joined), "join"))
     # Lines lie below the points: the halo that keeps a line apart from the axis would hide them.
     for s in series:

@@ -53,7 +53,7 @@ def scene(
     at = np.asarray(pose, float)
     if at.shape != (4, 4) or not np.isfinite(at).all():
         raise ModelError("a pose to be drawn", expected="(4, 4), finite", found=at.shape)
-    held = _colour_tensions(robot, tension)
+    held = None if tension is None else colour_tensions(robot, tension)
     cloud = np.zeros((0, 3)) if poses is None else np.asarray(poses, float).reshape(-1, 4, 4)[:, :3, 3]
     spots = cloud[np.isfinite(cloud).all(axis=1)][:MOST_POSES]
     ends = at[:3, 3] + robot.b @ at[:3, :3].T
@@ -86,15 +86,6 @@ def scene(
     said = _describe(robot, held, surface, len(spots), len(pale), caption)
     title, more = caption or f"{robot.name} at a pose", _camera(seen, right, top) if seen.turns else ""
     return figure("scene", WIDE, seen.height, parts, title=title, text=said, more=more)
-
-
-def _colour_tensions(robot: CableRobot, tension: ArrayLike | None) -> ColouredTensions | None:
-    if tension is None:
-        return None
-    values, m = np.asarray(tension, float), len(robot.cables)
-    if values.shape != (m,):
-        raise ModelError("tensions to be drawn", expected=f"one per cable, ({m},)", found=values.shape)
-    return colour_tensions(values, robot.limits)
 
 
 def _camera(seen: Surroundings, right: float, top: float) -> str:

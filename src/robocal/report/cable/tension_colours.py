@@ -8,8 +8,11 @@ from dataclasses import dataclass
 from html import escape
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robocal._types import Array
+from robocal.cables.geometry import CableRobot
+from robocal.errors import ModelError
 from robocal.report.cable.drawing import bar, tint
 from robocal.report.numbers import significant
 from robocal.report.svg import AxisScale, label, num, tick_text
@@ -84,8 +87,12 @@ class ColouredTensions:
         return "".join(parts)
 
 
-def colour_tensions(values: Array, limits: Array | None) -> ColouredTensions:
-    """The scale reaches from the least limit to the greatest, or over the tensions where no limits are known."""
+def colour_tensions(robot: CableRobot, tension: ArrayLike) -> ColouredTensions:
+    """The scale of tension (m,) N reaches from the least limit to the greatest, or over the tensions where no limits are known.
+    Raises ModelError for another shape."""
+    values, limits, m = np.asarray(tension, float), robot.limits, len(robot.cables)
+    if values.shape != (m,):
+        raise ModelError("tensions to be drawn", expected=f"one per cable, ({m},)", found=values.shape)
     known = values[np.isfinite(values)]
     ends = known if limits is None else limits[np.isfinite(limits)]
     if not len(ends):
