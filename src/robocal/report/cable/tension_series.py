@@ -65,11 +65,12 @@ def _values(t: Array, x: AxisScale, y: AxisScale, band: Array) -> str:
     k = len(t)
     if k > MOST:
         return _envelope(t, x, y)
-    at = np.stack([x.many(np.arange(1.0, k + 1)), y.many(t)], axis=1)
-    runs = [run[np.isfinite(run[:, 1])] for run in np.split(at, np.flatnonzero(~np.isfinite(t)))]
+    at, fine = np.stack([x.many(np.arange(1.0, k + 1)), y.many(t)], axis=1), np.isfinite(t)
+    runs = [run[np.isfinite(run[:, 1])] for run in np.split(at, np.flatnonzero(~fine))]
     air = 1e-6 * float(np.abs(band).max())
-    beyond, size = (t < band[0] - air) | (t > band[1] + air), 2.4 if k <= 150 else 1.4
-    groups = {"value": np.isfinite(t) & ~beyond, "value beyond": beyond}
+    size = 2.4 if k <= 150 else 1.4
+    beyond = fine & ((t < band[0] - air) | (t > band[1] + air))
+    groups = {"value": fine & ~beyond, "value beyond": beyond}
     dots = (path(circles(at[those].tolist(), size), cls) for cls, those in groups.items())
     return path("".join(polyline(run.tolist()) for run in runs), "join") + "".join(dots)
 
