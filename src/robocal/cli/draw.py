@@ -10,24 +10,8 @@ from rich.padding import Padding
 from rich.text import Text as Rich
 
 from robocal.cli.tables import PlainTable
-from robocal.report.sections import (
-    Block,
-    Cell,
-    Detail,
-    Facts,
-    Figure,
-    Folded,
-    Noted,
-    Pair,
-    Remarks,
-    Section,
-    Style,
-    Table,
-    Text,
-    Tiles,
-    VerdictBlock,
-    Written,
-)
+from robocal.report import sections as blocks
+from robocal.report.sections import Block, Cell, Section, Table, Text, word_and_style
 
 __all__ = ["drawn"]
 
@@ -61,60 +45,39 @@ def drawn(sections: Iterable[Section]) -> Iterator[RenderableType]:
 
 def _drawn(block: Block) -> list[Any]:
     match block:
-        case Text():
-            line = Rich.assemble(*map(_part, block.parts))
-            return [Padding(line, (0, 0, 0, block.indent), expand=False) if block.indent else line]
-        case Table():
+        case blocks.Text() | blocks.Remarks() | blocks.VerdictBlock() | blocks.Facts():
+            return [_line(line) for line in block.lines]
+        case blocks.Table():
             return [_table(block)]
-        case Remarks():
-            return [part for said in block.messages for part in _remark(said)]
-        case Written():
+        case blocks.Written():
             return [_paths(block)] if block.paths else []
-        case VerdictBlock():
-            word = Rich.assemble((block.word.upper(), STYLES[block.style]), block.line[len(block.word) :])
-            return [word, *(Padding(Rich(t, style="dim"), (0, 0, 0, 2), expand=False) for t in block.below)]
-        case Facts():
-            return [Rich(f"{name}: {value}") for name, value in block.pairs]
-        case Pair():
+        case blocks.Pair():
             return [part for one in block.blocks for part in _drawn(one)]
-        case Figure() | Tiles() | Folded() | Detail():
+        case blocks.Figure() | blocks.Tiles() | blocks.Folded() | blocks.Detail():
             return []  # for pages
         case _:
             assert_never(block)
 
 
-def _part(cell: Cell) -> Any:
-    return cell if isinstance(cell, str) else _style_of(cell)
+def _line(line: Text) -> Any:
+    drawn = Rich.assemble(*map(_part, line.parts))
+    return Padding(drawn, (0, 0, 0, line.indent), expand=False) if line.indent else drawn
 
 
-def _style_of(cell: tuple[str, Style] | Noted) -> tuple[str, str]:
-    word, style = (cell.word, cell.style) if isinstance(cell, Noted) else cell
+def _part(cell: Cell) -> tuple[str, str]:
+    word, style = word_and_style(cell)
     return word, STYLES[style]
-
-
-def _cell(cell: Cell) -> Any:
-    if isinstance(cell, str):
-        return cell
-    word, style = _style_of(cell)
-    return Rich(word, style=style)
 
 
 def _table(block: Table) -> PlainTable:
     made = PlainTable(*block.columns, right=block.right, title=block.title)
     styles = block.styles or ("",) * len(block.rows)
     for row, style in zip(block.rows, styles, strict=True):
-        made.add_row(*map(_cell, row), style=STYLES[style])
+        made.add_row(*(Rich(word, style=own) for word, own in map(_part, row)), style=STYLES[style])
     return made
 
 
-def _remark(said: Any) -> list[Any]:
-    out = [Padding(Rich(said.sentence), (0, 0, 0, 2), expand=False)]
-    if said.advice:
-        out.append(Padding(Rich(said.advice, style="dim"), (0, 0, 0, 4), expand=False))
-    return out
-
-
-def _paths(block: Written) -> Rich:
+def _paths(block: blocks.Written) -> Rich:
     """Where the files are; the report first, because that is what people open."""
     ordered = sorted(block.paths, key=lambda p: (p.name != "report.html", p.name))
     return Rich(f"Written to {ordered[0].parent}: {', '.join(p.name for p in ordered)}")

@@ -11,6 +11,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -18,10 +19,12 @@ from robocal._types import Array
 from robocal.report.numbers import plain, significant, with_decimals
 from robocal.report.sections import Figure, Mark
 from robocal.report.series import is_aside, is_held_out, numbers
-from robocal.report.svg import drawing, label, num
+from robocal.report.svg import drawing, label, num, segments
 from robocal.report.view import View
 
 __all__ = ["arrows"]
+
+Rows: TypeAlias = Sequence[Sequence[float]]  # of three numbers
 
 WIDE, HIGH = 460.0, 440.0
 HALF = 200.0  # half of the drawn space, from the middle to the farthest corner
@@ -58,18 +61,15 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
     if not used.any():
         return None
     table, held = table[used], is_held_out(residuals)[used]
-    low, high = table[:, :3].min(axis=0).tolist(), table[:, :3].max(axis=0).tolist()
+    corners = np.stack([table[:, :3].min(axis=0), table[:, :3].max(axis=0)])
     every, step = len(table), -(-len(table) // MOST)
     drawn = np.arange(every) % step == 0  # more would be one black cloud
     for k in (3, 6):  # but the largest error before and after is to be seen
         drawn[np.linalg.norm(table[:, k : k + 3], axis=1).argmax()] = True
-    rows = table[drawn].tolist()
-    middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
-    radius = math.dist(low, high) / 2
+    rows, middle, radius = table[drawn], corners.mean(axis=0), math.dist(*corners.tolist()) / 2
     scale = HALF / radius if radius > 0 else 1.0
-    bounds = [[_short((v - m) * scale) for v, m in zip(end, middle, strict=True)] for end in (low, high)]
-    at = [[_short((v - m) * scale) for v, m in zip(r[:3], middle, strict=True)] for r in rows]
-    errors = [[[_short(v, 5) for v in r[3 + 3 * k : 6 + 3 * k]] for r in rows] for k in (0, 1)]
+    bounds, at = _round((corners - middle) * scale, 4), _round((rows[:, :3] - middle) * scale, 4)
+    errors = (_round(rows[:, 3:6], 5), _round(rows[:, 6:], 5))
     out = held[drawn].astype(int).tolist()
     magnification = (_magnify(errors[0], scale), _magnify(errors[1], scale))
     data = {
@@ -84,9 +84,8 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
     }
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     pictures = [_panel(k, at, errors[k], out, bounds, scale, magnification[k]) for k in (0, 1)]
-    box = ", ".join(
-        f"{a} from {with_decimals(u, 0)} to {with_decimals(v, 0)}" for a, u, v in zip("xyz", low, high, strict=True)
-    )
+    ends = zip("xyz", *corners.tolist(), strict=True)
+    box = ", ".join(f"{a} from {with_decimals(u, 0)} to {with_decimals(v, 0)}" for a, u, v in ends)
     share = f"Of {every} rows one in {step} is drawn, and those with the largest errors. " if step > 1 else ""
     svg = (
         f'<div id="arrows"><div class="pair"><div>{pictures[0]}</div><div>{pictures[1]}</div></div>{CONTROLS}'
@@ -96,19 +95,24 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
     return Figure(svg, CAPTION.format(box=f"{box} mm", share=share).strip(), "Where the errors point", legend)
 
 
-def _short(value: float, digits: int = 4) -> float:
-    return float(f"{value:.{digits}g}")
+def _round(rows: Array, digits: int) -> list[list[float]]:
+    """The same numbers with so many significant digits."""
+    return [[float(f"{v:.{digits}g}") for v in row] for row in rows.tolist()]
 
 
-def _magnify(errors: Sequence[Sequence[float]], scale: float) -> float:
+def _magnify(errors: Rows, scale: float) -> float:
     """A round magnification that draws the 90th percentile about LONG."""
     sizes = sorted(math.hypot(*e) for e in errors)
     typical = sizes[int(0.9 * (len(sizes) - 1))] or sizes[-1]
     if typical <= 0:
         return 1.0
-    raw = LONG / (typical * scale)
-    power = 10.0 ** math.floor(math.log10(raw))
-    return float(f"{max(s * power for s in (1, 2, 5) if s * power <= raw * 1.0001):.1g}")
+    return float(f"{_round_down(LONG / (typical * scale)):.1g}")
+
+
+def _round_down(value: float) -> float:
+    """The next of 1, 2 and 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return max(s * power for s in (1, 2, 5) if s * power <= value * 1.0001)
 
 
 def _flat(points: Array) -> Array:
@@ -131,13 +135,13 @@ def _arrows(points: Array, errors: Array, factor: float) -> list[str]:
     ]
 
 
-def _box(bounds: Sequence[Sequence[float]]) -> tuple[str, list[tuple[str, float, float]]]:
+def _box(bounds: Rows) -> tuple[str, list[tuple[str, float, float]]]:
     """The edges of the measured box, and where the names of its axes stand: at the high end of an outer edge."""
     low, high = bounds
     corners = [[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)]
     edges = [(i, i | 1 << k) for i in range(8) for k in range(3) if not i >> k & 1]
     flat: list[tuple[float, float]] = _flat(np.array(corners)).tolist()
-    d = "".join(f"M{num(flat[i][0])} {num(flat[i][1])}L{num(flat[j][0])} {num(flat[j][1])}" for i, j in edges)
+    d = segments((*flat[i], *flat[j]) for i, j in edges)
     names = []
     for k in range(3):
         start, end = max((e for e in edges if e[0] ^ e[1] == 1 << k), key=lambda e: _outside(flat[e[0]], flat[e[1]]))
@@ -153,36 +157,19 @@ def _outside(a: tuple[float, float], b: tuple[float, float]) -> float:
     return math.hypot(x, y) + 0.05 * y
 
 
-def _bar(factor: float) -> tuple[float, float]:
-    """The round length (mm) of a scale bar and how long it is drawn."""
-    raw = 90 / factor
-    power = 10.0 ** math.floor(math.log10(raw))
-    value = max(s * power for s in (1, 2, 5) if s * power <= raw * 1.0001)
-    return value, value * factor
-
-
-def _panel(
-    k: int,
-    at: Sequence[Sequence[float]],
-    errors: Sequence[Sequence[float]],
-    out: Sequence[int],
-    bounds: Sequence[Sequence[float]],
-    scale: float,
-    magnification: float,
-) -> str:
+def _panel(k: int, at: Rows, errors: Rows, out: Sequence[int], bounds: Rows, scale: float, magnification: float) -> str:
     key = ("before", "after")[k]
     factor = scale * magnification
     edges, names = _box(bounds)
     classes = (key, "held" if k else key)
     shapes = _arrows(np.array(at), np.array(errors), factor)
     bodies = [WHOLE.sub("", "".join(d for d, o in zip(shapes, out, strict=True) if o == which)) for which in (0, 1)]
-    value, drawn = _bar(factor)
-    foot = HIGH - 14
+    value, foot = _round_down(90 / factor), HIGH - 14  # mm, the length of the scale bar
     parts = [f'<path class="box" data-part="box" d="{edges}"/>']
     parts += [label(x, y, name, "tick axis-name", "middle") for name, x, y in names]
     parts += [f'<path class="arrow {classes[w]}" data-part="{w}" d="{bodies[w]}"/>' for w in (0, 1)]
     parts += [
-        f'<path class="axis bar-line" data-part="bar" d="M14 {num(foot)}m0-4v8m0-4h{num(drawn)}m0-4v8"/>',
+        f'<path class="axis bar-line" data-part="bar" d="M14 {num(foot)}m0-4v8m0-4h{num(value * factor)}m0-4v8"/>',
         f'<text data-part="bar-text" class="strong" x="14" y="{num(foot - 10)}">error of {plain(value)} mm</text>',
         f'<text data-part="mag" class="tick" text-anchor="end" x="{num(WIDE - 8)}" y="{num(foot + 4)}">'
         f"arrows × {plain(magnification)}</text>",
@@ -193,6 +180,5 @@ def _panel(
         f"mean length {significant(sum(sizes) / len(sizes))} mm, largest {significant(max(sizes))} mm."
     )
     title = ("Error arrows of the nominal model", "Error arrows that remain after calibration")[k]
-    return drawing(WIDE, HIGH, parts, title=title, text=said, key=f"arrows-{key}", cls="space").replace(
-        "<svg ", f'<svg data-panel="{key}" ', 1
-    )
+    more = f' data-panel="{key}"'
+    return drawing(WIDE, HIGH, parts, title=title, text=said, key=f"arrows-{key}", cls="space", more=more)

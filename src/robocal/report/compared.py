@@ -9,14 +9,8 @@ from robocal.report.sections import Block, Cell, Detail, Noted, Style, Text, fig
 
 __all__ = ["comparison", "groups", "layer", "linear"]
 
-ERRORS = (("after", "after"), ("held_out", "held out"), ("k_fold", "every fold"), ("leave_one_out", "leave-one-out"))
+ERRORS = {"after": "after", "held_out": "held out", "k_fold": "every fold", "leave_one_out": "leave-one-out"}
 SAME = "Every method had the same configurations to fit and to predict. Only errors that nothing was fitted to count."
-BEFORE = {
-    "after": "before",
-    "held_out": "held_out_before",
-    "k_fold": "k_fold_before",
-    "leave_one_out": "leave_one_out_before",
-}
 
 
 def groups(tried: Sequence[Any]) -> list[Block]:
@@ -34,12 +28,8 @@ def groups(tried: Sequence[Any]) -> list[Block]:
     columns = (f"beyond geometry [{unit}]", "parameters", "without", "falls by", "95 % interval", "", "orders")
     note = "errors of blocks of rows in time order that were not used, groups in order of entry"
     caption = "A group enters when the 95 % interval of its reduction lies above zero."
-    some = any(t.orders for t in tried)
-    shown = rows if some else [row[:-1] for row in rows]
-    made = table(
-        *columns[: len(shown[0])], right=(1, 2, 3, 4), rows=shown, caption=caption, detail=(6,) if some else ()
-    )
-    return [made, *quiet(note)]
+    made = table(*columns, right=(1, 2, 3, 4), rows=rows, caption=caption, detail=(6,))
+    return [made if any(t.orders for t in tried) else made.without((6,)), *quiet(note)]
 
 
 def layer(found: Any) -> list[Block]:
@@ -76,68 +66,47 @@ def _steps(found: Any) -> Iterator[Block]:
         "are larger than what is left, one step misleads."
     )
     steps = (("the fitted parameters", found.fitted), ("everything that is free, without priors", found.everything))
-    rows = [
-        (name, *(figure(v, 3) for v in (s.before, s.promised, s.left, s.neglected)))
-        for name, s in steps
-        if s is not None
-    ]
+    columns = ("before", "promised", "left", "neglected")
+    rows = [(name, *(figure(getattr(s, k), 3) for k in columns)) for name, s in steps if s is not None]
     caption = f"One linear step from the start, rms per axis, in {found.unit}"
-    columns = ("step in", "before", "promised", "left", "neglected")
-    yield table(*columns, right=(1, 2, 3, 4), rows=rows, caption=caption)
-    said = (
-        "One step would have misled; the iteration was needed."
-        if found.misleads
-        else "In the fitted parameters one step would nearly have done."
-    )
+    yield table("step in", *columns, right=(1, 2, 3, 4), rows=rows, caption=caption)
+    enough = "In the fitted parameters one step would nearly have done."
+    said = "One step would have misled; the iteration was needed." if found.misleads else enough
     if found.ruins:
         said += " One step in everything that is free would have made it worse than before."
-    bend = ""
-    if found.curvature is not None:
-        along = f", along {found.curvature_parameter}" if found.curvature_parameter else ""
-        bend = (
-            f" Curvature within one standard deviation of the solution: {figure(found.curvature, 2)}{along}; below about 1 the "
-            "sigmas may be trusted."
-        )
-    yield Text.of(said, (bend, "quiet"))
+    along = f", along {found.curvature_parameter}" if found.curvature_parameter else ""
+    bend = (
+        f" Curvature within one standard deviation of the solution: {figure(found.curvature, 2)}{along}; below about 1 the "
+        "sigmas may be trusted."
+    )
+    yield Text.of(said, ("" if found.curvature is None else bend, "quiet"))
 
 
 def comparison(found: Any) -> list[Block]:
     """The estimators side by side, the models without identification below them."""
     if found is None:
         return []
-    keys = [(k, name) for k, name in ERRORS if any(getattr(m, k) is not None for m in found.methods)]
-    columns = ("method", *(name for _, name in keys), "farthest", "sigmas", "s", "verdict", "")
+    keys = [k for k in ERRORS if any(getattr(m, k) is not None for m in found.methods)]
+    columns = ("method", *(ERRORS[k] for k in keys), "farthest", "sigmas", "s", "verdict", "")
     width = len(keys) + 1
     rows: list[tuple[Cell, ...]] = []
-    styles: list[Style] = []
     for m in found.methods:
-        styles.append("")
         if m.failed:
             rows.append((Noted(m.method, m.title), *[""] * (len(columns) - 2), (m.failed, "strange")))
             continue
         away = "reference" if m.method == found.reference else m.farthest
-        sigmas = figure(m.sigmas, 2) if m.sigmas is not None else ""
+        sigmas, seconds = figure(m.sigmas, 2) if m.sigmas is not None else "", figure(m.seconds, 2)
         stop: Cell = (m.reason if m.stopped else "", "strange")
-        errors = (figure(getattr(m, k)) for k, _ in keys)
-        rows.append(
-            (Noted(m.method, m.title), *errors, away, sigmas, figure(m.seconds, 2), m.verdict.replace("_", " "), stop)
-        )
+        errors = (figure(getattr(m, k)) for k in keys)
+        rows.append((Noted(m.method, m.title), *errors, away, sigmas, seconds, m.verdict.replace("_", " "), stop))
     empty = ("",) * 5
-    rows.append(("frames only", *(figure(getattr(found, BEFORE[k])) for k, _ in keys), *empty))
-    styles.append("quiet")
+    before = (getattr(found, "before" if k == "after" else f"{k}_before") for k in keys)
+    rows.append(("frames only", *map(figure, before), *empty))
     if found.constant is not None:
         # It was predicted where the verdict looks: in the first way of holding out.
-        proof = next((k for k, _ in keys if k != "after"), None)
-        rows.append(("predicting the mean", *(figure(found.constant) if k == proof else "" for k, _ in keys), *empty))
-        styles.append("quiet")
+        proof = next((k for k in keys if k != "after"), None)
+        rows.append(("predicting the mean", *(figure(found.constant) if k == proof else "" for k in keys), *empty))
+    styles: list[Style] = ["" if i < len(found.methods) else "quiet" for i in range(len(rows))]
     title = f"Estimators on the same split, mean error [{found.unit}]"
-    return [
-        table(
-            *columns,
-            right=(*range(1, width), width + 1, width + 2),
-            title=title,
-            rows=rows,
-            styles=styles,
-            caption=SAME,
-        )
-    ]
+    right = (*range(1, width), width + 1, width + 2)
+    return [table(*columns, right=right, title=title, rows=rows, styles=styles, caption=SAME)]

@@ -9,28 +9,10 @@ from typing import Any
 import numpy as np
 
 from robocal.report import pictures
+from robocal.report import sections as blocks
 from robocal.report.arrows import arrows
 from robocal.report.numbers import ranges
-from robocal.report.sections import (
-    SPREAD,
-    Block,
-    Cell,
-    Detail,
-    Figure,
-    Mark,
-    Noted,
-    Pair,
-    Section,
-    Style,
-    Table,
-    Text,
-    Tile,
-    Tiles,
-    figure,
-    quiet,
-    spread,
-    table,
-)
+from robocal.report.sections import Block, Cell, Detail, Figure, Mark, Section, Style, Table, Text, figure, quiet, table
 from robocal.report.series import Series, column, is_aside, is_held_out, numbers, three
 
 __all__ = ["errors", "errors_table", "outlier_blocks", "proof_of", "tiles"]
@@ -48,7 +30,7 @@ STAGES: tuple[ErrorRow, ...] = (
     ("leave_one_out", "leave-one-out", "one by one", "held"),
     ("constant", "predicting the mean", "no model at all", ""),
 )
-PROOFS = ("held_out", "k_fold", "leave_one_out")
+PROOFS = {"held_out": "Held out", "k_fold": "Every fold", "leave_one_out": "Leave one out"}
 TEN, WORST = 10, 8
 MEANS: dict[str, tuple[Cell, ...]] = {
     "held_out": (
@@ -67,18 +49,18 @@ MEANS: dict[str, tuple[Cell, ...]] = {
         "show how well such a model predicts what it has not seen.",
     ),
     "": (
-        "Nothing was ",
-        ("held out", "term"),
+        "Nothing was ", ("held out", "term"),
         ", that is, set aside before the fit to be predicted afterwards. The error after calibration is therefore no proof: a "
         "model with many parameters can bend to its own data and still predict badly.",
     ),
-}
+}  # fmt: skip
 PROFILED = Text.of(
     ("Profiled", "term"),
     ": a pose or marker met only in these measurements was fitted to them, and its degrees of freedom were subtracted, which enlarges "
     "these errors; all shared parameters stayed as identified. Errors before calibration in pictures, and the list of the largest errors, "
     "are not enlarged.",
 )  # fmt: skip
+TREND = "A trend over the configurations would point at drift, warming or a moved instrument; single high points at a slipped target."
 
 
 def proof_of(residuals: Any) -> str:
@@ -89,12 +71,12 @@ def proof_of(residuals: Any) -> str:
 def errors(result: Any, rows: Columns | None) -> Section:
     """Errors at every stage; `rows` are the columns of residuals.csv, for the pictures."""
     residuals = result.residuals
-    blocks: list[Block | None] = [Detail(lambda: _meaning(result))]
+    tables: list[Block | None] = []
     for found, title in ((residuals, "error"), (residuals.angle, "angle")):
         if found is not None:
-            blocks += [errors_table(found, title), _folds(found)]
-    blocks.append(Detail(lambda: _pictures(residuals, rows)))
-    return Section.of("", *blocks, title="Errors before, after and held out", key="errors")
+            tables += [errors_table(found, title), _folds(found)]
+    meaning, drawn = Detail(lambda: _meaning(result)), Detail(lambda: _pictures(residuals, rows))
+    return Section.of("", meaning, *tables, drawn, title="Errors before, after and held out", key="errors")
 
 
 def _meaning(result: Any) -> Iterator[Block]:
@@ -113,23 +95,19 @@ def _meaning(result: Any) -> Iterator[Block]:
 
 def errors_table(residuals: Any, title: str) -> Table | None:
     """Errors at every stage in one unit; None when there are none."""
-    rows: list[tuple[Cell, ...]] = []
-    styles: list[Style] = []
+    rows: list[tuple[Style, tuple[Cell, ...]]] = []
     for name, label, note, mark in STAGES:
-        s = getattr(residuals, name)
-        if s is None:
+        if (s := getattr(residuals, name)) is None:
             continue
         words = ", ".join(w for w in (note, "profiled" if s.profiled else "") if w)
-        rows.append((Noted(label, mark=mark), *spread(s), (words, "quiet")))
-        styles.append("strong" if name in PROOFS else "quiet" if name == "constant" else "")
-        every = getattr(residuals.all_rows, name, None) if residuals.all_rows is not None else None
+        style: Style = "strong" if name in PROOFS else "quiet" if name == "constant" else ""
+        rows.append((style, (blocks.Noted(label, mark=mark), *blocks.spread(s), (words, "quiet"))))
+        every = getattr(residuals.all_rows, name, None)
         if every is not None and every.n != s.n:
-            rows.append((Noted("  with gross rows"), *spread(every), ("all rows", "quiet")))
-            styles.append("quiet")
-    if not rows:
-        return None
-    columns = (f"{title} [{residuals.unit}]", *SPREAD, "")
-    return table(*columns, right=(1, 2, 3, 4, 5), rows=rows, styles=styles)
+            rows.append(("quiet", (blocks.Noted("  with gross rows"), *blocks.spread(every), ("all rows", "quiet"))))
+    columns = (f"{title} [{residuals.unit}]", *blocks.SPREAD, "")
+    styles, cells = [style for style, _ in rows], [row for _, row in rows]
+    return table(*columns, right=(1, 2, 3, 4, 5), rows=cells, styles=styles) if rows else None
 
 
 def _folds(residuals: Any) -> Table | None:
@@ -140,44 +118,39 @@ def _folds(residuals: Any) -> Table | None:
         (f.name, figure(f.before), figure(f.after), str(f.n), ("profiled" if f.profiled else "", "quiet"))
         for f in residuals.folds
     ]
-    caption = "Mean error of each fold while it was held out."
-    return table(
-        f"held out [{residuals.unit}]", "before", "after", "n", "", right=(1, 2, 3), rows=rows, caption=caption
-    )
+    columns, caption = ("before", "after", "n", ""), "Mean error of each fold while it was held out."
+    return table(f"held out [{residuals.unit}]", *columns, right=(1, 2, 3), rows=rows, caption=caption)
 
 
-def tiles(residuals: Any) -> Tiles:
+def tiles(residuals: Any) -> blocks.Tiles:
     """The big numbers: before and after of the same measurements where nothing was fitted to them, and after the fit."""
     proof = proof_of(residuals)
-    names = {"held_out": "Held out", "k_fold": "Every fold", "leave_one_out": "Leave one out"}
-    before = f"{proof}_before" if proof and getattr(residuals, f"{proof}_before") is not None else "before"
-    wanted: list[tuple[str, str, Mark]] = [
-        (before, f"{names[proof]}, before" if before != "before" else "Before", "before"),
-        (proof, f"{names[proof]}, after" if proof else "Held out", "held"),
-        ("after", "After, seen by the fit", "after"),
-    ]
-    return Tiles(tuple(_tile(residuals, key, name, mark) for key, name, mark in wanted))
+    name, before = PROOFS.get(proof, ""), f"{proof}_before"
+    known = bool(proof) and getattr(residuals, before) is not None
+    first = _tile(residuals, before if known else "before", f"{name}, before" if known else "Before", "before")
+    second = _tile(residuals, proof, f"{name}, after" if proof else "Held out", "held")
+    return blocks.Tiles((first, second, _tile(residuals, "after", "After, seen by the fit", "after")))
 
 
-def _tile(residuals: Any, key: str, name: str, mark: Mark) -> Tile:
+def _tile(residuals: Any, key: str, name: str, mark: Mark) -> blocks.Tile:
     s = getattr(residuals, key) if key else None
     if s is None or not math.isfinite(s.mean):
         none = "Nothing was held out: no proof on unseen measurements." if mark == "held" else "Not recorded."
-        return Tile(name, mark, "", "", (none,))
-    turn = getattr(residuals.angle, key) if residuals.angle is not None else None
+        return blocks.Tile(name, mark, "", "", (none,))
+    turn = getattr(residuals.angle, key, None)
     angle = "" if turn is None else f", and {figure(turn.mean, 3)} {residuals.angle.unit}"
     more = (("rms", s.rms), ("95 %", s.p95), ("max", s.max))
     lines = (
         f"mean error{angle}{', profiled' if s.profiled else ''}",
         "   ".join(f"{k} {figure(v, 3)}" for k, v in more if math.isfinite(v)),
     )
-    return Tile(name, mark, figure(s.mean, 3), residuals.unit, lines)
+    return blocks.Tile(name, mark, figure(s.mean, 3), residuals.unit, lines)
 
 
 def _pictures(residuals: Any, rows: Columns | None) -> Iterator[Block | None]:
     """How large the errors are, one by one, and where they point."""
-    stages = (residuals, *((residuals.angle,) if residuals.angle is not None else ()))
-    if any(getattr(getattr(found, name), "profiled", False) for found in stages for name, *_ in STAGES):
+    stages = (residuals, residuals.angle)
+    if any(getattr(getattr(found, name, None), "profiled", False) for found in stages for name, *_ in STAGES):
         yield PROFILED
     if rows is None or not any(len(c) for c in rows.values()):
         yield Text.of(("No residuals were given, so there are no pictures of them.", "quiet"))
@@ -188,9 +161,11 @@ def _pictures(residuals: Any, rows: Columns | None) -> Iterator[Block | None]:
     series, turns = three(rows, *main), three(rows, "angle_", "deg") if unit != "deg" else []
     bars, worst = _bars(series, "How large the errors are", *main), _worst(rows, *main)
     if turns:
-        yield Pair(tuple(b for b in (bars, _bars(turns, "The same for orientation", "angle_", "deg")) if b is not None))
+        yield blocks.Pair(
+            tuple(b for b in (bars, _bars(turns, "The same for orientation", "angle_", "deg")) if b is not None)
+        )
     elif bars is not None and worst is not None:
-        yield Pair((bars, worst))
+        yield blocks.Pair((bars, worst))
     else:
         yield bars
     yield _row(series, "Every configuration", *main)
@@ -205,15 +180,10 @@ def _bars(series: Sequence[Series], title: str, quantity: str, unit: str) -> Fig
 
 
 def _row(series: Sequence[Series], title: str, quantity: str, unit: str) -> Figure | None:
-    svg = pictures.per_pose(series, quantity, unit) if series else ""
-    if not svg:
+    if not (svg := pictures.per_pose(series, quantity, unit)):
         return None
     share = pictures.drawn_of(series)[1]
-    caption = (
-        "A trend over the configurations would point at drift, warming or a moved instrument; single high points at a slipped "
-        f"target. {share}".rstrip()
-    )
-    return Figure(svg, caption, title, tuple((s.key, s.name) for s in series))
+    return Figure(svg, f"{TREND} {share}".rstrip(), title, tuple((s.key, s.name) for s in series))
 
 
 def _worst(rows: Columns, quantity: str, unit: str) -> Table | None:
@@ -226,17 +196,12 @@ def _worst(rows: Columns, quantity: str, unit: str) -> Table | None:
     ids, group, target = (column(rows, k) for k in ("configuration", "group", "target"))
     counted = after[known & ~aside]
     mean = math.fsum(counted) / len(counted) if len(counted) else 0.0
-    cells = [
-        (
-            str(ids[i]),
-            " · ".join(str(v) for v in (group[i], target[i]) if v not in (None, "")),
-            "set aside" if aside[i] else "held out" if out[i] else "fit",
-            figure(before[i], 3),
-            figure(after[i], 3),
-            f"{figure(after[i] / mean, 2)} ×" if mean > 0 else "-",
-        )
-        for i in first
-    ]
+    cells = []
+    for i in first:
+        sensor = " · ".join(str(v) for v in (group[i], target[i]) if v not in (None, ""))
+        state = "set aside" if aside[i] else "held out" if out[i] else "fit"
+        ratio = f"{figure(after[i] / mean, 2)} ×" if mean > 0 else "-"
+        cells.append((str(ids[i]), sensor, state, figure(before[i], 3), figure(after[i], 3), ratio))
     return table(
         "configuration", "sensor", "set", "before", "after", "of mean", right=(3, 4, 5), rows=cells,
         title=f"Largest remaining errors [{unit}]",
@@ -259,14 +224,9 @@ def outlier_blocks(rows: Sequence[Any]) -> Section:
         "Distance from a fit without them, in standard deviations, and how often chance alone would show a farthest row like it "
         "anywhere in the table. What was set aside and is not counted is in no mean that decides."
     )
-    more = len(rows) - TEN
-    return Section.of(
-        "",
-        table(*columns, right=(3, 5), rows=cells, caption=caption, detail=(6,), brief=TEN),
-        *quiet(*([f"the first {TEN} of {len(rows)}; result.json has all"] if more > 0 else [])),
-        title="Rows that do not belong to the others",
-        key="outliers",
-    )
+    shown = table(*columns, right=(3, 5), rows=cells, caption=caption, detail=(6,), brief=TEN)
+    less = quiet(f"the first {TEN} of {len(rows)}; result.json has all") if len(rows) > TEN else ()
+    return Section.of("", shown, *less, title="Rows that do not belong to the others", key="outliers")
 
 
 def _chance(p: float | None) -> str:

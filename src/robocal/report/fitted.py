@@ -23,9 +23,8 @@ def fit_sections(result: Any) -> Iterator[Section]:
 
 
 def _convergence(fit: Any) -> Iterator[Block]:
-    yield Text.of(
-        f"{fit.iterations} iteration{'' if fit.iterations == 1 else 's'}{f'; {fit.reason}' if fit.reason else ''}."
-    )
+    reason = f"; {fit.reason}" if fit.reason else ""
+    yield Text.of(f"{fit.iterations} iteration{'' if fit.iterations == 1 else 's'}{reason}.")
     costs = [c for c in fit.history if c is not None]
     last = Text.of((f"Last values of the cost: {', '.join(figure(c, 7) for c in costs[-5:])}.", "quiet"))
     caption = (

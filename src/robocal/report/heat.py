@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
-from robocal.report.numbers import finite, significant, with_unit
-from robocal.report.series import column
+import numpy as np
+
+from robocal._types import Array
+from robocal.report.numbers import significant, with_unit
+from robocal.report.series import is_word, numbers
 from robocal.report.svg import AxisScale, drawing, label, line, log_ticks, nice_ticks, num, tick_text
 
 __all__ = ["heat"]
@@ -18,87 +20,69 @@ Columns = Mapping[str, Sequence[object]]
 COLOURS = (
     "#440154", "#482878", "#3e4a89", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725",
 )  # fmt: skip
-QUANTITIES = (("nominal_error_mm", "error of the nominal model"), ("band_mm", "95 % band of the corrected model"))
+QUANTITIES = {"nominal_error_mm": "error of the nominal model", "band_mm": "95 % band of the corrected model"}
 SLICES = {"horizontal": ("x", "y", "z"), "vertical": ("x", "z", "y")}
 WIDTH, GAP, LEFT, TOP = 400.0, 78.0, 58.0, 58.0
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A cell of one slice: its centre along u and v, its side, and its two values (mm)."""
-
-    u: float
-    v: float
-    side: float
-    values: tuple[float, float]
 
 
 def heat(columns: Columns) -> str:
     """One row of two pictures per slice, both on one logarithmic scale, so that one colour is one error; empty text without
     cells."""
-    slices = {name: found for name in SLICES if (found := _cells(columns, name))}
+    slices = {name: found for name in SLICES if len(found := _cells(columns, name))}
     if not slices:
         return ""
-    everything = [c for cells in slices.values() for c in cells]
-    scale = _scale([v for c in everything for v in c.values])
-    half = max(max(abs(c.u) for c in everything), 1e-9) + everything[0].side
+    everything = np.concatenate(list(slices.values()))
+    side = float(everything[0, 2])
+    scale = _scale(everything[:, 3:])
+    half = max(float(np.abs(everything[:, 0]).max()), 1e-9) + side
     parts, y = [_legend(scale)], TOP
-    for k, (_, title) in enumerate(QUANTITIES):
+    for k, title in enumerate(QUANTITIES.values()):
         parts.append(label(LEFT + k * (WIDTH + GAP), TOP - 12, f"{title}, mm", "strong"))
     for name, cells in slices.items():
-        low, high = min(c.v for c in cells) - cells[0].side, max(c.v for c in cells) + cells[0].side
+        low, high = float(cells[:, 1].min()) - side, float(cells[:, 1].max()) + side
         height = WIDTH * (high - low) / (2 * half)
+        across = numbers(columns, f"{SLICES[name][2]}_mm")[is_word(columns, "slice", name)]
+        level = next((v for v in across.tolist() if not math.isnan(v)), 0.0)
         for k in (0, 1):
             x = AxisScale(-half, half, LEFT + k * (WIDTH + GAP), LEFT + k * (WIDTH + GAP) + WIDTH)
-            parts.append(_panel(name, cells, k, scale, x, AxisScale(low, high, y + height, y), _level(columns, name)))
+            shown = cells[:, [0, 1, 2, 3 + k]].tolist()
+            parts.append(_panel(name, shown, scale, x, AxisScale(low, high, y + height, y), level))
         y += height + 62
+    told = zip(QUANTITIES.values(), everything[:, 3:].max(axis=0), everything[:, 3:].mean(axis=0), strict=True)
     said = " ".join(
-        f"{title}: up to {with_unit(significant(max(c.values[k] for c in everything)), 'mm')}, mean "
-        f"{with_unit(significant(math.fsum(c.values[k] for c in everything) / len(everything)), 'mm')}."
-        for k, (_, title) in enumerate(QUANTITIES)
+        f"{title}: up to {with_unit(significant(float(most)), 'mm')}, mean {with_unit(significant(float(mean)), 'mm')}."
+        for title, most, mean in told
     )
-    return drawing(
-        LEFT + 2 * WIDTH + GAP + 16, y, parts, title="Accuracy over the workspace", text=said, key="heat", cls="wide"
-    )  # fmt: skip
+    wide, title = LEFT + 2 * WIDTH + GAP + 16, "Accuracy over the workspace"
+    return drawing(wide, y, parts, title=title, text=said, key="heat", cls="wide")
 
 
-def _cells(columns: Columns, name: str) -> list[Cell]:
+def _cells(columns: Columns, name: str) -> Array:
+    """Of each cell of a slice its centre along u and v, its side, and its two values, (n, 5) mm."""
     u, v, _ = SLICES[name]
-    names = (f"{u}_mm", f"{v}_mm", "side_mm", *(q for q, _ in QUANTITIES))
-    rows = zip(column(columns, "slice"), *(column(columns, n) for n in names), strict=True)
-    out = []
-    for slice_, *values in rows:
-        found = [finite(x) for x in values]
-        numbers = [x for x in found if x is not None]
-        if slice_ == name and len(numbers) == len(found) and numbers[2] > 0 and min(numbers[3:]) >= 0:
-            out.append(Cell(numbers[0], numbers[1], numbers[2], (numbers[3], numbers[4])))
-    return out
+    found = np.stack([numbers(columns, n) for n in (f"{u}_mm", f"{v}_mm", "side_mm", *QUANTITIES)], axis=1)
+    fine = ~np.isnan(found).any(axis=1) & (found[:, 2] > 0) & (found[:, 3:] >= 0).all(axis=1)
+    return found[fine & is_word(columns, "slice", name)]
 
 
-def _level(columns: Columns, name: str) -> float:
-    """Where a slice cuts."""
-    across = column(columns, f"{SLICES[name][2]}_mm")
-    found = [finite(v) for s, v in zip(column(columns, "slice"), across, strict=True) if s == name]
-    return next((v for v in found if v is not None), 0.0)
-
-
-def _scale(values: Sequence[float]) -> AxisScale:
+def _scale(values: Array) -> AxisScale:
     """From values to steps of colour, 0 to their number; four decades at most."""
-    top = max(values)
-    positive = [v for v in values if v > top * 1e-4]
-    low, high = (min(positive), top) if positive else (1.0, 10.0)
+    top = float(values.max())
+    low, high = (float(values[values > top * 1e-4].min()), top) if top > 0 else (1.0, 10.0)
     return AxisScale(low, max(high, 1.2 * low), 0.0, float(len(COLOURS)), log=True)
 
 
-def _panel(name: str, cells: Sequence[Cell], k: int, scale: AxisScale, x: AxisScale, y: AxisScale, level: float) -> str:
+def _panel(
+    name: str, cells: Sequence[Sequence[float]], scale: AxisScale, x: AxisScale, y: AxisScale, level: float
+) -> str:
     u, v, w = SLICES[name]
     marks: dict[int, list[str]] = {}
-    for c in cells:
-        step = min(int(scale(max(c.values[k], scale.low))), len(COLOURS) - 1)
-        left, upper = x(c.u - c.side / 2), y(c.v + c.side / 2)
+    for across, up, side, value in cells:
+        step = min(int(scale(max(value, scale.low))), len(COLOURS) - 1)
+        (left, right), (lower, upper) = ((axis(c - side / 2), axis(c + side / 2)) for axis, c in ((x, across), (y, up)))
         # A hair wider than the cell, so that no seam shows.
         marks.setdefault(step, []).append(
-            f"M{left:.2f} {upper:.2f}h{x(c.u + c.side / 2) - left + 0.3:.2f}v{y(c.v - c.side / 2) - upper + 0.3:.2f}H{left:.2f}z"
+            f"M{left:.2f} {upper:.2f}h{right - left + 0.3:.2f}v{lower - upper + 0.3:.2f}H{left:.2f}z"
         )
     parts = [f'<path fill="{COLOURS[i]}" d="{"".join(d)}"/>' for i, d in sorted(marks.items())]
     # The axis of the base.

@@ -7,25 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import assert_never
 
-from robocal.report.numbers import MISSING, align
-from robocal.report.sections import (
-    Block,
-    Cell,
-    Detail,
-    Facts,
-    Figure,
-    Folded,
-    Mark,
-    Noted,
-    Pair,
-    Remarks,
-    Section,
-    Table,
-    Text,
-    Tiles,
-    VerdictBlock,
-    Written,
-)
+from robocal.report import sections as blocks
+from robocal.report.numbers import MISSING, align, power_of_ten
+from robocal.report.sections import Block, Cell, Detail, Mark, Noted, Section, Table, word_and_style
 
 __all__ = ["html"]
 
@@ -44,7 +28,6 @@ UNKNOWN = ("unknown", '<path d="M12 7v6m0 4v.1"/>')
 TAGS = {"strong": "strong", "term": "dfn", "code": "code"}
 DENSE = 8  # columns of a table in smaller print
 NUMBER = re.compile(r"[+-]?\d[\d.]*(e[+-]\d+)?")
-RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def html(sections: Iterable[Section], key: str = "part") -> str:
@@ -56,60 +39,58 @@ def html(sections: Iterable[Section], key: str = "part") -> str:
 
 def _section(name: str, section: Section) -> str:
     # On paper, what fits a page stays on one.
-    short = all(
-        not isinstance(b, Table | Detail) or (isinstance(b, Table) and len(b.rows) < 20) for b in section.blocks
-    )
-    whole = ' class="whole"' if short else ""
+    long = any(isinstance(b, Detail) or (isinstance(b, Table) and len(b.rows) >= 20) for b in section.blocks)
+    whole = "" if long else ' class="whole"'
     heading = section.title or section.heading
     told = f' id="{name}" aria-labelledby="{name}-title"' if heading else ""
     head = [f'<h2 id="{name}-title">{escape(heading)}</h2>'] if heading else []
-    blocks = list(_blocks(section.blocks, heading))
-    return "\n".join([f"<section{told}{whole}>", *head, *blocks, "</section>"]) if blocks else ""
+    body = list(_blocks(section.blocks, heading))
+    return "\n".join([f"<section{told}{whole}>", *head, *body, "</section>"]) if body else ""
 
 
-def _blocks(blocks: Iterable[Block | None], heading: str = "") -> Iterator[str]:
-    for block in blocks:
+def _blocks(found: Iterable[Block | None], heading: str = "") -> Iterator[str]:
+    for block in found:
         if block is not None:
             yield from _block(block, heading)
 
 
 def _block(block: Block, heading: str) -> Iterator[str]:
     match block:
-        case Text():
-            quiet = [p for p in block.parts if not isinstance(p, str) and _style(p) == "quiet"]
-            note = ' class="note"' if len(quiet) == len(block.parts) else ""
-            yield f"<p{note}>{''.join(map(_plain if note else _word, block.parts))}</p>"
-        case Table():
+        case blocks.Text():
+            quiet = all(word_and_style(p)[1] == "quiet" for p in block.parts)
+            words = "".join(escape(word_and_style(p)[0]) if quiet else _word(p) for p in block.parts)
+            yield f'<p class="note">{words}</p>' if quiet else f"<p>{words}</p>"
+        case blocks.Table():
             yield _table(block.full, heading)
-        case Remarks():
+        case blocks.Remarks():
             said = (f"<li>{escape(s.sentence)}{_soft(s.advice)}</li>" for s in block.messages)
             yield f"<ul>{''.join(said)}</ul>"
-        case VerdictBlock():
+        case blocks.VerdictBlock():
             yield _verdict(block)
-        case Tiles():
+        case blocks.Tiles():
             yield f'<div class="tiles" role="group" aria-label="The numbers to see first">{"".join(_tiles(block))}</div>'
-        case Facts():
+        case blocks.Facts():
             pairs = (f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>" for k, v in block.pairs)
             yield f'<dl class="kv">{"".join(pairs)}</dl>'
-        case Written():
+        case blocks.Written():
             if block.paths:
                 names = ", ".join(escape(p.name) for p in block.paths)
                 yield f"<p>Written to <code>{escape(str(block.paths[0].parent))}</code>: {names}</p>"
-        case Figure():
+        case blocks.Figure():
             yield _figure(block)
-        case Pair():
+        case blocks.Pair():
             inner = ("\n".join(_block(b, heading)) for b in block.blocks)
             yield f'<div class="pair">{"".join(f"<div>{b}</div>" for b in inner)}</div>'
-        case Folded():
+        case blocks.Folded():
             inside = "\n".join(_blocks(block.blocks, block.summary))
             yield f"<details><summary>{escape(block.summary)}</summary>{inside}</details>"
-        case Detail():
+        case blocks.Detail():
             yield from _blocks(block.make(), heading)
         case _:
             assert_never(block)
 
 
-def _verdict(block: VerdictBlock) -> str:
+def _verdict(block: blocks.VerdictBlock) -> str:
     kind, sign = SIGNS.get(block.style, UNKNOWN)
     icon = f'<svg viewBox="0 0 24 24" aria-hidden="true"><circle cx="12" cy="12" r="10"/>{sign}</svg>'
     lists = (
@@ -123,18 +104,15 @@ def _verdict(block: VerdictBlock) -> str:
     return f'<div class="verdict {kind}"><h2>{icon}{word}</h2>{meaning}{proof}{"".join(lists)}</div>'
 
 
-def _tiles(block: Tiles) -> Iterator[str]:
+def _tiles(block: blocks.Tiles) -> Iterator[str]:
     for tile in block.tiles:
-        number = (
-            f'<div class="number">{_typeset(tile.number)}<small>{escape(tile.unit)}</small></div>'
-            if tile.number
-            else ""
-        )
+        big = f'<div class="number">{_typeset(tile.number)}<small>{escape(tile.unit)}</small></div>'
+        number = big if tile.number else ""
         lines = "".join(f'<p class="{"small" if number else "none"}">{escape(line)}</p>' for line in tile.lines)
         yield f'<div class="tile {tile.mark}"><div class="name">{_key(tile.mark)}{escape(tile.name)}</div>{number}{lines}</div>'
 
 
-def _figure(block: Figure) -> str:
+def _figure(block: blocks.Figure) -> str:
     title = f"<h3>{escape(block.title)}</h3>" if block.title else ""
     legend = "".join(f"<li>{_key(mark)}{escape(name)}</li>" for mark, name in block.legend)
     keys = f'<ul class="legend" aria-label="Legend">{legend}</ul>' if legend else ""
@@ -150,21 +128,11 @@ def _soft(advice: str) -> str:
     return f' <span class="soft">{escape(advice)}</span>' if advice else ""
 
 
-def _style(cell: tuple[str, str] | Noted) -> str:
-    return cell.style if isinstance(cell, Noted) else cell[1]
-
-
-def _plain(cell: Cell) -> str:
-    return escape(cell if isinstance(cell, str) else cell.word if isinstance(cell, Noted) else cell[0])
-
-
 def _word(cell: Cell) -> str:
-    if isinstance(cell, str):
-        return escape(cell)
+    word, style = word_and_style(cell)
     if isinstance(cell, Noted):
-        shown = cell.svg or _key(cell.mark) + _word((cell.word, cell.style))
+        shown = cell.svg or _key(cell.mark) + _word((word, style))
         return shown + (f'<span class="soft">{escape(cell.note)}</span>' if cell.note else "")
-    word, style = cell
     if not style or not word:
         return escape(word)
     if style in TAGS:
@@ -180,9 +148,7 @@ def _table(block: Table, heading: str) -> str:
     head = f"<thead><tr>{titles}</tr></thead>" if any(block.columns) else ""
     body = "".join(_row(row, kinds, style) for row, style in zip(zip(*columns, strict=True), styles, strict=True))
     label = escape(block.title or heading or block.columns[0])
-    said = (
-        " ".join(w for w in (block.title and f"{block.title}.", block.caption) if w) if block.caption else block.title
-    )
+    said = f"{block.title}. {block.caption}" if block.title and block.caption else block.title or block.caption
     caption = f"<caption>{escape(said)}</caption>" if said else ""
     dense = ' class="dense"' if len(block.columns) > DENSE else ""
     return (
@@ -205,8 +171,7 @@ def _typeset(cell: str) -> str:
     if not NUMBER.fullmatch(cell):
         return cell
     mantissa, _, power = cell.partition("e")
-    raised = f"·10{str(int(power)).translate(RAISED)}" if power else ""
-    return mantissa.replace("-", "\u2212") + raised
+    return mantissa.replace("-", "\u2212") + (power_of_ten(power) if power else "")
 
 
 def _row(row: tuple[str, ...], kinds: list[str], style: str) -> str:

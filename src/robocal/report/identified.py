@@ -52,9 +52,8 @@ def report(result: Any, rows: Columns | None, cells: Columns | None) -> str:
         ("robocal", result.provenance.version),
     )
     name, version = result.robot.name or "Unnamed robot", result.provenance.version
-    return page(
-        name, identification_sections(result, rows, lambda: cells), kind="Calibration report", facts=facts, made=version
-    )
+    sections = identification_sections(result, rows, lambda: cells)
+    return page(name, sections, kind="Calibration report", facts=facts, made=version)
 
 
 def _moment(value: str) -> str:
@@ -75,12 +74,8 @@ def identification_sections(
         facts += f" fitted, {len(split.held_out)} held out"
     if split.embargoed:
         facts += f", {len(split.embargoed)} left out because they share a place with those"
-    yield Section.of(
-        "",
-        Text.of((result.robot.name, "strong"), f"   {result.method}; {facts}; {result.fit.reason}"),
-        verdict(result),
-        tiles(result.residuals),
-    )
+    head = Text.of((result.robot.name, "strong"), f"   {result.method}; {facts}; {result.fit.reason}")
+    yield Section.of("", head, verdict(result), tiles(result.residuals))
     yield errors(result, rows)
     shares = result.prediction.coverage if result.prediction else []
     told = [
@@ -122,9 +117,8 @@ def closing_section(result: Any, written: Sequence[Path], left_out: Sequence[str
     line: what stands at the end of a long output is what people see."""
     head = verdict(result, brief=True)
     if not written:
-        return Section.of(
-            "", head, *quiet("Nothing was written; -o DIR keeps the result, the calibrated robot and a report.")
-        )
+        nothing = quiet("Nothing was written; -o DIR keeps the result, the calibrated robot and a report.")
+        return Section.of("", head, *nothing)
     folder, lost = written[0].parent, None
     if left_out and result.robot.joints:  # of cable robots the remark says it, and which verb takes the folder
         text = (
@@ -132,15 +126,8 @@ def closing_section(result: Any, written: Sequence[Path], left_out: Sequence[str
             "give the folder, not the file, to validate, export and simulate."
         )
         lost = Text.of((text, "doubtful"))
-    shown = next((p for p in written if p.name == "report.html"), None)
-    return Section.of(
-        "",
-        head,
-        Written(tuple(written)),
-        lost,
-        *quiet(*_next(result, folder)),
-        None if shown is None else Text.of(str(shown)),
-    )
+    shown = (Text.of(str(p)) for p in written if p.name == "report.html")
+    return Section.of("", head, Written(tuple(written)), lost, *quiet(*_next(result, folder)), *shown)
 
 
 def _next(result: Any, folder: Path) -> list[str]:

@@ -43,20 +43,17 @@ def correlation(names: Sequence[str], rows: Rows) -> tuple[str, int]:
     return _draw(names, rows), left_out
 
 
-def _draw(names: Sequence[str], rows: Sequence[Sequence[float | None]]) -> str:
+def _draw(names: Sequence[str], rows: Rows) -> str:
     n = len(names)
     cell = max(9.0, min(22.0, 640 / n))
     font = min(11.5, cell * 0.82)
     short = [name if len(name) <= 22 else name[:21] + "…" for name in names]
     margin = max(len(s) for s in short) * font * 0.62 + 10
     side = n * cell
-    height = side + 8
-    full: list[str] = []
-    hollow: list[str] = []
-    grid: list[str] = []
+    full, hollow, grid = "", "", ""
     for i, row in enumerate(rows):
         y = 4 + i * cell
-        grid.append(f"M{num(margin)} {num(y)}h{num((i + 1) * cell)}M{num(margin + i * cell)} {num(y)}V{num(4 + side)}")
+        grid += f"M{num(margin)} {num(y)}h{num((i + 1) * cell)}M{num(margin + i * cell)} {num(y)}V{num(4 + side)}"
         for j, v in enumerate(row[:i]):
             if v is None or abs(v) < FAINT:
                 continue
@@ -65,28 +62,14 @@ def _draw(names: Sequence[str], rows: Sequence[Sequence[float | None]]) -> str:
                 continue
             x0, y0 = margin + (j + 0.5) * cell - size / 2, y + cell / 2 - size / 2
             square = f"M{x0:.1f} {y0:.1f}h{size:.1f}v{size:.1f}h-{size:.1f}z"
-            (full if v > 0 else hollow).append(square)
-    parts = [path("".join(grid), "grid"), path("".join(full), "rho plus"), path("".join(hollow), "rho minus")]
+            full, hollow = (full + square, hollow) if v > 0 else (full, hollow + square)
+    parts = [path(grid, "grid"), path(full, "rho plus"), path(hollow, "rho minus")]
     for i, name in enumerate(short):
-        y = 4 + (i + 0.5) * cell
-        text = label(margin - 6, y + font * 0.35, name, "tick", "end")
-        under = label(margin + (i + 0.75) * cell, y + font * 0.35, name, "tick") if i < n - 1 else ""
-        parts.append(text.replace("<text ", f'<text style="font-size:{font:.1f}px" ', 1))
-        parts.append(under.replace("<text ", f'<text style="font-size:{font:.1f}px" ', 1))
+        y = 4 + (i + 0.5) * cell + font * 0.35
+        text = label(margin - 6, y, name, "tick", "end")
+        text += label(margin + (i + 0.75) * cell, y, name, "tick") if i < n - 1 else ""
+        parts.append(text.replace("<text ", f'<text style="font-size:{font:.1f}px" '))
     width = margin + side + 8 + margin * 0.4
-    pairs = [
-        (abs(v), names[j], names[i], v) for i, row in enumerate(rows) for j, v in enumerate(row[:i]) if v is not None
-    ]
-    most = max(pairs, default=None)
-    said = f"Correlations of {n} parameters."
-    if most:
-        said += f" The largest is {most[3]:.2f}, between {most[1]} and {most[2]}."
-    return drawing(
-        width,
-        height,
-        parts,
-        title="Correlation of the identified parameters",
-        text=said,
-        key="correlation",
-        cls="matrix",
-    )
+    most = [f" The largest is {v:.2f}, between {a} and {b}." for a, b, v in strongest(names, rows, 1, 0.0)]
+    said, title = f"Correlations of {n} parameters.{''.join(most)}", "Correlation of the identified parameters"
+    return drawing(width, side + 8, parts, title=title, text=said, key="correlation", cls="matrix")

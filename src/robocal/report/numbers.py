@@ -6,19 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 
 __all__ = [
-    "MISSING",
-    "align",
-    "decimals",
-    "finite",
-    "instrument_frames",
-    "plain",
-    "ranges",
-    "scientific",
-    "significant",
-    "unit_text",
-    "with_decimals",
-    "with_unit",
-]
+    "MISSING", "align", "decimals", "finite", "instrument_frames", "plain", "power_of_ten", "ranges", "scientific",
+    "significant", "unit_text", "with_decimals", "with_unit",
+]  # fmt: skip
 
 MISSING = "–"
 _UNITS = {"deg": "°", "degree": "°", "degrees": "°", "um": "µm", "-": "", "1": ""}
@@ -71,8 +61,12 @@ def significant(value: object, digits: int = 3) -> str:
 def scientific(number: float, places: int) -> str:
     """A number as 4.10·10⁷."""
     mantissa, exponent = f"{number:.{places}e}".split("e")
-    power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-    return f"{mantissa}·10{power}".replace("-", "\u2212")
+    return mantissa.replace("-", "\u2212") + power_of_ten(exponent)
+
+
+def power_of_ten(exponent: str) -> str:
+    """What stands behind a mantissa: ·10⁻⁷ for -07."""
+    return f"·10{str(int(exponent)).translate(str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
 
 
 def plain(value: object) -> str:
@@ -105,29 +99,20 @@ def align(column: Sequence[str]) -> list[str]:
     another."""
     tails = [len(text) - text.find(".") if "." in text else 0 for text in column]
     most = max(tails, default=0)
-    out = []
-    for text, tail in zip(column, tails, strict=True):
-        if "·" in text:
-            out.append(text)
-            continue
-        point = "\u2008" if most and not tail else ""
-        out.append(text + point + "\u2007" * (most - tail - len(point)))
-    return out
+    room = [("" if tail else "\u2008"[:most]).ljust(most - tail, "\u2007") for tail in tails]
+    return [text if "·" in text else text + filled for text, filled in zip(column, room, strict=True)]
 
 
 def ranges(names: Iterable[object]) -> str:
     """A list of names, consecutive whole numbers (also with one common prefix and width, p001 to p009) drawn
     together."""
-    items = [str(n) for n in names]
-    out: list[str] = []
-    i = 0
-    while i < len(items):
-        j = i
-        while j + 1 < len(items) and _next(items[j]) == items[j + 1]:
-            j += 1
-        out += [f"{items[i]} to {items[j]}"] if j - i >= 2 else items[i : j + 1]
-        i = j + 1
-    return ", ".join(out)
+    runs: list[list[str]] = []
+    for name in map(str, names):
+        if runs and _next(runs[-1][-1]) == name:
+            runs[-1].append(name)
+        else:
+            runs.append([name])
+    return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(run) for run in runs)
 
 
 def _next(name: str) -> str | None:

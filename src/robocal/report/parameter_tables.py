@@ -7,21 +7,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from robocal.remarks.code import Code
+from robocal.report import sections as blocks
 from robocal.report.numbers import instrument_frames
-from robocal.report.sections import (
-    Block,
-    Cell,
-    Detail,
-    Folded,
-    Noted,
-    Section,
-    Style,
-    Table,
-    Text,
-    figure,
-    quiet,
-    table,
-)
+from robocal.report.sections import Block, Cell, Detail, Noted, Section, Style, Table, Text, figure, quiet, table
 from robocal.report.svg import num
 
 __all__ = ["hidden", "parameters"]
@@ -62,43 +50,34 @@ STATUS: tuple[Cell, ...] = (
 def parameters(result: Any) -> Section:
     """The fitted parameters of the robot; a terminal says frames of instruments and targets in one line."""
     owners = instrument_frames(p.name for p in result.parameters)
+    by_status = {s: [p for p in result.parameters if p.status == s] for s in COUNTED}
     fitted = [p for p in result.parameters if p.status in FITTED]
     own = [p for p in fitted if p.name.rpartition(".")[0] not in owners]
-    frames = [p for p in fitted if p.name.rpartition(".")[0] in owners]
-    dropped = [p for p in result.parameters if p.status == "dropped"]
-    fixed = [p for p in result.parameters if p.status == "fixed"]
+    frames, fixed = [p for p in fitted if p.name.rpartition(".")[0] in owners], by_status["fixed"]
     lines = [f"... and {len(own) - MOST} more in result.json"] if len(own) > MOST else []
     others = sorted({p.name.rpartition(".")[0] for p in frames})
     if others:
         lines.append(f"also fitted: where {', '.join(others)} {'is' if len(others) == 1 else 'are'}")
-    counts = {s: sum(p.status == s for p in result.parameters) for s in COUNTED}
-    lines.append(", ".join(f"{n} {COUNTED[s]}" for s, n in counts.items() if n))
+    lines.append(", ".join(f"{len(those)} {COUNTED[s]}" for s, those in by_status.items() if those))
     refused = result.verdict.status == "refused"
-    free = [*own, *frames, *dropped]
+    free = [*own, *frames, *by_status["dropped"]]
+    warning = "Do not use these values: the verdict is refused; they are listed for diagnosis only."
     return Section.of(
-        "",
-        Text.of(("Do not use these values: the verdict is refused; they are listed for diagnosis only.", "bad"))
-        if refused
-        else None,
-        Detail(lambda: [Text.of(*SIGMA)]),
+        "", Text.of((warning, "bad")) if refused else None, Detail(lambda: [Text.of(*SIGMA)]),
         _table(free, len(frames), min(len(own), MOST)) if free else None,
-        Folded(f"{len(fixed)} fixed", (_table(fixed, 0, None),)) if fixed else None,
-        *quiet(*lines),
-        Detail(lambda: [Text.of(*STATUS)]),
-        title="Parameters",
-        key="parameters",
-    )
+        blocks.Folded(f"{len(fixed)} fixed", (_table(fixed, 0, None),)) if fixed else None,
+        *quiet(*lines), Detail(lambda: [Text.of(*STATUS)]), title="Parameters", key="parameters",
+    )  # fmt: skip
 
 
 def _table(found: Sequence[Any], frames: int, brief: int | None) -> Table:
     """Those of the robot, `frames` of instruments, and what was not seen."""
     reach = _reaches(found, frames)
     cells: list[tuple[Cell, ...]] = []
-    styles: list[Style] = []
     for p in found:
         digits, moved = _digits(p.sigma or p.sigma_instrument), p.status in FITTED
         note = "" if p.status == "identified" else _short(p)
-        word = {"prior": "mostly prior"}.get(p.status, p.status)
+        word = "mostly prior" if p.status == "prior" else p.status
         shown: Cell = Noted(f"{SIGNS[p.status]}\u00a0{p.status}", note)
         brief_note: Cell = ("" if p.status == "identified" else note or word, "strange")
         share = "" if p.data_share is None else f"{100 * min(max(p.data_share, 0), 1):.0f} %"
@@ -110,35 +89,25 @@ def _table(found: Sequence[Any], frames: int, brief: int | None) -> Table:
                 figure(p.sigma_instrument, 2), share, p.unit, shown, brief_note,
             )
         )  # fmt: skip
-        styles.append("" if moved else "quiet")
     columns = (
         "parameter", "nominal", "identified", "change", "change ± 2σ", "± 95 %", "σ as fitted", "σ instrument", "from data",
         "unit", "status", "",
     )  # fmt: skip
-    empty = [i for i in (5, 6, 7, 8) if i != 5 and all(row[i] in ("", "-") for row in cells)]
-    kept = [i for i in range(len(columns)) if i not in empty]
-    right, detail = (1, 2, 3, 5, 6, 7, 8), (4, 6, 7, 8, 10)
-    return table(
-        *(columns[i] for i in kept),
-        right=[k for k, i in enumerate(kept) if i in right],
-        detail=[k for k, i in enumerate(kept) if i in detail],
-        terse=(len(kept) - 1,),
-        rows=[[row[i] for i in kept] for row in cells],
-        styles=styles,
-        brief=brief,
-    )
+    right, detail, terse = (1, 2, 3, 5, 6, 7, 8), (4, 6, 7, 8, 10), (len(columns) - 1,)
+    styles: list[Style] = ["" if p.status in FITTED else "quiet" for p in found]
+    every = table(*columns, right=right, rows=cells, styles=styles, detail=detail, terse=terse, brief=brief)
+    return every.without([i for i in (6, 7, 8) if all(row[i] in ("", "-") for row in cells)])
 
 
 def _reaches(found: Sequence[Any], frames: int) -> dict[str, float]:
     """How far the scale of a parameter's bar goes: one scale for each unit, of the robot and of instruments apart. A tracker
     stands metres away from where nobody said it stands; beside it every joint would be a dot on zero."""
     fitted = [p for p in found if p.status in FITTED and p.delta is not None]
-    own = len(fitted) - frames
-    scale = [(p.unit, i < own) for i, p in enumerate(fitted)]
+    scale = {p.name: (p.unit, i < len(fitted) - frames) for i, p in enumerate(fitted)}
     reach: dict[tuple[str, bool], float] = {}
-    for p, key in zip(fitted, scale, strict=True):
-        reach[key] = max(reach.get(key, 0.0), abs(p.delta) + 2 * (p.sigma or 0.0))
-    return {p.name: reach[key] for p, key in zip(fitted, scale, strict=True) if reach[key] > 0}
+    for p in fitted:
+        reach[scale[p.name]] = max(reach.get(scale[p.name], 0.0), abs(p.delta) + 2 * (p.sigma or 0.0))
+    return {name: reach[key] for name, key in scale.items() if reach[key] > 0}
 
 
 def _bar(p: Any, reach: float) -> str:
@@ -163,22 +132,17 @@ def hidden(result: Any) -> Section:
     """What the data cannot tell, in words, and how well the rest is seen."""
     seen = result.identifiability
     alone = [c for c in seen.combinations if c.code == Code.NO_EFFECT and c.terms]
-    none = [c.terms[0].name for c in alone]
     lines = [c.text for c in seen.combinations if c not in alone]
-    if none:
-        lines.append(f"no effect on these measurements: {', '.join(none)}")
-    heading = f"What these measurements cannot tell ({seen.rank} of {seen.n_free} free parameters are seen)"
+    if alone:
+        lines.append(f"no effect on these measurements: {', '.join(c.terms[0].name for c in alone)}")
+    title = "What these measurements cannot tell"
+    heading = f"{title} ({seen.rank} of {seen.n_free} free parameters are seen)"
     words = "They stay where they began: at nominal values, what is an instrument's where the nominal robot has it."
     stay = quiet(words, indent=2) if lines else ()
     shown = heading if seen.combinations or seen.dropped else ""
-    return Section.of(
-        shown,
-        *(Text.of(line, indent=2) for line in lines),
-        *stay,
-        Detail(lambda: _observability(seen)),
-        title="What these measurements cannot tell",
-        key="identifiability",
-    )
+    detail = Detail(lambda: _observability(seen))
+    told = (Text.of(line, indent=2) for line in lines)
+    return Section.of(shown, *told, *stay, detail, title=title, key="identifiability")
 
 
 def _observability(seen: Any) -> Iterator[Block]:
@@ -204,7 +168,7 @@ def _observability(seen: Any) -> Iterator[Block]:
         if len(c.terms) > 1
     ]
     if parts:
-        yield Folded("The same as sums of parameters", (table("what cannot be parted", "as a sum", rows=parts),))
+        yield blocks.Folded("The same as sums of parameters", (table("what cannot be parted", "as a sum", rows=parts),))
         yield Text.of(
             "Such a ", ("combination", "term"),
             " says what hides a parameter: only the sum of these effects can be seen, not each of them. Measuring something else "
@@ -215,19 +179,18 @@ def _observability(seen: Any) -> Iterator[Block]:
             f"Condition number of the fit: {figure(seen.condition, 3)}. ",
             ("The ratio of the best to the worst seen combination; 1 would be ideal.", "quiet"),
         )
-    values = [(k, getattr(seen.observability, k), meaning) for k, meaning in INDICES.items()]
-    known = [(k, figure(v, 3), meaning) for k, v, meaning in values if v is not None]
+    values = {k: getattr(seen.observability, k) for k in INDICES}
+    known = [(k, figure(v, 3), INDICES[k]) for k, v in values.items() if v is not None]
     if known:
         caption = "Larger is better; useful to compare sets of poses for one robot, not robots with one another."
         shown = table("index", "value", "meaning", right=(1,), rows=known, caption=caption)
-        yield Folded("Observability indices", (shown,))
+        yield blocks.Folded("Observability indices", (shown,))
 
 
 def _half(interval: Sequence[float | None] | None) -> str:
     """Half the width of a 95 % interval."""
-    if interval is None or interval[0] is None or interval[1] is None:
-        return "-"
-    return figure((interval[1] - interval[0]) / 2, 2)
+    low, high = interval or (None, None)
+    return "-" if low is None or high is None else figure((high - low) / 2, 2)
 
 
 def _digits(sigma: float | None) -> int | None:

@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from robocal.report import svg
 from robocal.report.numbers import significant, unit_text, with_unit
 from robocal.report.proof import times_smaller
 from robocal.report.series import ASIDE, Series, pairs
-from robocal.report.svg import AxisScale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
+from robocal.report.svg import AxisScale, drawing, label, left_axis, line, num, path, points, polyline
 
 __all__ = ["before_after", "convergence", "drawn_of", "histogram", "per_pose"]
 
@@ -31,14 +32,8 @@ text{font:12.5px system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-se
 
 
 def _describe(series: Sequence[Series], unit: str) -> str:
-    return (
-        "; ".join(
-            f"{s.name}: {len(s.values)} values"
-            + ("" if s.key == ASIDE else f", mean {with_unit(significant(s.mean), unit)}")
-            for s in series
-        )
-        + "."
-    )
+    means = ("" if s.key == ASIDE else f", mean {with_unit(significant(s.mean), unit)}" for s in series)
+    return "; ".join(f"{s.name}: {len(s.values)} values{mean}" for s, mean in zip(series, means, strict=True)) + "."
 
 
 def histogram(series: Sequence[Series], quantity: str = "", unit: str = "mm") -> str:
@@ -50,7 +45,7 @@ def histogram(series: Sequence[Series], quantity: str = "", unit: str = "mm") ->
     width, left, right, row, bins = 460.0, 8.0, 452.0, 78.0, 44
     height = 14 + row * len(series) + 44
     x = AxisScale(*around, left, right, log=True)
-    parts = [bottom_axis(x, height - 44, 10, f"error, {unit_text(unit)}, logarithmic")]
+    parts = [svg.bottom_axis(x, height - 44, 10, f"error, {unit_text(unit)}, logarithmic")]
     for k, s in enumerate(series):
         foot = 14 + row * (k + 1)
         place = ((x.many(s.values) - left) / (right - left) * bins).astype(np.int64)
@@ -61,18 +56,12 @@ def histogram(series: Sequence[Series], quantity: str = "", unit: str = "mm") ->
             for i, c in enumerate(counts)
             if c
         ]
-        at = x(s.mean) if s.mean > 0 else left
-        mean = f"mean {with_unit(significant(s.mean), unit)}"
-        parts += [
-            path("".join(bars), f"bar {s.key}"),
-            line(left, foot, right, foot, "axis"),
-            label(left, foot - row + 28, f"{s.name} ({len(s.values)})", "name"),
-        ]
+        parts += [path("".join(bars), f"bar {s.key}"), line(left, foot, right, foot, "axis")]
+        parts.append(label(left, foot - row + 28, f"{s.name} ({len(s.values)})", "name"))
         if s.key != ASIDE:
-            parts += [
-                line(at, foot - row + 38, at, foot, f"mean {s.key}"),
-                label(right, foot - row + 28, mean, "strong", "end"),
-            ]
+            at, mean = x(s.mean) if s.mean > 0 else left, f"mean {with_unit(significant(s.mean), unit)}"
+            parts.append(line(at, foot - row + 38, at, foot, f"mean {s.key}"))
+            parts.append(label(right, foot - row + 28, mean, "strong", "end"))
     said = "Histograms on one logarithmic axis. " + _describe(series, unit)
     key = f"hist-{quantity.strip('_') or 'distance'}"
     return drawing(width, height, parts, title="Histogram of errors", text=said, key=key)
@@ -82,18 +71,9 @@ def per_pose(series: Sequence[Series], quantity: str = "", unit: str = "mm") -> 
     """Every error over its configuration's place in the file; of very many some, as `drawn_of` says."""
     if _around(series) is None:
         return ""
-    parts, said = _scatter(
-        series, unit, (940.0, 330.0), (52.0, 922.0, 284.0, 34.0), "configuration, in the order of the file"
-    )
-    return drawing(
-        940,
-        330,
-        parts,
-        title="Error of every configuration",
-        text=said,
-        key=f"pose-{quantity.strip('_') or 'distance'}",
-        cls="wide",
-    )
+    parts, said = _scatter(series, unit, (52.0, 922.0, 284.0, 34.0), "configuration, in the order of the file")
+    title, key = "Error of every configuration", f"pose-{quantity.strip('_') or 'distance'}"
+    return drawing(940, 330, parts, title=title, text=said, key=key, cls="wide")
 
 
 def drawn_of(series: Sequence[Series]) -> tuple[list[Series], str]:
@@ -115,16 +95,11 @@ def _around(series: Sequence[Series]) -> tuple[float, float] | None:
     """The range of all series on a logarithmic axis, as `span`."""
     values = np.concatenate([s.values for s in series]) if series else np.zeros(0)
     positive = values[values > 0]
-    return span([float(positive.min()), float(positive.max())]) if len(positive) else None
+    return svg.span([float(positive.min()), float(positive.max())]) if len(positive) else None
 
 
 def _scatter(
-    series: Sequence[Series],
-    unit: str,
-    size: tuple[float, float],
-    box: tuple[float, float, float, float],
-    what: str,
-    named: bool = False,
+    series: Sequence[Series], unit: str, box: tuple[float, float, float, float], what: str, named: bool = False
 ) -> tuple[list[str], str]:
     """Points over ordinals between (left, right, bottom, top) with mean lines; `named` writes the means and joins two
     series."""
@@ -133,24 +108,15 @@ def _scatter(
     last = max(int(s.at.max()) for s in series)
     x = AxisScale(0.5, last + 0.5, left, right)
     y = AxisScale(low, high, bottom, top, log=True)
-    whole = [t for t in AxisScale(1, max(last, 2), left, right).ticks if 1 <= t <= last and t == int(t)]
-    parts = [
-        left_axis(y, left, right, f"error, {unit_text(unit)}, logarithmic"),
-        line(left, bottom, right, bottom, "axis"),
-    ]
-    parts += [label(x(t), bottom + 16, str(int(t)), "tick", "middle") for t in whole]
-    parts.append(label((left + right) / 2, min(bottom + 36, size[1] - 8), what, "axis-title", "middle"))
-    if named and len(series) == 2:
-        joined = zip(series[0].at.tolist(), *(s.values.tolist() for s in series), strict=True)
-        parts.append(
-            path(
-                "".join(
-                    f"M{num(x(i))} {num(y(b) if b > 0 else bottom)}V{num(y(a) if a > 0 else bottom)}"
-                    for i, b, a in joined
-                ),
-                "join",
-            )
-        )
+    ticks = [t for t in svg.nice_ticks(1, max(last, 2)) if 1 <= t <= last]
+    parts = [left_axis(y, left, right, f"error, {unit_text(unit)}, logarithmic")]
+    parts.append(svg.count_axis(x, ticks, bottom, (left, right), what))
+    shown, share = (list(series), "") if named else drawn_of(series)
+    places = [(x.many(s.at), np.where(s.values > 0, y.many(s.values), bottom)) for s in shown]
+    if named:
+        (across, before), (_, after) = places
+        joined = zip(across.tolist(), before.tolist(), after.tolist(), strict=True)
+        parts.append(path("".join(f"M{num(i)} {num(b)}V{num(a)}" for i, b, a in joined), "join"))
     # Lines lie below the points: the halo that keeps a line apart from the axis would hide them.
     for s in series:
         if s.key == ASIDE:
@@ -158,18 +124,11 @@ def _scatter(
         at = y(s.mean) if s.mean > 0 else bottom
         parts += [line(left, at, right, at, "halo"), line(left, at, right, at, f"mean {s.key}")]
         if named:
-            parts += [
-                label(right + 12, at - 3, with_unit(significant(s.mean), unit), "big"),
-                label(right + 12, at + 14, s.name, "strong" if s.key == "held" else ""),
-            ]
-    shown, share = (list(series), "") if named else drawn_of(series)
-    for s in shown:
-        up = np.where(s.values > 0, y.many(s.values), bottom)
-        parts.append(points(x.many(s.at).tolist(), up.tolist(), s.key))
-    said = "Errors on a logarithmic axis over configurations, with dashed lines at their means. " + _describe(
-        series, unit
-    )
-    return parts, f"{said} {share}".strip()
+            parts.append(label(right + 12, at - 3, with_unit(significant(s.mean), unit), "big"))
+            parts.append(label(right + 12, at + 14, s.name, "strong" if s.key == "held" else ""))
+    parts += [points(np.stack(xy, axis=1).tolist(), s.key) for s, xy in zip(shown, places, strict=True)]
+    said = "Errors on a logarithmic axis over configurations, with dashed lines at their means."
+    return parts, f"{said} {_describe(series, unit)} {share}".strip()
 
 
 def convergence(costs: Sequence[float]) -> str:
@@ -177,23 +136,17 @@ def convergence(costs: Sequence[float]) -> str:
     if len(costs) < 2 or min(costs) <= 0:
         return ""
     top = max(costs)
-    around = span(max(c, top * 1e-16) for c in costs)
+    around = svg.span(max(c, top * 1e-16) for c in costs)
     if around is None:
         return ""
-    low, high = around
     width, height, left, right, bottom, head = 460.0, 250.0, 62.0, 446.0, 206.0, 34.0
     x = AxisScale(0, len(costs) - 1, left + 10, right - 8)
-    y = AxisScale(low, high, bottom, head, log=True)
+    y = AxisScale(*around, bottom, head, log=True)
     at = [(x(i), y(c)) for i, c in enumerate(costs)]
-    ticks = [t for t in x.ticks if t == int(t)]
-    parts = [left_axis(y, left, right, "cost, logarithmic"), line(left, bottom, right, bottom, "axis")]
-    parts += [label(x(t), bottom + 16, str(int(t)), "tick", "middle") for t in ticks]
-    parts += [
-        label((left + right) / 2, bottom + 36, "iteration", "axis-title", "middle"),
-        path("M" + "L".join(f"{num(a)} {num(b)}" for a, b in at), "curve"),
-    ]
+    parts = [left_axis(y, left, right, "cost, logarithmic")]
+    parts += [svg.count_axis(x, x.ticks, bottom, (left, right), "iteration"), path(polyline(at), "curve")]
     if len(costs) <= 60:
-        parts.append(points([a for a, _ in at], [b for _, b in at], "after"))
+        parts.append(points(at, "after"))
     said = f"The cost falls from {significant(costs[0])} to {significant(costs[-1])} in {len(costs) - 1} iterations."
     return drawing(width, height, parts, title="Cost after each iteration", text=said, key="convergence")
 
@@ -204,7 +157,7 @@ def before_after(residuals: Mapping[str, Sequence[object]]) -> str:
     Shows what was held out, or the fit where nothing was. Raises ValueError when the columns hold no errors.
     """
     name, found = pairs(residuals)
-    if span(v for pair in found for v in pair) is None:
+    if svg.span(v for pair in found for v in pair) is None:
         raise ValueError("the residuals hold no errors to draw")
     at, values = np.arange(1, len(found) + 1), np.array(found)
     shown = [Series("before", "before", at, values[:, 0]), Series("held", name, at, values[:, 1])]
@@ -212,13 +165,6 @@ def before_after(residuals: Mapping[str, Sequence[object]]) -> str:
     title = f"Position error: {factor}" if factor else "Position error"
     title += " on measurements that the identification never saw" if name == "held out" else ""
     box = (52.0, 690.0, 318.0, 76.0)
-    parts, said = _scatter(shown, "mm", (860, 372), box, f"measurements ({name})", True)
-    return drawing(
-        860,
-        372,
-        ['<rect class="back" width="860" height="372" rx="10"/>', label(16, 32, title, "big"), *parts],
-        title=title,
-        text=said,
-        key="robocal",
-        style=STYLE.replace("\n", ""),
-    )
+    drawn, said = _scatter(shown, "mm", box, f"measurements ({name})", True)
+    parts = ['<rect class="back" width="860" height="372" rx="10"/>', label(16, 32, title, "big"), *drawn]
+    return drawing(860, 372, parts, title=title, text=said, key="robocal", style=STYLE.replace("\n", ""))

@@ -5,23 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import assert_never
 
-from robocal.report.sections import (
-    Block,
-    Cell,
-    Detail,
-    Facts,
-    Figure,
-    Folded,
-    Noted,
-    Pair,
-    Remarks,
-    Section,
-    Table,
-    Text,
-    Tiles,
-    VerdictBlock,
-    Written,
-)
+from robocal.report import sections as blocks
+from robocal.report.sections import Block, Section, Table, word_and_style
 
 __all__ = ["text"]
 
@@ -43,43 +28,31 @@ def _section(section: Section) -> Iterator[str]:
 
 def _lines(block: Block) -> Iterator[str]:
     match block:
-        case Text():
-            yield " " * block.indent + "".join(map(_word, block.parts))
-        case Table():
+        case blocks.Text() | blocks.Remarks() | blocks.VerdictBlock() | blocks.Facts():
+            yield from (
+                " " * line.indent + "".join(word_and_style(part)[0] for part in line.parts) for line in block.lines
+            )
+        case blocks.Table():
             yield from _table(block)
-        case Remarks():
-            for said in block.messages:
-                yield f"  {said.sentence}"
-                if said.advice:
-                    yield f"    {said.advice}"
-        case VerdictBlock():
-            yield block.line
-            yield from (f"  {line}" for line in block.below)
-        case Facts():
-            yield from (f"{name}: {value}" for name, value in block.pairs)
-        case Pair():
+        case blocks.Pair():
             for one in block.blocks:
                 yield from _lines(one)
-        case Written():
+        case blocks.Written():
             if block.paths:
                 yield f"Written to {block.paths[0].parent}: {', '.join(p.name for p in block.paths)}"
-        case Figure():
+        case blocks.Figure():
             if block.caption:
                 yield f"[{block.caption}]"
-        case Tiles() | Folded() | Detail():
+        case blocks.Tiles() | blocks.Folded() | blocks.Detail():
             pass  # for pages
         case _:
             assert_never(block)
 
 
-def _word(cell: Cell) -> str:
-    return cell if isinstance(cell, str) else cell.word if isinstance(cell, Noted) else cell[0]
-
-
 def _table(block: Table) -> Iterator[str]:
     if block.title:
         yield block.title
-    rows = [tuple(map(_word, row)) for row in (block.columns, *block.rows)]
+    rows = [[word_and_style(cell)[0] for cell in row] for row in (block.columns, *block.rows)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(block.columns))]
     for row in rows:
         cells = (

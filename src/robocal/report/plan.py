@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
+
 from robocal.quantities import Listing
 from robocal.report.numbers import finite, significant
 from robocal.report.sections import Block, Figure, Pair, Text
-from robocal.report.svg import AxisScale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
+from robocal.report.svg import AxisScale, axes, drawing, label, line, num, path, points, polyline, span
 
 __all__ = ["accuracy_forecast", "accuracy_picture", "place_pictures", "places"]
 
@@ -52,14 +54,11 @@ def accuracy_picture(forecast: Listing, n: int, asked: float | None) -> str:
     at = [float(r["poses"]) for r in shown]
     left, right, bottom, top = 56.0, 922.0, 300.0, 34.0
     x, y = AxisScale(0.0, at[-1] * 1.04, left, right), AxisScale(*around, bottom, top, log=True)
-    parts = [
-        bottom_axis(x, bottom, top, "poses measured"),
-        left_axis(y, left, right, "foretold error, mm, logarithmic"),
-    ]
+    parts = [axes(x, y, "poses measured", "foretold error, mm, logarithmic")]
     # All curves fall, so names stand in the upper right corner, beside a piece of their curve.
     for i, (key, cls, words) in enumerate(CURVES):
         known = [(x(a), y(v)) for a, v in zip(at, curves[key], strict=True) if v is not None]
-        parts.append(path("".join(f"{'L' if i else 'M'}{num(u)} {num(v)}" for i, (u, v) in enumerate(known)), cls))
+        parts.append(path(polyline(known), cls))
         if known:
             parts += [line(right - 130, top + 12 + 17 * i, right - 104, top + 12 + 17 * i, cls)]
             parts.append(label(right - 96, top + 16 + 17 * i, words, "name"))
@@ -67,42 +66,34 @@ def accuracy_picture(forecast: Listing, n: int, asked: float | None) -> str:
     here = curves["mean"][at.index(n)] if there else None
     if here is not None:
         above = min(y(v) for v in there if v is not None) - 10
-        parts += [line(x(n), bottom, x(n), above + 4, "axis"), points([x(n)], [y(here)], "held")]
+        parts += [line(x(n), bottom, x(n), above + 4, "axis"), points([(x(n), y(here))], "held")]
         parts.append(label(x(n) + 4, above, f"{n:.0f} poses: {significant(here)} mm", "strong"))
     if asked is not None and around[0] <= asked <= around[1]:
-        parts += [
-            line(left, y(asked), right, y(asked), "mean held"),
-            label(right, y(asked) - 6, "asked for", "name", "end"),
-        ]
+        parts.append(line(left, y(asked), right, y(asked), "mean held"))
+        parts.append(label(right, y(asked) - 6, "asked for", "name", "end"))
     first, last = (f"{significant(curves['mean'][i])} mm after {at[i]:.0f} poses" for i in (0, -1))
     said = f"Foretold mean error falls from {first} to {last}."
-    return drawing(
-        940, 345, parts, title="Foretold error against the number of poses", text=said, key="forecast", cls="wide"
-    )
+    title = "Foretold error against the number of poses"
+    return drawing(940, 345, parts, title=title, text=said, key="forecast", cls="wide")
 
 
 def place_pictures(places: Mapping[str, Points]) -> list[tuple[str, str]]:
     """The measured points from above and from the side, each with its caption."""
-    every = [p for group in places.values() for p in group]
-    if not every:
+    every = np.array([p for group in places.values() for p in group])
+    if not len(every):
         return []
+    candidates, chosen = places.get("candidates", ()), places.get("chosen", ())
     out = []
     for key, (i, j), words in (("above", (0, 1), "From above"), ("side", (0, 2), "From the side")):
-        low = [min(p[a] for p in every) for a in (i, j)]
-        high = [max(p[a] for p in every) for a in (i, j)]
-        half = max(h - w for h, w in zip(high, low, strict=True)) / 2 * 1.05 or 1.0
-        middle = [(h + w) / 2 for h, w in zip(high, low, strict=True)]
-        x = AxisScale((middle[0] - half) * 1e3, (middle[0] + half) * 1e3, 52, 452)
-        y = AxisScale((middle[1] - half) * 1e3, (middle[1] + half) * 1e3, 434, 34)
-        parts = [bottom_axis(x, 434, 34, f"{'xyz'[i]}, mm"), left_axis(y, 52, 452, f"{'xyz'[j]}, mm")]
-        dots = "".join(
-            f"M{num(x(p[i] * 1e3) - 1)} {num(y(p[j] * 1e3) - 1)}h2v2h-2z" for p in places.get("candidates", ())
-        )
-        parts.append(path(dots, "seen"))
-        chosen = places.get("chosen", ())
-        parts.append(points([x(p[i] * 1e3) for p in chosen], [y(p[j] * 1e3) for p in chosen], "after"))
-        parts.append(points([x(0.0)], [y(0.0)], "before") if x.low <= 0 <= x.high and y.low <= 0 <= y.high else "")
-        grey = f", and {k} of the candidates as grey dots" if (k := len(places.get("candidates", ()))) else ""
+        low, high = every[:, [i, j]].min(axis=0), every[:, [i, j]].max(axis=0)
+        half, middle = float((high - low).max()) / 2 * 1.05 or 1.0, (high + low) / 2
+        (left, below), (right, above) = ((1e3 * (middle + s * half)).tolist() for s in (-1, 1))
+        x, y = AxisScale(left, right, 52, 452), AxisScale(below, above, 434, 34)
+        dots = "".join(f"M{num(x(p[i] * 1e3) - 1)} {num(y(p[j] * 1e3) - 1)}h2v2h-2z" for p in candidates)
+        parts = [axes(x, y, f"{'xyz'[i]}, mm", f"{'xyz'[j]}, mm"), path(dots, "seen")]
+        parts.append(points([(x(p[i] * 1e3), y(p[j] * 1e3)) for p in chosen], "after"))
+        parts.append(points([(x(0.0), y(0.0))], "before") if left <= 0 <= right and below <= 0 <= above else "")
+        grey = f", and {len(candidates)} of the candidates as grey dots" if candidates else ""
         said = f"{words}: {len(chosen)} chosen poses{grey}; the circle is the base."
-        out.append((drawing(460, 480, parts, title=f"{words}", text=said, key=key), said))
+        out.append((drawing(460, 480, parts, title=words, text=said, key=key), said))
     return out

@@ -79,18 +79,11 @@ def proof(residuals: Any) -> str:
         return f"{head}is {show(held)}{rest}."
     folded, folded_before = mean("k_fold"), mean("k_fold_before")
     if folded is not None:
-        rounds = len(residuals.folds)
-        text = (
-            f"Everything was held out once, in {rounds} folds, and predicted by a model that was fitted to the others: "
-        )
+        text = f"Everything was held out once, in {len(residuals.folds)} folds, "
+        text += "and predicted by a model that was fitted to the others: "
         factor = times_smaller(folded_before, folded)
         went = f"the mean error went from {show(folded_before)} to" if factor else "the mean error is"
         return f"{text}{went} {show(folded)}{f', {factor}' if factor else ''}."
-    return _alone(residuals, mean, show)
-
-
-def _alone(residuals: Any, mean: Any, show: Any) -> str:
-    """Where nothing was held out as a whole."""
     single, before, after = mean("leave_one_out"), mean("before"), mean("after")
     if single is not None:
         text = "No set was held out as a whole; each configuration was predicted from all the others instead. "

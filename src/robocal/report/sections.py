@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -16,33 +16,10 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.remark import Message
 
 __all__ = [
-    "SPREAD",
-    "Block",
-    "Cell",
-    "Detail",
-    "Facts",
-    "Figure",
-    "Folded",
-    "Mark",
-    "Noted",
-    "Pair",
-    "Remarks",
-    "Section",
-    "Style",
-    "Table",
-    "Text",
-    "Tile",
-    "Tiles",
-    "VerdictBlock",
-    "Written",
-    "ends",
-    "figure",
-    "listing_table",
-    "quiet",
-    "spread",
-    "strong",
-    "table",
-]
+    "SPREAD", "Block", "Cell", "Detail", "Facts", "Figure", "Folded", "Mark", "Noted", "Pair", "Remarks", "Section",
+    "Style", "Table", "Text", "Tile", "Tiles", "VerdictBlock", "Written", "ends", "figure", "listing_table",
+    "quiet", "spread", "strong", "table", "word_and_style",
+]  # fmt: skip
 
 Style = Literal["", "good", "doubtful", "bad", "strong", "quiet", "strange", "title", "term", "code"]
 Mark = Literal["", "before", "after", "held", "aside"]
@@ -75,6 +52,11 @@ class Text:
         """A paragraph from its parts."""
         return cls(parts, indent)
 
+    @property
+    def lines(self) -> tuple[Text, ...]:
+        """What a terminal shows of a block without columns."""
+        return (self,)
+
 
 @dataclass(frozen=True)
 class Table:
@@ -95,25 +77,21 @@ class Table:
     @property
     def short(self) -> Table:
         """The same where there is little room."""
-        return self._without(self.detail, self.brief)
+        return replace(self, rows=self.rows[: self.brief], styles=self.styles[: self.brief]).without(self.detail)
 
     @property
     def full(self) -> Table:
         """The same where there is room."""
-        return self._without(self.terse, None)
+        return self.without(self.terse)
 
-    def _without(self, columns: Sequence[int], most: int | None) -> Table:
-        if not columns and most is None:
-            return self
-        kept = [i for i in range(len(self.columns)) if i not in columns]
-        return Table(
-            tuple(self.columns[i] for i in kept),
-            tuple(tuple(row[i] for i in kept) for row in self.rows[:most]),
-            tuple(k for k, i in enumerate(kept) if i in self.right),
-            self.title,
-            self.styles[:most],
-            self.caption,
+    def without(self, columns: Iterable[int]) -> Table:
+        """The same without these columns."""
+        kept = [i for i in range(len(self.columns)) if i not in tuple(columns)]
+        right, detail, terse = (
+            tuple(k for k, i in enumerate(kept) if i in those) for those in (self.right, self.detail, self.terse)
         )
+        heads, rows = tuple(self.columns[i] for i in kept), tuple(tuple(row[i] for i in kept) for row in self.rows)
+        return replace(self, columns=heads, rows=rows, right=right, detail=detail, terse=terse)
 
 
 @dataclass(frozen=True)
@@ -132,6 +110,15 @@ class Remarks:
 
     messages: tuple[Message, ...]
 
+    @property
+    def lines(self) -> tuple[Text, ...]:
+        """Each sentence, and below it the advice."""
+        return tuple(
+            line
+            for said in self.messages
+            for line in (Text.of(said.sentence, indent=2), *(quiet(said.advice, indent=4) if said.advice else ()))
+        )
+
 
 @dataclass(frozen=True)
 class VerdictBlock:
@@ -145,14 +132,10 @@ class VerdictBlock:
     proof: str = ""
 
     @property
-    def line(self) -> str:
-        """Word and reasons in one line."""
-        return self.word.upper() + (f"  {'; '.join(self.reasons)}" if self.reasons else "")
-
-    @property
-    def below(self) -> tuple[str, ...]:
-        """What stands below that line where there is little room."""
-        return tuple(t for t in (self.proof, *self.advice) if t)
+    def lines(self) -> tuple[Text, ...]:
+        """Word and reasons in one line, and below it what was proven and what to do."""
+        head = Text.of((self.word.upper(), self.style), f"  {'; '.join(self.reasons)}" if self.reasons else "")
+        return head, *quiet(*(t for t in (self.proof, *self.advice) if t), indent=2)
 
 
 @dataclass(frozen=True)
@@ -178,6 +161,11 @@ class Facts:
     """Names with their values."""
 
     pairs: tuple[tuple[str, str], ...]
+
+    @property
+    def lines(self) -> tuple[Text, ...]:
+        """One for each name."""
+        return tuple(Text.of(f"{name}: {value}") for name, value in self.pairs)
 
 
 @dataclass(frozen=True)
@@ -241,6 +229,11 @@ def ends(remarks: Sequence[Message] = (), written: Sequence[Path] = (), key: str
         yield Section.of("Worth knowing", Remarks(tuple(remarks)), key=key)
     if written:
         yield Section.of("", Written(tuple(written)))
+
+
+def word_and_style(cell: Cell) -> tuple[str, Style]:
+    """A cell without its remark."""
+    return (cell, "") if isinstance(cell, str) else (cell.word, cell.style) if isinstance(cell, Noted) else cell
 
 
 def quiet(*lines: str, indent: int = 0) -> tuple[Text, ...]:

@@ -13,7 +13,7 @@ from robocal._types import Array, Bools
 from robocal.report.numbers import finite
 from robocal.report.sections import Mark
 
-__all__ = ["ASIDE", "Series", "column", "is_aside", "is_held_out", "numbers", "ordinals", "pairs", "three"]
+__all__ = ["ASIDE", "Series", "column", "is_aside", "is_held_out", "is_word", "numbers", "ordinals", "pairs", "three"]
 
 Columns = Mapping[str, Sequence[object]]
 ASIDE: Mark = "aside"  # the key of the series that has no mean: gross rows
@@ -45,28 +45,24 @@ def column(residuals: Columns, name: str) -> list[object]:
 def numbers(residuals: Columns, name: str) -> Array:
     """A column as numbers (rows,), NaN wherever there is no usable one (`numbers.finite`)."""
     cells = column(residuals, name)
-    found = np.array([v if type(v) is float else _number(v) for v in cells], dtype=float)
+    found = np.array([v if type(v) is float else finite(v) for v in cells], dtype=float)  # None becomes NaN
     found[~np.isfinite(found)] = np.nan
     return found
 
 
-def _number(cell: object) -> float:
-    number = finite(cell)
-    return np.nan if number is None else number
-
-
-def _is(residuals: Columns, name: str, word: str) -> Bools:
+def is_word(residuals: Columns, name: str, word: str) -> Bools:
+    """For each row, whether a column has this word, (rows,)."""
     return np.array([cell == word for cell in column(residuals, name)], dtype=bool)
 
 
 def is_held_out(residuals: Columns) -> Bools:
     """For each row, whether the identification never saw it, (rows,)."""
-    return _is(residuals, "set", "held_out")
+    return is_word(residuals, "set", "held_out")
 
 
 def is_aside(residuals: Columns) -> Bools:
     """For each row, whether it was set aside as gross: it is in no mean; (rows,)."""
-    return _is(residuals, "set_aside", "yes")
+    return is_word(residuals, "set_aside", "yes")
 
 
 def ordinals(residuals: Columns) -> NDArray[np.int64]:

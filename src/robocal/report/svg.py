@@ -6,32 +6,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from html import escape
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.report.numbers import plain, scientific
 
 __all__ = [
-    "MARKS",
-    "AxisScale",
-    "bottom_axis",
-    "drawing",
-    "label",
-    "left_axis",
-    "line",
-    "log_ticks",
-    "nice_ticks",
-    "num",
-    "path",
-    "points",
-    "span",
+    "MARKS", "AxisScale", "Places", "axes", "bottom_axis", "circles", "count_axis", "crosses", "drawing", "label",
+    "left_axis", "line", "log_ticks", "nice_ticks", "num", "path", "points", "polyline", "rect", "segments", "span",
     "tick_text",
-]
+]  # fmt: skip
 
-Mark = Callable[[float, float], str]
+Places = Iterable[Sequence[float]]  # (x, y), px
 
 
 def num(value: float) -> str:
@@ -50,13 +40,14 @@ def drawing(
     key: str,
     cls: str = "",
     style: str = "",
+    more: str = "",
 ) -> str:
     """A whole picture with its alternative text; `key` makes the identifiers of title and description unique in a
-    page."""
+    page, `more` are further attributes."""
     own = f"<style>{style}</style>" if style else ""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {num(width)} {num(height)}" width="{num(width)}" height="{num(height)}" '
-        f'class="{escape(f"picture {cls}".strip())}" role="img" aria-labelledby="{key}-t {key}-d">'
+        f'class="{escape(f"picture {cls}".strip())}" role="img" aria-labelledby="{key}-t {key}-d"{more}>'
         f'<title id="{key}-t">{escape(title)}</title>'
         f'<desc id="{key}-d">{escape(text)}</desc>{own}{"".join(parts)}</svg>'
     )
@@ -80,30 +71,50 @@ def path(d: str, cls: str) -> str:
     return f'<path class="{cls}" d="{d}"/>' if d else ""
 
 
-def _circle(x: float, y: float) -> str:
-    return f"M{num(x - 2.4)} {num(y)}a2.4 2.4 0 1 0 4.8 0a2.4 2.4 0 1 0-4.8 0z"
+def rect(x: float, y: float, width: float, height: float, cls: str) -> str:
+    """A rectangle from its upper left corner."""
+    return f'<rect class="{cls}" x="{num(x)}" y="{num(y)}" width="{num(width)}" height="{num(height)}"/>'
 
 
-def _dot(x: float, y: float) -> str:
-    return f"M{num(x - 1.9)} {num(y)}a1.9 1.9 0 1 0 3.8 0a1.9 1.9 0 1 0-3.8 0z"
+def polyline(places: Places, closed: bool = False) -> str:
+    """Places joined by straight lines, as the text of a path."""
+    text = "L".join(f"{num(x)} {num(y)}" for x, y in places)
+    return f"M{text}{'z' if closed else ''}" if text else ""
 
 
-def _diamond(x: float, y: float) -> str:
-    return f"M{num(x)} {num(y - 4.1)}l4.1 4.1l-4.1 4.1l-4.1-4.1z"
+def segments(ends: Iterable[Iterable[float]]) -> str:
+    """Straight lines apart from one another, each from (x, y) to (x, y), as the text of a path."""
+    return "".join("M{} {}L{} {}".format(*map(num, each)) for each in ends)
 
 
-def _cross(x: float, y: float) -> str:
-    return f"M{num(x - 3.2)} {num(y - 3.2)}l6.4 6.4m0-6.4l-6.4 6.4"
+def circles(places: Places, radius: float) -> str:
+    """Circles as the text of a path."""
+    arcs = f"a{radius:g} {radius:g} 0 1 0 {2 * radius:g} 0a{radius:g} {radius:g} 0 1 0-{2 * radius:g} 0z"
+    return "".join(f"M{num(x - radius)} {num(y)}{arcs}" for x, y in places)
+
+
+def crosses(places: Places, size: float) -> str:
+    """Crosses as the text of a path, `size` from the middle to each side."""
+    strokes = f"l{2 * size:g} {2 * size:g}m0-{2 * size:g}l-{2 * size:g} {2 * size:g}"
+    return "".join(f"M{num(x - size)} {num(y - size)}{strokes}" for x, y in places)
+
+
+def _diamonds(places: Places) -> str:
+    return "".join(f"M{num(x)} {num(y - 4.1)}l4.1 4.1l-4.1 4.1l-4.1-4.1z" for x, y in places)
 
 
 # Each series has a shape of its own, so that no one needs the colour.
-MARKS: dict[str, Mark] = {"before": _circle, "after": _dot, "held": _diamond, "aside": _cross}
+MARKS: dict[str, Callable[[Places], str]] = {
+    "before": partial(circles, radius=2.4),
+    "after": partial(circles, radius=1.9),
+    "held": _diamonds,
+    "aside": partial(crosses, size=3.2),
+}
 
 
-def points(xs: Sequence[float], ys: Sequence[float], series: str) -> str:
+def points(places: Places, series: str) -> str:
     """All marks of one series as one path."""
-    mark = MARKS[series]
-    return path("".join(mark(x, y) for x, y in zip(xs, ys, strict=True)), f"mark {series}")
+    return path(MARKS[series](places), f"mark {series}")
 
 
 @dataclass(frozen=True)
@@ -117,18 +128,14 @@ class AxisScale:
     log: bool = False
 
     def __call__(self, value: float) -> float:
-        low, high = self.low, self.high
-        if self.log:
-            low, high, value = math.log10(low), math.log10(high), math.log10(min(max(value, low), high))
-        share = (value - low) / (high - low) if high > low else 0.5
-        return self.start + share * (self.end - self.start)
+        return float(self.many(value))
 
-    def many(self, values: NDArray[Any]) -> NDArray[np.float64]:
+    def many(self, values: ArrayLike) -> Array:
         """The same of values (n,)."""
-        low, high = self.low, self.high
+        low, high, at = self.low, self.high, np.asarray(values, float)
         if self.log:
-            low, high, values = math.log10(low), math.log10(high), np.log10(np.clip(values, low, high))
-        share = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
+            low, high, at = math.log10(low), math.log10(high), np.log10(np.clip(at, low, high))
+        share = (at - low) / (high - low) if high > low else np.full(at.shape, 0.5)
         return np.asarray(self.start + share * (self.end - self.start))
 
     @property
@@ -198,3 +205,15 @@ def left_axis(scale: AxisScale, x: float, right: float, title: str = "") -> str:
     if title:
         parts.append(label(max(4, x - 36), scale.end - 14, title, "axis-title"))
     return "".join(parts)
+
+
+def axes(x: AxisScale, y: AxisScale, across: str, up: str = "") -> str:
+    """Both axes of a plot with their titles."""
+    return bottom_axis(x, y.start, y.end, across) + left_axis(y, x.start, x.end, up)
+
+
+def count_axis(x: AxisScale, ticks: Iterable[float], y: float, ends: tuple[float, float], title: str) -> str:
+    """An axis of whole numbers from one end to the other, without grid lines."""
+    left, right = ends
+    marks = "".join(label(x(t), y + 16, str(int(t)), "tick", "middle") for t in ticks if t == int(t))
+    return line(left, y, right, y, "axis") + marks + label((left + right) / 2, y + 36, title, "axis-title", "middle")

@@ -8,32 +8,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robocal._types import Array
+from robocal._types import Array, Bools
+from robocal.report import svg
 from robocal.report.contour import contour
-from robocal.report.svg import (
-    MARKS,
-    AxisScale,
-    bottom_axis,
-    drawing,
-    label,
-    left_axis,
-    line,
-    nice_ticks,
-    num,
-    path,
-    points,
-    span,
-    tick_text,
-)
+from robocal.report.svg import AxisScale, axes, drawing, label, left_axis, line, num, path, points
 
-__all__ = ["Axis", "Curve", "curves", "levels"]
+__all__ = ["Axis", "Curve", "contours", "curves", "levels"]
 
 WIDTH, LEFT, RIGHT, HEAD = 560.0, 62.0, 420.0, 40.0
 UPPER, LOWER = 250.0, 90.0  # heights of the two panels
 TURN, STROKE = 24.0, 9.0  # degrees of words below an axis; half of a stroke in place of a line
 WIDE = 8.0  # from the least to the greatest: more is drawn by the logarithm
 NOTHING = 1e-9  # of the greatest value: what digits leave, and not drawn
-SHAPES = tuple(MARKS)
+SHAPES = tuple(svg.MARKS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +43,7 @@ class Axis:
     def below(self, scale: AxisScale, y: float, top: float) -> str:
         """The axis under a panel."""
         if not self.labels:
-            return bottom_axis(scale, y, top, self.title)
+            return svg.bottom_axis(scale, y, top, self.title)
         told = [label(scale(i) + 4, y + 16, word, "tick", "end", -TURN) for i, word in enumerate(self.labels)]
         title = label(scale.end + 14, y + 4, self.title, "axis-title")
         return "".join([line(scale.start, y, scale.end, y, "axis"), *told, title])
@@ -72,11 +59,15 @@ class Axis:
         fine = order[np.isfinite(values[order])]
         if y.log:
             fine = fine[values[fine] >= y.low]
-        at = list(zip(x.many(self.values[fine]).tolist(), y.many(values[fine]).tolist(), strict=True))
+        at = np.stack([x.many(self.values[fine]), y.many(values[fine])], axis=1).tolist()
         if self.labels:
             return "".join(f"M{num(a - STROKE)} {num(b)}h{num(2 * STROKE)}" for a, b in at)
-        text = "L".join(f"{num(a)} {num(b)}" for a, b in at)
-        return f"M{text}" if text else ""
+        return svg.polyline(at)
+
+    def curve(self, x: AxisScale, y: AxisScale, values: Array, shape: str, shown: Bools) -> str:
+        """Values as a line, of words none, with a mark at each that is shown."""
+        at = np.stack([x.many(self.values[shown]), y.many(values[shown])], axis=1)
+        return ("" if self.labels else path(self.line(x, y, values), f"mean {shape}")) + points(at.tolist(), shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +84,7 @@ def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> 
     difference of found and predicted ones, where there are some. Nothing ("") where no value is above zero."""
     every = np.concatenate([np.concatenate([c.values, c.theory if c.theory is not None else []]) for c in found])
     known = every[np.isfinite(every)]
-    room = span(v for v in known.tolist() if v > NOTHING * known.max())
+    room = svg.span(v for v in known.tolist() if v > NOTHING * known.max())
     if room is None:
         return ""
     low, high = room
@@ -116,34 +107,30 @@ def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> 
         if c.theory is not None:
             parts.append(path(x.line(across, y, c.theory), "curve p95"))
         seen = np.isfinite(c.values) & (c.values > (NOTHING * known.max() if log else -np.inf))
-        if not x.labels:
-            parts.append(path(x.line(across, y, c.values), f"mean {shape}"))
-        xs, ys = across.many(x.values[seen]).tolist(), y.many(c.values[seen]).tolist()
-        parts += [points(xs, ys, shape), points([RIGHT + 14], [at - 4], shape), label(RIGHT + 24, at, c.name, "name")]
+        parts.append(x.curve(across, y, c.values, shape, seen))
+        parts += [points([(RIGHT + 14, at - 4)], shape), label(RIGHT + 24, at, c.name, "name")]
     height = bottom + x.label_space
     if told:
-        off = [
-            (c, 100 * (c.values / np.where(c.theory > 0, c.theory, np.nan) - 1)) for c in found if c.theory is not None
-        ]
-        off = [(c, np.where(c.values > NOTHING * known.max(), o, np.nan)) for c, o in off]
+        off = []
+        for c in found:
+            if c.theory is not None:
+                fine = (c.theory > 0) & (c.values > NOTHING * known.max())
+                off.append(np.where(fine, 100 * (c.values / np.where(fine, c.theory, 1.0) - 1), np.nan))
         parts.append(_below(x, across, off, below))
         height = below + LOWER + x.label_space
     return drawing(WIDTH, height, parts, title=title, text=said, key=key)
 
 
-def _below(x: Axis, across: AxisScale, off: Sequence[tuple[Curve, Array]], top: float) -> str:
+def _below(x: Axis, across: AxisScale, off: Sequence[Array], top: float) -> str:
     """The panel of differences, in percent."""
-    every = np.concatenate([o[np.isfinite(o)] for _, o in off])
+    every = np.concatenate([o[np.isfinite(o)] for o in off])
     if not len(every):
         return label(LEFT, top + 12, "nothing to compare", "tick")
     y = AxisScale(min(-1.0, float(every.min()) * 1.15), max(1.0, float(every.max()) * 1.15), top + LOWER, top)
     parts = [left_axis(y, LEFT, RIGHT, "found over foretold [%]"), line(LEFT, top + LOWER, LEFT, top, "axis")]
     parts += [line(LEFT, top + LOWER, RIGHT, top + LOWER, "axis"), line(LEFT, y(0.0), RIGHT, y(0.0), "mid")]
-    for i, (_, o) in enumerate(off):
-        shape, seen = SHAPES[i % len(SHAPES)], np.isfinite(o)
-        if not x.labels:
-            parts.append(path(x.line(across, y, o), f"mean {shape}"))
-        parts.append(points(across.many(x.values[seen]).tolist(), y.many(o[seen]).tolist(), shape))
+    for i, o in enumerate(off):
+        parts.append(x.curve(across, y, o, SHAPES[i % len(SHAPES)], np.isfinite(o)))
     return "".join(parts)
 
 
@@ -165,24 +152,32 @@ def levels(x: Axis, y: Axis, found: Array, told: Array | None, unit: str, said: 
     """A picture (SVG): lines of equal `found` (len(x), len(y)) over two numbers, those of the prediction by theory dotted."""
     bottom = HEAD + UPPER + 20
     across, up = x.scale(LEFT, RIGHT - 20), y.scale(bottom, HEAD)
-    parts = [
-        bottom_axis(across, bottom, HEAD, x.title),
-        left_axis(up, LEFT, RIGHT - 20, y.title),
-        line(LEFT, bottom, LEFT, HEAD, "axis"),
-    ]
+    parts = [axes(across, up, x.title, y.title), line(LEFT, bottom, LEFT, HEAD, "axis")]
     fine = found[np.isfinite(found)]
     if not len(fine):
         return ""
-    for level in [t for t in nice_ticks(float(fine.min()), float(fine.max()), 8) if t > fine.min()]:
+    for level in [t for t in svg.nice_ticks(float(fine.min()), float(fine.max()), 8) if t > fine.min()]:
         for values, kind in ((told, "curve p95"), (found, "curve")):
             if values is None:
                 continue
-            pairs = contour(x.values, y.values, values - level, unknown=True).reshape(-1, 4)
-            d = "".join(
-                f"M{num(across(a))} {num(up(b))}L{num(across(c))} {num(up(e))}" for a, b, c, e in pairs.tolist()
-            )
-            parts.append(path(d, kind))
-            if kind == "curve" and len(pairs):
-                a, b = pairs[np.argmax(pairs[:, 1])][:2]  # at its upper end
-                parts.append(label(across(float(a)) + 4, up(float(b)) - 4, f"{tick_text(level)} {unit}", "tick"))
+            pairs = contour(x.values, y.values, values - level, unknown=True)
+            at = np.stack([across.many(pairs[..., 0]), up.many(pairs[..., 1])], axis=-1).reshape(-1, 4)
+            parts.append(path(svg.segments(at.tolist()), kind))
+            if kind == "curve" and len(at):
+                right, top = at[np.argmin(at[:, 1]), :2].tolist()  # at its upper end
+                parts.append(label(right + 4, top - 4, f"{svg.tick_text(level)} {unit}", "tick"))
     return drawing(WIDTH, bottom + 44, parts, title=f"{x.title} and {y.title}", text=said, key=key)
+
+
+def contours(found: Sequence[tuple[str, Array]], titles: tuple[str, str], said: str, key: str) -> str:
+    """A picture (SVG): lines of equal error over two noises, figures C.1 to C.6 of the thesis behind `examples/cable-laval`; each
+    (n, 2) with what stands on it, from the smallest error to the largest."""
+    across, up = titles
+    right, top = (1.12 * np.max([c.max(axis=0) for _, c in found], axis=0)).tolist()
+    x, y = AxisScale(0, right, 58, 376), AxisScale(0, top, 276, HEAD)
+    parts = [axes(x, y, across, up), line(x.start, y.start, x.start, y.end, "axis")]
+    for name, curve in found:
+        at = [(x(a), y(b)) for a, b in curve.tolist()]
+        left, upper = at[len(at) // 2]
+        parts += [path(svg.polyline(at), "curve"), label(left + 4, upper - 5, name, "tick")]
+    return drawing(400, 330, parts, title=f"{across} and {up}", text=said, key=key)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from robocal.report.sections import Block, Figure, Mark, Table, figure, quiet, table
-from robocal.report.svg import AxisScale, bottom_axis, drawing, left_axis, points, span
+from robocal.report.sections import Block, Figure, Mark, figure, quiet, table
+from robocal.report.svg import AxisScale, axes, drawing, points, span
 
 __all__ = ["standing"]
 
@@ -37,11 +37,8 @@ def _table(rows: Sequence[Document], title: str) -> Iterator[Block]:
     ]
     header = tuple(dict.fromkeys(k for row in flat for k in row))
     words = [i for i, k in enumerate(header) if any(isinstance(row.get(k), str) for row in flat)]
-    shown: Table = table(
-        *header, right=[i for i in range(len(header)) if i not in words], title=title,
-        rows=[[_cell(row.get(k)) for k in header] for row in flat],
-    )  # fmt: skip
-    yield shown
+    cells = [[_cell(row.get(k)) for k in header] for row in flat]
+    yield table(*header, right=[i for i in range(len(header)) if i not in words], title=title, rows=cells)
     if len(rows) > MOST:
         yield from quiet(f"{len(rows) - MOST} more rows are in validation.json")
 
@@ -61,11 +58,8 @@ def _picture(rows: Sequence[Document]) -> str:
     across, up = span(x for p in at.values() for x, _ in p), span(y for p in at.values() for _, y in p)
     if across is None or up is None or len(at["after"]) < 3:
         return ""
-    width, height = 640.0, 260.0
-    x = AxisScale(0.0, across[1], 58, width - 10)
-    y = AxisScale(0.0, up[1], height - 44, 30)
-    parts = [left_axis(y, 58, width - 10, "|AD|, mm"), bottom_axis(x, height - 44, 30, "commanded distance, mm")]
-    for key in ("before", "after"):
-        parts.append(points([x(v) for v, _ in at[key]], [y(v) for _, v in at[key]], key))
+    x, y = AxisScale(0.0, across[1], 58, 630), AxisScale(0.0, up[1], 216, 30)
+    parts = [axes(x, y, "commanded distance, mm", "|AD|, mm")]
+    parts += [points([(x(u), y(v)) for u, v in at[key]], key) for key in ("before", "after")]
     said = "; ".join(f"{key}: {len(p)} pairs" for key, p in at.items() if p)
-    return drawing(width, height, parts, title="Distance accuracy", text=said, key="distance")
+    return drawing(640, 260, parts, title="Distance accuracy", text=said, key="distance")

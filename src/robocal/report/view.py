@@ -79,23 +79,12 @@ def fit_view(view: View, groups: list[tuple[Array, Box]], perspective: bool) -> 
     every = np.concatenate([points for points, _ in groups])
     radius = float(np.linalg.norm(every - view.middle, axis=1).max()) or 1.0
     one = replace(view, scale=1.0, at=(0.0, 0.0), eye=AWAY * radius if perspective else math.inf)
-    ends = []  # per group: least and greatest place at scale 1, and the box
-    for points, (left, top, right, bottom) in groups:
-        if len(points):
-            xy = one.flat(points)[0]
-            ends.append((xy.min(axis=0), xy.max(axis=0), np.array([left, top]), np.array([right, bottom])))
-
-    def room(scale: float) -> tuple[Array, Array]:
-        """Between which offsets everything is inside."""
-        low = np.max([start - scale * least for least, _, start, _ in ends], axis=0)
-        high = np.min([end - scale * most for _, most, _, end in ends], axis=0)
-        return low, high
-
-    few, many = 0.0, 1e6 / radius
-    for _ in range(60):
-        scale = 0.5 * (few + many)
-        low, high = room(scale)
-        few, many = (scale, many) if (low <= high).all() else (few, scale)
-    low, high = room(few)
-    x, y = ((low + high) / 2).tolist()
-    return replace(one, scale=few, at=(x, y), eye=one.eye * few)
+    places = [(one.flat(points)[0], box) for points, box in groups if len(points)]
+    least = np.array([xy.min(axis=0) for xy, _ in places])  # (groups, 2), at scale 1
+    most = np.array([xy.max(axis=0) for xy, _ in places])
+    start, end = np.split(np.array([box for _, box in places]), 2, axis=1)
+    # Every pair of groups, one at the start of its box and one at the end of its own, bounds the scale.
+    wide, room = most[None] - least[:, None], end[None] - start[:, None]
+    scale = max(float((room[wide > 0] / wide[wide > 0]).min(initial=1e6 / radius)), 0.0)
+    x, y = ((np.max(start - scale * least, axis=0) + np.min(end - scale * most, axis=0)) / 2).tolist()
+    return replace(one, scale=scale, at=(x, y), eye=one.eye * scale)

@@ -9,16 +9,11 @@ from importlib.resources import files
 
 from robocal.report.svg import drawing, num
 
-__all__ = ["asset", "bar", "brief", "clean", "figure", "tint"]
+__all__ = ["bar", "brief", "clean", "figure", "tint"]
 
 # Blue, teal, green, amber, orange, red: equally dark all the way, so that each stands out on white and on black.
 RAMP = ("#2b7bd6", "#17989a", "#5c9a3a", "#c98a10", "#dd5f1b", "#d0263e")
 STEPS = 40  # of a colour bar
-
-
-def asset(name: str) -> str:
-    """A style sheet or script of this folder."""
-    return files("robocal.report.cable").joinpath(name).read_text(encoding="utf-8")
 
 
 def clean(text: str) -> str:
@@ -27,12 +22,15 @@ def clean(text: str) -> str:
     return kept.encode("utf-8", "replace").decode("utf-8")
 
 
-def figure(kind: str, width: float, height: float, parts: Iterable[str], *, title: str, text: str) -> str:
+def figure(
+    kind: str, width: float, height: float, parts: Iterable[str], *, title: str, text: str, more: str = ""
+) -> str:
     """A whole picture that stands alone, in light and dark; what it shows makes the identifiers that a page needs."""
     body = "".join(parts)
     key = f"{kind}-{zlib.crc32((title + text + body).encode('utf-8', 'replace')):08x}"
-    style = asset("cable.css").replace("\n", "")
-    return clean(drawing(width, height, [body], title=title, text=text, key=key, cls=f"cable {kind}", style=style))
+    style = files("robocal.report.cable").joinpath("cable.css").read_text(encoding="utf-8").replace("\n", "")
+    cls = f"cable {kind}"
+    return clean(drawing(width, height, [body], title=title, text=text, key=key, cls=cls, style=style, more=more))
 
 
 def brief(name: str, most: int = 14) -> str:

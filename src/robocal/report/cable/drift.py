@@ -14,24 +14,23 @@ __all__ = ["drift_sections"]
 
 def drift_sections(found: Any, written: Sequence[Path] = ()) -> Iterator[Section]:
     """What moved, cable by cable, and how all of them scatter; `found` are the calibrations side by side."""
-    yield Section.of(
-        "", Text.of((found.robot.name, "strong"), f"   {len(found.all)} calibrations, the first: {found.all[0].place}")
-    )
+    words = f"   {len(found.all)} calibrations, the first: {found.all[0].place}"
+    yield Section.of("", Text.of((found.robot.name, "strong"), words))
     if found.reasons:
         yield Section.of("", *(Text.of(reason) for reason in sentences(found.reasons)))
     for n, (place, one) in enumerate(found.compared, 1):
         yield _table(n, found.labels[place], one)
     s = found.scattered
-    mm = [1e3 * v for v in (s.component, s.point, s.zero, s.moved, s.scaled, s.along, s.across)]
-    rows: list[tuple[Cell, ...]] = [
-        ("a component of an anchor (3.39)", figure(mm[0])),
-        ("an anchor", figure(mm[1])),
-        ("a zero", figure(mm[2])),
-        ("a component, each frame brought onto the mean by a motion", figure(mm[3])),
-        ("the same, by a motion and a size", figure(mm[4])),
-        ("what is left by then along the lines of sight", figure(mm[5])),
-        ("and of a component across them", figure(mm[6])),
-    ]
+    scatters = {
+        "a component of an anchor (3.39)": s.component,
+        "an anchor": s.point,
+        "a zero": s.zero,
+        "a component, each frame brought onto the mean by a motion": s.moved,
+        "the same, by a motion and a size": s.scaled,
+        "what is left by then along the lines of sight": s.along,
+        "and of a component across them": s.across,
+    }
+    rows = [(name, figure(1e3 * value)) for name, value in scatters.items()]
     size = ", ".join(f"{1e2 * float(v):+.2g} %" for v in s.size)
     yield Section.of(
         "", table("scatter about the mean of all, rms", "mm", right=(1,), rows=rows), *quiet(f"size of each beside the mean: {size}"),
@@ -48,16 +47,7 @@ def _table(n: int, place: str, one: Any) -> Section:
         shown = (figure(1e3 * v, 3) for v in (c.along, c.across, c.zero, *c.smallest))
         rows.append((c.cable, *shown, f"{c.of_all:.1g}", state))
         styles.append("bad" if c.moved else "doubtful" if c.doubtful else "quiet")
-    columns = (
-        place,
-        "along [mm]",
-        "across [mm]",
-        "zero [mm]",
-        "seen along from [mm]",
-        "across from [mm]",
-        "chance",
-        "",
-    )
+    columns = ("along [mm]", "across [mm]", "zero [mm]", "seen along from [mm]", "across from [mm]", "chance", "")
     lines = [
         "along, across: change of the anchor along its line of sight to the platform and across it",
         "seen from: a drift of this size would be named with 95 % certainty; chance: of such a change by noise alone, of all cables",
@@ -67,10 +57,9 @@ def _table(n: int, place: str, one: Any) -> Section:
         moved = ", ".join(f"{a:.3g} ± {1.96 * b:.2g}" for a, b in zip(v, s, strict=True))
         lines.append(f"the base differs by ({moved}) mm and mrad, ± 95 %")
     elif one.scale_sigma < 1:
-        lines.append(
-            f"size of the frame {1e6 * one.scale:+.3g} ± {1.96e6 * one.scale_sigma:.2g} ppm (95 %), if nothing else changed"
-        )
+        size = f"{1e6 * one.scale:+.3g} ± {1.96e6 * one.scale_sigma:.2g} ppm (95 %)"
+        lines.append(f"size of the frame {size}, if nothing else changed")
     return Section.of(
-        "", table(*columns, right=(1, 2, 3, 4, 5, 6), rows=rows, styles=styles), *quiet(*lines),
+        "", table(place, *columns, right=(1, 2, 3, 4, 5, 6), rows=rows, styles=styles), *quiet(*lines),
         title=f"{place} beside the first", key=f"beside-{n}",
     )  # fmt: skip

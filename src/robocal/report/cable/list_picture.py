@@ -9,8 +9,8 @@ from robocal.cables.boundary import Outline
 from robocal.cables.pose_list import LIMITS, PoseBox, PoseList
 from robocal.report.cable.drawing import figure
 from robocal.report.cable.length_unit import METRE, LengthUnit
-from robocal.report.cable.plane_view import Plane, cross, plane
-from robocal.report.svg import label, num, path
+from robocal.report.cable.plane_view import Plane, plane
+from robocal.report.svg import circles, crosses, label, num, path, segments
 
 __all__ = ["draw_reach"]
 
@@ -34,23 +34,21 @@ def draw_reach(
     start = listing.start[:3, 3]
     wished, found = (start + listing.translation)[:MOST], listing.poses[:MOST, :3, 3]
     z = None if box is None else _box(start, box, axes)
-    every = [wished, found, start[None]]
-    every += [] if z is None else [z]
-    every += [] if outline is None else [outline.points]
-    at = plane(axes, np.concatenate(every), right=204.0, most=(640.0, 560.0), ruler=ruler)
+    every = [wished, found, start[None], *([] if z is None else [z]), *([] if outline is None else [outline.points])]
+    at = plane(axes, np.concatenate(every), right=204.0, widest=640.0, ruler=ruler)
     parts = [at.frame]
     if outline is not None:
         parts.append(at.line(outline.points, "space", closed=True))
     if z is not None:
         parts.append(at.line(z, "zbox", closed=True))
     if len(wished) <= 300:
-        ends = zip(at.flat(found).tolist(), at.flat(wished).tolist(), strict=True)
-        parts.append(path("".join(f"M{num(a)} {num(b)}L{num(c)} {num(d)}" for (a, b), (c, d) in ends), "way"))
+        ends = np.concatenate([at.flat(found), at.flat(wished)], axis=1)
+        parts.append(path(segments(ends.tolist()), "way"))
     size = 3.4 if len(wished) <= 300 else 2.4
-    parts.append(path(_dots(at.flat(wished), 0.75 * size), "wished"))
-    parts.append(path(cross(at.flat(found).tolist(), size), "found"))
-    home = at.flat(start[None]).tolist()
-    parts += [path(cross(home, 6.0), "home"), label(home[0][0] + 10, home[0][1] + 4, "X₀", "strong halo-text")]
+    parts.append(path(circles(at.flat(wished).tolist(), 0.75 * size), "wished"))
+    parts.append(path(crosses(at.flat(found).tolist(), size), "found"))
+    x, y = at.flat(start).tolist()[0]
+    parts += [path(crosses([(x, y)], 6.0), "home"), label(x + 10, y + 4, "X₀", "strong halo-text")]
     parts.append(_legend(at, listing, outline is not None, z is not None))
     said = f"{len(listing.fraction)} poses; {_percent(listing.reach_share)} % of those wished for were reached all the way."
     title = f"Poses wished for and poses found, plane {'xyz'[axes[0]]}{'xyz'[axes[1]]}"
@@ -65,17 +63,10 @@ def _box(start: Array, box: PoseBox, axes: tuple[int, int]) -> Array:
     return out
 
 
-def _dots(xy: Array, r: float) -> str:
-    return "".join(
-        f"M{num(x - r)} {num(y)}a{r:.2f} {r:.2f} 0 1 0 {2 * r:.2f} 0a{r:.2f} {r:.2f} 0 1 0 {-2 * r:.2f} 0z"
-        for x, y in xy.tolist()
-    )
-
-
 def _legend(at: Plane, listing: PoseList, space: bool, z: bool) -> str:
     x, y = at.x.end + 24, at.y.end + 8
-    rows = [(path(_dots(np.array([[x + 8, y]]), 2.6), "wished"), "X_r, wished for")]
-    rows.append((path(cross([(x + 8, y + 22)], 3.4), "found"), "X_j, found"))
+    rows = [(path(circles([(x + 8, y)], 2.6), "wished"), "X_r, wished for")]
+    rows.append((path(crosses([(x + 8, y + 22)], 3.4), "found"), "X_j, found"))
     if z:
         rows.append((f'<path class="zbox" d="M{num(x)} {num(y + 22 * len(rows))}h16"/>', "box Z"))
     if space:
@@ -85,9 +76,9 @@ def _legend(at: Plane, listing: PoseList, space: bool, z: bool) -> str:
     parts.append(label(x, y, f"{_percent(listing.reach_share)} % reached", "strong"))
     parts.append(label(x, y + 19, f"of {len(listing.fraction)}; the others ended", "tick"))
     for k, word in enumerate(LIMITS[1:]):
-        if word == "cable-pulley" and not (listing.limit == k + 1).any():
-            continue
-        parts.append(label(x, y + 38 + 18 * k, f"{int((listing.limit == k + 1).sum())} by {WHY[word]}", "tick"))
+        count = int((listing.limit == k + 1).sum())
+        if count or word != "cable-pulley":
+            parts.append(label(x, y + 38 + 18 * k, f"{count} by {WHY[word]}", "tick"))
     return "".join(parts)
 
 

@@ -10,7 +10,7 @@ from html import escape
 import numpy as np
 
 from robocal._types import Array
-from robocal.report.svg import num
+from robocal.report.svg import num, polyline
 from robocal.report.view import Box, View
 
 __all__ = ["Mark", "draw", "labels", "place_labels"]
@@ -57,7 +57,7 @@ def _one(mark: Mark, xy: list[list[float]], local: list[float]) -> str:
     if len(xy) == 1:
         tag, shape = "circle", f'cx="{num(xy[0][0])}" cy="{num(xy[0][1])}" r="{num(mark.size)}"'
     else:
-        tag, shape = "path", f'd="M{"L".join(f"{num(x)} {num(y)}" for x, y in xy)}{"z" if mark.closed else ""}"'
+        tag, shape = "path", f'd="{polyline(xy, mark.closed)}"'
     text = f'<{tag} class="{mark.cls}" {shape} data-p="{data}"{lift}{mark.more}'
     return f"{text}><title>{escape(mark.hint)}</title></{tag}>" if mark.hint else f"{text}/>"
 

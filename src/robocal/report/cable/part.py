@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robocal.report.sections import Block, Figure, Section, Table, Text
+from robocal.report.sections import Figure, Section, Table, Text
 
 __all__ = ["part"]
 
@@ -12,14 +12,11 @@ __all__ = ["part"]
 def part(heading: str, text: str = "", figure: str = "", table: Sequence[Sequence[str]] = ()) -> Section:
     """A section of paragraphs (parted by empty lines), a picture of this folder, and a table whose first row is the header (none
     where all its cells are empty)."""
-    blocks: list[Block] = [Text.of(p.strip()) for p in text.split("\n\n") if p.strip()]
-    if figure:
-        blocks.append(Figure(figure))
-    if table:
-        header, rows = table[0], table[1:]
-        right = tuple(j for j in range(len(header)) if rows and all(_number(r[j]) for r in rows))
-        blocks.append(Table(tuple(header), tuple(map(tuple, rows)), right))
-    return Section(heading, tuple(blocks))
+    paragraphs = (Text.of(p.strip()) for p in text.split("\n\n") if p.strip())
+    header, *rows = table or [()]
+    right = tuple(j for j in range(len(header)) if rows and all(_number(r[j]) for r in rows))
+    shown = Table(tuple(header), tuple(map(tuple, rows)), right) if table else None
+    return Section.of(heading, *paragraphs, Figure(figure) if figure else None, shown)
 
 
 def _number(cell: str) -> bool:

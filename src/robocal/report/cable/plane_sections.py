@@ -14,10 +14,10 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Grid
 from robocal.report.cable.drawing import figure
 from robocal.report.cable.length_unit import METRE, LengthUnit
-from robocal.report.cable.plane_view import Plane, anchors, cross, plane
+from robocal.report.cable.plane_view import Plane, anchors, plane
 from robocal.report.contour import contour
 from robocal.report.numbers import significant
-from robocal.report.svg import AxisScale, label, nice_ticks, num, path, tick_text
+from robocal.report.svg import AxisScale, crosses, label, nice_ticks, num, path, rect, segments, tick_text
 
 __all__ = ["section"]
 
@@ -38,12 +38,12 @@ def section(
     layer at the first outline's start (its middle layer without one), or which cells are held; outlines on top; points (n, 3) m as
     dots."""
     across = 3 - sum(axes)
-    home, dots = (
-        robot.home[None, :3, 3],
-        np.zeros((0, 3)) if points is None else np.asarray(points, float).reshape(-1, 3),
-    )
+    home, dots = robot.home[None, :3, 3], np.reshape([] if points is None else np.asarray(points, float), (-1, 3))
     start = outlines[0].start[None] if outlines else home
-    layer, level = (0, float(start[0, across])) if grid is None else _layer(grid, across, float(start[0, across]))
+    layer, level = 0, float(start[0, across])
+    if grid is not None:
+        layer = int(np.abs(grid.axes[across] - level).argmin())  # the nearest
+        level = float(grid.axes[across][layer])
     shown = [robot.a, start, dots, *(o.points for o in outlines), *([] if grid is None else [_corners(grid)])]
     every = np.concatenate([np.asarray(p, float).reshape(-1, 3) for p in shown])
     margin = None if grid is None or grid.margin is None else np.asarray(_flat(grid.margin, axes, across, layer), float)
@@ -60,17 +60,11 @@ def section(
     parts.append(path("".join(f"M{num(x)} {num(y)}h0" for x, y in at.flat(dots).tolist()), "dots"))
     x, y = at.flat(start)[0].tolist()
     word = "X₀" if np.allclose(start[0], home[0], atol=1e-9) else "start"
-    parts += [path(cross([(x, y)], 5.0), "home"), label(x + 9, y + 4, word, "strong halo-text"), anchors(robot, at)]
+    parts += [path(crosses([(x, y)], 5.0), "home"), label(x + 9, y + 4, word, "strong halo-text"), anchors(robot, at)]
     where = "" if robot.planar else f" at {'xyz'[across]} = {ruler.text(level, 2)} {ruler.name}"
     title = f"Section in the plane {'xyz'[axes[0]]}{'xyz'[axes[1]]}{where}"
     parts.append(label(at.x.start, 16, title, "strong"))
     return figure("section", at.width, at.height, parts, title=title, text=_describe(outlines, margin, closure))
-
-
-def _layer(grid: Grid, across: int, start: float) -> tuple[int, float]:
-    """The layer of the grid nearest to the start, and where it lies."""
-    layer = int(np.abs(grid.axes[across] - start).argmin())
-    return layer, float(grid.axes[across][layer])
 
 
 def _flat(values: NDArray[np.generic], axes: tuple[int, int], across: int, layer: int) -> NDArray[np.generic]:
@@ -107,16 +101,14 @@ def _names(count: int) -> dict[int, str]:
 
 def _cells(grid: Grid, axes: tuple[int, int], classes: NDArray[np.int64], at: Plane, names: dict[int, str]) -> str:
     """One path per class; neighbours in a row are one rectangle."""
-    u, v = grid.axes[axes[0]], grid.axes[axes[1]]
-    half = grid.cell[axes[0]] / 2, grid.cell[axes[1]] / 2
+    centre = np.stack(np.meshgrid(*(grid.axes[k] for k in axes), indexing="ij"), axis=-1)
+    half = grid.cell[list(axes)] / 2
+    low, high = at.place(centre - half), at.place(centre + half)
     found: dict[int, list[str]] = {}
-    for j, y in enumerate(v.tolist()):
-        row = classes[:, j]
-        breaks = [0, *(np.flatnonzero(np.diff(row)) + 1).tolist(), len(row)]
-        top, bottom = at.up(y + half[1]), at.up(y - half[1])
-        for a, b in itertools.pairwise(breaks):
+    for j, row in enumerate(classes.T):
+        for a, b in itertools.pairwise([0, *(np.flatnonzero(np.diff(row)) + 1).tolist(), len(row)]):
             if row[a]:
-                left, right = at.across(float(u[a]) - half[0]), at.across(float(u[b - 1]) + half[0])
+                (left, bottom), (right, top) = low[a, j].tolist(), high[b - 1, j].tolist()
                 # A hair wider than the cells, so that no seam shows.
                 found.setdefault(int(row[a]), []).append(
                     f"M{left:.2f} {top:.2f}H{right + 0.2:.2f}V{bottom + 0.2:.2f}H{left:.2f}z"
@@ -125,14 +117,8 @@ def _cells(grid: Grid, axes: tuple[int, int], classes: NDArray[np.int64], at: Pl
 
 
 def _zero(grid: Grid, axes: tuple[int, int], margin: Array, at: Plane) -> str:
-    pieces = contour(grid.axes[axes[0]], grid.axes[axes[1]], margin)
-    return path(
-        "".join(
-            f"M{num(at.across(a))} {num(at.up(b))}L{num(at.across(c))} {num(at.up(d))}"
-            for (a, b), (c, d) in pieces.tolist()
-        ),
-        "zero",
-    )
+    pieces = at.place(contour(grid.axes[axes[0]], grid.axes[axes[1]], margin))
+    return path(segments(pieces.reshape(-1, 4).tolist()), "zero")
 
 
 def _scale(edges: Sequence[float], at: Plane, closure: bool) -> str:
@@ -142,10 +128,7 @@ def _scale(edges: Sequence[float], at: Plane, closure: bool) -> str:
     y = AxisScale(0 if closure else -count, count, bottom, top)
     parts = [label(x, top - 14, "tension factor" if closure else "margin, N", "strong")]
     for k in (*(() if closure else range(-count, 0)), *range(1, count + 1)):
-        upper = y(k + 1 if k < 0 else k)
-        parts.append(
-            f'<rect class="{names[k]}" x="{num(x)}" y="{upper:.2f}" width="16" height="{y(0) - y(1) + 0.3:.2f}"/>'
-        )
+        parts.append(rect(x, y(k + 1 if k < 0 else k), 16, y(0) - y(1) + 0.3, names[k]))
     for k, edge in enumerate(edges):
         parts.append(label(x + 23, y(k) + 4, tick_text(edge), "strong" if k == 0 else "tick"))
         if k and not closure:
@@ -159,11 +142,9 @@ def _scale(edges: Sequence[float], at: Plane, closure: bool) -> str:
 
 def _describe(outlines: Sequence[Outline], margin: Array | None, closure: bool) -> str:
     parts = [f"The outline encloses {significant(o.area)} m²." for o in outlines]
-    if margin is not None:
+    if margin is not None and np.isfinite(margin).any():
         good = margin[np.isfinite(margin)]
-        if len(good):
-            held = 100 * float((margin >= 0.0).mean())
-            ends = " to ".join(significant(float(v)) for v in (good.min(), good.max()))
-            what = f"Tension factors from {ends}" if closure else f"Margins from {ends} N"
-            parts.append(f"{what}; {held:.0f} % of the cells are held.")
+        ends = " to ".join(significant(float(v)) for v in (good.min(), good.max()))
+        what = f"Tension factors from {ends}" if closure else f"Margins from {ends} N"
+        parts.append(f"{what}; {100 * float((margin >= 0.0).mean()):.0f} % of the cells are held.")
     return " ".join(parts) or "Frame anchors and X₀."

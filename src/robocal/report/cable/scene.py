@@ -6,6 +6,7 @@ Spatial robots are drawn in perspective from the side that keeps their cables ap
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,13 +22,14 @@ from robocal.report.cable.solids import courses, decimate, hull_loops, wheels
 from robocal.report.cable.surroundings import Surroundings, build_surroundings
 from robocal.report.cable.tension_colours import STATES, ColouredTensions, colour_tensions
 from robocal.report.numbers import significant
-from robocal.report.svg import label, num
+from robocal.report.svg import label, num, path
 
 __all__ = ["scene"]
 
 WIDE, HIGH, SIDE = 940.0, 640.0, 132.0
 MOST_POSES = 1500
 LIGHT = np.array([0.30, -0.45, 0.84])
+Boundary: TypeAlias = "Surface | Outline | None"
 
 
 def scene(
@@ -35,7 +37,7 @@ def scene(
     pose: ArrayLike,
     *,
     tension: ArrayLike | None = None,
-    surface: Surface | Outline | None = None,
+    surface: Boundary = None,
     poses: ArrayLike | None = None,
     ghosts: ArrayLike | None = None,
     caption: str = "",
@@ -51,7 +53,7 @@ def scene(
     at = np.asarray(pose, float)
     if at.shape != (4, 4) or not np.isfinite(at).all():
         raise ModelError("a pose to be drawn", expected="(4, 4), finite", found=at.shape)
-    held = _colour_tensions(robot, tension)
+    held = None if tension is None else colour_tensions(robot, tension)
     cloud = np.zeros((0, 3)) if poses is None else np.asarray(poses, float).reshape(-1, 4, 4)[:, :3, 3]
     spots = cloud[np.isfinite(cloud).all(axis=1)][:MOST_POSES]
     ends = at[:3, 3] + robot.b @ at[:3, :3].T
@@ -59,22 +61,22 @@ def scene(
     beside = pale[:, None, :3, 3] + robot.b @ pale[:, :3, :3].swapaxes(1, 2)
     right = WIDE - (SIDE if held is not None else 0.0)
     top = 34.0 if caption else 8.0
-    seen = build_surroundings(
-        robot, ends, np.concatenate([_around(surface), spots, beside.reshape(-1, 3)]), (0.0, top, right, HIGH), ruler
-    )
+    others = np.concatenate([_around(surface), spots, beside.reshape(-1, 3)])
+    seen = build_surroundings(robot, ends, others, (0.0, top, right, HIGH), ruler)
     marks = [
         *_platform(ends, at),
         *_cables(robot, ends, held),
         *_boundary(surface, behind=not seen.turns),
-        *_cloud(spots),
+        *(Mark(p[None], "spot", size=1.7) for p in spots),
         *_ghosts(beside, pale[:, :3, 3], at[:3, 3]),
         *seen.frame,
     ]
+    words = [(brief(name), "" if held is None else held.describe(i)) for i, name in enumerate(robot.cables)]
     parts = [
         label(14, 22, brief(caption, 120), "strong") if caption else "",
         f'<g data-part="floor">{draw(seen.floor, seen.view, ordered=False)}{seen.ticks}</g>',
         f'<g data-part="marks">{draw(marks, seen.view)}</g>',
-        f'<g data-part="names">{labels(robot.a, _words(robot, held), seen.view, (4.0, top, right, seen.height - 22))}{seen.names}</g>',
+        f'<g data-part="names">{labels(robot.a, words, seen.view, (4.0, top, right, seen.height - 22))}{seen.names}</g>',
     ]
     if held is not None:
         legend = _legend(held, seen.height)
@@ -82,36 +84,25 @@ def scene(
     if seen.foot:
         parts.append(label(14, seen.height - 14, seen.foot, "tick"))
     said = _describe(robot, held, surface, len(spots), len(pale), caption)
-    text = figure("scene", WIDE, seen.height, parts, title=caption or f"{robot.name} at a pose", text=said)
-    return text.replace("<svg ", f"<svg {_camera(seen, right, top)} ", 1) if seen.turns else text
-
-
-def _colour_tensions(robot: CableRobot, tension: ArrayLike | None) -> ColouredTensions | None:
-    if tension is None:
-        return None
-    values, m = np.asarray(tension, float), len(robot.cables)
-    if values.shape != (m,):
-        raise ModelError("tensions to be drawn", expected=f"one per cable, ({m},)", found=values.shape)
-    return colour_tensions(values, robot.limits)
+    title, more = caption or f"{robot.name} at a pose", _camera(seen, right, top) if seen.turns else ""
+    return figure("scene", WIDE, seen.height, parts, title=title, text=said, more=more)
 
 
 def _camera(seen: Surroundings, right: float, top: float) -> str:
     """What turn.js needs to know."""
     v = seen.view
     return (
-        f'data-eye="{num(v.eye)}" data-view="{num(v.azimuth)} {num(v.elevation)}" data-at="{num(v.at[0])} {num(v.at[1])}" '
+        f' data-eye="{num(v.eye)}" data-view="{num(v.azimuth)} {num(v.elevation)}" data-at="{num(v.at[0])} {num(v.at[1])}" '
         f'data-room="{num(right)} {num(seen.height)} {num(top)}"'
     )
 
 
-def _around(surface: Surface | Outline | None) -> Array:
+def _around(surface: Boundary) -> Array:
     """What must stay inside the picture for a boundary."""
     if surface is None:
         return np.zeros((0, 3))
-    found = np.asarray(
-        surface.points if isinstance(surface, Outline) else surface.vertices[np.unique(surface.faces)], float
-    )
-    return found.reshape(-1, 3)
+    found = surface.points if isinstance(surface, Outline) else surface.vertices[np.unique(surface.faces)]
+    return np.asarray(found, float).reshape(-1, 3)
 
 
 def _platform(ends: Array, at: Array) -> Iterator[Mark]:
@@ -152,7 +143,7 @@ def _cables(robot: CableRobot, ends: Array, held: ColouredTensions | None) -> It
         yield Mark(rim, "pulley")
 
 
-def _boundary(surface: Surface | Outline | None, behind: bool) -> Iterator[Mark]:
+def _boundary(surface: Boundary, behind: bool) -> Iterator[Mark]:
     if isinstance(surface, Outline) and len(surface.points):
         # The marks of a planar robot are all as near: its workspace goes behind them.
         yield Mark(np.asarray(surface.points, float), "edge", closed=True, lift=-2e3 if behind else 0.0)
@@ -161,11 +152,6 @@ def _boundary(surface: Surface | Outline | None, behind: bool) -> Iterator[Mark]
         corners = vertices[faces]
         for triangle, shade in zip(corners, _shades(corners), strict=True):
             yield Mark(triangle, f"face s{shade}", closed=True)
-
-
-def _cloud(points: Array) -> Iterator[Mark]:
-    for p in points:
-        yield Mark(p[None], "spot", size=1.7)
 
 
 def _ghosts(ends: Array, origins: Array, here: Array) -> Iterator[Mark]:
@@ -177,31 +163,18 @@ def _ghosts(ends: Array, origins: Array, here: Array) -> Iterator[Mark]:
         yield Mark(np.concatenate([origins[:1], here[None], origins[1:]]), "passage", lift=4.0)
 
 
-def _words(robot: CableRobot, held: ColouredTensions | None) -> list[tuple[str, str]]:
-    return [(brief(name), "" if held is None else held.describe(i)) for i, name in enumerate(robot.cables)]
-
-
 def _legend(held: ColouredTensions, height: float) -> str:
     """The states that occur, beside the colour scale."""
-    found = [s for s in STATES if s != "held" and any(held.state(i) == s for i in range(len(held.values)))]
     parts = []
-    for row, state in enumerate(found):
-        y = height - 78 + 20 * row
-        x = WIDE - SIDE + 16
-        parts.append(
-            f'<path class="rope {state} key" d="M{num(x)} {num(y)}h{"22" if state == "over" else "7m8 0h7"}"/>'
-        )
+    for row, state in enumerate(s for s in STATES if s != "held" and s in held.states):
+        x, y = WIDE - SIDE + 16, height - 78 + 20 * row
+        parts.append(path(f"M{num(x)} {num(y)}h{'22' if state == 'over' else '7m8 0h7'}", f"rope {state} key"))
         parts.append(label(x + 30, y + 4, STATES[state], "name"))
     return "".join(parts)
 
 
 def _describe(
-    robot: CableRobot,
-    held: ColouredTensions | None,
-    surface: Surface | Outline | None,
-    cloud: int,
-    pale: int,
-    caption: str,
+    robot: CableRobot, held: ColouredTensions | None, surface: Boundary, cloud: int, pale: int, caption: str
 ) -> str:
     """The picture in words."""
     parts = [f"{robot.name}: {len(robot.cables)} cables, {robot.degrees}."]
@@ -210,7 +183,7 @@ def _describe(
         if len(known):
             parts.append(f"Tensions from {significant(min(known))} to {significant(max(known))} N.")
         for state, word in STATES.items():
-            those = [n for i, n in enumerate(robot.cables) if state != "held" and held.state(i) == state]
+            those = [n for n, s in zip(robot.cables, held.states, strict=True) if s == state != "held"]
             if those:
                 parts.append(f"{word.capitalize()}: {', '.join(those)}.")
     if isinstance(surface, Surface) and len(surface.faces):

@@ -12,7 +12,7 @@ from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.report.cable.length_unit import METRE, LengthUnit
 from robocal.report.cable.marks import Mark
-from robocal.report.svg import AxisScale, bottom_axis, label, left_axis, nice_ticks, num
+from robocal.report.svg import AxisScale, axes, nice_ticks, num
 from robocal.report.view import PLANES, Box, View, best, fit_view
 
 __all__ = ["Surroundings", "build_surroundings"]
@@ -40,16 +40,15 @@ def build_surroundings(
 ) -> Surroundings:
     """The stage for a robot with platform anchors at `ends` (m, 3) m and `others` (n, 3) m to be shown; no larger than the box.
     Numbers on it are in the unit of the ruler."""
-    if not robot.planar:
-        return _spatial(robot, ends, others, box, ruler)
-    return _plane(robot, np.concatenate([ends, others]), box, ruler)
+    if robot.planar:
+        return _plane(robot, np.concatenate([ends, others]), box, ruler)
+    return _spatial(robot, ends, others, box, ruler)
 
 
 def _plane(robot: CableRobot, others: Array, box: Box, ruler: LengthUnit) -> Surroundings:
     i, j = ("xyz".index(axis) for axis in robot.plane)
     corners = np.repeat(robot.a.mean(axis=0)[None], 4, axis=0)
-    ring = _ring(robot.a[:, [i, j]].min(axis=0), robot.a[:, [i, j]].max(axis=0))
-    corners[:, [i, j]] = ring
+    corners[:, [i, j]] = _ring(robot.a[:, [i, j]].min(axis=0), robot.a[:, [i, j]].max(axis=0))
     left, top, right, bottom = box[0] + 46, box[1] + 22, box[2] - 10, box[3] - 44
     inner = (left + LABELS, top + 20, right - LABELS, bottom - 20)
     view = View(*PLANES[robot.plane], np.concatenate([robot.a, others]).mean(axis=0))
@@ -62,10 +61,9 @@ def _plane(robot: CableRobot, others: Array, box: Box, ruler: LengthUnit) -> Sur
     size *= ruler.metres
     x = AxisScale(across + (left - x0) / size, across + (right - x0) / size, left, right)
     y = AxisScale(up + (y0 - bottom) / size, up + (y0 - top) / size, bottom, top)
-    axes = bottom_axis(x, bottom, top, ruler.title("xyz"[i])) + left_axis(y, left, right)
-    axes += label(left - 36, top - 10, ruler.title("xyz"[j]), "axis-title")
+    ticks = axes(x, y, *map(ruler.title, robot.plane))
     frame = (Mark(corners, "wire", closed=True, lift=-3e3), *_anchors(robot))
-    return Surroundings(view, bottom + 44, (), axes, frame, "", "", False)
+    return Surroundings(view, bottom + 44, (), ticks, frame, "", "", False)
 
 
 def _shift_down(view: View, points: Array, top: float, bottom: float) -> tuple[View, float]:
@@ -87,9 +85,8 @@ def _spatial(robot: CableRobot, ends: Array, others: Array, box: Box, ruler: Len
     step = _step(wide / ruler.metres) * ruler.metres
     near, far = np.floor(low[:2] / step + 0.05) * step, np.ceil(high[:2] / step - 0.05) * step
     floor_low, floor_high = np.minimum(near, low[:2]), np.maximum(far, high[:2])
-    corners = np.array(
-        [[x, y, z] for z in (low[2], robot.a[:, 2].max()) for x, y in _ring(robot.a.min(axis=0), robot.a.max(axis=0))]
-    )
+    ring = _ring(robot.a.min(axis=0), robot.a.max(axis=0))
+    corners = np.array([[x, y, z] for z in (low[2], robot.a[:, 2].max()) for x, y in ring])
     ground = np.array([[x, y, low[2]] for x, y in _ring(floor_low, floor_high)])
     origin, at_origin = _origin(low, high)
     arrow = min(0.8 * step, 0.2 * wide)
@@ -110,23 +107,14 @@ def _spatial(robot: CableRobot, ends: Array, others: Array, box: Box, ruler: Len
     frame += [Mark(np.linspace(corners[k], corners[4 + k], 5)[s : s + 2], "wire") for k in range(4) for s in range(4)]
     frame += [Mark(np.array([origin, origin + arrow * axis]), f"axis-{'xyz'[k]}") for k, axis in enumerate(np.eye(3))]
     z, unit = [ruler.text(float(v), 2) for v in (low[2], robot.a[:, 2].min(), robot.a[:, 2].max())], ruler.name
-    foot = (
-        f"floor at z = {z[0]} {unit}, squares of {ruler.tick(step)} {unit}; frame anchors z = {z[1]} to {z[2]} {unit}"
-    )
+    foot = f"floor at z = {z[0]} {unit}, squares of {ruler.tick(step)} {unit}; "
+    foot += f"frame anchors z = {z[1]} to {z[2]} {unit}"
     if not at_origin:
         foot += "; base origin outside, its axes at a corner"
     floor = (Mark(ground, "ground", closed=True), *_grid(floor_low, floor_high, float(low[2]), step))
     names = "".join(_place_label(view, p, name, f"strong name-{name}") for p, name in zip(tips, "xyz", strict=True))
-    return Surroundings(
-        view,
-        end + 60,
-        floor,
-        _numbers(floor_low, floor_high, float(low[2]), step, view, ruler),
-        (*frame, *_anchors(robot)),
-        names,
-        foot,
-        True,
-    )
+    ticks = _numbers(floor_low, floor_high, float(low[2]), step, view, ruler)
+    return Surroundings(view, end + 60, floor, ticks, (*frame, *_anchors(robot)), names, foot, True)
 
 
 def _anchors(robot: CableRobot) -> tuple[Mark, ...]:
@@ -167,14 +155,12 @@ def _numbers(low: Array, high: Array, z: float, step: float, view: View, ruler: 
         for side, edge in ((-1.0, low[1 - k]), (1.0, high[1 - k])):
             normal = np.zeros(3)
             normal[1 - k] = side
-            lines = _lines(low[k], high[k], step)
-            for v, text in zip(lines, [ruler.tick(v) for v in lines], strict=True):
-                p = np.zeros(3)
-                p[k], p[1 - k], p[2] = v, edge + 0.25 * step * side, z
-                out.append(_place_label(view, p, text, "tick", normal))
-            p = np.zeros(3)
-            p[k], p[1 - k], p[2] = (low[k] + high[k]) / 2, edge + 0.6 * step * side, z
-            out.append(_place_label(view, p, ruler.title("xy"[k]), "axis-title", normal))
+            words = [(v, 0.25, ruler.tick(v), "tick") for v in _lines(low[k], high[k], step)]
+            words.append(((low[k] + high[k]) / 2, 0.6, ruler.title("xy"[k]), "axis-title"))
+            for v, beyond, text, cls in words:
+                p = np.full(3, z)
+                p[k], p[1 - k] = v, edge + beyond * step * side
+                out.append(_place_label(view, p, text, cls, normal))
     return "".join(out)
 
 

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 from html import escape
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robocal._types import Array
+from robocal.cables.geometry import CableRobot
+from robocal.errors import ModelError
 from robocal.report.cable.drawing import bar, tint
 from robocal.report.numbers import significant
 from robocal.report.svg import AxisScale, label, num, tick_text
@@ -32,9 +35,7 @@ class ColouredTensions:
     def colour(self, i: int) -> str:
         """The colour of cable i; none without a tension."""
         value = float(self.values[i])
-        if math.isnan(value):
-            return ""
-        return tint(self._along(0.0, 1.0)(value))
+        return "" if math.isnan(value) else tint(self._along(0.0, 1.0)(value))
 
     def _along(self, start: float, end: float) -> AxisScale:
         """The scale; logarithmic where its ends are far apart, or small tensions would all look alike."""
@@ -51,12 +52,16 @@ class ColouredTensions:
             return "slack"
         return "over" if value > high + air else "held"
 
+    @property
+    def states(self) -> list[str]:
+        """The states of all cables."""
+        return [self.state(i) for i in range(len(self.values))]
+
     def describe(self, i: int) -> str:
         """A tension in words, such as `45.2 N` or `3.10 N, slack`."""
-        word = STATES[self.state(i)]
-        if math.isnan(float(self.values[i])):
-            return word
-        return f"{significant(float(self.values[i]))}\u00a0N" + (f", {word}" if word else "")
+        word, value = STATES[self.state(i)], float(self.values[i])
+        known = "" if math.isnan(value) else f"{significant(value)}\u00a0N"
+        return ", ".join(w for w in (known, word) if w)
 
     def scale(self, names: Sequence[str], x: float, top: float, bottom: float) -> str:
         """The colour scale upright at x (px): ticks in N, the limits where all cables share them, and a notch per cable."""
@@ -82,8 +87,12 @@ class ColouredTensions:
         return "".join(parts)
 
 
-def colour_tensions(values: Array, limits: Array | None) -> ColouredTensions:
-    """The scale reaches from the least limit to the greatest, or over the tensions where no limits are known."""
+def colour_tensions(robot: CableRobot, tension: ArrayLike) -> ColouredTensions:
+    """The scale of tension (m,) N reaches from the least limit to the greatest, or over the tensions where no limits are known.
+    Raises ModelError for another shape."""
+    values, limits, m = np.asarray(tension, float), robot.limits, len(robot.cables)
+    if values.shape != (m,):
+        raise ModelError("tensions to be drawn", expected=f"one per cable, ({m},)", found=values.shape)
     known = values[np.isfinite(values)]
     ends = known if limits is None else limits[np.isfinite(limits)]
     if not len(ends):

@@ -25,9 +25,9 @@ from robocal.files.units import UNITS, Units, parse_quantity
 from robocal.quantities import Column, Listing, UnitValue, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.report.cable.contours import contours
 from robocal.report.cable.part import part
 from robocal.report.sections import Section, Text, ends, figure, listing_table, table
+from robocal.report.sweep import contours
 from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.statics_options import robot_inputs
 
