@@ -236,20 +236,8 @@ def compensate(nominal: Chain, calibrated: Chain, targets: Targets) -> Compensat
     command[~reached] = np.nan
     q_n[~known], q_c[~reached], before[~known], before_angle[~known] = np.nan, np.nan, np.nan, np.nan
     return Compensation(
-        target,
-        oriented,
-        q_n,
-        q_c,
-        command,
-        before,
-        position,
-        by_command,
-        before_angle,
-        angle,
-        status,
-        beyond,
-        dexterity,
-    )
+        target, oriented, q_n, q_c, command, before, position, by_command, before_angle, angle, status, beyond, dexterity,
+    )  # fmt: skip
 
 
 def _poses(nominal: Chain, targets: Targets, columns: Mapping[str, Array]) -> tuple[Array, bool]:
