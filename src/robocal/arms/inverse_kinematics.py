@@ -12,14 +12,13 @@ inverse kinematics by the Levenberg-Marquardt method (2011).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array, Bools, Ints
-from robocal.arms.chain import Chain
+from robocal.arms.chain import Chain, Extra
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
@@ -48,7 +47,7 @@ def inverse_pose(
     restarts: int = 64,
     iterations: int = 80,
     tolerance: tuple[float, float] = TOLERANCE,
-    extra: Mapping[str, ArrayLike] | None = None,
+    extra: Extra = None,
 ) -> Reached:
     """Joint values that bring the tool to T_base_tool (m, 4, 4), within the joint limits.
 
@@ -74,7 +73,7 @@ def inverse_point(
     restarts: int = 64,
     iterations: int = 80,
     tolerance: tuple[float, float] = TOLERANCE,
-    extra: Mapping[str, ArrayLike] | None = None,
+    extra: Extra = None,
 ) -> Reached:
     """Joint values that bring the tool's origin to points (m, 3) in base coordinates and, if given, its axis along
     directions (m, 3).
@@ -107,13 +106,7 @@ class _Task:
     """Residual and Jacobian of chosen targets."""
 
     def __init__(
-        self,
-        chain: Chain,
-        point: Array,
-        turn: Array | None,
-        direction: Array | None,
-        axis: Array,
-        extra: Mapping[str, ArrayLike] | None,
+        self, chain: Chain, point: Array, turn: Array | None, direction: Array | None, axis: Array, extra: Extra
     ) -> None:
         self.chain, self.point, self.turn, self.direction, self.axis = chain, point, turn, direction, axis
         self.entries = chain.program.joint_entries(chain.joint_names)
