@@ -103,10 +103,6 @@ class Unknowns:
         """The column of every table row, or -1, shape (P,)."""
         return self._layout.column_of
 
-    @property
-    def _turns(self) -> tuple[Ints, Ints, Ints, Ints]:
-        return self._layout.turns
-
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the free columns, each (n,)."""
@@ -139,7 +135,7 @@ class Unknowns:
 
     @cached_property
     def _pull(self) -> PriorTerms:
-        return PriorTerms.of(self.prior_root, self._turns[1])
+        return PriorTerms.of(self.prior_root, self._layout.turns[1])
 
     @property
     def information(self) -> Array:
@@ -170,7 +166,7 @@ class Unknowns:
         """x moved by a tangent step: x (B, P), step (B, n), and of each family (B, L, l) where its blocks move too; rotation
         vectors move on the group."""
         out = np.array(x)
-        self._moves[0](out, np.ascontiguousarray(step), *self._turns)
+        self._moves[0](out, np.ascontiguousarray(step), *self._layout.turns)
         for family, place, moved in zip(self.families, self.places, local, strict=False):
             out[:, place] = family.advance(out[:, place], moved)
         return out
@@ -178,7 +174,7 @@ class Unknowns:
     def difference(self, x: Array) -> Array:
         """The tangent step from the prior mean to x, (B, n)."""
         out = np.zeros((len(x), self.n))
-        self._moves[1](np.ascontiguousarray(x), self._start[0], *self._turns, out)
+        self._moves[1](np.ascontiguousarray(x), self._start[0], *self._layout.turns, out)
         return out
 
     @cached_property

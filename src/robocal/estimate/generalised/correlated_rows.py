@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,73 +16,30 @@ WHITE = "1"  # the unit of numbers that were whitened
 CHUNK = 1 << 17  # numbers of a Jacobian at once
 
 
-@dataclass(frozen=True, eq=False)
 class Correlated:
     """The numbers (row times d + column) `order` (U, h) of a term, whose residual at the linearisation is `offset` larger (1 or B,
     U, h) and has the information W, `info` (1 or B, U, h, h). Whitened by V, V^T V = W, they are h numbers without unit."""
 
-    term: ProblemTerm
-    order: Ints
-    offset: Array
-    info: Array
-    used: Bools  # (U,)
+    lever: Array | None = None
+    touches = (False, False)
 
-    @property
-    def group(self) -> str:
-        return self.term.group
-
-    @property
-    def kind(self) -> str:
-        return self.term.kind
-
-    @property
-    def reading(self) -> bool:
-        return self.term.reading
-
-    @property
-    def columns(self) -> Ints:
-        return self.term.columns
-
-    @property
-    def parts(self) -> tuple[tuple[int, int, str], ...]:
-        return ((0, self.order.shape[1], WHITE),)
-
-    @property
-    def lever(self) -> Array | None:
-        return None
-
-    @property
-    def scale(self) -> Array:
-        return np.repeat(self.used[:, None], self.order.shape[1], axis=1).astype(float)
-
-    @cached_property
-    def configuration(self) -> Ints:
-        return np.ascontiguousarray(self.term.configuration[self.order[:, 0] // self.term.scale.shape[1]])
-
-    @property
-    def local(self) -> tuple[Ints, Ints]:
-        return (self.pair, self.pair)
-
-    @property
-    def touches(self) -> tuple[bool, bool]:
-        return (False, False)
-
-    @property
-    def pairs(self) -> Ints:
-        return np.zeros((0, 2), dtype=np.int64)
-
-    @cached_property
-    def pair(self) -> Ints:
-        return np.full(len(self.order), -1, dtype=np.int64)
+    def __init__(self, term: ProblemTerm, order: Ints, offset: Array, info: Array, used: Bools) -> None:
+        self.term, self.order, self.offset, self.info, self.used = term, order, offset, info, used
+        self.group, self.kind, self.reading, self.columns = term.group, term.kind, term.reading, term.columns
+        self.parts = ((0, order.shape[1], WHITE),)
+        self.scale = np.repeat(used[:, None], order.shape[1], axis=1).astype(float)
+        self.configuration = np.ascontiguousarray(term.configuration[order[:, 0] // term.scale.shape[1]])
+        self.pairs, self.pair = np.zeros((0, 2), dtype=np.int64), np.full(len(order), -1, dtype=np.int64)
+        self.local = self.pair, self.pair
 
     def bind(self, column_of: Ints) -> Correlated:
-        return replace(self, term=self.term.bind(column_of))
+        return Correlated(self.term.bind(column_of), self.order, self.offset, self.info, self.used)
 
     def without(self, rows: Bools) -> Correlated:
-        return replace(self, used=self.used & ~rows)
+        return Correlated(self.term, self.order, self.offset, self.info, self.used & ~rows)
 
     def hold(self, family: int) -> Correlated:
-        return replace(self, term=self.term.hold(family))
+        return Correlated(self.term.hold(family), self.order, self.offset, self.info, self.used)
 
     @cached_property
     def root(self) -> Array:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robocal._types import Array, Ints
-from robocal.estimate.terms import Normal
+from robocal.estimate.terms import Normal, Sizes
 
 __all__ = ["Information", "information"]
 
@@ -30,9 +30,7 @@ class Information:
     rank: int
 
 
-def information(
-    normal: Normal, scales: Array, sizes: tuple[tuple[int, int], tuple[int, int]], pairs: Ints
-) -> Information:
+def information(normal: Normal, scales: Array, sizes: Sizes, pairs: Ints) -> Information:
     """From the normal equations of one problem; scales (n,) are the expected errors of the shared columns."""
     n, rank = len(scales), 0
     whole = np.tril(normal.a[0]) + np.tril(normal.a[0], -1).T

@@ -11,13 +11,11 @@ synthesis (2000), section 6; Cuthill and McKee, Reducing the bandwidth of sparse
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
 from robocal._types import Array, Bools, Ints
-from robocal.estimate.terms import Normal
+from robocal.estimate.terms import Normal, Sizes
 
 __all__ = ["System", "structure"]
 
@@ -25,22 +23,41 @@ MANY = 1200  # columns of kept blocks from which a band is looked for
 NARROW = 0.4  # of them: a wider band costs LAPACK as much as the whole
 
 
-@dataclass(frozen=True)
 class System:
-    """How the equations hang together: which family is eliminated (0 or 1), and which blocks of the other each of its blocks
-    meets; see `_kernels.eliminate`."""
+    """How the equations of n free columns hang together where one of two families, (blocks, columns of a block) each, is eliminated:
+    `out` (0 or 1); its blocks and those of the other meet in pairs (K, 2). See `_kernels.eliminate`."""
 
-    out: int
-    n: int
-    retained: tuple[int, int]  # blocks and columns of a block
-    start: Ints
-    slots: Ints
-    pair: Ints
-    slot: Ints
-    offset: Ints
-    order: Ints | None  # of the kept blocks, where they are a band, and how many columns lie beside its diagonal
-    band: int
-    buffers: tuple[Array, ...]  # work space: the system, its border, its right-hand side, what `back` needs
+    def __init__(self, out: int, n: int, sizes: Sizes, pairs: Ints) -> None:
+        (count, size), self.retained = sizes[out], sizes[1 - out]
+        self.out, self.n = out, n
+        others, wide = self.retained
+        base, met = self.base, pairs[:, 1 - out]
+        # The order of the kept blocks, where they are a band, and how many columns lie beside its diagonal.
+        self.order: Ints | None = None
+        self.band = 0
+        if base >= MANY:
+            order, reach = _band_order(pairs[:, out], met, count, others)
+            band = (reach + 1) * wide - 1
+            if band < NARROW * base:
+                self.order, self.band = order, band
+                met = np.argsort(order)[met]
+        entries = np.lexsort((met, pairs[:, out]))
+        mine, other = pairs[entries, out], met[entries]
+        # Entries that meet the same block share a slot: two sensors may see the same pair.
+        new = np.ones(len(entries), dtype=bool)
+        new[1:] = (mine[1:] != mine[:-1]) | (other[1:] != other[:-1])
+        edges = np.arange(count + 1)
+        slots_at, entries_at = np.searchsorted(mine[new], edges), np.searchsorted(mine, edges)
+        slot = np.cumsum(new) - 1 - slots_at[mine] if len(entries) else np.zeros(0, dtype=np.int64)
+        width = np.diff(slots_at) * wide + n
+        self.offset = np.concatenate([[0], np.cumsum(size * width)])
+        self.start = np.array([slots_at, entries_at], dtype=np.int64)
+        self.slots, self.pair, self.slot = (np.ascontiguousarray(v) for v in (other[new], entries, slot))
+        system = np.zeros((base, self.band + 1) if self.band else (base + n, base + n))
+        border = np.zeros((n, base + n)) if self.band else system[base:]
+        room = (np.zeros(shape) for shape in ((base + n,), (count, size, size), (count, size), (int(self.offset[-1]),)))
+        # Work space: the system, its border, its right-hand side, what `back` needs.
+        self.buffers: tuple[Array, ...] = (system, border, *room)
 
     @property
     def base(self) -> int:
@@ -123,43 +140,10 @@ def _dense(s: Array, v: Array) -> bool:
     return not info
 
 
-def structure(n: int, sizes: tuple[tuple[int, int], tuple[int, int]], pairs: Ints) -> System:
+def structure(n: int, sizes: Sizes, pairs: Ints) -> System:
     """The system of n free columns and two families, (blocks, columns of a block) each, whose blocks meet in pairs (K, 2)."""
     choices = [(_work(out, n, sizes, pairs), out) for out in (0, 1) if sizes[out][0] or not out]
-    return _eliminating(min(choices)[1], n, sizes, pairs)
-
-
-def _eliminating(out: int, n: int, sizes: tuple[tuple[int, int], tuple[int, int]], pairs: Ints) -> System:
-    (count, size), (others, wide) = sizes[out], sizes[1 - out]
-    base = others * wide
-    met, order, band = pairs[:, 1 - out], None, 0
-    if base >= MANY:
-        order, reach = _band_order(pairs[:, out], met, count, others)
-        band = (reach + 1) * wide - 1
-        if band < NARROW * base:
-            rank = np.empty(others, dtype=np.int64)
-            rank[order] = np.arange(others)
-            met = rank[met]
-        else:
-            order, band = None, 0
-    entries = np.lexsort((met, pairs[:, out]))
-    mine, other = pairs[entries, out], met[entries]
-    # Entries that meet the same block share a slot: two sensors may see the same pair.
-    new = np.ones(len(entries), dtype=bool)
-    new[1:] = (mine[1:] != mine[:-1]) | (other[1:] != other[:-1])
-    edges = np.arange(count + 1)
-    slots_at, entries_at = np.searchsorted(mine[new], edges), np.searchsorted(mine, edges)
-    slot = np.cumsum(new) - 1 - slots_at[mine] if len(entries) else np.zeros(0, dtype=np.int64)
-    width = np.diff(slots_at) * wide + n
-    offset = np.concatenate([[0], np.cumsum(size * width)])
-    start = np.array([slots_at, entries_at], dtype=np.int64)
-    system = np.zeros((base, band + 1) if band else (base + n, base + n))
-    border = np.zeros((n, base + n)) if band else system[base:]
-    room = (np.zeros(shape) for shape in ((base + n,), (count, size, size), (count, size), (int(offset[-1]),)))
-    return System(
-        out, n, sizes[1 - out], start, np.ascontiguousarray(other[new]), np.ascontiguousarray(entries),
-        np.ascontiguousarray(slot), offset, order, band, (system, border, *room),
-    )  # fmt: skip
+    return System(min(choices)[1], n, sizes, pairs)
 
 
 def _band_order(mine: Ints, met: Ints, count: int, others: int) -> tuple[Ints, int]:
@@ -171,13 +155,12 @@ def _band_order(mine: Ints, met: Ints, count: int, others: int) -> tuple[Ints, i
     meets = csr_matrix((np.ones(len(mine)), (mine, met)), shape=(count, others))
     together = (meets.T @ meets).tocsr()
     order = reverse_cuthill_mckee(together, symmetric_mode=True).astype(np.int64)
-    rank = np.empty(others, dtype=np.int64)
-    rank[order] = np.arange(others)
+    rank = np.argsort(order)
     rows, columns = together.nonzero()
     return order, int(np.abs(rank[rows] - rank[columns]).max(initial=0))
 
 
-def _work(out: int, n: int, sizes: tuple[tuple[int, int], tuple[int, int]], pairs: Ints) -> float:
+def _work(out: int, n: int, sizes: Sizes, pairs: Ints) -> float:
     """Operations of one solution, about."""
     (count, size), (others, wide) = sizes[out], sizes[1 - out]
     width = np.bincount(pairs[:, out], minlength=max(count, 1)) * wide + n
