@@ -11,7 +11,7 @@ import numpy as np
 from robocal._types import Array
 from robocal.apply.verification import FEWEST, align_poses
 from robocal.diagnose.limits import LIKE_EXPLAINS, LIKE_POSITIONS, LIKE_TURNS, LIKE_TURNS_LEAST
-from robocal.geometry import so3
+from robocal.geometry import se3, so3
 from robocal.geometry.fits import rigid
 
 __all__ = ["Cause", "Unlike", "unlike"]
@@ -84,15 +84,10 @@ def _spread(p: Array) -> float:
 
 def _positions(p: Array, q: Array) -> float:
     """Root mean square of what the best motion leaves of positions."""
-    return float(np.sqrt(np.mean(np.sum((_brought(rigid(p, q), p) - q) ** 2, axis=1))))
-
-
-def _brought(motion: Array, p: Array) -> Array:
-    return np.asarray(p @ motion[:3, :3].T + motion[:3, 3])
+    t = rigid(p, q)
+    return float(np.sqrt(np.mean(np.sum((p @ t[:3, :3].T + t[:3, 3] - q) ** 2, axis=1))))
 
 
 def _turns(r: Array, s: Array) -> float:
     """Root mean square of what the best turns on both sides leave of orientations, to first order of the second side."""
-    poses = [np.tile(np.eye(4), (len(r), 1, 1)) for _ in range(2)]
-    poses[0][:, :3, :3], poses[1][:, :3, :3] = r, s
-    return align_poses(poses[0], poses[1])[0].rms[1]
+    return align_poses(se3.compose(r, np.zeros(3)), se3.compose(s, np.zeros(3)))[0].rms[1]

@@ -116,12 +116,10 @@ def _descend(found: Array, reference: Array, length: float, a: Array, *, point: 
         r_new, j_new = _linearise(a_new @ found @ b_new, reference, length, point=point)
         if (lower := float(r_new @ r_new)) <= cost:
             a, b, r, j, cost, damping = a_new, b_new, r_new, j_new, lower, damping / 10 if damping > 1e-6 else 0.0
-            if np.abs(step).max() < END:
-                break
         else:
-            if np.abs(step).max() < END:
-                break
             damping = max(10 * damping, 1e-6)
+        if np.abs(step).max() < END:
+            break
     return cost, a, b
 
 
@@ -164,13 +162,11 @@ def anova(means: Sequence[float], spreads: Sequence[float], counts: Sequence[int
     two groups, or of fewer than two values."""
     m, s, n = (np.asarray(v, float) for v in (means, spreads, counts))
     if len(m) < 2 or len(s) != len(m) or len(n) != len(m) or (n < 2).any():
-        raise ModelError(
-            "an analysis of variance takes two groups or more of two values or more", found=[len(m), n.tolist()]
-        )
+        message = "an analysis of variance takes two groups or more of two values or more"
+        raise ModelError(message, found=[len(m), n.tolist()])
     if not np.isfinite([*m, *s]).all() or (s < 0).any():
-        raise ModelError(
-            "means and standard deviations are finite, and no standard deviation is negative", found=s.tolist()
-        )
+        message = "means and standard deviations are finite, and no standard deviation is negative"
+        raise ModelError(message, found=s.tolist())
     total = n.sum()
     between, within = len(m) - 1, int(total) - len(m)
     grand = float((n * m).sum() / total)
