@@ -70,14 +70,10 @@ class Configurations:
 
     def take(self, index: Ints) -> Configurations:
         """A subset, in the given order."""
-        return Configurations(
-            tuple(self.ids[i] for i in index),
-            None if self.joints is None else self.joints[index],
-            {k: v[index] for k, v in self.columns.items()},
-            None if self.start is None else self.start[index],
-            None if self.groups is None else tuple(self.groups[i] for i in index),
-            None if self.digits is None else self.digits[index],
-        )
+        columns = {k: v[index] for k, v in self.columns.items()}
+        joints, start, digits = (None if v is None else v[index] for v in (self.joints, self.start, self.digits))
+        ids, groups = (None if v is None else tuple(v[i] for i in index) for v in (self.ids, self.groups))
+        return Configurations(ids or (), joints, columns, start, groups, digits)
 
 
 @dataclass(frozen=True)
