@@ -92,9 +92,8 @@ class Chain(Whole):
         """The columns (m, C) that a program reads: joint values (m, n), named extras (m,), and what follows from them."""
         q = np.atleast_2d(np.asarray(joints, float))
         if q.shape[1] != len(self.joints):
-            raise ModelError(
-                "wrong number of joint values", found=q.shape[1], expected=f"{len(self.joints)} for {self.name}"
-            )
+            expected = f"{len(self.joints)} for {self.name}"
+            raise ModelError("wrong number of joint values", found=q.shape[1], expected=expected)
         known = {name: q[:, i] for i, name in enumerate(self.joint_names)}
         known.update({k: np.broadcast_to(np.asarray(v, float), (len(q),)) for k, v in (extra or {}).items()})
         columns = (program or self.program).columns
@@ -103,11 +102,8 @@ class Chain(Whole):
                 known.update(made.columns(q, known))
         for column in columns:
             if column not in known:
-                raise ModelError(
-                    "the model needs a column that the configurations lack",
-                    key=column,
-                    suggestion=nearest(column, known),
-                )
+                message = "the model needs a column that the configurations lack"
+                raise ModelError(message, key=column, suggestion=nearest(column, known))
         if not columns:
             return np.empty((len(q), 0))
         return np.ascontiguousarray(np.stack([known[c] for c in columns], axis=-1))

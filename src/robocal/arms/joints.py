@@ -114,9 +114,8 @@ def with_eccentricity(
     for joint in turning(chain, tuple(each)) if each else ():
         for order in each[joint]:
             if not 0 < order < np.inf:
-                raise ModelError(
-                    "not an order of a harmonic", key="harmonics", found=order, expected="a number above 0"
-                )
+                expected = "a number above 0"
+                raise ModelError("not an order of a harmonic", key="harmonics", found=order, expected=expected)
             wave = Harmonic(joint, float(order), *(within or {}).get(joint, ()))
             # A parameter's name has one dot only.
             symbols = [f"{wave_of}{order:g}".replace(".", "_") for wave_of in ("cos", "sin")]

@@ -117,9 +117,8 @@ def _steps(pen: RowBuilder) -> list[dict[str, Any]]:
         if symbol is not None and (
             not isinstance(symbol, str) or not symbol or "." in symbol or symbol in ("gain", "offset")
         ):
-            raise ModelError(
-                "not a symbol", key=f"{at}.symbol", found=symbol, expected="a word without a dot, not gain, offset"
-            )
+            expected = "a word without a dot, not gain, offset"
+            raise ModelError("not a symbol", key=f"{at}.symbol", found=symbol, expected=expected)
         if driven not in (0, 1, -1):
             raise ModelError("not a sign", key=f"{at}.driven", found=driven, expected="true, or 1 or -1")
         value = finite(entry.get("value", 0.0), f"{at}.value")

@@ -121,9 +121,8 @@ def stack_filter(
     Raises ModelError for local blocks, a robust loss, or bounds.
     """
     if problem.blocks or problem.loss != "none" or problem.has_bounds:
-        raise ModelError(
-            "the stacked filter knows no local blocks, robust loss or bounds", expected="the sequential filter (ekf)"
-        )
+        expected = "the sequential filter (ekf)"
+        raise ModelError("the stacked filter knows no local blocks, robust loss or bounds", expected=expected)
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     p: Array = np.array(covariance, dtype=np.float64)
     history, within = [], False
@@ -179,9 +178,8 @@ def _owners(problem: Problem) -> dict[int, int]:
             (int(b), int(u)) for b, u in zip(term.local[0], term.configuration, strict=True) if b >= 0
         }:
             if owner.setdefault(block, configuration) != configuration:
-                raise ModelError(
-                    "the filter needs every local block to belong to one configuration", found=f"block {block}"
-                )
+                message = "the filter needs every local block to belong to one configuration"
+                raise ModelError(message, found=f"block {block}")
     return owner
 
 

@@ -292,10 +292,8 @@ class _Home:
 
 def _pseudo_inverse(problem: Problem, x: Array, most: int, tolerance: float | None, watch: Watch | None) -> Solution:
     if len(x) != 1 or problem.blocks:
-        raise ModelError(
-            "the pseudo-inverse method solves one problem without local blocks",
-            found=f"{len(x)} problems, {problem.blocks} blocks",
-        )
+        message = "the pseudo-inverse method solves one problem without local blocks"
+        raise ModelError(message, found=f"{len(x)} problems, {problem.blocks} blocks")
     history = []
     best, best_x = np.inf, x
     reason = Reason.ITERATIONS

@@ -126,10 +126,8 @@ def particles(
     log_w = np.zeros(count)
     value, ratio = seen(step)
     if problem.has_bounds and not (ratio[:, 0] > NOTHING / 2).any():
-        raise ModelError(
-            "the measurements pull the answer beyond its bounds, where no particle may go",
-            expected="wider bounds, or lm",
-        )
+        message = "the measurements pull the answer beyond its bounds, where no particle may go"
+        raise ModelError(message, expected="wider bounds, or lm")
     done, resampled, fewest = 0, 0, float(count)
     tried, taken = 0, 0.0
     while True:
@@ -196,10 +194,8 @@ def _gaussian(problem: Problem, x: Array) -> tuple[Array, Array]:
     try:
         root = np.linalg.cholesky(a).T
     except np.linalg.LinAlgError:
-        raise ModelError(
-            "the measurements and priors leave a direction free, and particles would fill it",
-            expected="fewer free parameters, or priors",
-        ) from None
+        message = "the measurements and priors leave a direction free, and particles would fill it"
+        raise ModelError(message, expected="fewer free parameters, or priors") from None
     return root, scipy.linalg.solve_triangular(root, scipy.linalg.solve_triangular(root, -normal.g[0], trans="T"))
 
 

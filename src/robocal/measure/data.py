@@ -72,8 +72,8 @@ class Configurations:
         """A subset, in the given order."""
         columns = {k: v[index] for k, v in self.columns.items()}
         joints, start, digits = (None if v is None else v[index] for v in (self.joints, self.start, self.digits))
-        ids, groups = (None if v is None else tuple(v[i] for i in index) for v in (self.ids, self.groups))
-        return Configurations(ids or (), joints, columns, start, groups, digits)
+        groups = None if self.groups is None else tuple(self.groups[i] for i in index)
+        return Configurations(tuple(self.ids[i] for i in index), joints, columns, start, groups, digits)
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,6 @@ def _stack(a: Array | None, b: Array | None, rows_a: int, rows_b: int, absent: f
     upper = np.full((rows_a, width), absent) if a is None else a
     lower = np.full((rows_b, width), absent) if b is None else b
     if upper.shape[1] != lower.shape[1]:
-        raise ModelError(
-            "two data sets with different numbers of joints", found=lower.shape[1], expected=upper.shape[1]
-        )
+        expected = upper.shape[1]
+        raise ModelError("two data sets with different numbers of joints", found=lower.shape[1], expected=expected)
     return np.vstack([upper, lower])

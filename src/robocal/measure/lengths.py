@@ -146,9 +146,8 @@ def gain_names(obs: Observations) -> list[str]:
 def _names(obs: Observations) -> tuple[str, ...]:
     names = obs.options.get("cables")
     if not isinstance(names, tuple):
-        raise ModelError(
-            "numbers of every cable need the names of the cables", key=obs.label, expected="options['cables']"
-        )
+        expected = "options['cables']"
+        raise ModelError("numbers of every cable need the names of the cables", key=obs.label, expected=expected)
     return names
 
 
@@ -184,12 +183,8 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     cables = cable_robot_of(builder.machine, WHAT).cables
     number = obs.extra["cable"].astype(np.int64)
     if len(number) and not 0 <= number.min() <= number.max() < len(cables):
-        raise ModelError(
-            "no such cable",
-            key="cable",
-            found=[int(number.min()), int(number.max())],
-            expected=f"0 to {len(cables) - 1}",
-        )
+        expected = f"0 to {len(cables) - 1}"
+        raise ModelError("no such cable", key="cable", found=[int(number.min()), int(number.max())], expected=expected)
     return [LengthRows(builder, obs, cables, np.argsort(number, kind="stable"))] if len(number) else []
 
 

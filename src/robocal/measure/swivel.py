@@ -151,9 +151,8 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term for all cables."""
     cables, names = builder.machine.parts.get("cable", ()), _cables(obs)
     if names != cables:
-        raise ModelError(
-            "swivel angles are of the cables of a cable robot", found=", ".join(names), expected=", ".join(cables) or "cables"
-        )  # fmt: skip
+        expected = ", ".join(cables) or "cables"
+        raise ModelError("swivel angles are of the cables of a cable robot", found=", ".join(names), expected=expected)
     return [SwivelRows(builder, obs, names)] if len(obs) else []
 
 

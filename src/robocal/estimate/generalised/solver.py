@@ -147,9 +147,8 @@ def _linearise(problem: Problem, term: ProblemTerm, x: Array) -> tuple[Array, Ar
         root = np.empty((len(x), len(order), jloc.shape[2], jloc.shape[2]))
         at = marginal(jloc, scale, order, blocks, hold, info, root)
         if at >= 0:
-            raise ModelError(
-                "a local block is told neither by its prior nor by its rows", found=int(blocks[at]), expected="a prior"
-            )
+            message = "a local block is told neither by its prior nor by its rows"
+            raise ModelError(message, found=int(blocks[at]), expected="a prior")
         shared.append(_Shared(order, blocks, info, root))
     return np.ascontiguousarray(r.reshape(len(x), -1)), jloc, offset, shared
 
@@ -159,9 +158,8 @@ def _orders(configuration: Ints, block: Ints, counted: Bools) -> list[tuple[Ints
     some = np.flatnonzero(counted & (block >= 0))
     some = some[np.argsort(block[some], kind="stable")]
     if len(np.unique(np.column_stack([block, configuration])[some], axis=0)) != len(np.unique(block[some])):
-        raise ModelError(
-            "a local block belongs to several configurations", expected="maximum likelihood with free blocks"
-        )
+        expected = "maximum likelihood with free blocks"
+        raise ModelError("a local block belongs to several configurations", expected=expected)
     blocks, first, count = np.unique(block[some], return_index=True, return_counts=True)
     alike = [(count == h, np.arange(h)) for h in np.unique(count)]
     return [(blocks[mine], some[first[mine][:, None] + each]) for mine, each in alike]
