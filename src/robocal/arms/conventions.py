@@ -13,7 +13,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from robocal.arms.chain import Chain
-from robocal.arms.recipes import RECIPES, elements_convention, recipe_convention
+from robocal.arms.recipes import ELEMENTS, RECIPES
 from robocal.arms.row_builder import QUANTITIES, TYPES, Convention, Row, RowBuilder, finite
 from robocal.arms.screws import SCREW_CONVENTIONS
 from robocal.errors import ModelError, look_up, one_of
@@ -23,10 +23,7 @@ from robocal.parameters import Parameter, ParameterTable, frame_parameters
 
 __all__ = ["CONVENTIONS", "QUANTITIES", "Convention", "chain", "convention_of", "rows"]
 
-CONVENTIONS: dict[str, Convention] = {
-    c.name: c
-    for c in (*(recipe_convention(*entry) for entry in RECIPES.items()), *SCREW_CONVENTIONS, elements_convention())
-}
+CONVENTIONS = {c.name: c for c in (*RECIPES, *SCREW_CONVENTIONS, ELEMENTS)}
 RESERVED = ("base", "tool", "home", "1")
 
 

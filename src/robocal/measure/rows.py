@@ -22,7 +22,19 @@ from robocal.measure.data import Frame, Observations
 from robocal.measure.kinds import MODULES, NAMES
 from robocal.parameters import Parameter
 
-__all__ = ["KINDS", "Between", "Kind", "Number", "Rows", "kind_of", "number_names", "numbers", "per_target", "register"]
+__all__ = [
+    "KINDS",
+    "Between",
+    "Kind",
+    "Number",
+    "Rows",
+    "Sights",
+    "kind_of",
+    "number_names",
+    "numbers",
+    "per_target",
+    "register",
+]
 
 NONE = np.empty(0, dtype=np.int64)
 Carriers = Carrier | tuple[Carrier, Carrier]
@@ -147,6 +159,18 @@ class Rows(ABC):
         return np.asarray(r[0] + self.value[0])
 
 
+class Sights(Rows):
+    """Rows of which many look at one pose: `sight` says which of the carrier's rows each looks at."""
+
+    sight: Ints
+
+    def look(self, x: Array, first: int, rows: int) -> tuple[tuple[Array, Array, Array], Ints, int]:
+        """The poses that some rows look at, with their Jacobians; which of them each row does, and the number of the first."""
+        own = self.sight[first : first + rows]
+        lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
+        return self.carrier.pose(x, lo, hi - lo), own - lo, lo
+
+
 class Between(Rows):
     """Rows that look only at the vector from the origin of one carrier to that of another, in common axes."""
 
@@ -193,17 +217,12 @@ def numbers(obs: Observations, known: Sequence[Number]) -> list[Parameter]:
             names, key = [n.symbol for n in here], f"{obs.label}.{symbol}"
             facts = one_of(symbol, names) if names else {"expected": "none"}
             raise ModelError(f"unknown number of {obs.kind}", key=key, **facts)
-    return [
-        Parameter(
-            f"{obs.options[n.option]}.{n.symbol}",
-            float(values.get(n.symbol, n.value)),
-            n.unit,
-            n.symbol in stated if free is not None else n.symbol not in values,
-            prior=priors.get(n.symbol),
-            expected=n.expected,
-        )
-        for n in here
-    ]
+    out = []
+    for n in here:
+        loose = n.symbol in stated if free is not None else n.symbol not in values
+        name, value = f"{obs.options[n.option]}.{n.symbol}", float(values.get(n.symbol, n.value))
+        out.append(Parameter(name, value, n.unit, loose, prior=priors.get(n.symbol), expected=n.expected))
+    return out
 
 
 def _mapping(obs: Observations, key: str) -> Mapping[str, float]:
