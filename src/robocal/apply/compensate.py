@@ -7,7 +7,7 @@ keeps the nominal model.
 
 N is the nominal model, C the calibrated one. The simulation drives C with what is handed out, so `after` is what is
 left if C is the truth. Where an arm cannot meet a whole pose (fewer than six axes) the position comes first and the
-orientation next to it, as near as it goes, in the null space of the position (`arms/priority.py`).
+orientation next to it, as near as it goes, in the null space of the position (`by_priority`).
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ import numpy as np
 from robocal._types import Array, Bools, Ints
 from robocal.apply.verification import errors
 from robocal.arms.chain import Chain
-from robocal.arms.inverse_kinematics import inverse_point, inverse_pose
-from robocal.arms.priority import by_priority
+from robocal.arms.inverse_kinematics import by_priority, inverse_point, inverse_pose
 from robocal.diagnose.limits import LEAP, SINGULAR_BELOW
 from robocal.errors import ModelError
 from robocal.geometry import se3

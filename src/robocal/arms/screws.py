@@ -135,11 +135,9 @@ def _read_urdf(row: Row, values: Mapping[str, float]) -> dict[str, object]:
     r = so3.exp([values["rx"], values["ry"], values["rz"]])
     flat = math.hypot(r[0, 0], r[1, 0])
     pitch = math.atan2(-r[2, 0], flat)
-    roll, yaw = (
-        (math.atan2(r[2, 1], r[2, 2]), math.atan2(r[1, 0], r[0, 0]))
-        if flat > 1e-9
-        else (0.0, math.atan2(-r[0, 1], r[1, 1]))
-    )
+    roll, yaw = 0.0, math.atan2(-r[0, 1], r[1, 1])
+    if flat > 1e-9:
+        roll, yaw = math.atan2(r[2, 1], r[2, 2]), math.atan2(r[1, 0], r[0, 0])
     out = {**row, "xyz": [values["x"], values["y"], values["z"]], "rpy": [roll, pitch, yaw]}
     return out | ({"offset": values["offset"]} if "offset" in values else {})
 

@@ -70,7 +70,8 @@ class Rows(ABC):
         self.scale = np.ascontiguousarray(self.used[:, None] / self.sigma)
         self.rounding = None if obs.rounding is None else obs.rounding[index]
         self.numbers = numbers
-        self.own, self.own_columns = NONE, NONE  # which numbers are free, and their columns
+        self.own = NONE  # which numbers are free
+        self.columns: Ints = np.concatenate([c.columns for c in self.carriers])
         # By the columns that are free; the same rows under another noise share it.
         self._bound: dict[bytes, dict[str, Any]] = {}
 
@@ -114,19 +115,13 @@ class Rows(ABC):
         """The first carrier; the only one of most kinds."""
         return self.carriers[0]
 
-    @cached_property
-    def columns(self) -> Ints:
-        return np.concatenate([*(c.columns for c in self.carriers), self.own_columns])
-
     def bind(self, column_of: Ints) -> Self:
         known, key = self._bound, column_of.tobytes()
         if key not in known:
             own = np.flatnonzero(column_of[self.numbers] >= 0)
-            carriers, columns = tuple([c.bind(column_of) for c in self.carriers]), column_of[self.numbers[own]]
-            known[key] = {
-                "carriers": carriers, "own": own, "own_columns": columns,
-                "columns": np.concatenate([*(c.columns for c in carriers), columns]),
-            }  # fmt: skip
+            carriers = tuple([c.bind(column_of) for c in self.carriers])
+            columns = np.concatenate([*(c.columns for c in carriers), column_of[self.numbers[own]]])
+            known[key] = {"carriers": carriers, "own": own, "columns": columns}
         return self._with(**known[key])
 
     def without(self, rows: Bools) -> Self:

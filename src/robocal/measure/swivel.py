@@ -9,6 +9,7 @@ cable lie in one plane. Do not bring a platform anchor below its frame anchor: t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -133,11 +134,8 @@ def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dic
 def parameters(obs: Observations) -> list[Parameter]:
     """The zero of every cable's encoder; all start from the one value that is stated, or are free from 0."""
     zero = [Number("zero", SYMBOL, "rad", expected=ANYWHERE)]
-    return [p for c in cable_names(obs, WHAT) for p in numbers(_cable_rows(obs, c), zero)]
-
-
-def _cable_rows(obs: Observations, cable: str) -> Observations:
-    return Observations(obs.kind, obs.configuration, obs.value, options={**obs.options, "zero": cable}, group=obs.label)
+    own = (replace(obs, options={**obs.options, "zero": c}, group=obs.label) for c in cable_names(obs, WHAT))
+    return [p for of_cable in own for p in numbers(of_cable, zero)]
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
