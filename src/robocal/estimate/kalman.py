@@ -24,7 +24,6 @@ from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
-from robocal.estimate.tolerance import greatest_error
 from robocal.progress import Watch, tell
 
 __all__ = ["Filtered", "kalman", "stack_filter"]
@@ -130,7 +129,7 @@ def stack_filter(
         lin = problem.linearize(x)
         history.append(0.5 * float(lin.r @ lin.r))
         tell(watch, "iterate", iteration=count, cost=history[-1], active=1)
-        within = tolerance is not None and bool(greatest_error(problem, x)[0] <= tolerance)
+        within = tolerance is not None and bool(problem.greatest_error(x)[0] <= tolerance)
         if within or count == passes or not np.isfinite(history[-1]):
             break
         j = lin.j / np.sqrt(noise)[..., None] if np.ndim(noise) else lin.j / np.sqrt(noise)

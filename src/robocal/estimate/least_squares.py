@@ -30,7 +30,6 @@ from robocal.errors import ModelError, one_of
 from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Normal
-from robocal.estimate.tolerance import greatest_error
 from robocal.progress import Watch, tell
 
 __all__ = ["METHODS", "Reason", "Solution", "least_squares"]
@@ -262,7 +261,7 @@ def _stop_within(problem: Problem, x: Array, tolerance: float, away: Bools, reas
     """Stops the running problems whose greatest error is within the tolerance; one on trial stands nowhere yet."""
     running = np.flatnonzero((reason == _RUNNING) & ~away)
     if len(running):
-        reason[running[greatest_error(problem, x[running]) <= tolerance]] = int(Reason.TOLERANCE)
+        reason[running[problem.greatest_error(x[running]) <= tolerance]] = int(Reason.TOLERANCE)
 
 
 @cache
@@ -306,7 +305,7 @@ def _pseudo_inverse(problem: Problem, x: Array, most: int, tolerance: float | No
         if not np.isfinite(cost):
             reason = Reason.NOT_FINITE
             break
-        if tolerance is not None and most > 1 and greatest_error(problem, x)[0] <= tolerance:
+        if tolerance is not None and most > 1 and problem.greatest_error(x)[0] <= tolerance:
             best_x, reason = x, Reason.TOLERANCE
             break
         if cost < best:
