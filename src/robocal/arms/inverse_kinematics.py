@@ -33,7 +33,8 @@ from robocal.geometry import so3
 
 __all__ = ["Reached", "by_priority", "inverse_point", "inverse_pose"]
 
-TOLERANCE = (1e-9, 1e-9)
+TOLERANCE = (1e-9, 1e-9)  # m, rad
+ITERATIONS = 80
 LONGEST = 0.5  # largest change of a joint in one step, in rad or m: beyond it the linear model is a guess
 
 
@@ -49,19 +50,11 @@ class Reached:
 
 
 def inverse_pose(
-    chain: Chain,
-    poses: ArrayLike,
-    *,
-    start: ArrayLike | None = None,
-    restarts: int = 64,
-    iterations: int = 80,
-    tolerance: tuple[float, float] = TOLERANCE,
-    extra: Extra = None,
+    chain: Chain, poses: ArrayLike, *, start: ArrayLike | None = None, restarts: int = 64, extra: Extra = None
 ) -> Reached:
     """Joint values that bring the tool to T_base_tool (m, 4, 4), within the joint limits.
 
-    `start` (n,) or (m, n) is tried first, then the middle of the limits, then `restarts` others; `tolerance` is (m,
-    rad); `extra` are named columns (m,) or scalars. A target that is not reached keeps the best joint values found.
+    `start` (n,) or (m, n) is tried first, then the middle of the limits, then `restarts` others; `extra` are named columns (m,) or scalars. A target that is not reached keeps the best joint values found.
     Raises ModelError for wrong shapes.
     """
     t = np.asarray(poses, float)
@@ -69,7 +62,7 @@ def inverse_pose(
     if t.ndim != 3 or t.shape[1:] != (4, 4):
         raise ModelError("targets are not poses", found=t.shape, expected="(m, 4, 4)")
     task = _Task(chain, t[:, :3, 3], t[:, :3, :3], None, np.zeros(3), extra)
-    return _search(task, start, restarts, iterations, tolerance)
+    return _search(task, start, restarts)
 
 
 def inverse_point(
@@ -80,8 +73,6 @@ def inverse_point(
     tool_axis: ArrayLike = (0.0, 0.0, 1.0),
     start: ArrayLike | None = None,
     restarts: int = 64,
-    iterations: int = 80,
-    tolerance: tuple[float, float] = TOLERANCE,
     extra: Extra = None,
 ) -> Reached:
     """Joint values that bring the tool's origin to points (m, 3) in base coordinates and, if given, its axis along
@@ -101,7 +92,7 @@ def inverse_point(
             raise ModelError("wrong shape of directions", found=given.shape, expected=f"(3,) or {p.shape}")
         d = _units(np.array(np.broadcast_to(given, p.shape)))
     axis = _units(np.asarray(tool_axis, float)[None])[0]
-    return _search(_Task(chain, p, None, d, axis, extra), start, restarts, iterations, tolerance)
+    return _search(_Task(chain, p, None, d, axis, extra), start, restarts)
 
 
 def _units(v: Array) -> Array:
@@ -165,9 +156,7 @@ class _Task:
         return gap, j[:, :3], at, np.zeros(len(q))
 
 
-def _search(
-    task: _Task, start: ArrayLike | None, restarts: int, iterations: int, tolerance: tuple[float, float]
-) -> Reached:
+def _search(task: _Task, start: ArrayLike | None, restarts: int) -> Reached:
     m, n = len(task.point), len(task.chain.joints)
     best = Reached(np.zeros((m, n)), np.zeros(m, dtype=bool), np.full(m, np.inf), np.full(m, np.inf))
     cost = np.full(m, np.inf)
@@ -182,18 +171,16 @@ def _search(
         if not len(left):
             break
         q0 = np.broadcast_to(attempt, (m, n))[left]
-        q, value, position, angle = _descend(task, np.clip(q0, task.low, task.high), left, iterations, tolerance)
+        q, value, position, angle = _descend(task, np.clip(q0, task.low, task.high), left)
         better = value < cost[left]
         at = left[better]
         best.joints[at], cost[at] = q[better], value[better]
         best.position[at], best.angle[at] = position[better], angle[better]
-        best.success[at] = (position[better] <= tolerance[0]) & (angle[better] <= tolerance[1])
+        best.success[at] = (position[better] <= TOLERANCE[0]) & (angle[better] <= TOLERANCE[1])
     return best
 
 
-def _descend(
-    task: _Task, q: Array, which: Ints, iterations: int, tolerance: tuple[float, float]
-) -> tuple[Array, Array, Array, Array]:
+def _descend(task: _Task, q: Array, which: Ints) -> tuple[Array, Array, Array, Array]:
     """Levenberg-Marquardt from q (k, n) for targets `which` (k,): q, cost, position error and angle, each with k
     rows."""
     n = q.shape[1]
@@ -201,8 +188,8 @@ def _descend(
     cost = 0.5 * np.einsum("kd,kd->k", r, r)
     lam = np.full(len(q), 1e-2)
     active = np.arange(len(q))
-    for _ in range(iterations):
-        going = ((position > tolerance[0]) | (angle > tolerance[1])) & (lam < 1e10)
+    for _ in range(ITERATIONS):
+        going = ((position > TOLERANCE[0]) | (angle > TOLERANCE[1])) & (lam < 1e10)
         active = active[going[active]]
         if not len(active):
             break
