@@ -54,8 +54,9 @@ def inverse_pose(
 ) -> Reached:
     """Joint values that bring the tool to T_base_tool (m, 4, 4), within the joint limits.
 
-    `start` (n,) or (m, n) is tried first, then the middle of the limits, then `restarts` others; `extra` are named columns (m,) or scalars. A target that is not reached keeps the best joint values found.
-    Raises ModelError for wrong shapes.
+    `start` (n,) or (m, n) is tried first, then the middle of the limits, then `restarts` others; `extra` are named
+    columns (m,) or scalars. A target that is not reached keeps the best joint values found. Raises ModelError for wrong
+    shapes.
     """
     t = np.asarray(poses, float)
     t = t[None] if t.ndim == 2 else t
