@@ -85,15 +85,13 @@ def relative(found: Array, reference: Array) -> PoseErrors:
     return errors(se3.inverse(found[:1]) @ found[1:], se3.inverse(reference[:1]) @ reference[1:])
 
 
-def align_poses(
-    found: Array, reference: Array, length: float = 1.0, *, point: bool = False
-) -> tuple[PoseErrors, Array, Array]:
+def align_poses(found: Array, reference: Array, *, point: bool = False) -> tuple[PoseErrors, Array, Array]:
     """Errors after the best alignment A T_i B, and A and B (4, 4); B is the identity unless `point`: the instrument may then watch
-    another frame on the platform. A turn of 1 rad counts as `length` m. Raises ModelError for too few poses."""
+    another frame on the platform. A turn of 1 rad counts as 1 m. Raises ModelError for too few poses."""
     least = FEWEST + 2 * point
     if len(found) < least:
         raise ModelError("too few poses for an alignment", found=len(found), expected=f"{least} or more")
-    tried = [_descend(found, reference, length, a, point=point) for a in _beginnings(found, reference)]
+    tried = [_descend(found, reference, a, point=point) for a in _beginnings(found, reference)]
     _, a, b = min(tried, key=lambda t: t[0])
     return errors(a @ found @ b, reference), a, b
 
@@ -108,10 +106,10 @@ def _beginnings(found: Array, reference: Array) -> list[Array]:
     return out + [se3.compose(t, q.mean(axis=0) - t @ p.mean(axis=0)) for t in turns]
 
 
-def _descend(found: Array, reference: Array, length: float, a: Array, *, point: bool) -> tuple[float, Array, Array]:
+def _descend(found: Array, reference: Array, a: Array, *, point: bool) -> tuple[float, Array, Array]:
     """Half the sum of squares, A and B where Levenberg's method ends; a step is taken only if it lowers the sum."""
     b, damping = np.eye(4), 0.0
-    r, j = _linearise(a @ found @ b, reference, length, point=point)
+    r, j = _linearise(a @ found @ b, reference, point=point)
     cost = float(r @ r)
     for _ in range(ROUNDS):
         n = j.T @ j
@@ -119,7 +117,7 @@ def _descend(found: Array, reference: Array, length: float, a: Array, *, point: 
         step = np.asarray(np.linalg.lstsq(n + damping * size, -j.T @ r, rcond=1e-14)[0], float)
         a_new = _motion(step[:6]) @ a
         b_new = b @ _motion(step[6:]) if point else b
-        r_new, j_new = _linearise(a_new @ found @ b_new, reference, length, point=point)
+        r_new, j_new = _linearise(a_new @ found @ b_new, reference, point=point)
         if (lower := float(r_new @ r_new)) <= cost:
             a, b, r, j, cost, damping = a_new, b_new, r_new, j_new, lower, damping / 10 if damping > 1e-6 else 0.0
         else:
@@ -129,13 +127,13 @@ def _descend(found: Array, reference: Array, length: float, a: Array, *, point: 
     return cost, a, b
 
 
-def _linearise(here: Array, reference: Array, length: float, *, point: bool) -> tuple[Array, Array]:
+def _linearise(here: Array, reference: Array, *, point: bool) -> tuple[Array, Array]:
     """Errors (6 k,) of poses where they are, and their derivatives by a small motion of A and, with `point`, of B."""
     turned = here[:, :3, :3] @ np.swapaxes(reference[:, :3, :3], 1, 2)
     log = so3.log(turned)
-    r = np.concatenate([here[:, :3, 3] - reference[:, :3, 3], length * log], axis=1)
+    r = np.concatenate([here[:, :3, 3] - reference[:, :3, 3], log], axis=1)
     # A small motion (v, w) of A moves all in its frame; one of B moves the points that are watched.
-    inner = length * so3.left_jacobian_inverse(log)
+    inner = so3.left_jacobian_inverse(log)
     j = np.zeros((len(here), 6, 12 if point else 6))
     j[:, :3, :3] = np.eye(3)
     j[:, :3, 3:6] = -so3.skew(here[:, :3, 3])

@@ -1,6 +1,6 @@
 """Inverse kinematics by damped least squares, for many targets at once and any arm.
 
-    min_q 1/2 |r(q)|^2   with   r = (p - p*, L log(R R*^T))   or   r = (p - p*, L (R a - d))   or   r = p - p*
+    min_q 1/2 |r(q)|^2   with   r = (p - p*, L log(R R*^T))   or   r = p - p*
     (J^T J + lam D) dq = -J^T r,   lower <= q <= upper
 
 L is the arm's reach, so that a radian weighs like a reach. lam follows the cost (Levenberg-Marquardt); a joint at its
@@ -62,54 +62,28 @@ def inverse_pose(
     t = t[None] if t.ndim == 2 else t
     if t.ndim != 3 or t.shape[1:] != (4, 4):
         raise ModelError("targets are not poses", found=t.shape, expected="(m, 4, 4)")
-    task = _Task(chain, t[:, :3, 3], t[:, :3, :3], None, np.zeros(3), extra)
-    return _search(task, start, restarts)
+    return _search(_Task(chain, t[:, :3, 3], t[:, :3, :3], extra), start, restarts)
 
 
 def inverse_point(
-    chain: Chain,
-    points: ArrayLike,
-    directions: ArrayLike | None = None,
-    *,
-    tool_axis: ArrayLike = (0.0, 0.0, 1.0),
-    start: ArrayLike | None = None,
-    restarts: int = 64,
-    extra: Extra = None,
+    chain: Chain, points: ArrayLike, *, start: ArrayLike | None = None, restarts: int = 64, extra: Extra = None
 ) -> Reached:
-    """Joint values that bring the tool's origin to points (m, 3) in base coordinates and, if given, its axis along
-    directions (m, 3).
+    """Joint values that bring the tool's origin to points (m, 3) in base coordinates, however it is turned.
 
-    For arms with fewer than six joints, or where the turn about the tool does not matter. `tool_axis` (3,) is in tool
-    coordinates. The rest is as in `inverse_pose`. Raises ModelError for wrong shapes and for a direction of length
-    zero.
+    For arms with fewer than six joints, or where the orientation does not matter. The rest is as in `inverse_pose`. Raises
+    ModelError for wrong shapes.
     """
     p = np.atleast_2d(np.asarray(points, float))
     if p.ndim != 2 or p.shape[1] != 3:
         raise ModelError("targets are not points", found=p.shape, expected="(m, 3)")
-    d = None
-    if directions is not None:
-        given = np.asarray(directions, float)
-        if given.shape not in ((3,), p.shape):
-            raise ModelError("wrong shape of directions", found=given.shape, expected=f"(3,) or {p.shape}")
-        d = _units(np.array(np.broadcast_to(given, p.shape)))
-    axis = _units(np.asarray(tool_axis, float)[None])[0]
-    return _search(_Task(chain, p, None, d, axis, extra), start, restarts)
-
-
-def _units(v: Array) -> Array:
-    length = np.linalg.norm(v, axis=-1, keepdims=True)
-    if not (length > 0).all():
-        raise ModelError("a direction needs a length", found=v.tolist())
-    return np.asarray(v / length)
+    return _search(_Task(chain, p, None, extra), start, restarts)
 
 
 class _Task:
     """Residual and Jacobian of chosen targets."""
 
-    def __init__(
-        self, chain: Chain, point: Array, turn: Array | None, direction: Array | None, axis: Array, extra: Extra
-    ) -> None:
-        self.chain, self.point, self.turn, self.direction, self.axis = chain, point, turn, direction, axis
+    def __init__(self, chain: Chain, point: Array, turn: Array | None, extra: Extra) -> None:
+        self.chain, self.point, self.turn = chain, point, turn
         self.entries = chain.program.joint_entries(chain.joint_names)
         self.theta = chain.table.values[None]
         self.extra = {k: np.broadcast_to(np.asarray(v, float), (len(point),)) for k, v in (extra or {}).items()}
@@ -148,12 +122,6 @@ class _Task:
             turning = self.reach * (so3.left_jacobian_inverse(w) @ j[:, 3:])
             both = np.concatenate([gap, self.reach * w], axis=1)
             return both, np.concatenate([j[:, :3], turning], axis=1), at, np.linalg.norm(w, axis=1)
-        if self.direction is not None:
-            a, d = r @ self.axis, self.direction[which]
-            angle = np.arctan2(np.linalg.norm(np.cross(a, d), axis=1), np.einsum("ki,ki->k", a, d))
-            turning = -self.reach * (so3.skew(a) @ j[:, 3:])
-            both = np.concatenate([gap, self.reach * (a - d)], axis=1)
-            return both, np.concatenate([j[:, :3], turning], axis=1), at, angle
         return gap, j[:, :3], at, np.zeros(len(q))
 
 
