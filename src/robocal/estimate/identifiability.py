@@ -68,9 +68,13 @@ class Identifiability:
         """What takes the place of every dropped name."""
         return self._choice.combinations
 
-    @cached_property
+    @property
     def _choice(self) -> Choice:
-        return self.fitted or chosen(self.problem, self.x, self._root, self.level)
+        return self.fitted or self._own
+
+    @cached_property
+    def _own(self) -> Choice:
+        return chosen(self.problem, self.x, self._root, self.level)
 
     @cached_property
     def _root(self) -> Array:
