@@ -89,10 +89,9 @@ def _add_recorded(chain: Chain, joints: Sequence[str], source: str, symbol: str,
 def with_gains(chain: Chain, joints: Sequence[str] = (), prior: float = GAIN) -> Chain:
     """Frees the gains of joints (all by default), each with a prior (no unit)."""
     names = {f"{j}.gain" for j in (joints or chain.joint_names)}
-    for name in names:
-        _ = chain.table[name]
-    rows = (replace(p, free=True, prior=prior) if p.name in names else p for p in chain.table.rows)
-    return replace(chain, table=ParameterTable(tuple(rows), chain.table.together))
+    table = chain.table.with_free({*chain.table.free, *names})
+    rows = (replace(p, prior=prior) if p.name in names else p for p in table.rows)
+    return replace(chain, table=ParameterTable(tuple(rows), table.together))
 
 
 def with_eccentricity(
