@@ -83,6 +83,6 @@ def accuracy_map(
         cells, where, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
         centre = np.full((len(cells), 3), level)
         centre[:, across] = (cells + 0.5) * side
-        means = (np.bincount(where.ravel(), weights=v, minlength=len(cells)) / count for v in (error, band))
-        slices.append(Slice(name, across, side, centre, *means, count))
+        error, band = (np.bincount(where.ravel(), weights=v, minlength=len(cells)) / count for v in (error, band))
+        slices.append(Slice(name, across, side, centre, error, band, count))
     return AccuracyMap(tuple(slices), region)

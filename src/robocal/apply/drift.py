@@ -31,7 +31,7 @@ from robocal.measure.machine import Model
 from robocal.parameters import ParameterTable
 from robocal.quantities import Amount, OwnUnit, Value
 
-__all__ = ["Drift", "ParameterChange", "ParameterDrift", "Single", "compare", "compare_models", "exact_total"]
+__all__ = ["Drift", "ParameterChange", "ParameterDrift", "Single", "compare", "compare_models"]
 
 FEW = 5
 
@@ -114,7 +114,7 @@ class _SharedChange:
 
 def compare_models(first: Model, second: Model, known: tuple[Total, Total]) -> ParameterDrift:
     """Compares the parameters of two calibrations of any model, which are all that is asked of it; `known` is what each may be off
-    by (`exact_total` for numbers without an error)."""
+    by."""
     shared = _SharedChange(known, _names(first, known))
     return ParameterDrift(**_test(first, second, shared, shared.noise, shared.dof))
 
@@ -140,12 +140,6 @@ def compare(
         noise, dof = spread.factor * noise, min(dof, spread.dof)
     size = model_difference(seen, noise, shared.hidden, dof, joints, matters)
     return Drift(**_test(first, second, shared, noise, dof), difference=size, matters=matters, scatter=spread)
-
-
-def exact_total(known: Total) -> Total:
-    """What numbers may be off by that are exact, such as the truth of a simulation: nothing, in the names that a calibration knows."""
-    none = np.zeros_like(known.noise)
-    return Total(known.names, none, none, known.expected, np.inf, known.root)
 
 
 def _names(model: Model, known: tuple[Total, Total], without: str | None = None) -> tuple[str, ...]:

@@ -188,10 +188,7 @@ def visits(model: Chain, data: DataSet, values: Mapping[str, float]) -> Visits |
         mounts = [np.eye(4), *(_frame(t.name, values) for t in obs.targets)]
         command = arm.pose(q, columns) @ np.stack(mounts)[target + (1 if obs.targets else 0)]
         base = np.eye(4) if obs.frame is None else np.linalg.inv(_frame(obs.frame.name, values))
-        seen = np.tile(np.eye(4), (len(obs), 1, 1))
-        seen[:, :3, 3] = obs.value[:, :3]
-        if whole:
-            seen[:, :3, :3] = so3.exp(obs.value[:, 3:])
+        seen = se3.compose(so3.exp(obs.value[:, 3:]) if whole else np.eye(3), obs.value[:, :3])
         parts.append((base @ seen, command, obs.configuration))
         keys.append(np.stack([np.full(len(obs), number), target, label[obs.configuration]], axis=1))
     if not parts:
@@ -199,15 +196,13 @@ def visits(model: Chain, data: DataSet, values: Mapping[str, float]) -> Visits |
     attained, command, configuration = (np.concatenate(p) for p in zip(*parts, strict=True))
     found, first, place = np.unique(np.concatenate(keys), axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
     sensor = np.unique(found[order, :2], axis=0, return_inverse=True)[1].ravel()
     direction = None
     if DIRECTION in c.columns:
         direction = np.unique(c.columns[DIRECTION], return_inverse=True)[1].ravel()[configuration]
     group = None if c.groups is None else np.unique(c.groups, return_inverse=True)[1].ravel()[configuration]
     turn, asked = (attained[:, :3, :3], command[:, :3, :3]) if whole else (None, None)
-    where = rank[place.ravel()]
+    where = np.argsort(order)[place.ravel()]
     return Visits(attained[:, :3, 3], command[:, :3, 3], turn, asked, where, sensor, configuration, direction, group)
 
 
@@ -238,9 +233,6 @@ def _deviation(values: Array, mean: Array, label: Ints, count: Ints) -> Array:
 def _nth(label: Ints) -> Ints:
     """For every row, how many rows with its label come before it."""
     order = np.argsort(label, kind="stable")
-    sorted_ = label[order]
-    start = np.flatnonzero(np.r_[True, sorted_[1:] != sorted_[:-1]])
-    lengths = np.diff(np.r_[start, len(label)])
     out = np.empty_like(label)
-    out[order] = np.arange(len(label)) - np.repeat(start, lengths)
+    out[order] = np.arange(len(label)) - np.searchsorted(label[order], label[order])
     return out

@@ -234,13 +234,9 @@ def _places(p: Array, size: float) -> Iterator[tuple[Cause, Array, float]]:
 DEG = 180.0 / np.pi
 
 
-def _times(factor: float) -> Callable[[Array], Array]:
-    return lambda r: so3.exp(factor * so3.log(r))
-
-
 TURNS: tuple[tuple[Cause, Callable[[Array], Array], float], ...] = (
     ("turn-inverted", lambda r: r.swapaxes(1, 2), 1.0),
-    ("turn-unit", _times(DEG), 1.0 / DEG),
+    ("turn-unit", lambda r: so3.exp(DEG * so3.log(r)), 1.0 / DEG),
 )
 
 
