@@ -45,11 +45,9 @@ class Combination:
     @property
     def remark(self) -> Remark:
         """What is said of it."""
-        if not self.partners and self.families:
-            return Remark.of(Code.CANNOT_BE_TOLD, parameter=self.name, partners=self.families, more=None)
-        if not self.partners:
+        shown, more = together(self.partners) if self.partners else (self.families, 0)
+        if not shown:
             return Remark.of(Code.NO_EFFECT, parameter=self.name)
-        shown, more = together(self.partners)
         return Remark.of(Code.CANNOT_BE_TOLD, parameter=self.name, partners=shown, more=more or None)
 
 
