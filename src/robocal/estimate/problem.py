@@ -150,12 +150,14 @@ class Problem(Unknowns):
         self, sigma: ArrayLike | None = None, covariance: ArrayLike | None = None, family: int = 0
     ) -> Problem:
         """The same problem with a prior of every local block of a family around its start; see `Family.with_prior`."""
-        made = (f.with_prior(sigma, covariance) if i == family else f for i, f in enumerate(self.families))
+        made = list(self.families)
+        made[family] = made[family].with_prior(sigma, covariance)
         return replace(self, families=tuple(made))
 
     def with_fixed_blocks(self, family: int) -> Problem:
         """The same problem, where the blocks of a family stay where x has them: they take part in no step and have no prior."""
-        made = (replace(f, axes=(), prior=None) if i == family else f for i, f in enumerate(self.families))
+        made = list(self.families)
+        made[family] = replace(made[family], axes=(), prior=None)
         return replace(self, families=tuple(made), terms=tuple(t.hold(family) for t in self.terms))
 
     # --- evaluation ---------------------------------------------------------------------------------------------------------
