@@ -51,26 +51,12 @@ def test_a_calibrated_arm_is_no_harder(rng):
     np.testing.assert_allclose(real.pose(found.joints), target, atol=2e-9)
 
 
-def test_point_and_axis_for_five_joints(rng):
-    robot = catalog.get("rv-2aj")
-    target = robot.pose(random_joints(robot, rng, 200))
-    found = inverse_point(robot, target[:, :3, 3], target[:, :3, 0], tool_axis=(2, 0, 0))
-    made = robot.pose(found.joints)
-    assert found.success.all() and inside(robot, found.joints)
-    assert np.linalg.norm(made[:, :3, 3] - target[:, :3, 3], axis=1).max() <= 1e-9
-    assert np.linalg.norm(made[:, :3, 0] - target[:, :3, 0], axis=1).max() <= 1e-9
-
-
-def test_point_only_and_one_direction_for_all(rng):
+def test_point_only(rng):
     robot = catalog.get("rv-2aj")
     target = robot.pose(random_joints(robot, rng, 50))[:, :3, 3]
     found = inverse_point(robot, target)
     assert found.success.all() and (found.angle == 0).all()
     np.testing.assert_allclose(robot.pose(found.joints)[:, :3, 3], target, atol=1e-9)
-    table = np.array([[0.3, 0.05, 0.2], [0.25, -0.1, 0.25]])
-    down = inverse_point(robot, table, (0, 0, -3))
-    assert down.success.all()
-    np.testing.assert_allclose(robot.pose(down.joints)[:, :3, 2], [[0, 0, -1]] * 2, atol=2e-9)
 
 
 def test_slides_have_limits_too(rng):

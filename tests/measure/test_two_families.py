@@ -132,11 +132,11 @@ def test_what_is_not_formed_says_the_same(rig, monkeypatch):
 )
 @pytest.mark.parametrize("out", [0, 1])
 def test_either_family_may_be_eliminated(name, out):
-    from robocal.estimate.schur.system import _eliminating
+    from robocal.estimate.schur.system import System
 
     p = build(name)
     normal, rng = p.normal(p.start), np.random.default_rng(0)
-    system = _eliminating(out, p.n, p.sizes, p.pairs)
+    system = System(out, p.n, p.sizes, p.pairs)
     damp = rng.uniform(1, 2, p.n)
     local = tuple(rng.uniform(1, 2, s) for s in p.sizes)
     lam = 1e-3 * max(np.abs(normal.a).max(), np.abs(normal.al).max(), np.abs(normal.am).max())

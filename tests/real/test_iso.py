@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from robocal.apply.iso9283 import standard
-from robocal.apply.validate import distance_figures, every_pair, next_pairs, pose_figures, visits
+from robocal.apply.validate import visits
 from robocal.arms.joints import with_sag
 from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_dataset
@@ -86,10 +86,10 @@ def test_distance_accuracy_before_and_after(series, found):
     label = np.arange(len(goal)) // 9
     seen = {name: visits(model, data["D"], e.values) for name, (model, e) in found.items()}
     first = seen["nominal"]
-    inside = every_pair(first, label[first.configuration[first.first]])
+    inside = first.every_pair(label[first.configuration[first.first]])
     assert len(inside) == 70 * 36 + 1
-    for what, pair in (("consecutive points", next_pairs(first)), ("all pairs in a cube", inside)):
-        ad = {name: 1e3 * np.abs(distance_figures(v, pair).ad) for name, v in seen.items()}
+    for what, pair in (("consecutive points", first.next_pairs()), ("all pairs in a cube", inside)):
+        ad = {name: 1e3 * np.abs(v.distance_figures(pair).ad) for name, v in seen.items()}
         told = ", ".join(f"{name} {v.mean():.3f} (max {v.max():.3f})" for name, v in ad.items())
         print(f"\nSeries D, |AD| of {len(pair)} {what}, mm: {told}")
         assert ad["geometric"].mean() < 0.9 * ad["nominal"].mean()
@@ -99,7 +99,7 @@ def test_distance_accuracy_before_and_after(series, found):
 def test_what_single_visits_cannot_tell_is_said(series, found):
     _, data, _ = series
     (nominal, before), (model, after) = found["nominal"], found["geometric"]
-    one = pose_figures(visits(model, data["D"], after.values))
+    one = visits(model, data["D"], after.values).pose_figures()
     assert (one.n == 1).all() and np.isnan(one.rp).all() and np.isnan(one.ap).all()
     told = standard(data["D"], (model, after.values), (nominal, before.values), "consecutive")
     assert told["pose"] is None and {"AP", "RP", "vAP", "RD"} <= set(told["not_computable"])
@@ -113,5 +113,5 @@ def test_distances_depend_on_no_frame(series, found):
     model, after = found["geometric"]
     moved = {n: v + (0.3 if n in ("tracker.x", "tracker.rz") else 0.0) for n, v in after.values.items()}
     a, b = (visits(model, data["D"], v) for v in (after.values, moved))
-    pair = next_pairs(a)
-    np.testing.assert_allclose(distance_figures(a, pair).ad, distance_figures(b, pair).ad, atol=1e-12)
+    pair = a.next_pairs()
+    np.testing.assert_allclose(a.distance_figures(pair).ad, b.distance_figures(pair).ad, atol=1e-12)

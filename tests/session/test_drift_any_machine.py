@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from prove import machines as made
 
-from robocal.apply.drift import compare, compare_models, exact_total
+from robocal.apply.drift import compare, compare_models
 from robocal.apply.truth import CHANCE, compare_truth
 from robocal.estimate.uncertainty import Total
 from robocal.parameters import Parameter, ParameterTable
@@ -57,7 +57,8 @@ def test_a_motor_that_did_not_change_is_seldom_called_so_and_a_change_is_named()
 def test_the_truth_of_a_motor_is_a_calibration_without_an_error():
     rng = np.random.default_rng(1)
     first = estimated(MOTOR, rng)
-    both = compare_models(MOTOR, first, (exact_total(KNOWN), KNOWN))
+    exact = replace(KNOWN, noise=np.zeros((4, 4)), response=np.zeros((4, 4)))
+    both = compare_models(MOTOR, first, (exact, KNOWN))
     alone = compare_truth(first.table, MOTOR.table, KNOWN, MOTOR.table.names)
     assert both.statistic * both.rank == pytest.approx(alone.total.chi2) and both.p_value > CHANCE
     assert [c.sigma for c in both.changes] == pytest.approx([p.sigma for p in alone.parameters])

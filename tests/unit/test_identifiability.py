@@ -34,7 +34,6 @@ def test_what_is_seen_is_relative_to_noise(share, kept):
 def test_noise_divides_and_priors_and_always_keep():
     p = seen_to(10.0)
     assert analyse(p, np.zeros(3), noise=20.0).dropped == ("b3",)
-    assert analyse(p, np.zeros(3), noise=20.0, always=["b3"]).dropped == ()
     stated = p.with_table(p.table.with_priors({"b3": 0.01}))
     assert analyse(stated, np.zeros(3), noise=20.0).basis == ("b1", "b2", "b3")
     assert analyse(seen_to(3.0), np.zeros(3), seen=4.0).dropped == ("b3",)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robocal.apply.validate import Visits, distance_figures, every_pair, next_pairs, pose_figures, visits
+from robocal.apply.validate import Visits, visits
 from robocal.arms import catalog
 from robocal.geometry import se3, so3
 from robocal.measure.base import synthesise
@@ -41,7 +41,7 @@ def test_figures_are_those_of_the_standard(rng):
     nominal, _, at, data, values = cycles(rng)
     found = visits(nominal, data, values)
     assert found is not None and list(found.count) == [30] * 5
-    got = pose_figures(found)
+    got = found.pose_figures()
     to_base = np.linalg.inv(se3.from_vector(np.array(FRAME)))
     for i in range(5):
         rows = np.arange(i, 150, 5)
@@ -62,7 +62,7 @@ def test_figures_are_those_of_the_standard(rng):
 def test_the_size_of_the_scatter_comes_out(rng):
     """RP of normal scatter s per axis: l is s times a chi variable with three degrees of freedom."""
     nominal, _, _, data, values = cycles(rng, places=100, n=200, scatter=3e-5)
-    got = pose_figures(visits(nominal, data, values))
+    got = visits(nominal, data, values).pose_figures()
     mean, deviation = np.sqrt(8 / np.pi), np.sqrt(3 - 8 / np.pi)
     # The standard error of this mean is 0.3 % (six other seeds: 3.588 to 3.622 for 3.616).
     assert got.rp.mean() == pytest.approx(3e-5 * (mean + 3 * deviation), rel=0.0125)
@@ -73,7 +73,7 @@ def test_the_size_of_the_scatter_comes_out(rng):
 def test_calibration_changes_accuracy_and_never_repeatability(rng):
     nominal, real, _, data, values = cycles(rng)
     true = values | {p.name: p.value for p in real.table.rows}
-    before, after = pose_figures(visits(nominal, data, values)), pose_figures(visits(real, data, true))
+    before, after = visits(nominal, data, values).pose_figures(), visits(real, data, true).pose_figures()
     assert after.ap.max() < 2e-5 < 2e-4 < before.ap.mean()
     np.testing.assert_array_equal(before.rp, after.rp)
     np.testing.assert_allclose(before.rp_abc, after.rp_abc, rtol=1e-9)
@@ -81,9 +81,9 @@ def test_calibration_changes_accuracy_and_never_repeatability(rng):
 
 def test_single_visits_have_no_repeatability(rng):
     nominal, _, _, data, values = cycles(rng, n=1, kind="position")
-    got = pose_figures(visits(nominal, data, values))
+    got = visits(nominal, data, values).pose_figures()
     assert np.isnan(got.ap).all() and np.isnan(got.rp).all() and np.isnan(got.vap).all() and got.rp_abc is None
-    some = pose_figures(visits(nominal, data + data.take(np.array([2])), values))
+    some = visits(nominal, data + data.take(np.array([2])), values).pose_figures()
     assert list(np.isfinite(some.rp)) != [True] * 5
 
 
@@ -94,7 +94,7 @@ def test_directions(rng):
     shift = np.zeros_like(obs.value)
     shift[:, 0] = np.array([0.0, 1e-4, 3e-4])[data.configurations.columns["direction"].astype(int)]
     moved = replace(data, observations=(replace(obs, value=obs.value + shift),))
-    got = pose_figures(visits(nominal, moved, values))
+    got = visits(nominal, moved, values).pose_figures()
     np.testing.assert_allclose(got.vap, 3e-4, rtol=1e-3)
     assert (got.directions == 3).all()
 
@@ -112,9 +112,9 @@ def test_a_column_numbers_places_where_encoders_jitter(rng):
 def test_distances(rng):
     nominal, _, at, data, values = cycles(rng, places=4)
     found = visits(nominal, data, values)
-    assert next_pairs(found).tolist() == [[0, 1], [1, 2], [2, 3]] and len(every_pair(found)) == 6
-    assert every_pair(found, np.array([0, 1, 0, 1])).tolist() == [[0, 2], [1, 3]]
-    got = distance_figures(found, every_pair(found))
+    assert found.next_pairs().tolist() == [[0, 1], [1, 2], [2, 3]] and len(found.every_pair()) == 6
+    assert found.every_pair(np.array([0, 1, 0, 1])).tolist() == [[0, 2], [1, 3]]
+    got = found.distance_figures(found.every_pair())
     asked = nominal.pose(at)[:, :3, 3]
     for k, (i, j) in enumerate(got.pair):
         a, b = (data.observations[0].value[np.arange(p, 120, 4), :3] for p in (i, j))
@@ -129,14 +129,14 @@ def test_distances_need_no_frame(rng):
     """Another place of the tracker changes nothing, as long as it is believed consistently."""
     nominal, _, _, data, values = cycles(rng)
     wrong = values | {"tracker.x": 5.0, "tracker.rz": 0.3}
-    a, b = (distance_figures(f, every_pair(f)) for f in (visits(nominal, data, v) for v in (values, wrong)))
+    a, b = (f.distance_figures(f.every_pair()) for f in (visits(nominal, data, v) for v in (values, wrong)))
     np.testing.assert_allclose(a.ad, b.ad, atol=1e-12)
 
 
 def test_visits_of_unequal_number():
     p = np.array([[0.0, 0, 0], [1, 0, 0], [0.1, 0, 0], [1.2, 0, 0], [0.2, 0, 0]])
     found = Visits(p, p, None, None, np.array([0, 1, 0, 1, 0]), np.array([0, 0]), np.arange(5))
-    got = distance_figures(found, next_pairs(found))
+    got = found.distance_figures(found.next_pairs())
     assert got.n.tolist() == [2] and got.rd[0] == pytest.approx(3 * np.std([1.0, 1.1], ddof=1))
 
 

@@ -13,7 +13,7 @@ from robocal.arms import catalog
 from robocal.estimate.criteria import criterion_of
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
-from robocal.estimate.selection import limit, select
+from robocal.estimate.selection import Pool
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Frame, Observations
 from robocal.planning.candidates import Region, draw, joint_range, observe
@@ -105,8 +105,8 @@ def test_everywhere_no_25_poses_are_worth_50_random_ones(name):
     tests, drawn = (draw(chain, shown, Region(), n, rng) for n in (300, 3000))
     b, r = blocks(chain, shown, q, tests), blocks(chain, shown, drawn, tests)
     criterion = criterion_of("I", len(b.names), b.tests)
-    found = select(b.candidates, 25, criterion, b.known)
-    top = limit(b.candidates, 25, criterion, b.known, rounds=300)
+    found = Pool(b.candidates, criterion, b.known).select(25)
+    top = Pool(b.candidates, criterion, b.known).limit(25, rounds=300)
     assert top is not None
 
     def at_random(count):

@@ -54,7 +54,7 @@ def test_the_step_is_that_of_the_whole_matrix(monkeypatch, out, hold, banded):
     a, g, normal, pairs = chain(np.random.default_rng(out))
     monkeypatch.setattr(system, "MANY", 1 if banded else 10**6)
     monkeypatch.setattr(system, "NARROW", 0.7)
-    made = system._eliminating(out, FREE, SIZES, pairs)
+    made = system.System(out, FREE, SIZES, pairs)
     assert bool(made.band) == banded
     held = np.array([hold, False, False, hold])
     whole = a + 0.3 * np.eye(len(a))
@@ -70,7 +70,7 @@ def test_a_matrix_that_is_not_positive_is_refused(monkeypatch):
     monkeypatch.setattr(system, "NARROW", 0.7)
     _, _, normal, pairs = chain(np.random.default_rng(3))
     for out in (0, 1):
-        made = system._eliminating(out, FREE, SIZES, pairs)
+        made = system.System(out, FREE, SIZES, pairs)
         for name in ("am" if out == 0 else "al", "a"):
             wrong = Normal(**{**normal.__dict__, name: -getattr(normal, name)})
             zero = np.zeros(FREE), tuple(np.zeros(s) for s in SIZES)
@@ -82,4 +82,4 @@ def test_a_matrix_that_is_not_positive_is_refused(monkeypatch):
 def test_blocks_that_are_all_seen_together_are_no_band(monkeypatch):
     monkeypatch.setattr(system, "MANY", 1)
     pairs = np.array([(i, j) for i in range(30) for j in range(24)])
-    assert system._eliminating(0, FREE, SIZES, pairs).band == 0
+    assert system.System(0, FREE, SIZES, pairs).band == 0

@@ -10,7 +10,7 @@ import pytest
 from robocal.errors import ModelError
 from robocal.estimate.criteria import CRITERIA, criterion_of, information
 from robocal.estimate.identifiability import observability
-from robocal.estimate.selection import exchange, greedy, limit, select
+from robocal.estimate.selection import Pool
 
 NAMES = tuple(CRITERIA)
 
@@ -67,7 +67,7 @@ def test_the_bound_holds_and_is_the_value_where_it_says_so(name, sign):
 @pytest.mark.parametrize("name", NAMES)
 def test_greedy_takes_the_best_candidate_every_time(name):
     blocks, tests, known = case(2)
-    found = greedy(blocks, 6, criterion_of(name, 6, tests), known)
+    found = Pool(blocks, criterion_of(name, 6, tests), known).greedy(6)
     chosen: list[int] = []
     for taken in found:
         left = [i for i in range(len(blocks)) if i not in chosen]
@@ -81,7 +81,7 @@ def test_greedy_takes_the_best_candidate_every_time(name):
 @pytest.mark.parametrize("seed", range(5))
 def test_exchange_is_never_worse_than_the_greedy_start(name, seed):
     blocks, tests, known = case(10 + seed)
-    found = select(blocks, 8, criterion_of(name, 6, tests), known)
+    found = Pool(blocks, criterion_of(name, 6, tests), known).select(8)
     start = by_definition(name, total(blocks, known, found.start), tests)
     end = by_definition(name, total(blocks, known, found.chosen), tests)
     assert end >= start and len(set(found.chosen.tolist())) == 8
@@ -98,9 +98,9 @@ def test_exchange_mends_a_bad_start():
     blocks, tests, known = case(3)
     criterion = criterion_of("I", 6, tests)
     worst = np.argsort(np.linalg.norm(blocks, axis=(1, 2)))[:8].tolist()
-    mended, exchanges = exchange(blocks, worst, criterion, known)
+    mended, exchanges = Pool(blocks, criterion, known).exchange(worst)
     before, after = (float(criterion.value(total(blocks, known, c))) for c in (worst, mended))
-    chosen = select(blocks, 8, criterion, known)
+    chosen = Pool(blocks, criterion, known).select(8)
     assert exchanges > 0 and after > 0.5 * before and after >= 1.02 * chosen.value
 
 
@@ -109,7 +109,7 @@ def test_nothing_exceeds_the_limit(name):
     blocks, tests, known = case(4, m=12)
     criterion = criterion_of(name, 6, tests)
     best = max(float(criterion.value(total(blocks, known, c))) for c in combinations(range(12), 5))
-    found, top = select(blocks, 5, criterion, known), limit(blocks, 5, criterion, known, rounds=400)
+    found, top = Pool(blocks, criterion, known).select(5), Pool(blocks, criterion, known).limit(5, rounds=400)
     assert top is not None and found.value <= best + 1e-9 * abs(best) <= top + 2e-9 * abs(best)
     # The limit means something: it lies near what can be had.
     assert top - best < 0.3 * abs(best)
@@ -121,15 +121,17 @@ def test_what_was_measured_before_is_not_measured_again():
     blocks[:20, :, 3:] = 0.0
     blocks[20:, :, :3] = 0.0
     first_half = known + 100.0 * information(blocks[:20]).sum(axis=0)
-    found = select(blocks, 6, criterion_of("D", 6), first_half)
+    found = Pool(blocks, criterion_of("D", 6), first_half).select(6)
     assert (found.chosen >= 20).all()
 
 
 def test_only_allowed_candidates_are_taken():
     blocks, tests, known = case(6)
-    found = select(blocks, 5, criterion_of("G", 6, tests), known, allowed=range(10, 18))
+    found = Pool(blocks, criterion_of("G", 6, tests), known, np.isin(np.arange(len(blocks)), range(10, 18))).select(5)
     assert set(found.chosen.tolist()) <= set(range(10, 18))
-    everything = select(blocks, 8, criterion_of("G", 6, tests), known, allowed=range(10, 18))
+    everything = Pool(
+        blocks, criterion_of("G", 6, tests), known, np.isin(np.arange(len(blocks)), range(10, 18))
+    ).select(8)
     assert sorted(everything.chosen.tolist()) == list(range(10, 18))
 
 
@@ -140,5 +142,5 @@ def test_what_cannot_be_chosen_is_said():
     with pytest.raises(ModelError, match="test poses"):
         criterion_of("I", 6)
     with pytest.raises(ModelError, match="fewer candidates"):
-        select(blocks, 41, criterion_of("D", 6), known)
-    assert limit(blocks, 5, criterion_of("E", 6), known) is None
+        Pool(blocks, criterion_of("D", 6), known).select(41)
+    assert Pool(blocks, criterion_of("E", 6), known).limit(5) is None

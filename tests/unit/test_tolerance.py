@@ -14,7 +14,7 @@ from trials import joints, observations, perturbed
 from robocal.errors import ModelError
 from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import Reason, least_squares
-from robocal.estimate.tolerance import greatest_error
+from robocal.estimate.problem import Problem
 from robocal.files.robot import open_robot
 from robocal.fit.estimators import ESTIMATORS, can_batch
 from robocal.fit.options import Options
@@ -41,10 +41,10 @@ def test_it_stops_at_the_first_iteration_whose_greatest_error_is_within(method, 
     made = posed(noise=False)[0]
     ended = least_squares(made, method=method, tolerance=tolerance)
     assert ended.reasons == (Reason.TOLERANCE,) and ended.reasons[0].converged
-    assert greatest_error(made, ended.x)[0] <= tolerance
+    assert made.greatest_error(ended.x)[0] <= tolerance
     count = int(ended.iterations[0])
     before = least_squares(made, method=method, max_iterations=count - 1)
-    assert count >= 1 and greatest_error(made, before.x)[0] > tolerance
+    assert count >= 1 and made.greatest_error(before.x)[0] > tolerance
 
 
 def test_at_the_last_iteration_that_is_allowed_it_is_still_seen():
@@ -71,17 +71,17 @@ def test_the_greatest_error_is_that_of_whole_positions():
     made, data, model = posed()
     gap = model.pose(data.configurations.joints)[:, :3, 3] - data.observations[0].value
     both = np.repeat(made.start, 2, axis=0)
-    np.testing.assert_allclose(greatest_error(made, both), np.linalg.norm(gap, axis=1).max(), rtol=1e-12)
+    np.testing.assert_allclose(made.greatest_error(both), np.linalg.norm(gap, axis=1).max(), rtol=1e-12)
     some = np.ones((1, 40))
     some[0, np.argmax(np.linalg.norm(gap, axis=1))] = 0.0
-    assert greatest_error(made.with_weights(some), made.start)[0] < greatest_error(made, made.start)[0]
+    assert made.with_weights(some).greatest_error(made.start)[0] < made.greatest_error(made.start)[0]
 
 
 @pytest.mark.parametrize("method", [n for n, e in ESTIMATORS.items() if e.iterates])
 def test_every_method_that_iterates_stops(method):
     made = posed()[0]
     found = ESTIMATORS[method].run(made, made.start, Options(method=method, tolerance=1e-3), None).solution
-    assert found.reasons == (Reason.TOLERANCE,) and greatest_error(made, found.x)[0] <= 1e-3
+    assert found.reasons == (Reason.TOLERANCE,) and made.greatest_error(found.x)[0] <= 1e-3
     assert not can_batch(Options(method=method, tolerance=1e-3))
 
 
@@ -96,7 +96,7 @@ def test_data_without_a_length_have_no_greatest_error():
             return [Angles()]
 
     with pytest.raises(ModelError, match="length"):
-        greatest_error(Posed(), np.zeros(1))
+        Problem.greatest_error(Posed(), np.zeros(1))
 
 
 @pytest.fixture(scope="module")

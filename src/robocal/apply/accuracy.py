@@ -51,18 +51,13 @@ class AccuracyMap:
 
 
 def accuracy_map(
-    nominal: Mechanism,
-    corrected: Mechanism,
-    total: Total,
-    conditions: Mapping[str, float],
-    measured: Array | None,
-    seed: int = 0,
+    nominal: Mechanism, corrected: Mechanism, total: Total, conditions: Mapping[str, float], measured: Array | None
 ) -> AccuracyMap:
     """Two slices: horizontal at the median height, and vertical through the axis of the base (y = 0).
 
     `nominal` has its tool where the baseline put it; `measured` (n, 2) is the measured range of every joint.
     """
-    joints, region = sample_joints(corrected, measured, DRAWN, seed)
+    joints, region = sample_joints(corrected, measured, DRAWN, 0)
     place = places_by_joints(corrected, joints)
     anchor = joints[:ANCHORS]
     there, jac = reach(corrected, anchor, parameters_of(corrected, total), conditions)
@@ -70,7 +65,7 @@ def accuracy_map(
     t = fits.rigid(reach(nominal, anchor, (), conditions)[0][:, :3, 3], there[:, :3, 3])
     low, high = np.percentile(place, [SHARE, 100 - SHARE], axis=0)
     side = float((high - low).max()) / ACROSS
-    rng = np.random.default_rng(seed + 1)
+    rng = np.random.default_rng(1)
     slices = []
     for name, across, level in (("horizontal", (0, 1), float(np.median(place[:, 2]))), ("vertical", (0, 2), 0.0)):
         normal = 3 - sum(across)
@@ -85,18 +80,9 @@ def accuracy_map(
         error = np.linalg.norm(before - after.pose[:, :3, 3], axis=1)
         band = radius(after.position, total.dof)
         cell = np.floor(place[inside][:, across] / side).astype(np.int64)
-        cells, where = _distinct(cell)
-        count = np.bincount(where, minlength=len(cells))
+        cells, where, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
         centre = np.full((len(cells), 3), level)
         centre[:, across] = (cells + 0.5) * side
-        means = [np.bincount(where, weights=v, minlength=len(cells)) / count for v in (error, band)]
-        slices.append(Slice(name, across, side, centre, means[0], means[1], count))
+        error, band = (np.bincount(where.ravel(), weights=v, minlength=len(cells)) / count for v in (error, band))
+        slices.append(Slice(name, across, side, centre, error, band, count))
     return AccuracyMap(tuple(slices), region)
-
-
-def _distinct(cell: Ints) -> tuple[Ints, Ints]:
-    """The different ones of cells (m, 2), in their order, and which of them each is, (m,)."""
-    low = cell.min(axis=0)
-    wide = int(cell[:, 1].max() - low[1]) + 1
-    found, where = np.unique((cell - low) @ [wide, 1], return_inverse=True)
-    return np.stack(np.divmod(found, wide), axis=1) + low, where

@@ -7,7 +7,7 @@ keeps the nominal model.
 
 N is the nominal model, C the calibrated one. The simulation drives C with what is handed out, so `after` is what is
 left if C is the truth. Where an arm cannot meet a whole pose (fewer than six axes) the position comes first and the
-orientation next to it, as near as it goes, in the null space of the position (`arms/priority.py`).
+orientation next to it, as near as it goes, in the null space of the position (`by_priority`).
 """
 
 from __future__ import annotations
@@ -16,15 +16,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal._types import Array, Bools
+from robocal._types import Array, Bools, Ints
+from robocal.apply.verification import errors
 from robocal.arms.chain import Chain
-from robocal.arms.inverse_kinematics import Reached, inverse_point, inverse_pose
-from robocal.arms.priority import by_priority
+from robocal.arms.inverse_kinematics import by_priority, inverse_point, inverse_pose
 from robocal.diagnose.limits import LEAP, SINGULAR_BELOW
 from robocal.errors import ModelError
-from robocal.geometry import so3
+from robocal.geometry import se3
 
 __all__ = ["STATUS", "Compensation", "Targets", "compensate", "generic_rank"]
 
@@ -74,7 +73,7 @@ class Compensation:
     by_command: Array
     before_angle: Array
     after_angle: Array
-    status: NDArray[np.int64]
+    status: Ints
     limit_excess: Array
     dexterity: Array
 
@@ -82,6 +81,96 @@ class Compensation:
     def reachable(self) -> Bools:
         """The targets that have something to command, (m,)."""
         return np.asarray(self.status < LIMITS)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """Targets (m, 4, 4) that a model is to meet, with the columns (m,) that it reads; `short` says that it has too few axes for a
+    whole pose, so that the position comes first."""
+
+    chain: Chain
+    target: Array
+    oriented: bool
+    short: bool
+    columns: Mapping[str, Array]
+
+    def of(self, rows: Ints) -> _Task:
+        """Some of the targets."""
+        return replace(self, target=self.target[rows], columns={k: v[rows] for k, v in self.columns.items()})
+
+    def errors(self, q: Array) -> tuple[Array, Array]:
+        """Distance (m,) and angle (m,) of the model at q from its targets."""
+        found = errors(self.chain.pose(q, self.columns), self.target)
+        return found.position, found.orientation if self.oriented else np.zeros(len(q))
+
+    def reach(self, start: Array | None) -> tuple[Array, Bools]:
+        """Joint values (m, n) within the limits at which the model meets its task as well as it can, near `start`, and where
+        it does (m,)."""
+        if not len(self.target):
+            return np.zeros((0, len(self.chain.joints))), np.zeros(0, dtype=bool)
+        start = None if start is None else np.clip(start, *self.chain.limits.T)
+        # Of a short arm without a start the best compromise chooses the branch; from there the position is met exactly.
+        if self.oriented and (not self.short or start is None):
+            found = inverse_pose(self.chain, self.target, start=start, restarts=RESTARTS, extra=self.columns)
+        else:
+            points = self.target[:, :3, 3]
+            found = inverse_point(self.chain, points, start=start, restarts=RESTARTS, extra=self.columns)
+        q = found.joints
+        if self.short or len(self.chain.joints) > (6 if self.oriented else 3):
+            q = self._approach(q if start is None else start, q)
+        position, angle = self.errors(q)
+        return q, np.asarray((position <= REACHED[0]) & (self.short | (angle <= REACHED[1])))
+
+    def _approach(self, near: Array, found: Array) -> Array:
+        """Position first, then orientation, then nearness to `near` (m, n); tried from `near` itself and from the solution
+        that was found, and the best of all three stays."""
+        chain, target = self.chain, self.target
+        led = [by_priority(chain, target, near, q, oriented=self.oriented, extra=self.columns) for q in (near, found)]
+        choices = [*led, found]
+        scored = []
+        for q in choices:
+            p, a = self.errors(q)
+            # A position that is not met outweighs every orientation, and that every distance.
+            far = np.where(p > REACHED[0], 1e3 * (1.0 + p), 0.0)
+            scored.append(far + np.round(a, 7) + 1e-9 * np.linalg.norm(q - near, axis=1))
+        best = np.argmin(scored, axis=0)
+        return np.asarray(np.stack(choices)[best, np.arange(len(near))])
+
+    def excess(self, near: Array) -> tuple[Array, Bools]:
+        """By how much joints (m, n) would have to leave their limits to reach the targets, and where that would do (m,)."""
+        free = tuple(replace(j, lower=-np.inf, upper=np.inf) for j in self.chain.joints)
+        q, reached = replace(self, chain=replace(self.chain, joints=free)).reach(near)
+        low, high = self.chain.limits.T
+        # Whole turns are free: the copy of every angle that lies nearest the middle of its limits.
+        both = np.isfinite(low) & np.isfinite(high)
+        middle = np.where(both, 0.5 * (np.where(both, low, 0.0) + np.where(both, high, 0.0)), q)
+        q = np.where(_turning(self.chain), _nearest_turn(q, middle), q)
+        beyond = np.where(q > high, q - high, np.where(q < low, q - low, 0.0))
+        return np.where(reached[:, None], beyond, 0.0), reached
+
+    def dexterity(self, q: Array) -> Array:
+        """Smallest over largest singular value of the task's Jacobian, (m,): 0 at a singularity; of an arm with fewer axes
+        than the task has numbers, of what it has."""
+        if not len(q):
+            return np.zeros(0)
+        j = self.chain.jacobian(q, self.columns)
+        s = _singular_values(j) if self.oriented else np.linalg.svd(j[:, :3], compute_uv=False)
+        return np.asarray(s[:, -1] / np.maximum(s[:, 0], 1e-300))
+
+
+def _singular_values(j: Array) -> Array:
+    """Of Jacobians (m, 6, n), where a radian counts as the arm's reach."""
+    reach = max(float(np.linalg.norm(j[:, :3], axis=1).max()), 1e-9)
+    return np.asarray(np.linalg.svd(np.concatenate([j[:, :3], reach * j[:, 3:]], axis=1), compute_uv=False))
+
+
+def _turning(chain: Chain) -> Bools:
+    return np.array([j.type == "revolute" for j in chain.joints])
+
+
+def _nearest_turn(q: Array, near: Array) -> Array:
+    """Angles (m, n) a whole number of turns away, as near as can be."""
+    return np.asarray(q - 2 * np.pi * np.round((q - near) / (2 * np.pi)))
 
 
 def generic_rank(chain: Chain, extra: Mapping[str, Array] | None = None) -> int:
@@ -93,9 +182,7 @@ def generic_rank(chain: Chain, extra: Mapping[str, Array] | None = None) -> int:
     high = np.where(np.isfinite(high), high, low + 2.0)
     q = rng.uniform(low, high, (32, len(low)))
     some = {k: np.broadcast_to(np.mean(v), 32) for k, v in (extra or {}).items() if len(v)}
-    j = chain.jacobian(q, some)
-    scale = np.maximum(np.linalg.norm(j[:, :3], axis=1).max(), 1e-9)
-    s = np.linalg.svd(np.concatenate([j[:, :3], scale * j[:, 3:]], axis=1), compute_uv=False)
+    s = _singular_values(chain.jacobian(q, some))
     return int((s > 1e-2 * s[:, :1]).sum(axis=1).max())
 
 
@@ -106,68 +193,50 @@ def compensate(nominal: Chain, calibrated: Chain, targets: Targets) -> Compensat
     misshapen targets or a column that a model lacks.
     """
     if nominal.joint_names != calibrated.joint_names:
-        raise ModelError(
-            "the nominal and the calibrated robot have other joints",
-            found=", ".join(calibrated.joint_names),
-            expected=", ".join(nominal.joint_names),
-        )
+        found, expected = (", ".join(chain.joint_names) for chain in (calibrated, nominal))
+        raise ModelError("the nominal and the calibrated robot have other joints", found=found, expected=expected)
     columns = {k: np.asarray(v, float) for k, v in targets.extra.items()}
     target, oriented = _poses(nominal, targets, columns)
     # A whole pose asks for six degrees of freedom; an arm that has fewer gives the position first.
-    short = oriented and generic_rank(nominal, columns) < 6
+    task = _Task(calibrated, target, oriented, oriented and generic_rank(nominal, columns) < 6, columns)
     if targets.position is None:
         q_n, known = np.array(targets.joints, float), np.ones(len(target), dtype=bool)
     else:
-        q_n, known = _reach(nominal, target, oriented, short, targets.joints, columns)
-    q_c, reached = _reach(calibrated, target, oriented, short, q_n, columns)
-    q_c = _same_turn(calibrated, q_c, q_n)
+        q_n, known = replace(task, chain=nominal).reach(targets.joints)
+    q_c, reached = task.reach(q_n)
+    low, high = calibrated.limits.T
+    other = _nearest_turn(q_c, q_n)
+    q_c = np.where(_turning(calibrated) & (other >= low) & (other <= high), other, q_c)
     far = known & (np.abs(q_c - q_n).max(axis=1, initial=0.0) > LEAP)
-    if short:
+    before, before_angle = task.errors(q_n)
+    if task.short:
         # A position that is met at a limit by swinging the tool elsewhere is no correction of this target.
-        turned, nominally = (_errors(calibrated, q, target, oriented, columns)[1] for q in (q_c, q_n))
-        swung = reached & far & (turned > nominally + LEAP)
+        swung = reached & far & (task.errors(q_c)[1] > before_angle + LEAP)
         reached, q_c = reached & ~swung, np.where(swung[:, None], q_n, q_c)
     beyond = np.zeros_like(q_c)
     status = np.full(len(target), OK)
     lost = np.flatnonzero(~reached)
     if len(lost):
-        beyond[lost], free = _without_limits(calibrated, target[lost], oriented, short, q_c[lost], _take(columns, lost))
+        beyond[lost], free = task.of(lost).excess(q_c[lost])
         status[lost] = np.where(free, LIMITS, UNREACHABLE)
-    position, angle = _errors(calibrated, q_c, target, oriented, columns)
-    before, before_angle = _errors(calibrated, q_n, target, oriented, columns)
-    dexterity = _dexterity(calibrated, q_c, oriented, columns)
-    relaxed = reached & (angle > REACHED[1]) if oriented else np.zeros(len(target), dtype=bool)
-    status[relaxed] = RELAXED
+    position, angle = task.errors(q_c)
+    dexterity = task.dexterity(q_c)
+    if oriented:
+        status[reached & (angle > REACHED[1])] = RELAXED
     status[reached & ((dexterity < SINGULAR_BELOW) | far)] = SINGULAR
     command = nominal.pose(q_c, columns)
     by_command = np.full(len(target), np.nan)
     if reached.any():
         some = np.flatnonzero(reached)
+        own = task.of(some)
         # The controller's own inverse kinematics, from where it would have gone without compensation.
-        led = inverse_pose(nominal, command[some], start=q_n[some], restarts=RESTARTS, extra=_take(columns, some))
-        by_command[some] = _errors(calibrated, led.joints, target[some], oriented, _take(columns, some))[0]
+        led = inverse_pose(nominal, command[some], start=q_n[some], restarts=RESTARTS, extra=own.columns)
+        by_command[some] = own.errors(led.joints)[0]
     command[~reached] = np.nan
+    q_n[~known], q_c[~reached], before[~known], before_angle[~known] = np.nan, np.nan, np.nan, np.nan
     return Compensation(
-        target, oriented, _only(q_n, known), _only(q_c, reached), command, _only(before, known), position, by_command,
-        _only(before_angle, known), angle, status, beyond, dexterity,
+        target, oriented, q_n, q_c, command, before, position, by_command, before_angle, angle, status, beyond, dexterity,
     )  # fmt: skip
-
-
-def _only(values: Array, rows: Bools) -> Array:
-    """NaN in all other rows."""
-    return np.where(rows.reshape(-1, *[1] * (values.ndim - 1)), values, np.nan)
-
-
-def _same_turn(chain: Chain, q: Array, near: Array) -> Array:
-    """Angles (m, n) a whole number of turns away where that is nearer to `near` and within the limits."""
-    low, high = chain.limits.T
-    turning = np.array([j.type == "revolute" for j in chain.joints])
-    other = q - 2 * np.pi * np.round((q - near) / (2 * np.pi))
-    return np.asarray(np.where(turning & (other >= low) & (other <= high), other, q))
-
-
-def _take(columns: Mapping[str, Array], rows: NDArray[np.int64]) -> dict[str, Array]:
-    return {k: v[rows] for k, v in columns.items()}
 
 
 def _poses(nominal: Chain, targets: Targets, columns: Mapping[str, Array]) -> tuple[Array, bool]:
@@ -177,96 +246,7 @@ def _poses(nominal: Chain, targets: Targets, columns: Mapping[str, Array]) -> tu
             raise ModelError("there are no targets", expected="positions, poses or joint values")
         return nominal.pose(targets.joints, columns), True
     m = len(targets.position)
-    if targets.position.shape != (m, 3) or (targets.rotation is not None and targets.rotation.shape != (m, 3, 3)):
+    turn = np.tile(np.eye(3), (m, 1, 1)) if targets.rotation is None else targets.rotation
+    if targets.position.shape != (m, 3) or turn.shape != (m, 3, 3):
         raise ModelError("wrong shape of targets", found=targets.position.shape, expected="(m, 3) and (m, 3, 3)")
-    out = np.tile(np.eye(4), (m, 1, 1))
-    out[:, :3, 3] = targets.position
-    if targets.rotation is not None:
-        out[:, :3, :3] = targets.rotation
-    return out, targets.rotation is not None
-
-
-def _reach(
-    chain: Chain, target: Array, oriented: bool, short: bool, start: Array | None, columns: Mapping[str, Array]
-) -> tuple[Array, Bools]:
-    """Joint values (m, n) within the limits at which a model meets its task as well as it can, near `start`, and where
-    it does (m,)."""
-    if not len(target):
-        return np.zeros((0, len(chain.joints))), np.zeros(0, dtype=bool)
-    options = {"restarts": RESTARTS, "extra": columns}
-    start = None if start is None else _inside(chain, start)
-    if oriented and not short:
-        found = inverse_pose(chain, target, start=start, **options)  # type: ignore[arg-type]
-    elif oriented and start is None:
-        # The best compromise chooses the branch; from there the position is met exactly.
-        found = inverse_pose(chain, target, **options)  # type: ignore[arg-type]
-    else:
-        found = inverse_point(chain, target[:, :3, 3], start=start, **options)  # type: ignore[arg-type]
-    near = found.joints if start is None else start
-    q = found.joints
-    if short or len(chain.joints) > (6 if oriented else 3):
-        q = _approach(chain, target, oriented, near, found, columns)
-    position, angle = _errors(chain, q, target, oriented and not short, columns)
-    return q, np.asarray((position <= REACHED[0]) & (angle <= REACHED[1]))
-
-
-def _inside(chain: Chain, q: Array) -> Array:
-    low, high = chain.limits.T
-    return np.asarray(np.clip(q, low, high))
-
-
-def _approach(
-    chain: Chain, target: Array, oriented: bool, near: Array, found: Reached, columns: Mapping[str, Array]
-) -> Array:
-    """Position first, then orientation, then nearness to `near` (m, n); tried from `near` itself and from the solution
-    that was found, and the best of all three stays."""
-    choices = [
-        *(by_priority(chain, target, near, q, oriented=oriented, extra=columns) for q in (near, found.joints)),
-        found.joints,
-    ]
-    scored = []
-    for q in choices:
-        p, a = _errors(chain, q, target, oriented, columns)
-        # A position that is not met outweighs every orientation, and that every distance.
-        far = np.where(p > REACHED[0], 1e3 * (1.0 + p), 0.0)
-        scored.append(far + np.round(a, 7) + 1e-9 * np.linalg.norm(q - near, axis=1))
-    best = np.argmin(scored, axis=0)
-    return np.asarray(np.stack(choices)[best, np.arange(len(near))])
-
-
-def _without_limits(
-    chain: Chain, target: Array, oriented: bool, short: bool, near: Array, columns: Mapping[str, Array]
-) -> tuple[Array, Bools]:
-    """By how much joints (m, n) would have to leave their limits to reach the targets, and where that would do (m,)."""
-    free = replace(chain, joints=tuple(replace(j, lower=-np.inf, upper=np.inf) for j in chain.joints))
-    q, reached = _reach(free, target, oriented, short, near, columns)
-    turning = np.array([j.type == "revolute" for j in chain.joints])
-    low, high = chain.limits.T
-    # Whole turns are free: the copy of every angle that lies nearest the middle of its limits.
-    both = np.isfinite(low) & np.isfinite(high)
-    middle = np.where(both, 0.5 * (np.where(both, low, 0.0) + np.where(both, high, 0.0)), q)
-    q = np.where(turning, q - 2 * np.pi * np.round((q - middle) / (2 * np.pi)), q)
-    beyond = np.where(q > high, q - high, np.where(q < low, q - low, 0.0))
-    return np.where(reached[:, None], beyond, 0.0), reached
-
-
-def _errors(chain: Chain, q: Array, target: Array, oriented: bool, columns: Mapping[str, Array]) -> tuple[Array, Array]:
-    """Distance (m,) and angle (m,) of a model at q from its targets."""
-    pose = chain.pose(q, columns)
-    gap = np.linalg.norm(pose[:, :3, 3] - target[:, :3, 3], axis=1)
-    if not oriented:
-        return gap, np.zeros(len(q))
-    turn = so3.log(pose[:, :3, :3] @ np.swapaxes(target[:, :3, :3], 1, 2))
-    return gap, np.linalg.norm(turn, axis=1)
-
-
-def _dexterity(chain: Chain, q: Array, oriented: bool, columns: Mapping[str, Array]) -> Array:
-    """Smallest over largest singular value of the task's Jacobian, (m,): 0 at a singularity; of an arm with fewer axes
-    than the task has numbers, of what it has."""
-    if not len(q):
-        return np.zeros(0)
-    j = chain.jacobian(q, columns)
-    reach = max(float(np.linalg.norm(j[:, :3], axis=1).max()), 1e-9)
-    j = np.concatenate([j[:, :3], reach * j[:, 3:]], axis=1) if oriented else j[:, :3]
-    s = np.linalg.svd(j, compute_uv=False)
-    return np.asarray(s[:, -1] / np.maximum(s[:, 0], 1e-300))
+    return se3.compose(turn, targets.position), targets.rotation is not None

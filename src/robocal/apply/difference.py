@@ -13,12 +13,12 @@ that was named is free while the next is looked for.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
 from robocal._types import Array
@@ -27,16 +27,8 @@ from robocal.geometry import so3
 from robocal.parameters import ParameterTable
 
 __all__ = [
-    "POWER",
-    "TINY",
-    "Difference",
-    "Known",
-    "adjust_chances",
-    "name_parts",
-    "smallest_named",
-    "step_between",
-    "tail",
-]
+    "POWER", "TINY", "Difference", "Known", "SingleStep", "name_parts", "smallest_named", "step_between", "tail",
+]  # fmt: skip
 
 ROUNDING = 1e-14
 TINY = 1e-30
@@ -64,6 +56,16 @@ class Known:
         at = [self.names.index(n) for n in names]
         hidden = np.zeros((len(at), 0)) if self.hidden is None else self.hidden[at]
         return self.values[at], self.covariance[np.ix_(at, at)], hidden
+
+
+class SingleStep(NamedTuple):
+    """The step of one parameter with its standard deviation, its two-sided chance, and the same for the most conspicuous of all."""
+
+    name: str
+    step: float
+    sigma: float
+    chance: float
+    chance_of_all: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,11 +131,16 @@ class Difference:
         """Standard deviations (n,) of the step."""
         return np.sqrt(np.diag(self.covariance))
 
-    def chances(self) -> Array:
-        """Two-sided chances (n,) of every parameter's step by itself; 1 where nothing is known of it."""
-        tested = self.sigma > 0
-        t = np.abs(self.step) / np.where(tested, self.sigma, 1.0)
-        return np.where(tested, 2 * special.stdtr(min(self.dof, 1e9), -t), 1.0)
+    def single_steps(self) -> Iterator[SingleStep]:
+        """Of every parameter that anything is known of: its step by itself, and its chance after looking at all of them: the k-th smallest
+        of m times m - k + 1, never less than the one before (Holm)."""
+        some = np.flatnonzero(self.sigma > 0)
+        step, sigma, running = self.step[some], self.sigma[some], 0.0
+        chances = 2 * special.stdtr(min(self.dof, 1e9), -np.abs(step) / sigma)
+        of_all = np.ones(len(some))
+        for k, i in enumerate(np.argsort(chances)):
+            of_all[i] = running = max(running, min(1.0, float(chances[i]) * (len(some) - k)))
+        return map(SingleStep, (self.names[i] for i in some), *(v.tolist() for v in (step, sigma, chances, of_all)))
 
     def given(self, known: Sequence[int]) -> Difference:
         """Conditioned on some steps being zero."""
@@ -194,17 +201,6 @@ def tail(square: float, rank: int, dof: float) -> float:
     if not rank:
         return 1.0
     return float(special.chdtrc(rank, square) if not np.isfinite(dof) else special.fdtrc(rank, dof, square / rank))
-
-
-def adjust_chances(chances: Array, tested: NDArray[np.bool_]) -> Array:
-    """Chances (n,) after looking at all that are tested: the k-th smallest of m times m - k + 1, never less than the one before
-    (Holm)."""
-    order, many, running = np.argsort(chances), int(tested.sum()), 0.0
-    out = np.ones(len(chances))
-    for k, i in enumerate(order[:many]):
-        running = max(running, min(1.0, float(chances[i]) * (many - k)))
-        out[i] = running
-    return out
 
 
 def step_between(first: ParameterTable, second: ParameterTable, names: Sequence[str]) -> Array:

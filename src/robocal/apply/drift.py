@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from robocal._types import Array
-from robocal.apply.difference import Difference, adjust_chances, step_between, tail
+from robocal.apply.difference import Difference, step_between, tail
 from robocal.apply.model_difference import ModelDifference, model_difference, shows
 from robocal.diagnose.limits import DRIFT_CHANCE, DRIFT_MATTERS
 from robocal.diagnose.scatter import Scatter, WhitenedRows, scatter
@@ -31,7 +31,7 @@ from robocal.measure.machine import Model
 from robocal.parameters import ParameterTable
 from robocal.quantities import Amount, OwnUnit, Value
 
-__all__ = ["Drift", "ParameterChange", "ParameterDrift", "Single", "compare", "compare_models", "exact_total"]
+__all__ = ["Drift", "ParameterChange", "ParameterDrift", "Single", "compare", "compare_models"]
 
 FEW = 5
 
@@ -98,38 +98,25 @@ class Drift(ParameterDrift):
         return "unchanged" if self.difference.high <= self.matters else "possible"
 
 
-@dataclass(frozen=True, eq=False)
 class _SharedChange:
-    """What two calibrations know of the same parameters: covariances `noise` of each and `hidden` of their difference (n, n), what the
-    second answers to the truth (n, n), errors expected without data (n,), and the degrees of freedom of the noise."""
+    """What two calibrations know of the same parameters: `noise` of their difference (n, n), covariance `hidden` of what held numbers
+    leave in it (n, n), what the second answers to the truth (n, n), errors expected without data (n,), and the degrees of freedom of the
+    noise."""
 
-    names: tuple[str, ...]
-    noise: tuple[Array, Array]
-    hidden: Array
-    response: Array
-    expected: Array
-    dof: float
-
-    @classmethod
-    def of(cls, known: tuple[Total, Total], names: tuple[str, ...]) -> _SharedChange:
+    def __init__(self, known: tuple[Total, Total], names: tuple[str, ...]) -> None:
         parts = [_split(t, names, [n for n in t.names if n not in names]) for t in known]
-        expected = np.maximum(parts[0][3], parts[1][3])
-        shared = (parts[1][1] - parts[0][1]) * expected
-        hidden = shared @ shared.T + parts[0][2] @ parts[0][2].T + parts[1][2] @ parts[1][2].T
-        noise = parts[0][0], parts[1][0]
-        return cls(names, noise, hidden, parts[1][1], expected, _together(known, noise))
-
-    @property
-    def both(self) -> Array:
-        """The noise of the difference (n, n)."""
-        return self.noise[0] + self.noise[1]
+        (one, one_response, one_own, one_expected), (two, self.response, two_own, two_expected) = parts
+        self.names, self.expected = names, np.maximum(one_expected, two_expected)
+        shared = (self.response - one_response) * self.expected
+        self.hidden = shared @ shared.T + one_own @ one_own.T + two_own @ two_own.T
+        self.noise, self.dof = one + two, _together(known, (one, two))
 
 
 def compare_models(first: Model, second: Model, known: tuple[Total, Total]) -> ParameterDrift:
     """Compares the parameters of two calibrations of any model, which are all that is asked of it; `known` is what each may be off
-    by (`exact_total` for numbers without an error)."""
-    shared = _SharedChange.of(known, _names(first, known))
-    return ParameterDrift(**_test(first, second, shared, shared.both, shared.dof))
+    by."""
+    shared = _SharedChange(known, _names(first, known))
+    return ParameterDrift(**_test(first, second, shared, shared.noise, shared.dof))
 
 
 def compare(
@@ -145,20 +132,14 @@ def compare(
 ) -> Drift:
     """Compares two corrected models of one nominal robot at joint values (m, n); `rows` are those that the fits left. With
     `new_tool` the tool was mounted anew, so it may differ."""
-    shared = _SharedChange.of(known, _names(first, known, "tool." if new_tool else None))
+    shared = _SharedChange(known, _names(first, known, "tool." if new_tool else None))
     seen = shows(first, second, shared.names, joints, conditions, new_tool=new_tool)
-    noise, dof, spread = shared.both, shared.dof, None
+    noise, dof, spread = shared.noise, shared.dof, None
     if rows[0] is not None and rows[1] is not None and (seen.x @ noise).any():
         spread = scatter((rows[0], rows[1]), known, shared.names, seen.x)
         noise, dof = spread.factor * noise, min(dof, spread.dof)
     size = model_difference(seen, noise, shared.hidden, dof, joints, matters)
     return Drift(**_test(first, second, shared, noise, dof), difference=size, matters=matters, scatter=spread)
-
-
-def exact_total(known: Total) -> Total:
-    """What numbers may be off by that are exact, such as the truth of a simulation: nothing, in the names that a calibration knows."""
-    none = np.zeros_like(known.noise)
-    return Total(known.names, none, none, known.expected, np.inf, known.root)
 
 
 def _names(model: Model, known: tuple[Total, Total], without: str | None = None) -> tuple[str, ...]:
@@ -169,18 +150,22 @@ def _names(model: Model, known: tuple[Total, Total], without: str | None = None)
 
 def _test(first: Model, second: Model, shared: _SharedChange, noise: Array, dof: float) -> dict[str, Any]:
     """The joint test, every parameter, and single causes."""
-    step = step_between(first.table, second.table, shared.names)
+    one, two = first.table, second.table
+    step = step_between(one, two, shared.names)
     found = Difference(shared.names, step, noise + shared.hidden, dof, shared.expected)
+    changes = tuple(
+        ParameterChange(s.name, one[s.name].unit, one[s.name].value, two[s.name].value, *s[1:]) for s in found.single_steps()
+    )  # fmt: skip
     return {
         "statistic": found.square / max(found.rank, 1), "rank": found.rank, "dof": dof, "p_value": found.chance,
-        "changes": _changes(first.table, second.table, found), "singles": _singles(first.table, found, shared.response),
+        "changes": changes, "singles": _singles(one, found, shared.response),
     }  # fmt: skip
 
 
 def _split(total: Total, names: Sequence[str], other: Sequence[str]) -> tuple[Array, Array, Array, Array]:
     """Noise and response of the shared names, response to names of this run alone, and errors expected of all."""
     size = len(names)
-    noise, response, own = np.zeros((size, size)), -np.eye(size), np.zeros((size, 0))
+    noise, response = np.zeros((size, size)), -np.eye(size)
     known = [i for i, n in enumerate(names) if n in total.names]
     at = [total.names.index(names[i]) for i in known]
     noise[np.ix_(known, known)] = total.noise[np.ix_(at, at)]
@@ -213,15 +198,3 @@ def _singles(table: ParameterTable, found: Difference, response: Array) -> tuple
     units = {i: table[found.names[i]].unit for i in best}
     chances = {i: tail(float(rest[i]), found.rank - 1, found.dof) for i in best}
     return tuple(Single(found.names[i], units[i], float(size[i]), float(sigma[i]), chances[i]) for i in best)
-
-
-def _changes(first: ParameterTable, second: ParameterTable, found: Difference) -> tuple[ParameterChange, ...]:
-    tested, chance = found.sigma > 0, found.chances()
-    of_all = adjust_chances(chance, tested)
-    return tuple(
-        ParameterChange(
-            n, first[n].unit, first[n].value, second[n].value, float(found.step[i]), float(found.sigma[i]), float(chance[i]),
-            float(of_all[i]),
-        )
-        for i, n in enumerate(found.names) if tested[i]
-    )  # fmt: skip

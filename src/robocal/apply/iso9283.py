@@ -9,18 +9,7 @@ from typing import Any
 import numpy as np
 
 from robocal._types import Array, Ints
-from robocal.apply.validate import (
-    CYCLES,
-    DIRECTION,
-    DistanceFigures,
-    PoseFigures,
-    Visits,
-    distance_figures,
-    every_pair,
-    next_pairs,
-    pose_figures,
-    visits,
-)
+from robocal.apply.validate import CYCLES, DIRECTION, DistanceFigures, PoseFigures, Visits, visits
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError, nearest
 from robocal.measure.data import DataSet
@@ -55,8 +44,8 @@ def standard(data: DataSet, this: Model, against: Model | None, distances: str) 
         return {"standard": "ISO 9283:1998", **_lacking(none)}
     other = None if against is None else visits(against[0], data, against[1])
     pair = _chosen(found, data, distances)
-    mine, theirs = pose_figures(found), None if other is None else pose_figures(other)
-    far, their_far = distance_figures(found, pair), None if other is None else distance_figures(other, pair)
+    mine, theirs = found.pose_figures(), None if other is None else other.pose_figures()
+    far, their_far = found.distance_figures(pair), None if other is None else other.distance_figures(pair)
     n = found.count
     names = [data.configurations.ids[found.configuration[i]] for i in found.first]
     made: Standard = {
@@ -93,13 +82,13 @@ def _chosen(found: Visits | None, data: DataSet, distances: str) -> Ints:
     if found is None:
         return np.zeros((0, 2), dtype=np.int64)
     if distances == "consecutive":
-        return next_pairs(found)
+        return found.next_pairs()
     if distances == "all":
-        return every_pair(found)
+        return found.every_pair()
     if distances == "group" and found.group is not None:
-        return every_pair(found, found.group[found.first])
+        return found.every_pair(found.group[found.first])
     values = np.unique(columns[distances], return_inverse=True)[1].ravel()
-    return every_pair(found, values[found.configuration[found.first]])
+    return found.every_pair(values[found.configuration[found.first]])
 
 
 def _missing(found: Visits, mine: PoseFigures, far: DistanceFigures) -> dict[str, Remark]:

@@ -12,7 +12,7 @@ Cowan, Cranmer, Gross, Vitells, Power-constrained limits (2011).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,21 +128,33 @@ def model_difference(
     turn = np.resize(np.arange(len(seen.directions)), DRAWS)
     one = _Sizes(seen, noise + hidden, white, turn)
     change, low, high = one.interval(square)
+
+    def settles(times: float) -> bool:
+        """Whether so many times as many poses would bring the interval to one side of what matters, were the change what it seems.
+        What selection hides is taken to fall like the noise: more poses show more columns."""
+        some = _Sizes(seen, (noise + hidden) / times, white, turn)
+        _, low, high = some.interval(max(square - one.expected, 0.0) + some.expected)
+        return high <= matters or low > matters
+
+    more = 1.0 if high <= matters or low > matters else _fewest(settles)
+    chance = float((1 + np.sum(one.none >= square)) / (1 + DRAWS))
+    rms, expected, limit = np.sqrt([square, one.expected, np.percentile(one.none, 100 * LEVEL)]).tolist()
     worst = int(np.argmax(size))
+    x, y, z = seen.here[worst].tolist()
     return ModelDifference(
-        change,
-        low,
-        high,
-        float((1 + np.sum(one.none >= square)) / (1 + DRAWS)),
-        float(np.sqrt(square)),
-        float(size[worst]),
-        float(np.sqrt(one.expected)),
-        float(np.sqrt(np.percentile(one.none, 100 * LEVEL))),
-        (float(seen.here[worst, 0]), float(seen.here[worst, 1]), float(seen.here[worst, 2])),
-        tuple(float(v) for v in joints[worst]),
-        len(size),
-        _more(seen, noise, hidden, white, turn, max(square - one.expected, 0.0), (low, high), matters),
-    )
+        change, low, high, chance, rms, float(size[worst]), expected, limit, (x, y, z), tuple(joints[worst].tolist()), len(size), more,
+    )  # fmt: skip
+
+
+def _fewest(settles: Callable[[float], bool]) -> float | None:
+    """How many times as many poses do, within a tenth; None where `MOST_RUNS` do not."""
+    if not settles(MOST_RUNS):
+        return None
+    low, high = 1.0, float(MOST_RUNS)
+    while high > 1.1 * low:
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if settles(middle) else (middle, high)
+    return high
 
 
 class _Sizes:
@@ -180,26 +192,3 @@ class _Sizes:
         tail = 0.5 * (1 - LEVEL)
         least = max(square, float(np.median(self.none)))
         return self.size(0.5, square), self.size(1 - tail, square), self.size(tail, least)
-
-
-def _more(
-    seen: Shows, noise: Array, hidden: Array, white: Array, turn: NDArray[np.int64], change: float,
-    ends: tuple[float, float], matters: float,
-) -> float | None:  # fmt: skip
-    """How many times as many poses would bring the interval to one side of what matters, were the change what it seems;
-    `change` its square. What selection hides is taken to fall like the noise: more poses show more columns."""
-    if ends[1] <= matters or ends[0] > matters:
-        return 1.0
-
-    def settles(times: float) -> bool:
-        some = _Sizes(seen, (noise + hidden) / times, white, turn)
-        _, low, high = some.interval(change + some.expected)
-        return high <= matters or low > matters
-
-    if not settles(MOST_RUNS):
-        return None
-    low, high = 1.0, float(MOST_RUNS)
-    while high > 1.1 * low:
-        middle = float(np.sqrt(low * high))
-        low, high = (low, middle) if settles(middle) else (middle, high)
-    return high

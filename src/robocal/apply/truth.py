@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robocal.apply.difference import Difference, adjust_chances, step_between
+from robocal.apply.difference import Difference, step_between
 from robocal.estimate.uncertainty import Total
 from robocal.parameters import ParameterTable
 from robocal.quantities import Amount, DisplayUnit, Value
@@ -96,14 +96,11 @@ def compare_truth(identified: ParameterTable, truth: ParameterTable, total: Tota
     error = Difference(
         tuple(names), step_between(truth, identified, names), covariance, total.dof, np.sqrt(np.diag(covariance)), np.inf
     )  # fmt: skip
-    chance = error.chances()
-    of_all = adjust_chances(chance, error.sigma > 0)
     parameters = tuple(
         ParameterError(
-            n, identified[n].unit, truth[n].value, identified[n].value, float(error.step[i]), float(error.sigma[i]),
-            float(error.step[i] / error.sigma[i]), float(chance[i]), float(of_all[i]),
+            s.name, identified[s.name].unit, truth[s.name].value, identified[s.name].value, s.step, s.sigma, s.step / s.sigma, *s[3:],
         )
-        for i, n in enumerate(names)
+        for s in error.single_steps()
     )  # fmt: skip
     groups = _groups(identified, names)
     return TruthErrors(tuple(_group(name, error.only(at), identified) for name, at in groups.items()), parameters)

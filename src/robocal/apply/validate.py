@@ -31,17 +31,7 @@ from robocal.geometry import se3, so3
 from robocal.measure.data import DataSet, Observations
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = [
-    "CYCLES",
-    "DistanceFigures",
-    "PoseFigures",
-    "Visits",
-    "distance_figures",
-    "every_pair",
-    "next_pairs",
-    "pose_figures",
-    "visits",
-]
+__all__ = ["CYCLES", "DIRECTION", "DistanceFigures", "PoseFigures", "Visits", "visits"]
 
 CYCLES = 30  # what the standard asks for
 MOST = 100_000  # pairs of places; more say nothing new
@@ -79,6 +69,76 @@ class Visits:
     def first(self) -> Ints:
         """The row of the first visit of every place, (g,)."""
         return np.unique(self.place, return_index=True)[1]
+
+    def pose_figures(self) -> PoseFigures:
+        """Accuracy and repeatability at every place."""
+        n, place = self.count, self.place
+        repeated = n >= 2
+        centre = _mean(self.attained, place, n)
+        gap = np.where(repeated[:, None], centre - _mean(self.command, place, n), np.nan)
+        distance = np.linalg.norm(self.attained - centre[place], axis=1)
+        mean = _mean(distance, place, n)
+        rp = mean + 3 * _deviation(distance, mean, place, n)
+        ap_abc = rp_abc = None
+        if self.turn is not None and self.command_turn is not None:
+            middle = so3.project(_mean(self.turn, place, n))
+            asked = so3.project(_mean(self.command_turn, place, n))
+            ap_abc = np.where(repeated[:, None], so3.log(middle @ np.swapaxes(asked, 1, 2)), np.nan)
+            a = so3.log(self.turn @ np.swapaxes(middle[place], 1, 2))
+            rp_abc = 3 * _deviation(a, _mean(a, place, n), place, n)
+        vap, directions = self._directions()
+        return PoseFigures(n, np.linalg.norm(gap, axis=1), gap, rp, ap_abc, rp_abc, vap, directions)
+
+    def _directions(self) -> tuple[Array, Ints]:
+        """vAP of every place and the number of its directions: the largest distance between the barycentres of visits from
+        different directions."""
+        g = len(self.sensor)
+        if self.direction is None:
+            return np.full(g, np.nan), np.zeros(g, dtype=np.int64)
+        both, label = np.unique(np.stack([self.place, self.direction], axis=1), axis=0, return_inverse=True)
+        label = label.ravel()
+        centre = _mean(self.attained, label, np.bincount(label))
+        count = np.bincount(both[:, 0], minlength=g)
+        padded = np.full((g, int(count.max(initial=1)), 3), np.nan)
+        padded[both[:, 0], _nth(both[:, 0])] = centre
+        apart = np.linalg.norm(padded[:, :, None] - padded[:, None], axis=-1)
+        widest = np.nan_to_num(apart, nan=0.0).max(axis=(1, 2))
+        return np.where(count > 1, widest, np.nan), count
+
+    def next_pairs(self) -> Ints:
+        """Every place with the one that was visited next for the first time, by the same instrument on the same target:
+        (p, 2)."""
+        g = len(self.sensor)
+        order = np.argsort(self.sensor, kind="stable")
+        pair = np.stack([order[:-1], order[1:]], axis=1) if g > 1 else np.zeros((0, 2), dtype=np.int64)
+        return np.asarray(pair[self.sensor[pair[:, 0]] == self.sensor[pair[:, 1]]])
+
+    def every_pair(self, group: Ints | None = None) -> Ints:
+        """All pairs of places of one instrument and target, within one group (g,) if groups are given: (p, 2); of more than
+        MOST an even selection."""
+        first, second = np.triu_indices(len(self.sensor), 1)
+        same = self.sensor[first] == self.sensor[second]
+        if group is not None:
+            same &= group[first] == group[second]
+        pair = np.stack([first[same], second[same]], axis=1)
+        return pair if len(pair) <= MOST else pair[np.linspace(0, len(pair) - 1, MOST).astype(np.int64)]
+
+    def distance_figures(self, pair: Ints) -> DistanceFigures:
+        """Accuracy and repeatability of the distances between pairs of places (p, 2); the j-th visit of one place goes with
+        the j-th of the other."""
+        n = self.count
+        padded = np.full((len(n), int(n.max(initial=1)), 3), np.nan)
+        padded[self.place, _nth(self.place)] = self.attained
+        centre = _mean(self.command, self.place, n)
+        run = np.linalg.norm(padded[pair[:, 0]] - padded[pair[:, 1]], axis=2)
+        known = np.isfinite(run)
+        times = known.sum(axis=1)
+        mean = np.where(known, run, 0.0).sum(axis=1) / np.maximum(times, 1)
+        spread = np.where(known, run - mean[:, None], 0.0)
+        squares = (spread**2).sum(axis=1)
+        rd = 3 * np.sqrt(np.where(times > 1, squares / np.maximum(times - 1, 1), np.nan))
+        asked = np.linalg.norm(centre[pair[:, 0]] - centre[pair[:, 1]], axis=1)
+        return DistanceFigures(pair, times, asked, mean - asked, rd)
 
 
 @dataclass(frozen=True)
@@ -128,10 +188,7 @@ def visits(model: Chain, data: DataSet, values: Mapping[str, float]) -> Visits |
         mounts = [np.eye(4), *(_frame(t.name, values) for t in obs.targets)]
         command = arm.pose(q, columns) @ np.stack(mounts)[target + (1 if obs.targets else 0)]
         base = np.eye(4) if obs.frame is None else np.linalg.inv(_frame(obs.frame.name, values))
-        seen = np.tile(np.eye(4), (len(obs), 1, 1))
-        seen[:, :3, 3] = obs.value[:, :3]
-        if whole:
-            seen[:, :3, :3] = so3.exp(obs.value[:, 3:])
+        seen = se3.compose(so3.exp(obs.value[:, 3:]) if whole else np.eye(3), obs.value[:, :3])
         parts.append((base @ seen, command, obs.configuration))
         keys.append(np.stack([np.full(len(obs), number), target, label[obs.configuration]], axis=1))
     if not parts:
@@ -139,15 +196,13 @@ def visits(model: Chain, data: DataSet, values: Mapping[str, float]) -> Visits |
     attained, command, configuration = (np.concatenate(p) for p in zip(*parts, strict=True))
     found, first, place = np.unique(np.concatenate(keys), axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
     sensor = np.unique(found[order, :2], axis=0, return_inverse=True)[1].ravel()
     direction = None
     if DIRECTION in c.columns:
         direction = np.unique(c.columns[DIRECTION], return_inverse=True)[1].ravel()[configuration]
     group = None if c.groups is None else np.unique(c.groups, return_inverse=True)[1].ravel()[configuration]
     turn, asked = (attained[:, :3, :3], command[:, :3, :3]) if whole else (None, None)
-    where = rank[place.ravel()]
+    where = np.argsort(order)[place.ravel()]
     return Visits(attained[:, :3, 3], command[:, :3, 3], turn, asked, where, sensor, configuration, direction, group)
 
 
@@ -175,90 +230,9 @@ def _deviation(values: Array, mean: Array, label: Ints, count: Ints) -> Array:
     return np.sqrt(np.where(n > 1, squares * n / np.maximum(n - 1, 1), np.nan))
 
 
-def pose_figures(found: Visits) -> PoseFigures:
-    """Accuracy and repeatability at every place."""
-    n, place = found.count, found.place
-    repeated = n >= 2
-    centre = _mean(found.attained, place, n)
-    gap = centre - _mean(found.command, place, n)
-    distance = np.linalg.norm(found.attained - centre[place], axis=1)
-    mean = _mean(distance, place, n)
-    rp = mean + 3 * _deviation(distance, mean, place, n)
-    ap_abc = rp_abc = None
-    if found.turn is not None and found.command_turn is not None:
-        middle = so3.project(_mean(found.turn, place, n))
-        asked = so3.project(_mean(found.command_turn, place, n))
-        ap_abc = np.where(repeated[:, None], so3.log(middle @ np.swapaxes(asked, 1, 2)), np.nan)
-        a = so3.log(found.turn @ np.swapaxes(middle[place], 1, 2))
-        rp_abc = 3 * _deviation(a, _mean(a, place, n), place, n)
-    vap, directions = _directions(found)
-    ap = np.linalg.norm(gap, axis=1)
-    return PoseFigures(
-        n, np.where(repeated, ap, np.nan), np.where(repeated[:, None], gap, np.nan), rp, ap_abc, rp_abc, vap, directions
-    )
-
-
-def _directions(found: Visits) -> tuple[Array, Ints]:
-    """vAP of every place and the number of its directions: the largest distance between the barycentres of visits from
-    different directions."""
-    g = len(found.sensor)
-    if found.direction is None:
-        return np.full(g, np.nan), np.zeros(g, dtype=np.int64)
-    both, label = np.unique(np.stack([found.place, found.direction], axis=1), axis=0, return_inverse=True)
-    label = label.ravel()
-    centre = _mean(found.attained, label, np.bincount(label))
-    count = np.bincount(both[:, 0], minlength=g)
-    padded = np.full((g, int(count.max(initial=1)), 3), np.nan)
-    padded[both[:, 0], _nth(both[:, 0])] = centre
-    apart = np.linalg.norm(padded[:, :, None] - padded[:, None], axis=-1)
-    widest = np.nan_to_num(apart, nan=0.0).max(axis=(1, 2))
-    return np.where(count > 1, widest, np.nan), count
-
-
 def _nth(label: Ints) -> Ints:
     """For every row, how many rows with its label come before it."""
     order = np.argsort(label, kind="stable")
-    sorted_ = label[order]
-    start = np.flatnonzero(np.r_[True, sorted_[1:] != sorted_[:-1]])
-    lengths = np.diff(np.r_[start, len(label)])
     out = np.empty_like(label)
-    out[order] = np.arange(len(label)) - np.repeat(start, lengths)
+    out[order] = np.arange(len(label)) - np.searchsorted(label[order], label[order])
     return out
-
-
-def next_pairs(found: Visits) -> Ints:
-    """Every place with the one that was visited next for the first time, by the same instrument on the same target:
-    (p, 2)."""
-    g = len(found.sensor)
-    order = np.argsort(found.sensor, kind="stable")
-    pair = np.stack([order[:-1], order[1:]], axis=1) if g > 1 else np.zeros((0, 2), dtype=np.int64)
-    return np.asarray(pair[found.sensor[pair[:, 0]] == found.sensor[pair[:, 1]]])
-
-
-def every_pair(found: Visits, group: Ints | None = None) -> Ints:
-    """All pairs of places of one instrument and target, within one group (g,) if groups are given: (p, 2); of more than
-    MOST an even selection."""
-    first, second = np.triu_indices(len(found.sensor), 1)
-    same = found.sensor[first] == found.sensor[second]
-    if group is not None:
-        same &= group[first] == group[second]
-    pair = np.stack([first[same], second[same]], axis=1)
-    return pair if len(pair) <= MOST else pair[np.linspace(0, len(pair) - 1, MOST).astype(np.int64)]
-
-
-def distance_figures(found: Visits, pair: Ints) -> DistanceFigures:
-    """Accuracy and repeatability of the distances between pairs of places (p, 2); the j-th visit of one place goes with
-    the j-th of the other."""
-    n = found.count
-    padded = np.full((len(n), int(n.max(initial=1)), 3), np.nan)
-    padded[found.place, _nth(found.place)] = found.attained
-    centre = _mean(found.command, found.place, n)
-    run = np.linalg.norm(padded[pair[:, 0]] - padded[pair[:, 1]], axis=2)
-    known = np.isfinite(run)
-    times = known.sum(axis=1)
-    mean = np.where(known, run, 0.0).sum(axis=1) / np.maximum(times, 1)
-    spread = np.where(known, run - mean[:, None], 0.0)
-    squares = (spread**2).sum(axis=1)
-    rd = 3 * np.sqrt(np.where(times > 1, squares / np.maximum(times - 1, 1), np.nan))
-    asked = np.linalg.norm(centre[pair[:, 0]] - centre[pair[:, 1]], axis=1)
-    return DistanceFigures(pair, times, asked, mean - asked, rd)

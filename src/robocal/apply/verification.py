@@ -9,22 +9,28 @@ Of three that read the same poses, a, b and c, with errors that have nothing in 
     s_a^2 = (d_ab^2 + d_ac^2 - d_bc^2) / 2
 
 with d the root mean square of what two differ by. A negative square says that two of them share an error, or that frames differ.
+
+Whether two lists of poses can be of the same places, and what makes them so where they are not: a unit, a mirrored frame, a row.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy import special
 
 from robocal._types import Array
+from robocal.diagnose.limits import LIKE_EXPLAINS, LIKE_POSITIONS, LIKE_TURNS, LIKE_TURNS_LEAST
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 from robocal.geometry.fits import rigid
 
-__all__ = ["Agreement", "Anova", "PoseErrors", "agreement", "align_poses", "anova", "errors", "relative"]
+__all__ = [
+    "Agreement", "Anova", "Cause", "PoseErrors", "Unlike", "agreement", "align_poses", "anova", "errors", "relative", "unlike",
+]  # fmt: skip
 
 FEWEST = 3  # poses for an alignment by a motion
 ROUNDS, END = 50, 1e-13
@@ -79,15 +85,13 @@ def relative(found: Array, reference: Array) -> PoseErrors:
     return errors(se3.inverse(found[:1]) @ found[1:], se3.inverse(reference[:1]) @ reference[1:])
 
 
-def align_poses(
-    found: Array, reference: Array, length: float = 1.0, *, point: bool = False
-) -> tuple[PoseErrors, Array, Array]:
+def align_poses(found: Array, reference: Array, *, point: bool = False) -> tuple[PoseErrors, Array, Array]:
     """Errors after the best alignment A T_i B, and A and B (4, 4); B is the identity unless `point`: the instrument may then watch
-    another frame on the platform. A turn of 1 rad counts as `length` m. Raises ModelError for too few poses."""
+    another frame on the platform. A turn of 1 rad counts as 1 m. Raises ModelError for too few poses."""
     least = FEWEST + 2 * point
     if len(found) < least:
         raise ModelError("too few poses for an alignment", found=len(found), expected=f"{least} or more")
-    tried = [_descend(found, reference, length, a, point=point) for a in _beginnings(found, reference)]
+    tried = [_descend(found, reference, a, point=point) for a in _beginnings(found, reference)]
     _, a, b = min(tried, key=lambda t: t[0])
     return errors(a @ found @ b, reference), a, b
 
@@ -102,10 +106,10 @@ def _beginnings(found: Array, reference: Array) -> list[Array]:
     return out + [se3.compose(t, q.mean(axis=0) - t @ p.mean(axis=0)) for t in turns]
 
 
-def _descend(found: Array, reference: Array, length: float, a: Array, *, point: bool) -> tuple[float, Array, Array]:
+def _descend(found: Array, reference: Array, a: Array, *, point: bool) -> tuple[float, Array, Array]:
     """Half the sum of squares, A and B where Levenberg's method ends; a step is taken only if it lowers the sum."""
     b, damping = np.eye(4), 0.0
-    r, j = _linearise(a @ found @ b, reference, length, point=point)
+    r, j = _linearise(a @ found @ b, reference, point=point)
     cost = float(r @ r)
     for _ in range(ROUNDS):
         n = j.T @ j
@@ -113,25 +117,23 @@ def _descend(found: Array, reference: Array, length: float, a: Array, *, point: 
         step = np.asarray(np.linalg.lstsq(n + damping * size, -j.T @ r, rcond=1e-14)[0], float)
         a_new = _motion(step[:6]) @ a
         b_new = b @ _motion(step[6:]) if point else b
-        r_new, j_new = _linearise(a_new @ found @ b_new, reference, length, point=point)
+        r_new, j_new = _linearise(a_new @ found @ b_new, reference, point=point)
         if (lower := float(r_new @ r_new)) <= cost:
             a, b, r, j, cost, damping = a_new, b_new, r_new, j_new, lower, damping / 10 if damping > 1e-6 else 0.0
-            if np.abs(step).max() < END:
-                break
         else:
-            if np.abs(step).max() < END:
-                break
             damping = max(10 * damping, 1e-6)
+        if np.abs(step).max() < END:
+            break
     return cost, a, b
 
 
-def _linearise(here: Array, reference: Array, length: float, *, point: bool) -> tuple[Array, Array]:
+def _linearise(here: Array, reference: Array, *, point: bool) -> tuple[Array, Array]:
     """Errors (6 k,) of poses where they are, and their derivatives by a small motion of A and, with `point`, of B."""
     turned = here[:, :3, :3] @ np.swapaxes(reference[:, :3, :3], 1, 2)
     log = so3.log(turned)
-    r = np.concatenate([here[:, :3, 3] - reference[:, :3, 3], length * log], axis=1)
+    r = np.concatenate([here[:, :3, 3] - reference[:, :3, 3], log], axis=1)
     # A small motion (v, w) of A moves all in its frame; one of B moves the points that are watched.
-    inner = length * so3.left_jacobian_inverse(log)
+    inner = so3.left_jacobian_inverse(log)
     j = np.zeros((len(here), 6, 12 if point else 6))
     j[:, :3, :3] = np.eye(3)
     j[:, :3, 3:6] = -so3.skew(here[:, :3, 3])
@@ -164,13 +166,11 @@ def anova(means: Sequence[float], spreads: Sequence[float], counts: Sequence[int
     two groups, or of fewer than two values."""
     m, s, n = (np.asarray(v, float) for v in (means, spreads, counts))
     if len(m) < 2 or len(s) != len(m) or len(n) != len(m) or (n < 2).any():
-        raise ModelError(
-            "an analysis of variance takes two groups or more of two values or more", found=[len(m), n.tolist()]
-        )
+        message = "an analysis of variance takes two groups or more of two values or more"
+        raise ModelError(message, found=[len(m), n.tolist()])
     if not np.isfinite([*m, *s]).all() or (s < 0).any():
-        raise ModelError(
-            "means and standard deviations are finite, and no standard deviation is negative", found=s.tolist()
-        )
+        message = "means and standard deviations are finite, and no standard deviation is negative"
+        raise ModelError(message, found=s.tolist())
     total = n.sum()
     between, within = len(m) - 1, int(total) - len(m)
     grand = float((n * m).sum() / total)
@@ -180,3 +180,76 @@ def anova(means: Sequence[float], spreads: Sequence[float], counts: Sequence[int
         return Anova(float("inf") if explained else 0.0, between, within, 0.0 if explained else 1.0)
     f = explained / variance
     return Anova(f, between, within, float(special.fdtrc(between, within, f)))
+
+
+Cause = Literal["still", "scaled", "mirrored", "shifted", "turn-unit", "turn-inverted", "unknown"]
+
+
+@dataclass(frozen=True)
+class Unlike:
+    """Poses that are not those of the reference: the likely cause, what is left after the best alignment and how far the reference's
+    poses scatter, of positions (m) or, where `turns`, of orientations (rad); `factor`, of a unit."""
+
+    cause: Cause
+    left: float
+    spread: float
+    turns: bool
+    factor: float = 1.0
+
+
+def unlike(found: Array, reference: Array) -> Unlike | None:
+    """What is wrong with poses (k, 4, 4) beside those of a reference; None where nothing is, or there are too few to tell."""
+    if len(found) < FEWEST + 1:
+        return None
+    left = align_poses(found, reference)[0].rms
+    p, q = found[:, :3, 3], reference[:, :3, 3]
+    spread, own = _spread(q), _spread(p)
+    own_fit = _positions(p, q)
+    if own < LIKE_EXPLAINS * LIKE_POSITIONS * spread:
+        return Unlike("still", own, spread, False)
+    if own_fit > LIKE_POSITIONS * spread:
+        for cause, moved, factor in _places(p, spread / own):
+            if _positions(moved, q) < min(LIKE_EXPLAINS * own_fit, LIKE_POSITIONS * spread):
+                return Unlike(cause, own_fit, spread, False, factor)
+        return Unlike("unknown", own_fit, spread, False)
+    turn = _turns(found[:, :3, :3], reference[:, :3, :3])
+    scatter = _turns(np.tile(np.eye(3), (len(q), 1, 1)), reference[:, :3, :3])
+    if max(turn, left[1]) > max(LIKE_TURNS * scatter, LIKE_TURNS_LEAST):
+        for cause, change, factor in TURNS:
+            if _turns(change(found[:, :3, :3]), reference[:, :3, :3]) < LIKE_EXPLAINS * max(turn, LIKE_TURNS_LEAST):
+                return Unlike(cause, turn, scatter, True, factor)
+        return Unlike("unknown", max(turn, left[1]), scatter, True)
+    return None
+
+
+def _places(p: Array, size: float) -> Iterator[tuple[Cause, Array, float]]:
+    """Positions as they would be without each mistake."""
+    if not 0.5 < size < 2.0:
+        yield "scaled", p * size, 1.0 / size
+    yield "mirrored", p * [-1.0, 1.0, 1.0], 1.0
+    for by in (*range(1, min(len(p), 6)), *range(-1, -min(len(p), 6), -1)):
+        yield "shifted", np.roll(p, by, axis=0), float(by)
+
+
+DEG = 180.0 / np.pi
+
+
+TURNS: tuple[tuple[Cause, Callable[[Array], Array], float], ...] = (
+    ("turn-inverted", lambda r: r.swapaxes(1, 2), 1.0),
+    ("turn-unit", lambda r: so3.exp(DEG * so3.log(r)), 1.0 / DEG),
+)
+
+
+def _spread(p: Array) -> float:
+    return float(np.sqrt(np.mean(np.sum((p - p.mean(axis=0)) ** 2, axis=1))))
+
+
+def _positions(p: Array, q: Array) -> float:
+    """Root mean square of what the best motion leaves of positions."""
+    t = rigid(p, q)
+    return float(np.sqrt(np.mean(np.sum((p @ t[:3, :3].T + t[:3, 3] - q) ** 2, axis=1))))
+
+
+def _turns(r: Array, s: Array) -> float:
+    """Root mean square of what the best turns on both sides leave of orientations, to first order of the second side."""
+    return align_poses(se3.compose(r, np.zeros(3)), se3.compose(s, np.zeros(3)))[0].rms[1]

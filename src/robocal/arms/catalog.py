@@ -20,6 +20,16 @@ DEG = math.pi / 180.0
 CM = 0.01
 MM = 0.001
 FRANKA = "Franka control interface documentation, Denavit-Hartenberg parameters; tool at the flange, 0.107 m"
+MITSUBISHI = (
+    "lengths 300, 250, 160 mm and limits: Mitsubishi RV-1A/2AJ manual; frames inferred from a published calibration. "
+    "Ends at the wrist centre (r5 = 0); the flange is at tool.z = 0.072 m"
+)
+KLEINFINGER = (
+    "frames: Khalil and Kleinfinger (1986); D3 = RL4 = 1 cm as in a thesis on calibration (the real links are 45 cm)"
+)
+UNIVERSAL = "Universal Robots, DH parameters for calculations of kinematics and dynamics; beta because axes 2, 3, 4 are parallel"
+KUKA = "KUKA LBR iiwa 14 R820 specification: 360, 420, 400, 126 mm to the media flange, and axis ranges"
+ABB = "ABB IRB 120 product specification: 290, 270, 70, 302, 72 mm and working range; beta because axes 2 and 3 are parallel"
 
 
 def names() -> tuple[str, ...]:
@@ -51,25 +61,15 @@ def _rows(
 def _rv_2aj() -> Chain:
     table = [(0, 0, 0, 300), (-90, 0, -90, 0), (0, 250, 0, 0), (0, 160, 90, 0), (90, 0, 0, 0)]
     limits = [(-150, 150), (-60, 120), (-110, 120), (-90, 90), (-200, 200)]
-    return chain(
-        "Mitsubishi RV-2AJ",
-        "khalil-hayati",
-        _rows("alpha d theta r", MM, table, limits),
-        source="lengths 300, 250, 160 mm and limits: Mitsubishi RV-1A/2AJ manual; frames inferred from a published calibration. "
-        "Ends at the wrist centre (r5 = 0); the flange is at tool.z = 0.072 m",
-        meta={"flange": (0.0, 0.0, 0.072, 0.0, 0.0, 0.0)},
-    )
+    rows, meta = _rows("alpha d theta r", MM, table, limits), {"flange": (0.0, 0.0, 0.072, 0.0, 0.0, 0.0)}
+    return chain("Mitsubishi RV-2AJ", "khalil-hayati", rows, source=MITSUBISHI, meta=meta)
 
 
 def _rx_90(a4: float) -> Chain:
     table = [(0, 0, 0, 0), (90, 0, 0, 0), (0, 1, 0, 0), (-90, a4, 0, 1), (90, 0, 0, 0), (-90, 0, 0, 0)]
-    return chain(
-        "Staubli RX-90, unit links" + (f", a4 = {a4} cm" if a4 else ""),
-        "mdh",
-        _rows("alpha a theta d", CM, table),
-        source="frames: Khalil and Kleinfinger (1986); D3 = RL4 = 1 cm as in a thesis on calibration (the real links are 45 cm)",
-        meta={"order": _order("", range(1, 7))},
-    )
+    title = "Staubli RX-90, unit links" + (f", a4 = {a4} cm" if a4 else "")
+    meta = {"order": _order("", range(1, 7))}
+    return chain(title, "mdh", _rows("alpha a theta d", CM, table), source=KLEINFINGER, meta=meta)
 
 
 _SMALL = {
@@ -115,15 +115,11 @@ def _ur10() -> Chain:
         (0, 0.1273, 0, 90), (0, 0, -0.612, 0), (0, 0, -0.5723, 0),
         (0, 0.163941, 0, 90), (0, 0.1157, 0, -90), (0, 0.0922, 0, 0),
     ]  # fmt: skip
-    return chain(
-        "Universal Robots UR10",
-        "dh-hayati",
-        _rows("theta d a alpha", 1.0, table, [(-360, 360)] * 6),
-        source="Universal Robots, DH parameters for calculations of kinematics and dynamics; beta because axes 2, 3, 4 are parallel",
-    )
+    rows = _rows("theta d a alpha", 1.0, table, [(-360, 360)] * 6)
+    return chain("Universal Robots UR10", "dh-hayati", rows, source=UNIVERSAL)
 
 
-def _franka(name: str, limits: Sequence[tuple[float, float]], source: str) -> Chain:
+def _franka(name: str, limits: Sequence[tuple[float, float]]) -> Chain:
     table = [
         (0, 0, 0, 0.333), (-90, 0, 0, 0), (90, 0, 0, 0.316), (90, 0.0825, 0, 0),
         (-90, -0.0825, 0, 0.384), (90, 0, 0, 0), (90, 0.088, 0, 0),
@@ -131,13 +127,13 @@ def _franka(name: str, limits: Sequence[tuple[float, float]], source: str) -> Ch
     rows = _rows("alpha a theta d", 1.0, table)
     for row, pair in zip(rows, limits, strict=True):
         row["limits"] = pair
-    return chain(name, "mdh", rows, tool=(0, 0, 0.107, 0, 0, 0), source=source)
+    return chain(name, "mdh", rows, tool=(0, 0, 0.107, 0, 0, 0), source=FRANKA)
 
 
 def _panda() -> Chain:
     wide = (-2.8973, 2.8973)
     limits = [wide, (-1.7628, 1.7628), wide, (-3.0718, -0.0698), wide, (-0.0175, 3.7525), wide]
-    return _franka("Franka Emika Panda", limits, FRANKA)
+    return _franka("Franka Emika Panda", limits)
 
 
 def _fr3() -> Chain:
@@ -145,7 +141,7 @@ def _fr3() -> Chain:
         (-2.7437, 2.7437), (-1.7837, 1.7837), (-2.9007, 2.9007), (-3.0421, -0.1518),
         (-2.8065, 2.8065), (0.5445, 4.5169), (-3.0159, 3.0159),
     ]  # fmt: skip
-    return _franka("Franka Research 3", limits, FRANKA)
+    return _franka("Franka Research 3", limits)
 
 
 def _iiwa_14() -> Chain:
@@ -154,12 +150,7 @@ def _iiwa_14() -> Chain:
         (-90, 0, 0, 400), (-90, 0, 0, 0), (90, 0, 0, 126),
     ]  # fmt: skip
     limits = [(-170, 170), (-120, 120), (-170, 170), (-120, 120), (-170, 170), (-120, 120), (-175, 175)]
-    return chain(
-        "KUKA LBR iiwa 14 R820",
-        "mdh",
-        _rows("alpha a theta d", MM, table, limits),
-        source="KUKA LBR iiwa 14 R820 specification: 360, 420, 400, 126 mm to the media flange, and axis ranges",
-    )
+    return chain("KUKA LBR iiwa 14 R820", "mdh", _rows("alpha a theta d", MM, table, limits), source=KUKA)
 
 
 def _irb_120() -> Chain:
@@ -168,12 +159,7 @@ def _irb_120() -> Chain:
         (0, 302, 0, 90), (0, 0, 0, -90), (180, 72, 0, 0),
     ]  # fmt: skip
     limits = [(-165, 165), (-110, 110), (-110, 70), (-160, 160), (-120, 120), (-400, 400)]
-    return chain(
-        "ABB IRB 120",
-        "dh-hayati",
-        _rows("theta d a alpha", MM, table, limits),
-        source="ABB IRB 120 product specification: 290, 270, 70, 302, 72 mm and working range; beta because axes 2 and 3 are parallel",
-    )
+    return chain("ABB IRB 120", "dh-hayati", _rows("theta d a alpha", MM, table, limits), source=ABB)
 
 
 _ARMS: dict[str, Callable[[], Chain]] = {

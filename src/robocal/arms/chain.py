@@ -21,9 +21,10 @@ from robocal.parameters import ParameterTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Chain", "Group", "joint_offsets", "with_offsets"]
+__all__ = ["Chain", "Extra", "Group", "joint_offsets", "with_offsets"]
 
 CHUNK = 2048  # configurations
+Extra = Mapping[str, ArrayLike] | None  # columns by name, numbers or (m,)
 
 
 @dataclass(frozen=True)
@@ -86,15 +87,12 @@ class Chain(Whole):
         """The same arm with another table of the same values."""
         return replace(self, table=table)
 
-    def phi(
-        self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None, program: Program | None = None
-    ) -> Array:
+    def phi(self, joints: ArrayLike, extra: Extra = None, program: Program | None = None) -> Array:
         """The columns (m, C) that a program reads: joint values (m, n), named extras (m,), and what follows from them."""
         q = np.atleast_2d(np.asarray(joints, float))
         if q.shape[1] != len(self.joints):
-            raise ModelError(
-                "wrong number of joint values", found=q.shape[1], expected=f"{len(self.joints)} for {self.name}"
-            )
+            expected = f"{len(self.joints)} for {self.name}"
+            raise ModelError("wrong number of joint values", found=q.shape[1], expected=expected)
         known = {name: q[:, i] for i, name in enumerate(self.joint_names)}
         known.update({k: np.broadcast_to(np.asarray(v, float), (len(q),)) for k, v in (extra or {}).items()})
         columns = (program or self.program).columns
@@ -103,49 +101,37 @@ class Chain(Whole):
                 known.update(made.columns(q, known))
         for column in columns:
             if column not in known:
-                raise ModelError(
-                    "the model needs a column that the configurations lack",
-                    key=column,
-                    suggestion=nearest(column, known),
-                )
+                message = "the model needs a column that the configurations lack"
+                raise ModelError(message, key=column, suggestion=nearest(column, known))
         if not columns:
             return np.empty((len(q), 0))
         return np.ascontiguousarray(np.stack([known[c] for c in columns], axis=-1))
 
     def run(
-        self,
-        joints: ArrayLike,
-        extra: Mapping[str, ArrayLike] | None = None,
-        entries: tuple[Ints, Array] | None = None,
-        width: int = 0,
+        self, joints: ArrayLike, extra: Extra = None, entries: tuple[Ints, Array] | None = None, width: int = 0
     ) -> tuple[Array, Array]:
         """T_base_tool (m, 4, 4) and J (m, 6, width) of some entries of the program, so many configurations at a time that
         their columns stay in the cache."""
         q = np.atleast_2d(np.asarray(joints, float))
-        if len(q) <= CHUNK or not self.derived:
-            poses, columns = self.program.run(self.table.values[None], self.phi(q, extra)[None], entries, width)
-            return poses[0], columns[0]
         recorded = {k: np.broadcast_to(np.asarray(v, float), (len(q),)) for k, v in (extra or {}).items()}
-        pose, jac = np.empty((len(q), 4, 4)), np.empty((len(q), 6, width))
-        theta = self.table.values[None]
-        for first in range(0, max(len(q), 1), CHUNK):
-            some = slice(first, first + CHUNK)
+        theta, parts = self.table.values[None], []
+        for first in range(0, max(len(q), 1), CHUNK if self.derived else max(len(q), 1)):
+            some = slice(first, first + (CHUNK if self.derived else len(q)))
             phi = self.phi(q[some], {k: v[some] for k, v in recorded.items()})
-            there, columns = self.program.run(theta, phi[None], entries, width)
-            pose[some], jac[some] = there[0], columns[0]
-        return pose, jac
+            poses, columns = self.program.run(theta, phi[None], entries, width)
+            parts.append((poses[0], columns[0]))
+        pose, jacobian = (p[0] if len(p) == 1 else np.concatenate(p) for p in zip(*parts, strict=True))
+        return pose, jacobian
 
-    def pose(self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None) -> Array:
+    def pose(self, joints: ArrayLike, extra: Extra = None) -> Array:
         """Forward kinematics T_base_tool, (m, 4, 4), for joint values (m, n) in rad or m."""
         return self.run(joints, extra)[0]
 
-    def jacobian(self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None) -> Array:
+    def jacobian(self, joints: ArrayLike, extra: Extra = None) -> Array:
         """Geometric Jacobian (m, 6, n) of the tool: rows (v, w) in base coordinates, one column per joint."""
         return self.run(joints, extra, self.program.joint_entries(self.joint_names), len(self.joints))[1]
 
-    def parameter_jacobian(
-        self, joints: ArrayLike, names: Sequence[str] | None = None, extra: Mapping[str, ArrayLike] | None = None
-    ) -> Array:
+    def parameter_jacobian(self, joints: ArrayLike, names: Sequence[str] | None = None, extra: Extra = None) -> Array:
         """Jacobian (m, 6, k) with respect to named parameters (all by default); frames in their tangent (dv, dw)."""
         wanted = self.table.names if names is None else tuple(names)
         return self.run(joints, extra, self.entries(wanted), len(wanted))[1]

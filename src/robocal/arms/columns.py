@@ -34,11 +34,12 @@ class ChainColumn(Protocol):
         """Values (m,) by name, for joint values q (m, n) and the columns that are known."""
 
     def at(self, table: ParameterTable) -> ChainColumn:
-        """The same at other parameter values."""
+        """The same at other parameter values; most know none."""
+        return self
 
 
 @dataclass(frozen=True)
-class Harmonic:
+class Harmonic(ChainColumn):
     """cos(k q_j) and sin(k q_j): what an eccentric gear adds to the joint that it drives; k need not be whole.
 
     Outside low .. high (rad) they fade to zero over FADE: many orders that were found over part of a turn say nothing
@@ -63,12 +64,9 @@ class Harmonic:
         inside = np.maximum(1.0 - outside / FADE, 0.0)
         return {name: inside * wave for name, wave in zip(self.names, waves, strict=True)}
 
-    def at(self, table: ParameterTable) -> ChainColumn:
-        return self
-
 
 @dataclass(frozen=True)
-class Recorded:
+class Recorded(ChainColumn):
     """A recorded column minus its reference (temperature, sign of approach); zero where nothing was recorded, so that a
     model with it can be asked anywhere."""
 
@@ -82,9 +80,6 @@ class Recorded:
     def columns(self, q: Array, known: Known) -> dict[str, Array]:
         found = known.get(self.source)
         return {self.names[0]: np.zeros(len(q)) if found is None else found - self.reference}
-
-    def at(self, table: ParameterTable) -> ChainColumn:
-        return self
 
 
 @dataclass(frozen=True)

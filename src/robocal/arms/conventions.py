@@ -13,7 +13,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from robocal.arms.chain import Chain
-from robocal.arms.recipes import RECIPES, elements_convention, recipe_convention
+from robocal.arms.recipes import ELEMENTS, RECIPES
 from robocal.arms.row_builder import QUANTITIES, TYPES, Convention, Row, RowBuilder, finite
 from robocal.arms.screws import SCREW_CONVENTIONS
 from robocal.errors import ModelError, look_up, one_of
@@ -22,10 +22,7 @@ from robocal.parameters import Parameter, ParameterTable, frame_parameters
 
 __all__ = ["CONVENTIONS", "QUANTITIES", "Convention", "chain", "convention_of", "rows"]
 
-CONVENTIONS: dict[str, Convention] = {
-    c.name: c
-    for c in (*(recipe_convention(*entry) for entry in RECIPES.items()), *SCREW_CONVENTIONS, elements_convention())
-}
+CONVENTIONS = {c.name: c for c in (*RECIPES, *SCREW_CONVENTIONS, ELEMENTS)}
 RESERVED = ("base", "tool", "home", "1")
 
 
@@ -57,9 +54,8 @@ def chain(
     """
     rule = convention_of(convention)
     if len(rows) > MOST_ROWS:
-        raise ModelError(
-            "an arm has not so many joints", key="joints", found=len(rows), expected=f"at most {MOST_ROWS}"
-        )
+        expected = f"at most {MOST_ROWS}"
+        raise ModelError("an arm has not so many joints", key="joints", found=len(rows), expected=expected)
     elements: list[Element] = [frame_element("base")]
     parameters: list[Parameter] = list(frame_parameters("base", _frame(base, "base")))
     geometric: list[str] = []
@@ -68,9 +64,8 @@ def chain(
         pen = RowBuilder(_name(row, i), _type(row, i), row, rule.key)
         lower, upper = pen.vector("limits") if pen.kind != "fixed" else (-math.inf, math.inf)
         if not lower <= upper:
-            raise ModelError(
-                "limits in the wrong order", key=f"{pen.joint}.limits", found=[lower, upper], expected="lower, upper"
-            )
+            message = "limits in the wrong order"
+            raise ModelError(message, key=f"{pen.joint}.limits", found=[lower, upper], expected="lower, upper")
         if any(pen.joint == p.name.rpartition(".")[0] for p in parameters):
             raise ModelError("a joint name is used twice", key=pen.joint)
         rule.write(pen)
@@ -82,9 +77,8 @@ def chain(
         geometric += pen.geometric
     if home is not None:
         if not rule.home:
-            raise ModelError(
-                "this convention has no home pose", key="home", found=convention, expected="zero-reference, poe"
-            )
+            expected = "zero-reference, poe"
+            raise ModelError("this convention has no home pose", key="home", found=convention, expected=expected)
         elements.append(frame_element("home"))
         parameters += frame_parameters("home", _frame(home, "home"))
     elements.append(frame_element("tool"))
@@ -124,9 +118,8 @@ def rows(chain: Chain) -> list[dict[str, object]]:
 def _name(row: Row, i: int) -> str:
     name = row.get("name", f"j{i}")
     if not isinstance(name, str) or not name or name in RESERVED:
-        raise ModelError(
-            "not a joint name", key=f"joint {i}.name", found=name, expected=f"a word other than {', '.join(RESERVED)}"
-        )
+        expected = f"a word other than {', '.join(RESERVED)}"
+        raise ModelError("not a joint name", key=f"joint {i}.name", found=name, expected=expected)
     return name
 
 
@@ -140,7 +133,6 @@ def _type(row: Row, i: int) -> str:
 
 def _frame(value: Sequence[float], owner: str) -> list[float]:
     if len(value) != 6:
-        raise ModelError(
-            "wrong shape", key=owner, found=list(value), expected="x, y, z in m and a rotation vector in rad"
-        )
+        expected = "x, y, z in m and a rotation vector in rad"
+        raise ModelError("wrong shape", key=owner, found=list(value), expected=expected)
     return [finite(v, owner) for v in value]

@@ -38,9 +38,8 @@ def axes_at_zero(chain: Chain) -> tuple[Array, Array, Array, Array]:
     read = dict.fromkeys(t.parameter for e in chain.elements for t in e.terms if t.column not in plain)
     beyond = [n for n in read if chain.table[n].value != 0.0]
     if beyond:
-        raise ModelError(
-            "this form holds geometry alone, and the model has more", found=", ".join(beyond), expected="--format yaml"
-        )
+        message = "this form holds geometry alone, and the model has more"
+        raise ModelError(message, found=", ".join(beyond), expected="--format yaml")
     zero = np.zeros((1, len(chain.joints)))
     tool, jac = chain.pose(zero)[0], chain.jacobian(zero)[0]
     turning = np.array([j.type == "revolute" for j in chain.joints])

@@ -22,9 +22,10 @@ from robocal.geometry.gravity import GRAVITY
 from robocal.geometry.path.program import Element
 from robocal.parameters import ParameterTable
 
-__all__ = ["Gravity", "Load", "axis_of", "drive", "link_end"]
+__all__ = ["Gravity", "Load", "Triple", "axis_of", "drive", "link_end"]
 
 Known = Mapping[str, Array]
+Triple = tuple[float, float, float]
 
 
 # --- where things are in a chain ------------------------------------------------------------------------------------
@@ -72,7 +73,7 @@ class Load:
 
     link: str
     mass: float
-    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    at: Triple = (0.0, 0.0, 0.0)
     column: str = ""
 
 
@@ -89,7 +90,7 @@ class Gravity:
     model: Chain
     joints: tuple[str, ...]
     loads: tuple[Load, ...]
-    acceleration: tuple[float, float, float] = GRAVITY
+    acceleration: Triple = GRAVITY
     label: str = "gravity"
 
     @property

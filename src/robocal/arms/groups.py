@@ -17,7 +17,7 @@ from typing import Any
 
 from robocal.arms import joints
 from robocal.arms.chain import Chain, Group
-from robocal.arms.gravity_load import Load
+from robocal.arms.gravity_load import Load, Triple
 from robocal.errors import ModelError, look_up, one_of
 
 __all__ = ["GROUPS", "Rule", "add", "catalog_loads", "fix_groups", "free_groups", "rule_of", "without"]
@@ -27,79 +27,53 @@ Options = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Rule:
-    """A group: its options, the SI unit of its prior, what it needs to be recorded, and the function that adds it."""
+    """A group: its options, the SI unit of its prior, the function that adds it by these options, and what it needs to be recorded."""
 
     name: str
     options: tuple[str, ...]
     unit: str
-    prior: float
-    add: Callable[[Chain, Options], Chain]
-    meaning: str
+    add: Callable[..., Chain]
     needs: str = ""
 
 
-def _common(options: Options, *keys: str) -> dict[str, Any]:
-    return {k: options[k] for k in ("joints", "prior", *keys) if k in options}
+def _ripple(chain: Chain, *, highest: int = 0, **options: Any) -> Chain:
+    """Orders that are not stated are sought in the data, up to the `highest`."""
+    within = options.pop("range", None)
+    return joints.with_eccentricity(chain, within=within, **{"harmonics": {}} | options)
 
 
-def _loads(chain: Chain, options: Options) -> tuple[Load, ...]:
-    """Masses as stated, else as published; a payload alone may do."""
-    found: tuple[Load, ...] = tuple(options["links"]) if "links" in options else catalog_loads(chain)
-    if not found and not options.get("payload_only"):
-        raise ModelError(
-            "the masses of this robot's links are not known", key="groups", found=chain.name,
-            expected="compliance: {links: [{joint, mass, com}, ...]} in robot.yaml, or the group sag, which needs none",
-        )  # fmt: skip
-    return found
+def _with_loads(add: Callable[..., Chain]) -> Callable[..., Chain]:
+    """The same with masses as stated, else as published; a payload alone may do, and a recorded torque needs none."""
+
+    def of(chain: Chain, *, links: Iterable[Load] | None = None, payload_only: bool = False, **options: Any) -> Chain:
+        if options.get("torque") == "recorded":
+            return add(chain, **options)
+        loads = catalog_loads(chain) if links is None else tuple(links)
+        if not loads and not payload_only:
+            raise ModelError(
+                "the masses of this robot's links are not known", key="groups", found=chain.name,
+                expected="compliance: {links: [{joint, mass, com}, ...]} in robot.yaml, or the group sag, which needs none",
+            )  # fmt: skip
+        return add(chain, loads=loads, **options)
+
+    return of
 
 
-def _compliance(chain: Chain, options: Options) -> Chain:
-    recorded = options.get("torque") == "recorded"
-    loads = () if recorded else _loads(chain, options)
-    return joints.with_compliance(chain, loads=loads, **_common(options, "gravity", "torque"))
-
-
+OF_LOADS = ("joints", "prior", "gravity", "links", "payload_only")
+OF_TORQUE = ("joints", "prior", "gravity", "torque", "links", "payload_only")
 GROUPS = {
     rule.name: rule
     for rule in (
-        Rule(
-            "gain", ("joints", "prior"), "1", joints.GAIN, lambda c, o: joints.with_gains(c, **_common(o)),
-            "scale of the joint sensor or gear",
-        ),
-        Rule(
-            "eccentricity", ("joints", "prior", "harmonics"), "rad", joints.GEAR,
-            lambda c, o: joints.with_eccentricity(c, **_common(o, "harmonics")), "gear or encoder off its axis, per turn of the joint",
-        ),
-        Rule(
-            "ripple", ("joints", "prior", "harmonics", "highest", "range"), "rad", joints.GEAR,
-            lambda c, o: joints.with_eccentricity(
-                c, **_common(o) | {"harmonics": o.get("harmonics", {}), "within": o.get("range")}
-            ),
-            "teeth, strain waves and sensor lines; orders are sought in the data",
-        ),
-        Rule(
-            "backlash", ("joints", "prior"), "rad", joints.GEAR, lambda c, o: joints.with_backlash(c, **_common(o)),
-            "half the play, by the side of approach", "approach.JOINT",
-        ),
-        Rule(
-            "compliance", ("joints", "prior", "gravity", "torque", "links", "payload_only"), "rad/(N m)", joints.SOFT, _compliance,
-            "twist of joints under torque",
-        ),
-        Rule(
-            "sag", ("joints", "prior", "gravity"), "rad kg/(N m)", 5 * joints.SOFT,
-            lambda c, o: joints.with_sag(c, **_common(o, "gravity")), "twist of joints under masses that nobody knows",
-        ),
-        Rule(
-            "bending", ("joints", "prior", "gravity", "links", "payload_only"), "rad/(N m)", joints.SOFT,
-            lambda c, o: joints.with_bending(c, loads=_loads(c, o), **_common(o, "gravity")), "bending of bearings and links",
-        ),
-        Rule(
-            "expansion", ("prior", "reference", "per_joint"), "1/K", joints.GROWTH,
-            lambda c, o: joints.with_expansion(c, **{k: o[k] for k in ("prior", "reference", "per_joint") if k in o}),
-            "thermal growth of all lengths", "temperature",
-        ),
+        Rule("gain", ("joints", "prior"), "1", joints.with_gains),
+        Rule("eccentricity", ("joints", "prior", "harmonics"), "rad", joints.with_eccentricity),
+        Rule("ripple", ("joints", "prior", "harmonics", "highest", "range"), "rad", _ripple),
+        Rule("backlash", ("joints", "prior"), "rad", joints.with_backlash, "approach.JOINT"),
+        Rule("compliance", OF_TORQUE, joints.COMPLIANCE, _with_loads(joints.with_compliance)),
+        Rule("sag", ("joints", "prior", "gravity"), joints.SAG, joints.with_sag),
+        Rule("bending", OF_LOADS, joints.COMPLIANCE, _with_loads(joints.with_bending)),
+        Rule("expansion", ("prior", "reference", "per_joint"), "1/K", joints.with_expansion, "temperature"),
     )
-}  # fmt: skip
+}
 
 
 def rule_of(name: str) -> Rule:
@@ -116,7 +90,7 @@ def add(chain: Chain, name: str, options: Options | None = None) -> Chain:
             raise ModelError("unknown option of a group", key=f"groups.{name}.{key}", **one_of(key, rule.options))
     if any(g.name == name for g in chain.groups):
         raise ModelError("this group is there already", key=f"groups.{name}")
-    made = rule.add(chain, options)
+    made = rule.add(chain, **options)
     before = {p.name: p for p in chain.table.rows}
     own = tuple(p.name for p in made.table.rows if before.get(p.name) != p)
     return replace(made, groups=(*chain.groups, Group(name, options, own)))
@@ -143,7 +117,7 @@ def without(chain: Chain, name: str) -> Chain:
     return replace(chain, groups=tuple(g for g in chain.groups if g is not group))
 
 
-Row = tuple[float, tuple[float, float, float]]
+Row = tuple[float, Triple]
 # Universal Robots, DH parameters for calculations of kinematics and dynamics (CB3 UR10); frames of the classic DH table.
 UR10: tuple[Row, ...] = (
     (7.1, (0.021, 0.0, 0.027)),

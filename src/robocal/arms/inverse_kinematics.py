@@ -1,6 +1,6 @@
 """Inverse kinematics by damped least squares, for many targets at once and any arm.
 
-    min_q 1/2 |r(q)|^2   with   r = (p - p*, L log(R R*^T))   or   r = (p - p*, L (R a - d))   or   r = p - p*
+    min_q 1/2 |r(q)|^2   with   r = (p - p*, L log(R R*^T))   or   r = p - p*
     (J^T J + lam D) dq = -J^T r,   lower <= q <= upper
 
 L is the arm's reach, so that a radian weighs like a reach. lam follows the cost (Levenberg-Marquardt); a joint at its
@@ -8,6 +8,14 @@ limit that would leave it is held. All targets step in lock step, the unsolved o
 fixed low-discrepancy sequence, so the answer is the same every time. Sources: Wampler, Manipulator inverse kinematic
 solutions based on vector formulations and damped least-squares methods (1986); Sugihara, Solvability-unconcerned
 inverse kinematics by the Levenberg-Marquardt method (2011).
+
+Inverse kinematics in order of importance: what a task leaves free serves the next one.
+
+    dq = J_1^+ r_1 + (J_2 N_1)^+ (r_2 - J_2 dq_1) + ...,   N_k = N_{k-1} - (J_k N_{k-1})^+ J_k N_{k-1},   N_0 = I
+
+Tasks: the position, the orientation, nearness to given joint values. So an arm with fewer than six axes meets the
+position and turns as far as it can, and one with seven stays where the controller had it. Source: Siciliano and
+Slotine, A general framework for managing multiple tasks in highly redundant robotic systems (1991).
 """
 
 from __future__ import annotations
@@ -19,13 +27,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array, Bools, Ints
-from robocal.arms.chain import Chain
+from robocal.arms.chain import Chain, Extra
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
-__all__ = ["Reached", "inverse_point", "inverse_pose"]
+__all__ = ["Reached", "by_priority", "inverse_point", "inverse_pose"]
 
-TOLERANCE = (1e-9, 1e-9)
+TOLERANCE = (1e-9, 1e-9)  # m, rad
+ITERATIONS = 80
 LONGEST = 0.5  # largest change of a joint in one step, in rad or m: beyond it the linear model is a guess
 
 
@@ -41,81 +50,40 @@ class Reached:
 
 
 def inverse_pose(
-    chain: Chain,
-    poses: ArrayLike,
-    *,
-    start: ArrayLike | None = None,
-    restarts: int = 64,
-    iterations: int = 80,
-    tolerance: tuple[float, float] = TOLERANCE,
-    extra: Mapping[str, ArrayLike] | None = None,
+    chain: Chain, poses: ArrayLike, *, start: ArrayLike | None = None, restarts: int = 64, extra: Extra = None
 ) -> Reached:
     """Joint values that bring the tool to T_base_tool (m, 4, 4), within the joint limits.
 
-    `start` (n,) or (m, n) is tried first, then the middle of the limits, then `restarts` others; `tolerance` is (m,
-    rad); `extra` are named columns (m,) or scalars. A target that is not reached keeps the best joint values found.
-    Raises ModelError for wrong shapes.
+    `start` (n,) or (m, n) is tried first, then the middle of the limits, then `restarts` others; `extra` are named
+    columns (m,) or scalars. A target that is not reached keeps the best joint values found. Raises ModelError for wrong
+    shapes.
     """
     t = np.asarray(poses, float)
     t = t[None] if t.ndim == 2 else t
     if t.ndim != 3 or t.shape[1:] != (4, 4):
         raise ModelError("targets are not poses", found=t.shape, expected="(m, 4, 4)")
-    task = _Task(chain, t[:, :3, 3], t[:, :3, :3], None, np.zeros(3), extra)
-    return _search(task, start, restarts, iterations, tolerance)
+    return _search(_Task(chain, t[:, :3, 3], t[:, :3, :3], extra), start, restarts)
 
 
 def inverse_point(
-    chain: Chain,
-    points: ArrayLike,
-    directions: ArrayLike | None = None,
-    *,
-    tool_axis: ArrayLike = (0.0, 0.0, 1.0),
-    start: ArrayLike | None = None,
-    restarts: int = 64,
-    iterations: int = 80,
-    tolerance: tuple[float, float] = TOLERANCE,
-    extra: Mapping[str, ArrayLike] | None = None,
+    chain: Chain, points: ArrayLike, *, start: ArrayLike | None = None, restarts: int = 64, extra: Extra = None
 ) -> Reached:
-    """Joint values that bring the tool's origin to points (m, 3) in base coordinates and, if given, its axis along
-    directions (m, 3).
+    """Joint values that bring the tool's origin to points (m, 3) in base coordinates, however it is turned.
 
-    For arms with fewer than six joints, or where the turn about the tool does not matter. `tool_axis` (3,) is in tool
-    coordinates. The rest is as in `inverse_pose`. Raises ModelError for wrong shapes and for a direction of length
-    zero.
+    For arms with fewer than six joints, or where the orientation does not matter. The rest is as in `inverse_pose`. Raises
+    ModelError for wrong shapes.
     """
     p = np.atleast_2d(np.asarray(points, float))
     if p.ndim != 2 or p.shape[1] != 3:
         raise ModelError("targets are not points", found=p.shape, expected="(m, 3)")
-    d = None
-    if directions is not None:
-        given = np.asarray(directions, float)
-        if given.shape not in ((3,), p.shape):
-            raise ModelError("wrong shape of directions", found=given.shape, expected=f"(3,) or {p.shape}")
-        d = _units(np.array(np.broadcast_to(given, p.shape)))
-    axis = _units(np.asarray(tool_axis, float)[None])[0]
-    return _search(_Task(chain, p, None, d, axis, extra), start, restarts, iterations, tolerance)
-
-
-def _units(v: Array) -> Array:
-    length = np.linalg.norm(v, axis=-1, keepdims=True)
-    if not (length > 0).all():
-        raise ModelError("a direction needs a length", found=v.tolist())
-    return np.asarray(v / length)
+    return _search(_Task(chain, p, None, extra), start, restarts)
 
 
 class _Task:
     """Residual and Jacobian of chosen targets."""
 
-    def __init__(
-        self,
-        chain: Chain,
-        point: Array,
-        turn: Array | None,
-        direction: Array | None,
-        axis: Array,
-        extra: Mapping[str, ArrayLike] | None,
-    ) -> None:
-        self.chain, self.point, self.turn, self.direction, self.axis = chain, point, turn, direction, axis
+    def __init__(self, chain: Chain, point: Array, turn: Array | None, extra: Extra) -> None:
+        self.chain, self.point, self.turn = chain, point, turn
         self.entries = chain.program.joint_entries(chain.joint_names)
         self.theta = chain.table.values[None]
         self.extra = {k: np.broadcast_to(np.asarray(v, float), (len(point),)) for k, v in (extra or {}).items()}
@@ -154,18 +122,10 @@ class _Task:
             turning = self.reach * (so3.left_jacobian_inverse(w) @ j[:, 3:])
             both = np.concatenate([gap, self.reach * w], axis=1)
             return both, np.concatenate([j[:, :3], turning], axis=1), at, np.linalg.norm(w, axis=1)
-        if self.direction is not None:
-            a, d = r @ self.axis, self.direction[which]
-            angle = np.arctan2(np.linalg.norm(np.cross(a, d), axis=1), np.einsum("ki,ki->k", a, d))
-            turning = -self.reach * (so3.skew(a) @ j[:, 3:])
-            both = np.concatenate([gap, self.reach * (a - d)], axis=1)
-            return both, np.concatenate([j[:, :3], turning], axis=1), at, angle
         return gap, j[:, :3], at, np.zeros(len(q))
 
 
-def _search(
-    task: _Task, start: ArrayLike | None, restarts: int, iterations: int, tolerance: tuple[float, float]
-) -> Reached:
+def _search(task: _Task, start: ArrayLike | None, restarts: int) -> Reached:
     m, n = len(task.point), len(task.chain.joints)
     best = Reached(np.zeros((m, n)), np.zeros(m, dtype=bool), np.full(m, np.inf), np.full(m, np.inf))
     cost = np.full(m, np.inf)
@@ -180,18 +140,16 @@ def _search(
         if not len(left):
             break
         q0 = np.broadcast_to(attempt, (m, n))[left]
-        q, value, position, angle = _descend(task, np.clip(q0, task.low, task.high), left, iterations, tolerance)
+        q, value, position, angle = _descend(task, np.clip(q0, task.low, task.high), left)
         better = value < cost[left]
         at = left[better]
         best.joints[at], cost[at] = q[better], value[better]
         best.position[at], best.angle[at] = position[better], angle[better]
-        best.success[at] = (position[better] <= tolerance[0]) & (angle[better] <= tolerance[1])
+        best.success[at] = (position[better] <= TOLERANCE[0]) & (angle[better] <= TOLERANCE[1])
     return best
 
 
-def _descend(
-    task: _Task, q: Array, which: Ints, iterations: int, tolerance: tuple[float, float]
-) -> tuple[Array, Array, Array, Array]:
+def _descend(task: _Task, q: Array, which: Ints) -> tuple[Array, Array, Array, Array]:
     """Levenberg-Marquardt from q (k, n) for targets `which` (k,): q, cost, position error and angle, each with k
     rows."""
     n = q.shape[1]
@@ -199,8 +157,8 @@ def _descend(
     cost = 0.5 * np.einsum("kd,kd->k", r, r)
     lam = np.full(len(q), 1e-2)
     active = np.arange(len(q))
-    for _ in range(iterations):
-        going = ((position > tolerance[0]) | (angle > tolerance[1])) & (lam < 1e10)
+    for _ in range(ITERATIONS):
+        going = ((position > TOLERANCE[0]) | (angle > TOLERANCE[1])) & (lam < 1e10)
         active = active[going[active]]
         if not len(active):
             break
@@ -225,3 +183,55 @@ def _descend(
         lam[at] = np.maximum(lam[at] * 0.1, 1e-12)
         lam[active[~lower]] *= 8.0
     return q, cost, position, angle
+
+
+STEPS = 40
+
+
+def by_priority(
+    chain: Chain, target: Array, near: Array, start: Array, *, oriented: bool, extra: Mapping[str, Array] | None
+) -> Array:
+    """Joint values (m, n) within the limits that serve position, then orientation, then nearness to `near` (m, n).
+
+    `target` (m, 4, 4) are poses T_base_tool, `start` (m, n) is where the steps begin: they follow the linear model and
+    find the solution beside it, not another branch. `extra` are named columns (m,).
+    """
+    low, high = chain.limits.T
+    q = np.array(start, float)
+    n = q.shape[1]
+    for _ in range(STEPS):
+        pose, jac = chain.pose(q, extra), chain.jacobian(q, extra)
+        tasks = [(jac[:, :3], target[:, :3, 3] - pose[:, :3, 3])]
+        if oriented:
+            turn = so3.log(target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2))
+            tasks.append((jac[:, 3:], turn))
+        tasks.append((np.broadcast_to(np.eye(n), (len(q), n, n)), near - q))
+        # A joint at its limit that would leave it is held, and the others share its part.
+        held = np.zeros(q.shape, dtype=bool)
+        for _ in range(n):
+            step = _priority_step(tasks, held)
+            leaving = ((q <= low) & (step < 0)) | ((q >= high) & (step > 0))
+            if not (leaving & ~held).any():
+                break
+            held |= leaving
+        step *= np.minimum(1.0, 0.3 / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300))
+        q = np.clip(q + step, low, high)
+        if np.abs(step).max(initial=0.0) < 1e-12:
+            break
+    return np.asarray(q)
+
+
+def _priority_step(tasks: list[tuple[Array, Array]], held: Bools) -> Array:
+    """The step (m, n) that serves the tasks (J, r) in order, each in the null space of those before it."""
+    m, n = held.shape
+    step = np.zeros((m, n))
+    null = np.where(held[:, :, None] | held[:, None, :], 0.0, np.eye(n))
+    for j, r in tasks:
+        inside = j @ null
+        # Directions of which a task sees next to nothing belong to the next one.
+        pinv = np.linalg.pinv(inside, rcond=1e-4)
+        strong = np.linalg.norm(inside, axis=(1, 2)) > 1e-6
+        pinv = np.where(strong[:, None, None], pinv, 0.0)
+        step = step + (pinv @ (r - (j @ step[..., None])[..., 0])[..., None])[..., 0]
+        null = null - pinv @ inside
+    return step

@@ -26,7 +26,7 @@ import numpy as np
 
 from robocal.arms.chain import Chain
 from robocal.arms.columns import ChainColumn, Growth, Harmonic, Recorded
-from robocal.arms.gravity_load import Gravity, Load, axis_of, drive
+from robocal.arms.gravity_load import Gravity, Load, Triple, axis_of, drive
 from robocal.errors import ModelError, nearest
 from robocal.geometry.gravity import GRAVITY
 from robocal.geometry.path.program import Element, Term
@@ -37,7 +37,7 @@ __all__ = [
     "with_sag",
 ]  # fmt: skip
 
-COMPLIANCE = "rad/(N m)"
+COMPLIANCE, SAG = "rad/(N m)", "rad kg/(N m)"
 # What a group's parameters are expected to be off by, unless a prior is stated: typical of geared arms.
 GAIN, GEAR, SOFT, GROWTH = 1e-3, 3.5e-4, 5e-5, 2e-5
 
@@ -69,10 +69,18 @@ def _add(chain: Chain, names: Iterable[str], columns: Iterable[ChainColumn], uni
     return replace(chain, table=chain.table + parameters, derived=(*chain.derived, *new))
 
 
-def _sign(chain: Chain, joint: str) -> tuple[int, float]:
-    """The element that a joint moves, and with which sign."""
+def _drive_term(chain: Chain, joint: str, symbol: str, column: str) -> tuple[int, Term]:
+    """The number of the element that a joint moves, and a parameter times a column in it, which counts with the joint's own sign."""
     at = drive(chain, joint)
-    return at, next(t.factor for t in chain.elements[at].terms if t.column == joint)
+    sign = next(t.factor for t in chain.elements[at].terms if t.column == joint)
+    return at, Term(f"{joint}.{symbol}", column, sign)
+
+
+def _add_recorded(chain: Chain, joints: Sequence[str], source: str, symbol: str, unit: str, prior: float) -> Chain:
+    """The chain with a parameter of every joint times what was recorded of it."""
+    columns = {joint: Recorded(f"{source}.{joint}") for joint in joints}
+    terms = [_drive_term(chain, joint, symbol, column.names[0]) for joint, column in columns.items()]
+    return _extend_chain(chain, terms, columns.values(), unit, prior)
 
 
 # --- the groups -----------------------------------------------------------------------------------------------------
@@ -81,10 +89,9 @@ def _sign(chain: Chain, joint: str) -> tuple[int, float]:
 def with_gains(chain: Chain, joints: Sequence[str] = (), prior: float = GAIN) -> Chain:
     """Frees the gains of joints (all by default), each with a prior (no unit)."""
     names = {f"{j}.gain" for j in (joints or chain.joint_names)}
-    for name in names:
-        _ = chain.table[name]
-    rows = (replace(p, free=True, prior=prior) if p.name in names else p for p in chain.table.rows)
-    return replace(chain, table=ParameterTable(tuple(rows), chain.table.together))
+    table = chain.table.with_free({*chain.table.free, *names})
+    rows = (replace(p, prior=prior) if p.name in names else p for p in table.rows)
+    return replace(chain, table=ParameterTable(tuple(rows), table.together))
 
 
 def with_eccentricity(
@@ -106,22 +113,16 @@ def with_eccentricity(
     for joint in turning(chain, tuple(each)) if each else ():
         for order in each[joint]:
             if not 0 < order < np.inf:
-                raise ModelError(
-                    "not an order of a harmonic", key="harmonics", found=order, expected="a number above 0"
-                )
-            at, sign = _sign(chain, joint)
+                expected = "a number above 0"
+                raise ModelError("not an order of a harmonic", key="harmonics", found=order, expected=expected)
             wave = Harmonic(joint, float(order), *(within or {}).get(joint, ()))
-            names = [f"{joint}.{symbol}{_word(order)}" for symbol in ("cos", "sin")]
-            if names[0] in chain.table:
+            # A parameter's name has one dot only.
+            symbols = [f"{wave_of}{order:g}".replace(".", "_") for wave_of in ("cos", "sin")]
+            if f"{joint}.{symbols[0]}" in chain.table:
                 continue
             columns.append(wave)
-            terms += [(at, Term(name, column, sign)) for name, column in zip(names, wave.names, strict=True)]
+            terms += [_drive_term(chain, joint, *pair) for pair in zip(symbols, wave.names, strict=True)]
     return _extend_chain(chain, terms, columns, "rad", prior)
-
-
-def _word(order: float) -> str:
-    """An order inside a parameter's name, which has one dot only."""
-    return f"{order:g}".replace(".", "_")
 
 
 def orders_of(chain: Chain) -> dict[str, tuple[float, ...]]:
@@ -135,13 +136,7 @@ def orders_of(chain: Chain) -> dict[str, tuple[float, ...]]:
 
 def with_backlash(chain: Chain, joints: Sequence[str] = (), prior: float = GEAR) -> Chain:
     """Adds half the play, times the recorded sign of approach (column `approach.joint`, -1, 0 or 1); `prior` in rad."""
-    terms, columns = [], []
-    for joint in turning(chain, joints):
-        at, sign = _sign(chain, joint)
-        side = Recorded(f"approach.{joint}")
-        columns.append(side)
-        terms.append((at, Term(f"{joint}.backlash", side.names[0], sign)))
-    return _extend_chain(chain, terms, columns, "rad", prior)
+    return _add_recorded(chain, turning(chain, joints), "approach", "backlash", "rad", prior)
 
 
 def with_compliance(
@@ -149,7 +144,7 @@ def with_compliance(
     joints: Sequence[str] = (),
     loads: Sequence[Load] = (),
     *,
-    gravity: tuple[float, float, float] = GRAVITY,
+    gravity: Triple = GRAVITY,
     torque: str = "gravity",
     prior: float = SOFT,
 ) -> Chain:
@@ -158,19 +153,12 @@ def with_compliance(
 
     Raises ModelError when nothing weighs anything.
     """
+    # A measured torque counts with the joint's own sign, a computed one about the element's axis.
     chosen = turning(chain, joints)
-    weight = _gravity(chain, chosen, loads, gravity) if torque == "gravity" else None
-    terms = []
-    columns: list[ChainColumn] = [] if weight is None else [weight]
-    for joint in chosen:
-        # A measured torque counts with the joint's own sign, a computed one about the element's axis.
-        (at, sign), column = _sign(chain, joint), f"gravity.{joint}"
-        if weight is None:
-            given = Recorded(f"torque.{joint}")
-            columns.append(given)
-            column = given.names[0]
-        terms.append((at, Term(f"{joint}.compliance", column, sign if weight is None else 1.0)))
-    return _extend_chain(chain, terms, columns, COMPLIANCE, prior)
+    if torque != "gravity":
+        return _add_recorded(chain, chosen, "torque", "compliance", COMPLIANCE, prior)
+    terms = [(drive(chain, j), Term(f"{j}.compliance", f"gravity.{j}")) for j in chosen]
+    return _extend_chain(chain, terms, [_gravity(chain, loads, gravity)], COMPLIANCE, prior)
 
 
 def with_bending(
@@ -178,13 +166,12 @@ def with_bending(
     joints: Sequence[str] = (),
     loads: Sequence[Load] = (),
     *,
-    gravity: tuple[float, float, float] = GRAVITY,
+    gravity: Triple = GRAVITY,
     prior: float = SOFT,
 ) -> Chain:
     """Adds the bending of bearings and links: right behind each joint, two turns across its axis, each by its
     component of the moment of gravity; `prior` in rad/(N m)."""
     chosen = turning(chain, joints)
-    weight = _gravity(chain, chosen, loads, gravity)
     made, names = chain, []
     for joint in chosen:
         at = drive(made, joint)
@@ -195,12 +182,10 @@ def with_bending(
             screw = tuple(float(s) for s in (*np.cross(point, direction), *direction))
             bends.append(Element("screw", (Term(names[-1], f"gravity.{joint}.{symbol}"),), 0.0, screw))
         made = replace(made, elements=(*made.elements[: at + 1], *bends, *made.elements[at + 1 :]))
-    return _add(made, names, [weight], COMPLIANCE, prior)
+    return _add(made, names, [_gravity(chain, loads, gravity)], COMPLIANCE, prior)
 
 
-def _gravity(
-    chain: Chain, joints: tuple[str, ...], loads: Sequence[Load], gravity: tuple[float, float, float]
-) -> Gravity:
+def _gravity(chain: Chain, loads: Sequence[Load], gravity: Triple) -> Gravity:
     for load in loads:
         if load.link:
             _ = drive(chain, load.link)
@@ -219,20 +204,15 @@ def _bare(chain: Chain) -> Chain:
     return replace(chain, elements=elements, derived=(), groups=())
 
 
-def _direction(gravity: tuple[float, float, float]) -> tuple[float, float, float]:
+def _direction(gravity: Triple) -> Triple:
     if not np.isfinite(gravity).all() or not np.any(gravity):
-        raise ModelError(
-            "gravity has no direction", key="gravity", found=list(gravity), expected="such as 0, 0, -9.80665"
-        )
+        expected = "such as 0, 0, -9.80665"
+        raise ModelError("gravity has no direction", key="gravity", found=list(gravity), expected=expected)
     return gravity
 
 
 def with_sag(
-    chain: Chain,
-    joints: Sequence[str] = (),
-    *,
-    gravity: tuple[float, float, float] = GRAVITY,
-    prior: float = 5.0 * SOFT,
+    chain: Chain, joints: Sequence[str] = (), *, gravity: Triple = GRAVITY, prior: float = 5.0 * SOFT
 ) -> Chain:
     """Adds the twist of joints under unknown masses: what 1 kg at the end of each link behind it would do, times
     compliance times that mass; `prior` in rad kg/(N m).
@@ -248,7 +228,7 @@ def with_sag(
         if own:
             columns.append(Gravity(model, own, (Load(link, 1.0),), _direction(gravity), f"gravity of {link}"))
         terms += [(drive(chain, joint), Term(f"{joint}.sag_{link}", f"gravity of {link}.{joint}")) for joint in own]
-    return _extend_chain(chain, terms, columns, "rad kg/(N m)", prior)
+    return _extend_chain(chain, terms, columns, SAG, prior)
 
 
 def with_expansion(chain: Chain, reference: float = 293.15, *, per_joint: bool = False, prior: float = GROWTH) -> Chain:

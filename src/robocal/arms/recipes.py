@@ -11,13 +11,12 @@ Zhuang, Wang and Roth, Error-model-based robot calibration using a modified CPC 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from robocal.arms.row_builder import Convention, Key, Row, RowBuilder, check_axis, finite
 from robocal.errors import ModelError, one_of
 
-__all__ = ["RECIPES", "Recipe", "elements_convention", "recipe_convention"]
+__all__ = ["ELEMENTS", "RECIPES"]
 
 MEANING = {
     "theta": "turn about the joint's z axis",
@@ -33,40 +32,6 @@ MEANING = {
 }
 
 
-@dataclass(frozen=True)
-class Recipe:
-    """Elementary transforms of one joint: (axis, symbol) in order; `revolute` and `prismatic` name the symbol that the
-    joint drives."""
-
-    steps: tuple[tuple[str, str], ...]
-    revolute: str
-    prismatic: str
-    complete: bool = False
-    source: str = ""
-
-    @property
-    def formula(self) -> str:
-        """The product in words of the field, as `Rz(theta) Tz(d) Tx(a) Rx(alpha)`."""
-        return " ".join(f"{axis[0].upper()}{axis[1]}({symbol})" for axis, symbol in self.steps)
-
-
-def _recipe(text: str, revolute: str, prismatic: str, complete: bool, source: str) -> Recipe:
-    steps = tuple((axis, symbol) for axis, _, symbol in (word.partition(":") for word in text.split()))
-    return Recipe(steps, revolute, prismatic, complete, source)
-
-
-RECIPES = {
-    "dh": _recipe("rz:theta tz:d tx:a rx:alpha", "theta", "d", False, "Denavit and Hartenberg (1955)"),
-    "dh-hayati": _recipe("rz:theta tz:d tx:a rx:alpha ry:beta", "theta", "d", True, "Hayati (1983)"),
-    "mdh": _recipe("rx:alpha tx:a rz:theta tz:d", "theta", "d", False, "Craig (1986)"),
-    "mdh-hayati": _recipe("ry:beta rx:alpha tx:a rz:theta tz:d", "theta", "d", True, "Craig (1986), Hayati (1983)"),
-    "khalil": _recipe("rx:alpha tx:d rz:theta tz:r", "theta", "r", False, "Khalil and Kleinfinger (1986)"),
-    "khalil-hayati": _recipe(
-        "ry:beta rx:alpha tx:d rz:theta tz:r", "theta", "r", True, "Khalil and Kleinfinger (1986), Hayati (1983)"
-    ),
-    "s-model": _recipe("rz:beta tz:d tx:a rx:alpha rz:gamma tz:b", "beta", "d", False, "Stone (1987)"),
-    "mcpc": _recipe("rz:theta tz:d rx:alpha ry:beta tx:x ty:y", "theta", "d", True, "Zhuang, Wang and Roth (1993)"),
-}
 # Few controllers have a place for Hayati's twist: where data cannot tell it from a parameter that they know, that is kept.
 HAYATI, UNKNOWN = ("ry", "beta"), -1
 # In the S-model beta is the joint's own turn, not Hayati's.
@@ -77,21 +42,35 @@ _MEANING_OF = {
 }
 
 
-def recipe_convention(name: str, recipe: Recipe) -> Convention:
-    """The convention of a recipe: one key per symbol, zero when absent."""
+def _recipe(name: str, recipe: str, revolute: str, prismatic: str, complete: bool, source: str) -> Convention:
+    """The convention of a recipe: one key per symbol, zero when absent; a joint drives the symbol that is named for its type."""
+    steps = [(axis, symbol) for axis, _, symbol in (word.partition(":") for word in recipe.split())]
 
     def write(pen: RowBuilder) -> None:
-        driven = {"revolute": recipe.revolute, "prismatic": recipe.prismatic}.get(pen.kind)
-        for axis, symbol in recipe.steps:
+        driven = {"revolute": revolute, "prismatic": prismatic}.get(pen.kind)
+        for axis, symbol in steps:
             preference = UNKNOWN if (axis, symbol) == HAYATI else 0
             pen.step(axis, symbol, pen.number(symbol), driven=float(symbol == driven), preference=preference)
 
     quantity = {"t": "length", "r": "angle"}
     meaning = MEANING | _MEANING_OF.get(name, {})
-    keys = tuple(Key(symbol, quantity[axis[0]], 0.0, meaning[symbol]) for axis, symbol in recipe.steps)
-    return Convention(
-        name, keys, write, recipe.revolute, recipe.prismatic, recipe.complete, recipe.formula, recipe.source
-    )
+    keys = tuple(Key(symbol, quantity[axis[0]], 0.0, meaning[symbol]) for axis, symbol in steps)
+    # In words of the field, as `Rz(theta) Tz(d) Tx(a) Rx(alpha)`.
+    formula = " ".join(f"{axis[0].upper()}{axis[1]}({symbol})" for axis, symbol in steps)
+    return Convention(name, keys, write, revolute, prismatic, complete, formula, source)
+
+
+KHALIL = "Khalil and Kleinfinger (1986)"
+RECIPES = (
+    _recipe("dh", "rz:theta tz:d tx:a rx:alpha", "theta", "d", False, "Denavit and Hartenberg (1955)"),
+    _recipe("dh-hayati", "rz:theta tz:d tx:a rx:alpha ry:beta", "theta", "d", True, "Hayati (1983)"),
+    _recipe("mdh", "rx:alpha tx:a rz:theta tz:d", "theta", "d", False, "Craig (1986)"),
+    _recipe("mdh-hayati", "ry:beta rx:alpha tx:a rz:theta tz:d", "theta", "d", True, "Craig (1986), Hayati (1983)"),
+    _recipe("khalil", "rx:alpha tx:d rz:theta tz:r", "theta", "r", False, KHALIL),
+    _recipe("khalil-hayati", "ry:beta rx:alpha tx:d rz:theta tz:r", "theta", "r", True, f"{KHALIL}, Hayati (1983)"),
+    _recipe("s-model", "rz:beta tz:d tx:a rx:alpha rz:gamma tz:b", "beta", "d", False, "Stone (1987)"),
+    _recipe("mcpc", "rz:theta tz:d rx:alpha ry:beta tx:x ty:y", "theta", "d", True, "Zhuang, Wang and Roth (1993)"),
+)
 
 
 # --- a free list of elements ----------------------------------------------------------------------------------------
@@ -117,9 +96,8 @@ def _steps(pen: RowBuilder) -> list[dict[str, Any]]:
         if symbol is not None and (
             not isinstance(symbol, str) or not symbol or "." in symbol or symbol in ("gain", "offset")
         ):
-            raise ModelError(
-                "not a symbol", key=f"{at}.symbol", found=symbol, expected="a word without a dot, not gain, offset"
-            )
+            expected = "a word without a dot, not gain, offset"
+            raise ModelError("not a symbol", key=f"{at}.symbol", found=symbol, expected=expected)
         if driven not in (0, 1, -1):
             raise ModelError("not a sign", key=f"{at}.driven", found=driven, expected="true, or 1 or -1")
         value = finite(entry.get("value", 0.0), f"{at}.value")
@@ -156,11 +134,9 @@ def _read_elements(row: Row, values: Mapping[str, float]) -> dict[str, object]:
     return {**row, "elements": made}
 
 
-def elements_convention() -> Convention:
-    """Per joint a list of elementary transforms, each with a symbol and value of its own, one of them driven by the
-    joint."""
-    keys = (Key("elements", "steps", None, "the transforms in order; one without a symbol is a constant"),)
-    return Convention(
-        "elements", keys, _write_elements, "the driven element", "the driven element", False, "the product of the listed elements",
-        "complete when its elements are", read=_read_elements,
-    )  # fmt: skip
+_KEYS = (Key("elements", "steps", None, "the transforms in order; one without a symbol is a constant"),)
+# Per joint a list of elementary transforms, each with a symbol and value of its own, one of them driven by the joint.
+ELEMENTS = Convention(
+    "elements", _KEYS, _write_elements, "the driven element", "the driven element", False, "the product of the listed elements",
+    "complete when its elements are", read=_read_elements,
+)  # fmt: skip

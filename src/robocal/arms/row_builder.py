@@ -182,9 +182,8 @@ class RowBuilder:
         if driven:
             gain = f"{self.joint}.gain"
             if self.number("gain") == 0.0:
-                raise ModelError(
-                    "a joint with this gain never moves", key=gain, found=0, expected="a gain other than 0"
-                )
+                expected = "a gain other than 0"
+                raise ModelError("a joint with this gain never moves", key=gain, found=0, expected=expected)
             self.parameters.append(Parameter(gain, self.number("gain"), "1"))
             terms.append(Term(gain, self.joint, driven))
         self.elements.append(Element(axis, tuple(terms), 0.0, tuple(float(s) for s in screw)))

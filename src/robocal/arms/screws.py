@@ -77,9 +77,8 @@ def _deviating(pen: RowBuilder, screw: Array, axis: Array, point: Array) -> None
 
 def _no_fixed(pen: RowBuilder, word: str) -> None:
     if pen.kind == "fixed":
-        raise ModelError(
-            f"{word} knows no fixed rows", key=f"{pen.joint}.type", found="fixed", expected="revolute, prismatic"
-        )
+        expected = "revolute, prismatic"
+        raise ModelError(f"{word} knows no fixed rows", key=f"{pen.joint}.type", found="fixed", expected=expected)
 
 
 def _zero_reference(pen: RowBuilder) -> None:
@@ -96,9 +95,8 @@ def _poe(pen: RowBuilder) -> None:
     axis, length = (w, float(np.linalg.norm(w))) if turning else (v, float(np.linalg.norm(v)))
     # v is stated for a unit w, so a w of another length leaves open which of the two was meant.
     if abs(length - 1.0) > 1e-6:
-        raise ModelError(
-            "not a unit vector", key=f"{pen.joint}.{'w' if turning else 'v'}", found=list(axis), expected="length 1"
-        )
+        message = "not a unit vector"
+        raise ModelError(message, key=f"{pen.joint}.{'w' if turning else 'v'}", found=list(axis), expected="length 1")
     if not turning and w.any():
         raise ModelError("a prismatic joint does not turn", key=f"{pen.joint}.w", found=list(w), expected="0, 0, 0")
     axis = axis / length
@@ -137,11 +135,9 @@ def _read_urdf(row: Row, values: Mapping[str, float]) -> dict[str, object]:
     r = so3.exp([values["rx"], values["ry"], values["rz"]])
     flat = math.hypot(r[0, 0], r[1, 0])
     pitch = math.atan2(-r[2, 0], flat)
-    roll, yaw = (
-        (math.atan2(r[2, 1], r[2, 2]), math.atan2(r[1, 0], r[0, 0]))
-        if flat > 1e-9
-        else (0.0, math.atan2(-r[0, 1], r[1, 1]))
-    )
+    roll, yaw = 0.0, math.atan2(-r[0, 1], r[1, 1])
+    if flat > 1e-9:
+        roll, yaw = math.atan2(r[2, 1], r[2, 2]), math.atan2(r[1, 0], r[0, 0])
     out = {**row, "xyz": [values["x"], values["y"], values["z"]], "rpy": [roll, pitch, yaw]}
     return out | ({"offset": values["offset"]} if "offset" in values else {})
 
@@ -154,9 +150,8 @@ def _cpc(pen: RowBuilder) -> None:
     b = pen.unit("b")
     sine = math.hypot(b[0], b[1])
     if b[2] < 0.0 and sine < 1e-9:
-        raise ModelError(
-            "CPC is singular at b = -z: let the next axis point the other way", key=f"{pen.joint}.b", found=list(b)
-        )
+        message = "CPC is singular at b = -z: let the next axis point the other way"
+        raise ModelError(message, key=f"{pen.joint}.b", found=list(b))
     if sine > 0.0:
         pen.constant("screw", math.atan2(sine, b[2]), [0.0, 0.0, 0.0, -b[1] / sine, b[0] / sine, 0.0])
     for axis, symbol in (("rx", "tilt_x"), ("ry", "tilt_y"), ("rz", "beta"), ("tx", "lx"), ("ty", "ly"), ("tz", "lz")):

@@ -55,10 +55,10 @@ def reducible(problem: Problem) -> bool:
 
 
 def _reduce(problem: Problem, x: Array) -> Squares:
-    from robocal.estimate.schur.information import information
+    from robocal.estimate.schur.system import information
 
     normal = replace(problem, priors=False).normal(np.atleast_2d(x))
-    made = information(normal, problem.scales, problem.sizes, problem.pairs)
+    root, rank = information(normal, problem.scales, problem.sizes, problem.pairs)
     weight = problem.first_weight
     square, rows = 0.0, 0
     for r in problem.residuals(x):
@@ -69,7 +69,7 @@ def _reduce(problem: Problem, x: Array) -> Squares:
         square += float(weight[r.configuration[counts]] @ (slope**2 * each))
         rows += white.size
     held = sum(int((f.prior.root != 0).any(axis=2).sum()) for f in problem.families if f.prior is not None)
-    return Squares(problem.free, made.root, square, rows, made.rank - held, SQUARED)
+    return Squares(problem.free, root, square, rows, rank - held, SQUARED)
 
 
 def reweight(lin: Linear, problem: Problem) -> Linear:

@@ -14,7 +14,6 @@ Pathre (1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the ob
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -39,15 +38,13 @@ class Identifiability:
     stated sigma: rank relative to noise, structural rank, kept and dropped names, singular values (scaled, descending), indices
     O1 to O5. Each is worked out when it is asked for.
 
-    `fitted` is the choice that a fit has made before; else what is kept is chosen here: seen above `level`, or one of the names in
-    `always`.
+    `fitted` is the choice that a fit has made before; else what is kept is chosen here: seen above `level`.
     """
 
     problem: Problem
     x: Array
     root: Array
     noise: float = 1.0
-    always: tuple[str, ...] = ()
     level: float = OBSERVABLE
     fitted: Choice | None = None
 
@@ -73,11 +70,11 @@ class Identifiability:
 
     @property
     def _choice(self) -> Choice:
-        return self._own if self.fitted is None else self.fitted
+        return self.fitted or self._own
 
     @cached_property
     def _own(self) -> Choice:
-        return chosen(self.problem, self.x, self._root, self.always, self.level)
+        return chosen(self.problem, self.x, self._root, self.level)
 
     @cached_property
     def _root(self) -> Array:
@@ -169,21 +166,15 @@ def observability(values: Array, poses: int) -> dict[str, float]:
 
 
 def analyse(
-    problem: Problem,
-    x: Array,
-    *,
-    noise: float = 1.0,
-    always: Sequence[str] = (),
-    seen: float = OBSERVABLE,
-    lin: Linear | None = None,
+    problem: Problem, x: Array, *, noise: float = 1.0, seen: float = OBSERVABLE, lin: Linear | None = None
 ) -> Identifiability:
     """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the
     model leaves more).
 
     Rank, singular values, indices and shares describe the data in units of the expected errors; what is kept is seen by data and
     stated priors together. So what has a prior is always kept, unless that is so wide that it says nothing
-    (`Parameter.believed`), and so are the names in `always`. `lin` is the problem linearised at x, where the caller has it.
+    (`Parameter.believed`). `lin` is the problem linearised at x, where the caller has it.
     """
     # What is weighed down by a loss says as much as anything else of what could be seen.
     root = squares(problem.with_loss("none"), x, lin).root
-    return Identifiability(problem, np.atleast_2d(x), root, noise, tuple(always), seen)
+    return Identifiability(problem, np.atleast_2d(x), root, noise, seen)

@@ -24,7 +24,6 @@ from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
-from robocal.estimate.tolerance import greatest_error
 from robocal.progress import Watch, tell
 
 __all__ = ["Filtered", "kalman", "stack_filter"]
@@ -121,9 +120,8 @@ def stack_filter(
     Raises ModelError for local blocks, a robust loss, or bounds.
     """
     if problem.blocks or problem.loss != "none" or problem.has_bounds:
-        raise ModelError(
-            "the stacked filter knows no local blocks, robust loss or bounds", expected="the sequential filter (ekf)"
-        )
+        expected = "the sequential filter (ekf)"
+        raise ModelError("the stacked filter knows no local blocks, robust loss or bounds", expected=expected)
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     p: Array = np.array(covariance, dtype=np.float64)
     history, within = [], False
@@ -131,7 +129,7 @@ def stack_filter(
         lin = problem.linearize(x)
         history.append(0.5 * float(lin.r @ lin.r))
         tell(watch, "iterate", iteration=count, cost=history[-1], active=1)
-        within = tolerance is not None and bool(greatest_error(problem, x)[0] <= tolerance)
+        within = tolerance is not None and bool(problem.greatest_error(x)[0] <= tolerance)
         if within or count == passes or not np.isfinite(history[-1]):
             break
         j = lin.j / np.sqrt(noise)[..., None] if np.ndim(noise) else lin.j / np.sqrt(noise)
@@ -179,9 +177,8 @@ def _owners(problem: Problem) -> dict[int, int]:
             (int(b), int(u)) for b, u in zip(term.local[0], term.configuration, strict=True) if b >= 0
         }:
             if owner.setdefault(block, configuration) != configuration:
-                raise ModelError(
-                    "the filter needs every local block to belong to one configuration", found=f"block {block}"
-                )
+                message = "the filter needs every local block to belong to one configuration"
+                raise ModelError(message, found=f"block {block}")
     return owner
 
 

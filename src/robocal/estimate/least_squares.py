@@ -30,7 +30,6 @@ from robocal.errors import ModelError, one_of
 from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Normal
-from robocal.estimate.tolerance import greatest_error
 from robocal.progress import Watch, tell
 
 __all__ = ["METHODS", "Reason", "Solution", "least_squares"]
@@ -41,6 +40,8 @@ NEAR = 0.02  # of the cost: what the last step lowered it by when curvature begi
 ROUGH = 1e-3  # of the cost: where Huber's loss hands over to Tukey's
 AT_ONCE = 1 << 19  # numbers of normal equations that are kept while a batch moves: more would leave the cache
 SETTLED = 1e-6
+# Where a descent ends, besides the decrease: the largest cosine between the residual and a column, a step over the expected error.
+ORTHOGONAL, STILL = 1e-13, 1e-15
 LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
 
@@ -119,16 +120,14 @@ def least_squares(
     method: str = "lm",
     max_iterations: int = 100,
     cost_tolerance: float = 1e-10,
-    gradient_tolerance: float = 1e-13,
-    step_tolerance: float = 1e-15,
     damping: float = 1e-6,
     tolerance: float | None = None,
     watch: Watch | None = None,
 ) -> Solution:
     """Minimises the cost from x (B, P) or (P,), the table's values by default.
 
-    Tolerances are relative: decrease promised to cost, largest cosine between the residual and a column, step to
-    expected error. `tolerance`, in m, stops where the greatest error is no larger, at the start too.
+    `cost_tolerance` is relative: the decrease promised to the cost. `tolerance`, in m, stops where the greatest error is no larger,
+    at the start too.
     """
     if x is None and problem.loss == "tukey":
         # What lies far off counts for nothing by Tukey's loss, and before the first iteration that may be everything.
@@ -140,7 +139,7 @@ def least_squares(
         return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, tolerance, watch)
     if method not in METHODS:
         raise ModelError("unknown method", found=method, **one_of(method, METHODS))
-    many, tolerances = _at_once(problem, len(start)), (cost_tolerance, gradient_tolerance, step_tolerance)
+    many, tolerances = _at_once(problem, len(start)), np.array([cost_tolerance, ORTHOGONAL, STILL])
     parts = [
         _descend(
             problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch
@@ -174,7 +173,7 @@ def _descend(
     x: Array,
     base: int,
     most: int,
-    tolerances: tuple[float, float, float],
+    tolerances: Array,
     damping: float,
     tolerance: float | None,
     watch: Watch | None,
@@ -190,7 +189,7 @@ def _descend(
     numbers[0], numbers[1] = damping, GROW
     first = normal.cost.copy()
     history = [first]
-    steps = Steps(problem, batch, np.array(tolerances), damping > 0.0)
+    steps = Steps(problem, batch, tolerances, damping > 0.0)
     bounded, robust = problem.has_bounds, problem.loss != "none" and damping > 0
     value, away = np.empty((batch, 0)), np.zeros(batch, dtype=np.bool_)
     home: _Home | None = None
@@ -262,7 +261,7 @@ def _stop_within(problem: Problem, x: Array, tolerance: float, away: Bools, reas
     """Stops the running problems whose greatest error is within the tolerance; one on trial stands nowhere yet."""
     running = np.flatnonzero((reason == _RUNNING) & ~away)
     if len(running):
-        reason[running[greatest_error(problem, x[running]) <= tolerance]] = int(Reason.TOLERANCE)
+        reason[running[problem.greatest_error(x[running]) <= tolerance]] = int(Reason.TOLERANCE)
 
 
 @cache
@@ -292,10 +291,8 @@ class _Home:
 
 def _pseudo_inverse(problem: Problem, x: Array, most: int, tolerance: float | None, watch: Watch | None) -> Solution:
     if len(x) != 1 or problem.blocks:
-        raise ModelError(
-            "the pseudo-inverse method solves one problem without local blocks",
-            found=f"{len(x)} problems, {problem.blocks} blocks",
-        )
+        message = "the pseudo-inverse method solves one problem without local blocks"
+        raise ModelError(message, found=f"{len(x)} problems, {problem.blocks} blocks")
     history = []
     best, best_x = np.inf, x
     reason = Reason.ITERATIONS
@@ -308,7 +305,7 @@ def _pseudo_inverse(problem: Problem, x: Array, most: int, tolerance: float | No
         if not np.isfinite(cost):
             reason = Reason.NOT_FINITE
             break
-        if tolerance is not None and most > 1 and greatest_error(problem, x)[0] <= tolerance:
+        if tolerance is not None and most > 1 and problem.greatest_error(x)[0] <= tolerance:
             best_x, reason = x, Reason.TOLERANCE
             break
         if cost < best:

@@ -126,12 +126,9 @@ def particles(
     log_w = np.zeros(count)
     value, ratio = seen(step)
     if problem.has_bounds and not (ratio[:, 0] > NOTHING / 2).any():
-        raise ModelError(
-            "the measurements pull the answer beyond its bounds, where no particle may go",
-            expected="wider bounds, or lm",
-        )
-    done, resampled, fewest = 0, 0, float(count)
-    tried, taken = 0, 0.0
+        message = "the measurements pull the answer beyond its bounds, where no particle may go"
+        raise ModelError(message, expected="wider bounds, or lm")
+    done, resampled, fewest, taken = 0, 0, float(count), 0.0
     while True:
         # As many further configurations as leave enough particles that count.
         path = log_w[:, None] + np.cumsum(ratio[:, done:], axis=1)
@@ -142,21 +139,20 @@ def particles(
         log_w = log_w + ratio[:, done:stop].sum(axis=1)
         done = stop
         fewest = min(fewest, effective(log_w))
-        last = done == ratio.shape[1]
         index = systematic(normalise(log_w), rng)
         step, value, ratio = step[index], value[index], ratio[index]
         log_w = np.zeros(count)
         resampled += 1
         for _ in range(MOVES):
             step, value, ratio, share = _roughen(seen, step, value, ratio, done, rng)
-            tried, taken = tried + 1, taken + share
+            taken += share
         tell(watch, "particles", done=done, total=ratio.shape[1])
-        if last:
+        if done == ratio.shape[1]:
             break
     mean = step.mean(axis=0)
     away = step - mean
     cloud, centre = problem.retract(np.repeat(x, count, axis=0), step), problem.retract(x, mean[None])
-    return Cloud(cloud, centre, away.T @ away / max(count - 1, 1), resampled, fewest, taken / max(tried, 1))
+    return Cloud(cloud, centre, away.T @ away / max(count - 1, 1), resampled, fewest, taken / (MOVES * resampled))
 
 
 class _Linearised:
@@ -196,10 +192,8 @@ def _gaussian(problem: Problem, x: Array) -> tuple[Array, Array]:
     try:
         root = np.linalg.cholesky(a).T
     except np.linalg.LinAlgError:
-        raise ModelError(
-            "the measurements and priors leave a direction free, and particles would fill it",
-            expected="fewer free parameters, or priors",
-        ) from None
+        message = "the measurements and priors leave a direction free, and particles would fill it"
+        raise ModelError(message, expected="fewer free parameters, or priors") from None
     return root, scipy.linalg.solve_triangular(root, scipy.linalg.solve_triangular(root, -normal.g[0], trans="T"))
 
 

@@ -275,6 +275,29 @@ class Problem(Unknowns):
             out.append(Residuals(value, *where, term.group, term.kind, term.parts, term.used, term.lever, term.reading))
         return out
 
+    def greatest_error(self, x: Array) -> Array:
+        """max |y - h(x)| (B,), m, at x (B, P), of the readings that count: of whole observations, of a position the distance, of a pose its
+        place, of a range and angles the place that they tell. Raises ModelError where no reading is a length.
+
+        Source: the identification algorithm of the RV-2AJ article, equation 14 (docs/references.md).
+        """
+        x = np.atleast_2d(x)
+        worst, counted, lengths = np.zeros(len(x)), self.in_use, False
+        for rows in self.residuals(x):
+            for part, (_, _, unit) in enumerate(rows.parts):
+                some = rows.used & counted[rows.configuration]
+                if unit != "m" or not rows.reading or not some.any():
+                    continue
+                lengths = True
+                error = rows.length(part).reshape(len(x), -1)[:, some]
+                worst = np.maximum(worst, error.max(axis=1))
+        if not lengths:
+            raise ModelError(
+                "nothing that was measured is a length, so there is no error to stop at", key="tolerance",
+                expected="no tolerance, or data with positions, poses, ranges or lengths",
+            )  # fmt: skip
+        return worst
+
     def linearize(self, x: Array, configurations: Ints | None = None) -> Linear:
         """Whitened r and dense J at one x (P,) or (1, P), of the rows that count, of the given configurations or of all with positive
         weight; priors of shared columns are left out, those of local blocks are rows of theirs."""

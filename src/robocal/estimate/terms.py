@@ -15,7 +15,9 @@ from robocal._types import Array, Bools, Ints
 from robocal.estimate.families import Family
 from robocal.estimate.losses import Loss
 
-__all__ = ["Linear", "Normal", "ProblemTerm", "Residuals", "pieces", "spread", "whiten_rows"]
+__all__ = ["Linear", "Normal", "ProblemTerm", "Residuals", "Sizes", "pieces", "spread", "whiten_rows"]
+
+Sizes = tuple[tuple[int, int], tuple[int, int]]  # blocks and columns of a block, of the first and of the second family
 
 
 class ProblemTerm(Protocol):

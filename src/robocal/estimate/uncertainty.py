@@ -25,16 +25,7 @@ import numpy as np
 from scipy import special
 
 from robocal._types import Array, Ints
-from robocal.estimate.elimination import (
-    RESOLUTION,
-    Squares,
-    beside_blocks,
-    eliminate,
-    reducible,
-    reweight,
-    squares,
-    triangle,
-)
+from robocal.estimate.elimination import Squares, beside_blocks, eliminate, reducible, reweight, squares, triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear, Normal
 
@@ -247,7 +238,7 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
         return 1.0
     scaled = lin.j * problem.scales
     _, values, vt = np.linalg.svd(triangle(np.vstack([triangle(scaled), problem.prior_root * problem.scales])))
-    known = values > RESOLUTION * values.max(initial=0.0)
+    known = values > Squares.resolution * values.max(initial=0.0)
     # A direction that is nothing but rounding would have the leverage of rounding.
     q = scaled @ (vt[known].T / values[known])
     n = float(np.sum(q**2))

@@ -18,26 +18,19 @@ from robocal.parameters import ParameterTable
 __all__ = ["Unknowns"]
 
 
-@dataclass(frozen=True)
 class Layout:
-    """Where free columns lie in a table: the row of each, (n,), the column of every row or -1, (P,), and how they move: rotation
-    vectors with a free component, their columns, and rows and columns of what simply adds."""
+    """Where free columns of these names lie in a table: the row of each, (n,), the column of every row or -1, (P,), and how they move:
+    rotation vectors with a free component, their columns, and rows and columns of what simply adds."""
 
-    index: Ints
-    column_of: Ints
-    turns: tuple[Ints, Ints, Ints, Ints]
-
-    @classmethod
-    def of(cls, table: ParameterTable, free: Sequence[str]) -> Layout:
-        """Of the columns of these names."""
-        index = np.array([table.index[name] for name in free], dtype=np.int64)
-        column_of = np.full(len(table), -1, dtype=np.int64)
-        column_of[index] = np.arange(len(index))
+    def __init__(self, table: ParameterTable, free: Sequence[str]) -> None:
+        self.index = np.array([table.index[name] for name in free], dtype=np.int64)
+        self.column_of = column_of = np.full(len(table), -1, dtype=np.int64)
+        column_of[self.index] = np.arange(len(self.index))
         at = np.array([t for t in table.turns if (column_of[t : t + 3] >= 0).any()], dtype=np.int64)
         columns = np.array([column_of[t : t + 3] for t in at], dtype=np.int64).reshape(-1, 3)
         turning = set(columns.ravel().tolist())
-        adds = np.array([c for c in range(len(index)) if c not in turning], dtype=np.int64)
-        return cls(index, column_of, (at, columns, index[adds], adds))
+        adds = np.array([c for c in range(len(self.index)) if c not in turning], dtype=np.int64)
+        self.turns = at, columns, self.index[adds], adds
 
 
 @dataclass(frozen=True)
@@ -89,7 +82,7 @@ class Unknowns:
     def _layout(self) -> Layout:
         known = self.table.layouts
         if self.free not in known:
-            known[self.free] = Layout.of(self.table, self.free)
+            known[self.free] = Layout(self.table, self.free)
         found: Layout = known[self.free]
         return found
 
@@ -102,10 +95,6 @@ class Unknowns:
     def column_of(self) -> Ints:
         """The column of every table row, or -1, shape (P,)."""
         return self._layout.column_of
-
-    @property
-    def _turns(self) -> tuple[Ints, Ints, Ints, Ints]:
-        return self._layout.turns
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
@@ -139,7 +128,7 @@ class Unknowns:
 
     @cached_property
     def _pull(self) -> PriorTerms:
-        return PriorTerms.of(self.prior_root, self._turns[1])
+        return PriorTerms(self.prior_root, self._layout.turns[1])
 
     @property
     def information(self) -> Array:
@@ -170,7 +159,7 @@ class Unknowns:
         """x moved by a tangent step: x (B, P), step (B, n), and of each family (B, L, l) where its blocks move too; rotation
         vectors move on the group."""
         out = np.array(x)
-        self._moves[0](out, np.ascontiguousarray(step), *self._turns)
+        self._moves[0](out, np.ascontiguousarray(step), *self._layout.turns)
         for family, place, moved in zip(self.families, self.places, local, strict=False):
             out[:, place] = family.advance(out[:, place], moved)
         return out
@@ -178,7 +167,7 @@ class Unknowns:
     def difference(self, x: Array) -> Array:
         """The tangent step from the prior mean to x, (B, n)."""
         out = np.zeros((len(x), self.n))
-        self._moves[1](np.ascontiguousarray(x), self._start[0], *self._turns, out)
+        self._moves[1](np.ascontiguousarray(x), self._start[0], *self._layout.turns, out)
         return out
 
     @cached_property

@@ -55,9 +55,8 @@ def problem(
             own = rows.get(p.name, p) if p.name in machine.table else p
             # A number that the machine has is the machine's: a camera that is itself to be identified.
             if numbers.setdefault(p.name, p) != p or (own.value, own.unit) != (p.value, p.unit):
-                raise ModelError(
-                    "two different numbers have one name", key=p.name, expected="two names, or equal values"
-                )
+                expected = "two names, or equal values"
+                raise ModelError("two different numbers have one name", key=p.name, expected=expected)
             rows.setdefault(p.name, p)
     table = _table(data, tuple(rows.values()), machine.table.together)
     if values:
@@ -102,10 +101,8 @@ def _targets(data: DataSet, names: Sequence[str]) -> Family:
             raise ModelError("no such target", found=name, expected="a target", suggestion=nearest(name, by_name))
     free = {by_name[n].free for n in names} - {(False,) * 6}
     if len(free) > 1:
-        raise ModelError(
-            "targets that are local blocks must be free in the same components",
-            found=", ".join(sorted(names)[:4]), expected="the same `free` for all of them",
-        )  # fmt: skip
+        message = "targets that are local blocks must be free in the same components"
+        raise ModelError(message, found=", ".join(sorted(names)[:4]), expected="the same `free` for all of them")
     axes = tuple(np.flatnonzero(free.pop()).tolist()) if free else tuple(range(6))
     return Family(np.array([by_name[n].value for n in names]), axes)
 
@@ -113,18 +110,16 @@ def _targets(data: DataSet, names: Sequence[str]) -> Family:
 def _one_meaning(machine: Model, known: dict[str, tuple[Frame, bool]], frame: Frame, sees: bool) -> None:
     """One name stands for one frame: the same number under two meanings would be fitted to both."""
     if any(p.name in machine.table for p in frame.parameters):
-        raise ModelError(
-            "a frame or target has the name of a part of the machine", key=frame.name, expected="another name"
-        )
+        expected = "another name"
+        raise ModelError("a frame or target has the name of a part of the machine", key=frame.name, expected=expected)
     # An instrument on the base stores where the base stands in it, everything else where it stands itself. Both are
     # a mere shift where rotations are held at zero: a socket may be an instrument at rest and the end of a bar.
     turned = any(frame.value[3:]) or any(frame.free[3:])
     inward = sees and frame.mount == "base" and turned
     first, other = known.setdefault(frame.name, (frame, inward))
     if (first.value, first.free, first.mount, other) != (frame.value, frame.free, frame.mount, inward):
-        raise ModelError(
-            "two different frames or targets have one name", key=frame.name, expected="two names, or equal values"
-        )
+        expected = "two names, or equal values"
+        raise ModelError("two different frames or targets have one name", key=frame.name, expected=expected)
 
 
 def synthesise(

@@ -45,9 +45,8 @@ class Builder:
         if np.isnan(phi).any():
             _, row, column = np.argwhere(np.isnan(phi))[0]
             place = self.configurations.ids[configuration[row]]
-            raise ModelError(
-                "a configuration lacks a value that the model needs", key=program.columns[column], found=place
-            )
+            message = "a configuration lacks a value that the model needs"
+            raise ModelError(message, key=program.columns[column], found=place)
         return PathCarrier(program, phi, trig)
 
     @property
@@ -64,10 +63,8 @@ class Builder:
         known = c.memo.get("driven")
         if known is None or known[0] is not self.machine or known[1] != what:
             if c.joints is None:
-                raise ModelError(
-                    "the model needs joint values that the data lack",
-                    expected=", ".join(j.name for j in joints_of(self.machine)),
-                )
+                expected = ", ".join(j.name for j in joints_of(self.machine))
+                raise ModelError("the model needs joint values that the data lack", expected=expected)
             phi = np.ascontiguousarray(self.mechanism.phi(c.joints, c.columns, program)[None])
             known = c.memo["driven"] = self.machine, what, phi, program.cosines(phi)
         return known[2], known[3]
@@ -126,9 +123,8 @@ class Builder:
     def second(self, obs: Observations, index: Ints) -> Ints:
         """The other configuration of rows that compare two. Raises ModelError when there is none."""
         if obs.second is None:
-            raise ModelError(
-                f"{obs.kind} compares two configurations", key=obs.label, expected="a second configuration in every row"
-            )
+            expected = "a second configuration in every row"
+            raise ModelError(f"{obs.kind} compares two configurations", key=obs.label, expected=expected)
         return np.ascontiguousarray(obs.second[index])
 
     def view(self, obs: Observations, target: int, index: Ints, *, second: bool = False) -> Carrier:
@@ -157,9 +153,8 @@ class Builder:
         if obs.target is None:
             return [(0, np.arange(len(obs)))]
         if len(obs) and not 0 <= obs.target.min() <= obs.target.max() < len(obs.targets):
-            raise ModelError(
-                "an observation of a target that is not listed", key=obs.label, expected=f"0 to {len(obs.targets) - 1}"
-            )
+            expected = f"0 to {len(obs.targets) - 1}"
+            raise ModelError("an observation of a target that is not listed", key=obs.label, expected=expected)
         local = [t for t, frame in enumerate(obs.targets) if frame.name in self.local_targets]
         groups = [[t] for t in range(len(obs.targets)) if t not in local] + ([local] if local else [])
         found = [(np.flatnonzero(np.isin(obs.target, group))) for group in groups]

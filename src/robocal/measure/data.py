@@ -4,6 +4,14 @@ Every observed pose reads T_measuring_measured. A frame belongs to an instrument
 both are named, and their parameters are called `name.x` ... `name.rz`. Mounted on "base", a frame stores
 T_frame_base; mounted on "tool", T_tool_frame. A target mounted on "tool" stores T_tool_target, on "base"
 T_base_target.
+
+`fingerprints` say which measurements are the same, whatever file they stand in: a number of joint values and readings, rounded to a
+millionth.
+
+    h <- (h xor v) p mod 2^64,   v = rint(10^6 x),   over joints, the other configuration's joints, what else a row says, readings
+
+as in FNV-1a, over whole numbers instead of bytes. The same pose measured again is another measurement: noise makes it one.
+Source: Fowler, Noll and Vo (1991).
 """
 
 from __future__ import annotations
@@ -14,13 +22,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.parameters import Parameter, frame_parameters
 
-__all__ = ["Configurations", "DataSet", "Frame", "Observations", "same_rows"]
-
+__all__ = ["Configurations", "DataSet", "Frame", "Observations", "fingerprints", "same_rows"]
 
 # What observations have of every row, in front.
 PER_ROW = ("configuration", "sigma", "target", "rows", "second", "used", "digits", "rounding")
@@ -70,14 +78,10 @@ class Configurations:
 
     def take(self, index: Ints) -> Configurations:
         """A subset, in the given order."""
-        return Configurations(
-            tuple(self.ids[i] for i in index),
-            None if self.joints is None else self.joints[index],
-            {k: v[index] for k, v in self.columns.items()},
-            None if self.start is None else self.start[index],
-            None if self.groups is None else tuple(self.groups[i] for i in index),
-            None if self.digits is None else self.digits[index],
-        )
+        columns = {k: v[index] for k, v in self.columns.items()}
+        joints, start, digits = (None if v is None else v[index] for v in (self.joints, self.start, self.digits))
+        groups = None if self.groups is None else tuple(self.groups[i] for i in index)
+        return Configurations(tuple(self.ids[i] for i in index), joints, columns, start, groups, digits)
 
 
 @dataclass(frozen=True)
@@ -197,7 +201,31 @@ def _stack(a: Array | None, b: Array | None, rows_a: int, rows_b: int, absent: f
     upper = np.full((rows_a, width), absent) if a is None else a
     lower = np.full((rows_b, width), absent) if b is None else b
     if upper.shape[1] != lower.shape[1]:
-        raise ModelError(
-            "two data sets with different numbers of joints", found=lower.shape[1], expected=upper.shape[1]
-        )
+        expected = upper.shape[1]
+        raise ModelError("two data sets with different numbers of joints", found=lower.shape[1], expected=expected)
     return np.vstack([upper, lower])
+
+
+START, PRIME = np.uint64(0xCBF29CE484222325), np.uint64(0x100000001B3)
+GRID = 1e6  # per m, rad or pixel
+
+
+def fingerprints(data: DataSet) -> list[NDArray[np.uint64]]:
+    """One number per row of each of the observations."""
+    return [_of(data, obs) for obs in data.observations]
+
+
+def _of(data: DataSet, obs: Observations) -> NDArray[np.uint64]:
+    joints = data.configurations.joints
+    parts = [] if joints is None else [joints[obs.configuration]]
+    if joints is not None and obs.second is not None:
+        parts.append(joints[obs.second])
+    more = [np.asarray(v, dtype=float).reshape(len(obs), -1) for _, v in sorted(obs.extra.items())]
+    rows = np.hstack([*parts, *more, obs.value if obs.value.ndim == 2 else obs.value[0]])
+    numbers = np.rint(np.nan_to_num(rows) * GRID).astype(np.int64).view(np.uint64)
+    out = np.full(len(rows), START)
+    with np.errstate(over="ignore"):
+        for column in numbers.T:
+            out = (out ^ column) * PRIME
+            out ^= out >> np.uint64(32)  # the high half decides the low one too
+    return out

@@ -21,7 +21,7 @@ from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
-from robocal.measure.cable.platform_rows import Material, PlatformRows, cable_robot_of
+from robocal.measure.cable.platform_rows import Material, PlatformRows, cable_names, cable_robot_of
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
 from robocal.measure.rows import METRES, Kind, Rows, register
@@ -31,7 +31,7 @@ __all__ = ["LENGTHS", "locate_platform", "owner", "zeros_at"]
 
 CHUNK = 1 << 17  # numbers of poses and their Jacobians at once
 ZERO = "l0"
-WHAT = "cable lengths"
+WHAT, NUMBERS = "cable lengths", "numbers of every cable"
 DRUM = 0.02  # of its circumference, with the cable that lies on it
 ANYWHERE = 10.0  # m, of a zero that nobody has said
 
@@ -140,16 +140,7 @@ def gain_names(obs: Observations) -> list[str]:
     drums = obs.options.get("gain")
     if not drums:
         return []
-    return [f"{drums}.{c}.gain" for c in _names(obs)] if obs.options.get("each") else [f"{drums}.gain"]
-
-
-def _names(obs: Observations) -> tuple[str, ...]:
-    names = obs.options.get("cables")
-    if not isinstance(names, tuple):
-        raise ModelError(
-            "numbers of every cable need the names of the cables", key=obs.label, expected="options['cables']"
-        )
-    return names
+    return [f"{drums}.{c}.gain" for c in cable_names(obs, NUMBERS)] if obs.options.get("each") else [f"{drums}.gain"]
 
 
 def _gain(obs: Observations) -> float:
@@ -161,7 +152,8 @@ def _gain(obs: Observations) -> float:
 def parameters(obs: Observations) -> list[Parameter]:
     """The zeros of lengths that have some of their own, free from anywhere, and the gains of the drums, free unless stated."""
     own, free = owner(obs), obs.options.get("free")
-    zeros = [Parameter(f"{own}.{c}", 0.0, "m", True, expected=ANYWHERE) for c in _names(obs)] if own else []
+    names = cable_names(obs, NUMBERS) if own else ()
+    zeros = [Parameter(f"{own}.{c}", 0.0, "m", True, expected=ANYWHERE) for c in names]
     loose = "gain" in free if isinstance(free, tuple) else "values" not in obs.options
     return [*zeros, *(Parameter(n, _gain(obs), "1", loose, expected=DRUM) for n in gain_names(obs))]
 
@@ -184,12 +176,8 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     cables = cable_robot_of(builder.machine, WHAT).cables
     number = obs.extra["cable"].astype(np.int64)
     if len(number) and not 0 <= number.min() <= number.max() < len(cables):
-        raise ModelError(
-            "no such cable",
-            key="cable",
-            found=[int(number.min()), int(number.max())],
-            expected=f"0 to {len(cables) - 1}",
-        )
+        expected = f"0 to {len(cables) - 1}"
+        raise ModelError("no such cable", key="cable", found=[int(number.min()), int(number.max())], expected=expected)
     return [LengthRows(builder, obs, cables, np.argsort(number, kind="stable"))] if len(number) else []
 
 

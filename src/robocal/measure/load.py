@@ -47,12 +47,8 @@ class LoadRows(PlatformRows):
         (t, j, jl), at, lo = self.look(x, first, rows)
         r, by_pose, by_number = self._balance(x, t, self.tension[lo : lo + t.shape[1]])
         jac = np.concatenate([by_pose @ j, by_number[..., self.own]], axis=3)
-        local = by_pose @ jl
-        return (
-            r[:, at, axis][..., None] - self.values_at(which, first, rows),
-            np.ascontiguousarray(jac[:, at, axis][:, :, None]),
-            np.ascontiguousarray(local[:, at, axis][:, :, None]),
-        )
+        value, jac, local = (np.ascontiguousarray(v[:, at, axis][:, :, None]) for v in (r, jac, by_pose @ jl))
+        return value - self.values_at(which, first, rows), jac, local
 
     def _balance(self, x: Array, t: Array, tension: Array) -> tuple[Array, Array, Array]:
         """r (B, k, d), and its derivatives by the twist of the pose (B, k, d, 6) and by all numbers (B, k, d, 6 m + 4)."""

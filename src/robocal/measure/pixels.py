@@ -16,7 +16,7 @@ from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
-from robocal.measure.rows import Kind, Rows, register
+from robocal.measure.rows import Kind, Rows, Sights, register
 from robocal.parameters import Parameter
 from robocal.vision.camera import SYMBOLS, project
 
@@ -27,7 +27,7 @@ UNDISTORT = 8  # steps; each gains a factor of the distortion
 EXPECTED = (10.0, 10.0, 10.0, 10.0, 0.1, 0.1, 0.01, 0.01, 0.1)
 
 
-class PixelRows(Rows):
+class PixelRows(Sights):
     """Reprojection error; columns are the carrier's, then the free intrinsics. All points that one configuration sees of one
     target are a sight: they move together, so the carrier is asked once for all of them."""
 
@@ -46,11 +46,8 @@ class PixelRows(Rows):
         self.point = np.ascontiguousarray(obs.extra["point"][index])
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
-        assert self.sight is not None
-        own = self.sight[first : first + rows]
-        lo, hi = (int(own[0]), int(own[-1]) + 1) if rows else (0, 0)
-        t, j, jl = self.carrier.pose(x, lo, hi - lo)
-        t, j, jl = t[:, own - lo], j[:, own - lo], jl[:, own - lo]
+        seen, sight, _ = self.look(x, first, rows)
+        t, j, jl = (a[:, sight] for a in seen)
         lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[first : first + rows])
         uv, jp, ji = project(lever + t[:, :, :3, 3], x[:, None, self.numbers])
         # d point = v + w x lever, so d uv = jp v + (lever x jp) w row by row.

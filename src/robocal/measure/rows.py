@@ -19,10 +19,22 @@ from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.carriers import Carrier, join_blocks, locals_of
 from robocal.measure.data import Frame, Observations
-from robocal.measure.kinds import NAMES
+from robocal.measure.kinds import MODULES, NAMES
 from robocal.parameters import Parameter
 
-__all__ = ["KINDS", "Between", "Kind", "Number", "Rows", "kind_of", "number_names", "numbers", "per_target", "register"]
+__all__ = [
+    "KINDS",
+    "Between",
+    "Kind",
+    "Number",
+    "Rows",
+    "Sights",
+    "kind_of",
+    "number_names",
+    "numbers",
+    "per_target",
+    "register",
+]
 
 NONE = np.empty(0, dtype=np.int64)
 Carriers = Carrier | tuple[Carrier, Carrier]
@@ -58,7 +70,8 @@ class Rows(ABC):
         self.scale = np.ascontiguousarray(self.used[:, None] / self.sigma)
         self.rounding = None if obs.rounding is None else obs.rounding[index]
         self.numbers = numbers
-        self.own, self.own_columns = NONE, NONE  # which numbers are free, and their columns
+        self.own = NONE  # which numbers are free
+        self.columns: Ints = np.concatenate([c.columns for c in self.carriers])
         # By the columns that are free; the same rows under another noise share it.
         self._bound: dict[bytes, dict[str, Any]] = {}
 
@@ -102,19 +115,13 @@ class Rows(ABC):
         """The first carrier; the only one of most kinds."""
         return self.carriers[0]
 
-    @cached_property
-    def columns(self) -> Ints:
-        return np.concatenate([*(c.columns for c in self.carriers), self.own_columns])
-
     def bind(self, column_of: Ints) -> Self:
         known, key = self._bound, column_of.tobytes()
         if key not in known:
             own = np.flatnonzero(column_of[self.numbers] >= 0)
-            carriers, columns = tuple([c.bind(column_of) for c in self.carriers]), column_of[self.numbers[own]]
-            known[key] = {
-                "carriers": carriers, "own": own, "own_columns": columns,
-                "columns": np.concatenate([*(c.columns for c in carriers), columns]),
-            }  # fmt: skip
+            carriers = tuple([c.bind(column_of) for c in self.carriers])
+            columns = np.concatenate([*(c.columns for c in carriers), column_of[self.numbers[own]]])
+            known[key] = {"carriers": carriers, "own": own, "columns": columns}
         return self._with(**known[key])
 
     def without(self, rows: Bools) -> Self:
@@ -145,6 +152,18 @@ class Rows(ABC):
         m = len(self.configuration)
         r, _, _ = self.bind(np.full(x.shape[1], -1, dtype=np.int64)).evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
         return np.asarray(r[0] + self.value[0])
+
+
+class Sights(Rows):
+    """Rows of which many look at one pose: `sight` says which of the carrier's rows each looks at."""
+
+    sight: Ints
+
+    def look(self, x: Array, first: int, rows: int) -> tuple[tuple[Array, Array, Array], Ints, int]:
+        """The poses that some rows look at, with their Jacobians; which of them each row does, and the number of the first."""
+        own = self.sight[first : first + rows]
+        lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
+        return self.carrier.pose(x, lo, hi - lo), own - lo, lo
 
 
 class Between(Rows):
@@ -193,17 +212,12 @@ def numbers(obs: Observations, known: Sequence[Number]) -> list[Parameter]:
             names, key = [n.symbol for n in here], f"{obs.label}.{symbol}"
             facts = one_of(symbol, names) if names else {"expected": "none"}
             raise ModelError(f"unknown number of {obs.kind}", key=key, **facts)
-    return [
-        Parameter(
-            f"{obs.options[n.option]}.{n.symbol}",
-            float(values.get(n.symbol, n.value)),
-            n.unit,
-            n.symbol in stated if free is not None else n.symbol not in values,
-            prior=priors.get(n.symbol),
-            expected=n.expected,
-        )
-        for n in here
-    ]
+    out = []
+    for n in here:
+        loose = n.symbol in stated if free is not None else n.symbol not in values
+        name, value = f"{obs.options[n.option]}.{n.symbol}", float(values.get(n.symbol, n.value))
+        out.append(Parameter(name, value, n.unit, loose, prior=priors.get(n.symbol), expected=n.expected))
+    return out
 
 
 def _mapping(obs: Observations, key: str) -> Mapping[str, float]:
@@ -261,33 +275,29 @@ class Kinds(Mapping[str, Kind]):
     """Kinds by name: those of this package, whose modules are loaded when they are met, and whatever else was registered."""
 
     def __init__(self) -> None:
-        self._met: dict[str, Kind] = {}
-
-    def enter(self, kind: Kind) -> None:
-        """Makes a kind known under its name."""
-        self._met[kind.name] = kind
+        self.met: dict[str, Kind] = {}
 
     def __getitem__(self, name: str) -> Kind:
-        if name not in self._met and name in NAMES:
-            import_module(f"robocal.measure.{name}")
-        return self._met[name]
+        if name not in self.met and name in MODULES:
+            import_module(f"robocal.measure.{MODULES[name]}")
+        return self.met[name]
 
     def __contains__(self, name: object) -> bool:
-        return name in NAMES or name in self._met
+        return name in NAMES or name in self.met
 
     def __iter__(self) -> Iterator[str]:
-        return iter(dict.fromkeys((*NAMES, *self._met)))
+        return iter(dict.fromkeys((*NAMES, *self.met)))
 
     def __len__(self) -> int:
-        return len({*NAMES, *self._met})
+        return len({*NAMES, *self.met})
 
 
 KINDS: Kinds = Kinds()
 
 
 def register(kind: Kind) -> Kind:
-    """Makes a kind known under its name; one line at the end of its file, and one in `measure/kinds.py`."""
-    KINDS.enter(kind)
+    """Makes a kind known under its name; one line behind its rows, and one in `measure/kinds.py`."""
+    KINDS.met[kind.name] = kind
     return kind
 
 

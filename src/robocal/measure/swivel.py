@@ -9,15 +9,16 @@ cable lie in one plane. Do not bring a platform anchor below its frame anchor: t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.cables.geometry import WHEEL, CableRobot
 from robocal.errors import ModelError
-from robocal.measure.bearing import wrap
+from robocal.measure.angular import wrap
 from robocal.measure.builder import Builder
-from robocal.measure.cable.platform_rows import ENDS, PlatformRows, cable_robot_of, material_parameters
+from robocal.measure.cable.platform_rows import ENDS, PlatformRows, cable_names, cable_robot_of, material_parameters
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
 from robocal.measure.rows import Kind, Number, Rows, numbers, register
@@ -116,7 +117,7 @@ class SwivelRows(PlatformRows):
 def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dict[str, float]:
     """The zero of every cable's encoder by name, where the platform stood at poses (k, 4, 4) when rows `index` (k,) were read: the
     mean direction of what is shown beyond the angle of the robot's ends."""
-    names = _cables(obs)
+    names = cable_names(obs, WHAT)
     cable = obs.extra["cable"][index].astype(np.int64)
     robot = cable_robot_of(machine, WHAT)
     end = robot.numbers[cable, :6]
@@ -130,30 +131,19 @@ def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dic
     }
 
 
-def _cables(obs: Observations) -> tuple[str, ...]:
-    names = obs.options.get("cables")
-    if not isinstance(names, tuple) or not names:
-        raise ModelError("swivel angles need the names of the cables", key=obs.label, expected="options['cables']")
-    return names
-
-
 def parameters(obs: Observations) -> list[Parameter]:
     """The zero of every cable's encoder; all start from the one value that is stated, or are free from 0."""
     zero = [Number("zero", SYMBOL, "rad", expected=ANYWHERE)]
-    return [p for c in _cables(obs) for p in numbers(_cable_rows(obs, c), zero)]
-
-
-def _cable_rows(obs: Observations, cable: str) -> Observations:
-    return Observations(obs.kind, obs.configuration, obs.value, options={**obs.options, "zero": cable}, group=obs.label)
+    own = (replace(obs, options={**obs.options, "zero": c}, group=obs.label) for c in cable_names(obs, WHAT))
+    return [p for of_cable in own for p in numbers(of_cable, zero)]
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term for all cables."""
-    cables, names = builder.machine.parts.get("cable", ()), _cables(obs)
+    cables, names = builder.machine.parts.get("cable", ()), cable_names(obs, WHAT)
     if names != cables:
-        raise ModelError(
-            "swivel angles are of the cables of a cable robot", found=", ".join(names), expected=", ".join(cables) or "cables"
-        )  # fmt: skip
+        expected = ", ".join(cables) or "cables"
+        raise ModelError("swivel angles are of the cables of a cable robot", found=", ".join(names), expected=expected)
     return [SwivelRows(builder, obs, names)] if len(obs) else []
 
 

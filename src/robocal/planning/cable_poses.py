@@ -23,7 +23,7 @@ from robocal._types import Array, Ints
 from robocal.cables.geometry import EXPECTED, CableRobot, straight
 from robocal.cables.gradient import by_parameters
 from robocal.errors import ModelError
-from robocal.estimate.selection import Design, greedy, limit, select
+from robocal.estimate.selection import Design, Pool
 from robocal.planning.design import Blocks, criterion_and_blocks, predict_sigma, sum_information
 from robocal.progress import Watch
 
@@ -87,9 +87,10 @@ def choose(
         )
     b = cable_blocks(robot, poses, noise)
     measure, seen = criterion_and_blocks(b, criterion, count)
-    design = select(seen.candidates, count, measure, seen.known, watch=watch)
-    ranked = design.chosen[greedy(seen.candidates[design.chosen], count, measure, seen.known)]
-    best = limit(seen.candidates, count, measure, seen.known, rounds=LIMIT_ROUNDS)
+    pool = Pool(seen.candidates, measure, seen.known, watch=watch)
+    design = pool.select(count)
+    ranked = design.chosen[Pool(seen.candidates[design.chosen], measure, seen.known).greedy(count)]
+    best = pool.limit(count, rounds=LIMIT_ROUNDS)
     draws = [_errors(b, rng.permutation(len(poses))[:count]) for _ in range(DRAWS)]
     expected = {
         "chosen": _errors(b, ranked),

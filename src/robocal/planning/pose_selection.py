@@ -21,7 +21,7 @@ from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion
-from robocal.estimate.selection import Design, greedy, limit, select
+from robocal.estimate.selection import Design, Pool
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import Region, Template, draw, margins
@@ -145,13 +145,14 @@ def plan(
     b = blocks(model, template, q, tests, measured=measured, values=values, columns=columns)
     count, path_to = _how_many(b, options, watch)
     criterion, seen = criterion_and_blocks(b, options.criterion, count)
-    design = select(seen.candidates, count, criterion, seen.known, watch=watch)
-    ranked = design.chosen[greedy(seen.candidates[design.chosen], count, criterion, seen.known)]
+    pool = Pool(seen.candidates, criterion, seen.known, watch=watch)
+    design = pool.select(count)
+    ranked = design.chosen[Pool(seen.candidates[design.chosen], criterion, seen.known).greedy(count)]
     forecast = _forecast(b, ranked, _further(seen, criterion, ranked), rng)
     enough = (path_to or forecast).enough(options.worth, options.accuracy)
     if watch:
         watch({"stage": "asking how good it could be"})
-    best = limit(seen.candidates, count, criterion, seen.known, rounds=LIMIT_ROUNDS)
+    best = pool.limit(count, rounds=LIMIT_ROUNDS)
     if watch:
         watch({"stage": "trying perturbed models"})
     doubts = _doubts(model, template, q[ranked], tests, measured, values, columns, rng)
@@ -188,7 +189,7 @@ def _how_many(b: Blocks, options: PlanOptions, watch: Watch | None) -> tuple[int
         return options.count, None
     most = min(MOST, len(b.candidates))
     criterion, seen = criterion_and_blocks(b, options.criterion, most)
-    chosen = np.array(greedy(seen.candidates, most, criterion, seen.known, watch=watch), dtype=np.int64)
+    chosen = np.array(Pool(seen.candidates, criterion, seen.known, watch=watch).greedy(most), dtype=np.int64)
     forecast = _forecast(b, chosen, [], None)
     return forecast.enough(options.worth, options.accuracy) or most, forecast
 
@@ -198,7 +199,8 @@ def _further(b: Blocks, criterion: Criterion, ranked: Ints) -> list[int]:
     left = np.setdiff1d(np.arange(len(b.candidates)), ranked)
     free = np.zeros(len(b.candidates), dtype=bool)
     free[left] = True
-    return greedy(b.candidates, min(BEYOND, len(left)), criterion, sum_information(b, list(ranked)), free=free)
+    pool = Pool(b.candidates, criterion, sum_information(b, list(ranked)), free)
+    return pool.greedy(min(BEYOND, len(left)))
 
 
 def _forecast(b: Blocks, ranked: Ints, further: list[int], rng: np.random.Generator | None) -> Forecast:

@@ -22,8 +22,7 @@ from robocal.fit.options import JointRegion
 from robocal.geometry import so3
 from robocal.measure.base import KINDS, Rows
 from robocal.measure.base import problem as build
-from robocal.measure.data import Configurations, DataSet
-from robocal.measure.fingerprint import fingerprints
+from robocal.measure.data import Configurations, DataSet, fingerprints
 from robocal.measure.machine import Model
 from robocal.parameters import ParameterTable
 from robocal.prove.bands import find_identified, mean_conditions

@@ -45,11 +45,9 @@ class Combination:
     @property
     def remark(self) -> Remark:
         """What is said of it."""
-        if not self.partners and self.families:
-            return Remark.of(Code.CANNOT_BE_TOLD, parameter=self.name, partners=self.families, more=None)
-        if not self.partners:
+        shown, more = together(self.partners) if self.partners else (self.families, 0)
+        if not shown:
             return Remark.of(Code.NO_EFFECT, parameter=self.name)
-        shown, more = together(self.partners)
         return Remark.of(Code.CANNOT_BE_TOLD, parameter=self.name, partners=shown, more=more or None)
 
 
@@ -113,7 +111,7 @@ def choose(problem: Problem, x: Array) -> Choice:
     return chosen(problem, x, squares(problem.with_loss("none"), x).root)
 
 
-def chosen(problem: Problem, x: Array, r: Array, always: Sequence[str] = (), seen: float = OBSERVABLE) -> Choice:
+def chosen(problem: Problem, x: Array, r: Array, seen: float = OBSERVABLE) -> Choice:
     """The same from a root r (n, n) of what the data say."""
     scaled = r * problem.scales
     told = np.vstack([r, problem.prior_root]) * problem.scales if problem.has_prior.any() else scaled
@@ -122,7 +120,7 @@ def chosen(problem: Problem, x: Array, r: Array, always: Sequence[str] = (), see
     # Its own row, of length one and nobody else's, keeps what has a prior; rounding must not say otherwise.
     held = problem.prior_informs
     tolerance = np.where(held, 0.0, least)
-    sure = {i for i, name in enumerate(problem.free) if held[i] or name in always}
+    sure = set(np.flatnonzero(held).tolist())
     kept, left = _exchange_for_preferred(told, *_pivot(told, tolerance), problem.preference, sure, tolerance)
     kept += [i for i in left if i in sure]
     return Choice(problem, np.atleast_2d(x), told, tuple(sorted(kept)), tuple(sorted(i for i in left if i not in sure)))

@@ -11,7 +11,6 @@ of the rotation vector's left Jacobian, inverted.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -53,22 +52,15 @@ def _shared(table: ParameterTable, names: Sequence[str]) -> list[tuple[Ints, Arr
     return out
 
 
-@dataclass(frozen=True)
 class PriorTerms:
-    """What priors of shared columns add, whatever the step: root (n, n), the information, whole and in its lower triangle, and the
-    columns (3,) of rotation vectors for which the step is bent."""
+    """What priors of shared columns add, whatever the step, from a root (n, n) and the columns of rotation vectors, (k, 3) or -1: the
+    information, whole and in its lower triangle, and the columns (3,) of rotation vectors for which the step is bent."""
 
-    root: Array
-    whole: Array
-    information: Array
-    bent: tuple[Ints, ...]
-
-    @classmethod
-    def of(cls, root: Array, turns: Ints) -> PriorTerms:
-        """Of a root (n, n) and the columns of rotation vectors, (k, 3) or -1."""
-        info = root.T @ root
+    def __init__(self, root: Array, turns: Ints) -> None:
+        self.root, self.whole = root, root.T @ root
+        self.information = np.tril(self.whole)
         # Alone on their columns and equal on all axes: Jinv^T d = d.
-        return cls(root, info, np.tril(info), tuple(c for c in turns if (c >= 0).all() and not _even(info, c)))
+        self.bent = tuple(c for c in turns if (c >= 0).all() and not _even(self.whole, c))
 
 
 def add_shared(pull: PriorTerms, d: Array, out: Normal) -> None:

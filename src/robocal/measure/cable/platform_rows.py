@@ -14,9 +14,9 @@ from robocal.errors import ModelError
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
-from robocal.measure.rows import Rows
+from robocal.measure.rows import Sights
 
-__all__ = ["ENDS", "Material", "PlatformRows", "cable_robot_of", "material_parameters"]
+__all__ = ["ENDS", "Material", "PlatformRows", "cable_names", "cable_robot_of", "material_parameters"]
 
 EVERY = slice(None)
 ENDS = ("ax", "ay", "az", "bx", "by", "bz")
@@ -30,20 +30,20 @@ def cable_robot_of(model: Model, what: str) -> CableRobot:
     return robot
 
 
-class PlatformRows(Rows):
-    """Rows of many cables at each configuration, which all look at the platform's one pose there."""
+def cable_names(obs: Observations, what: str) -> tuple[str, ...]:
+    """The names of the cables that some observations state. Raises ModelError where they state none; `what` needs them."""
+    names = obs.options.get("cables")
+    if not isinstance(names, tuple) or not names:
+        raise ModelError(f"{what} need the names of the cables", key=obs.label, expected="options['cables']")
+    return names
 
-    sight: Ints
+
+class PlatformRows(Sights):
+    """Rows of many cables at each configuration, which all look at the platform's one pose there."""
 
     def __init__(self, builder: Builder, obs: Observations, index: Ints, numbers: Ints) -> None:
         configurations, sight = np.unique(obs.configuration[index], return_inverse=True)
         super().__init__(builder.tool(configurations), obs, index, numbers, np.ascontiguousarray(sight.ravel()))
-
-    def look(self, x: Array, first: int, rows: int) -> tuple[tuple[Array, Array, Array], Ints, int]:
-        """The poses that some rows look at, with their Jacobians; which of them each row does, and the number of the first."""
-        own = self.sight[first : first + rows]
-        lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
-        return self.carrier.pose(x, lo, hi - lo), own - lo, lo
 
 
 def material_parameters(robot: CableRobot, symbols: Sequence[str]) -> tuple[list[str], Ints, Ints]:

@@ -29,8 +29,7 @@ from robocal.files.residuals import read_residuals
 from robocal.files.runfolder import RESIDUALS, Run, find_run
 from robocal.files.text import InputFile
 from robocal.measure.base import problem
-from robocal.measure.data import DataSet
-from robocal.measure.fingerprint import fingerprints
+from robocal.measure.data import DataSet, fingerprints
 from robocal.prove.evidence import bootstrap_gain, constant_errors
 from robocal.prove.model_errors import Errors, model_errors
 from robocal.prove.nongeometric.layered import layer_errors, layer_rows

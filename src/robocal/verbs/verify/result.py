@@ -12,8 +12,18 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from robocal._types import Array
-from robocal.apply.same_place import Cause, unlike
-from robocal.apply.verification import Agreement, Anova, PoseErrors, agreement, align_poses, anova, errors, relative
+from robocal.apply.verification import (
+    Agreement,
+    Anova,
+    Cause,
+    PoseErrors,
+    agreement,
+    align_poses,
+    anova,
+    errors,
+    relative,
+    unlike,
+)
 from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_datasets
