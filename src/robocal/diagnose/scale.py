@@ -16,24 +16,20 @@ the ratio b: Birge (1932).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import special
 
 from robocal._types import Array
 from robocal.diagnose import limits
-from robocal.diagnose.check_registry import Context, Finding, Level, When, check, of_remarks, once
+from robocal.diagnose.check_registry import Context, Finding, Level, check_fit_twice, of_remarks, once
 from robocal.estimate.uncertainty import Total
+from robocal.fit.fit import Fit
 from robocal.measure.base import Rows
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
 
 __all__ = ["Scale", "common_scale", "scale_of"]
 
@@ -137,17 +133,8 @@ def common_scale(context: Context[Model]) -> Scale | None:
     return scale_of(context.model, context.need_fit, context.total)
 
 
-@check("scale", When.FIT, order=210, needs=("fit",))
-def doubt_scale(context: Context[Model]) -> Iterator[Finding]:
-    """A scale that is open, or worth a remark."""
+@check_fit_twice(doubt=("scale", 210), refuse=("wrong-scale", 140))
+def report_scale(context: Context[Model]) -> list[Finding]:
+    """A scale that is open, or worth a remark; of one that no making leaves, what gives it is wrong."""
     scale = common_scale(context)
-    if scale is not None and not scale.implausible:
-        yield from of_remarks(scale.remarks, Level.DOUBT)
-
-
-@check("wrong-scale", When.PROOF, order=140, needs=("fit",))
-def refuse_scale(context: Context[Model]) -> Iterator[Finding]:
-    """A scale that no making leaves: what gives it is wrong, and no gain counts."""
-    scale = common_scale(context)
-    if scale is not None and scale.implausible:
-        yield from of_remarks(scale.remarks, Level.REFUSE)
+    return [] if scale is None else of_remarks(scale.remarks, Level.REFUSE if scale.implausible else Level.DOUBT)

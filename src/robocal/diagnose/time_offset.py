@@ -10,57 +10,28 @@ A path that is measured late is late at its held-out rows as well: no gain on un
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
 from robocal._types import Array
 from robocal.diagnose import limits
-from robocal.diagnose.check_registry import Context, Finding, Level, Machines, When, check, of_remarks, once
+from robocal.diagnose.check_registry import Context, Finding, Machines, check_fit_twice, doubt, once, refuse
 from robocal.diagnose.stated_numbers import score
+from robocal.estimate.problem import Problem
+from robocal.fit.fit import Fit
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
+from robocal.remarks.remark import Quantity
 
-if TYPE_CHECKING:
-    from robocal.estimate.problem import Problem
-    from robocal.fit.fit import Fit
-
-__all__ = ["TimeOffset", "find_time_offset", "joint_rates", "time_offset"]
+__all__ = ["find_time_offset", "joint_rates", "time_offset"]
 
 STEP = 1e-6  # rad or m, by which joints move in the difference of residuals
 
 
-@dataclass(frozen=True)
-class TimeOffset:
-    """The readings of `group` are those of `by` seconds (`timed`) or rows before their joint values, by `z` sigma; `share` of the
-    squares that are left is explained by it."""
-
-    group: str
-    by: float
-    timed: bool
-    z: float
-    share: float
-
-    @property
-    def wrong(self) -> bool:
-        """Whether no gain counts before it is put right."""
-        return self.share > limits.LATE_SHARE
-
-    @property
-    def remark(self) -> Remark:
-        """What is said of it."""
-        size = Quantity(abs(self.by), "s" if self.timed else "rows")
-        before, after = (size, None) if self.by > 0 else (None, size)
-        code = Code.LATE if self.wrong else Code.LATE_DOUBTED
-        return Remark.of(code, group=self.group, before=before, after=after, z=self.z, share=self.share)
-
-
-def find_time_offset(model: Model, fit: Fit, told: tuple[Array, bool] | None) -> TimeOffset | None:
+def find_time_offset(model: Model, fit: Fit, told: tuple[Array, bool] | None) -> Finding | None:
     """The instrument whose readings belong most clearly to another moment, by the joint rates `told` along a path; None where none does,
     or the arm stood still."""
     joints = fit.data.configurations.joints
@@ -90,29 +61,20 @@ def find_time_offset(model: Model, fit: Fit, told: tuple[Array, bool] | None) ->
     )
     if found is None or found.t < limits.NUMBER_SIGMA or found.share < limits.LATE_DOUBT_SHARE:
         return None
-    return TimeOffset(names[some[found.column][0]], -found.change, timed, found.t, found.share)
+    size = Quantity(abs(found.change), "s" if timed else "rows")
+    before, after = (size, None) if found.change < 0 else (None, size)
+    level, code = (refuse, Code.LATE) if found.share > limits.LATE_SHARE else (doubt, Code.LATE_DOUBTED)
+    group = names[some[found.column][0]]
+    return level(code, group=group, before=before, after=after, z=found.t, share=found.share)
 
 
+@check_fit_twice(doubt=("time-offset", 230), refuse=("wrong-time", 160), machines=Machines.JOINTED)
 @once
-def time_offset(context: Context[Model]) -> TimeOffset | None:
-    """That of the fit to everything."""
-    return find_time_offset(context.model, context.need_fit, joint_rates(context.need_fit.data.configurations))
-
-
-@check("time-offset", When.FIT, order=230, machines=Machines.JOINTED, needs=("fit",))
-def doubt_time(context: Context[Model]) -> Iterator[Finding]:
-    """Readings of another moment, where that explains little."""
-    found = time_offset(context)
-    if found is not None and not found.wrong:
-        yield from of_remarks((found.remark,), Level.DOUBT)
-
-
-@check("wrong-time", When.PROOF, order=160, machines=Machines.JOINTED, needs=("fit",))
-def refuse_time(context: Context[Model]) -> Iterator[Finding]:
-    """Readings of another moment, where that explains most of what is left: held-out rows are late as well."""
-    found = time_offset(context)
-    if found is not None and found.wrong:
-        yield from of_remarks((found.remark,), Level.REFUSE)
+def time_offset(context: Context[Model]) -> list[Finding]:
+    """Readings of another moment; refused where that explains most of what is left: held-out rows are late as well."""
+    fit = context.need_fit
+    found = find_time_offset(context.model, fit, joint_rates(fit.data.configurations))
+    return [] if found is None else [found]
 
 
 def joint_rates(configurations: Configurations) -> tuple[Array, bool] | None:
