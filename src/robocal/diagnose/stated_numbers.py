@@ -57,8 +57,9 @@ def find_wrong_number(model: Model, fit: Fit) -> Finding | None:
     obs, p = own[wrong[0]]
     stated, there = (Quantity(v, p.unit) for v in (p.value, p.value + found.change))
     level, code = (refuse, Code.NUMBER_WRONG) if found.share > NUMBER_SHARE else (doubt, Code.NUMBER_DOUBTED)
-    amounts = {"stated": stated, "there": there, "z": found.t, "share": found.share}
-    return level(code, name=", ".join(wrong), **amounts, line=_line(obs, p))
+    return level(
+        code, name=", ".join(wrong), stated=stated, there=there, z=found.t, share=found.share, line=_line(obs, p)
+    )
 
 
 @dataclass(frozen=True)
