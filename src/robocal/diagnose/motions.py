@@ -7,19 +7,16 @@ encoder) goes along with it, leaves every residual where it was: R_m m + R_c c =
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robocal._types import Array
 from robocal.diagnose.check_registry import Context, Finding, Level, Machines, When, check, doubt, of_remarks
 from robocal.diagnose.limits import MOTION_UNSEEN
+from robocal.fit.fit import Fit
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
 
 __all__ = ["lacking", "open_motions", "open_remarks"]
 

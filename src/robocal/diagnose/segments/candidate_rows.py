@@ -20,7 +20,7 @@ from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import spread
-from robocal.fit.noise import apply_noise, assess, under
+from robocal.fit.noise import apply_noise, assess, tau_of, under
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
@@ -53,7 +53,7 @@ def runs(
         np.arange(len(data.configurations)) if weights is None else np.flatnonzero(np.atleast_2d(weights)[0] > 0)
     )
     for moved in (0, made.n):
-        tau = {(g.name, g.unit): g.tau for g in assess(asked, made, x, configurations, moved) if g.tau > 0}
+        tau = tau_of(assess(asked, made, x, configurations, moved))
         noisy = apply_noise(asked, tau)
         made = under(first, asked, tau)
         if not moved:
