@@ -21,7 +21,7 @@ Sources: Tukey's biweight, Holland and Welsch (1977); Rousseeuw and Leroy, Robus
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -182,11 +182,6 @@ def share(data: DataSet) -> float:
 def _by_observation(data: DataSet, problem: Problem, values: Sequence[Bools]) -> tuple[Bools, ...]:
     """What is known of the rows of terms, for the rows of observations."""
     out = tuple(np.zeros(len(o), dtype=bool) for o in data.observations)
-    for own, index, value in _rows(data, problem, values):
-        out[own][index] = value
-    return out
-
-
-def _rows(data: DataSet, problem: Problem, values: Sequence[Bools]) -> Iterator[tuple[int, Ints, Bools]]:
     for (own, term), value in zip(owners(data, problem), values, strict=True):
-        yield own, term.index, value
+        out[own][term.index] = value
+    return out
