@@ -8,7 +8,7 @@ A camera in hand that sees a board is the same with everything inverted: Y^-1 = 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,9 +43,6 @@ class Sights:
     things: Array
     things_free: NDArray[np.bool_]
 
-    def __len__(self) -> int:
-        return len(self.joints)
-
     @property
     def places(self) -> int:
         """At how many different places the joints stood, in the first trial."""
@@ -53,10 +50,8 @@ class Sights:
 
     def take(self, index: Ints) -> Sights:
         """Some of the trials."""
-        return Sights(
-            self.joints[index], self.columns, self.place[index], self.turn[index], self.turned, self.frame,
-            self.thing[index], self.frames, self.frames_free, self.things, self.things_free,
-        )  # fmt: skip
+        own = {name: getattr(self, name)[index] for name in ("joints", "place", "turn", "thing")}
+        return replace(self, **own)
 
 
 def usable(obs: Observations) -> bool:

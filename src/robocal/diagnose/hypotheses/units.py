@@ -19,6 +19,7 @@ from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.measure.reach import reach
+from robocal.progress import tell
 from robocal.remarks.english import declare
 
 __all__ = ["WRONG_UNIT", "misfit", "units"]
@@ -40,8 +41,7 @@ def units(context: ReadContext[Model]) -> Iterator[Finding]:
     bad = not as_read <= UNIT_MISFIT and not np.isnan(as_read)
     if not doubts and not bad:
         return
-    if context.watch:
-        context.watch({"stage": "read", "what": "trying other units"})
+    tell(context.watch, "read", what="trying other units")
     best = as_read
     chosen: tuple[OtherUnit, ...] = ()
     tried = [some for size in range(1, len(doubts) + 1) for some in combinations(doubts, size)]
