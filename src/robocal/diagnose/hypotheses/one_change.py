@@ -85,13 +85,8 @@ def find_remount(chain: Mechanism, data: DataSet) -> Finding | None:
     shared = [o for o in data.observations if usable(o)]
     sources = tuple(dict.fromkeys(o.source for o in shared))
     names = {t.name for o in shared for t in o.targets} or {"tool"}
-    if (
-        not 2 <= len(sources) <= limits.REMOUNT_FILES
-        or len(names) != 1
-        or any(bool(o.targets) != bool(shared[0].targets) for o in shared)
-    ):
-        return None
-    if any(o.frame is not None and o.frame.mount != "base" for o in shared):
+    alike = len({bool(o.targets) for o in shared}) == 1 and all(o.frame and o.frame.mount == "base" for o in shared)
+    if not 2 <= len(sources) <= limits.REMOUNT_FILES or len(names) != 1 or not alike:
         return None
     chosen = rows_of(data)
     if chosen is None:
@@ -101,10 +96,8 @@ def find_remount(chain: Mechanism, data: DataSet) -> Finding | None:
     if one is None or one.places < limits.HYPOTHESIS_PLACES or not one.things_free[0, :3].any():
         return None
     each = np.concatenate([np.full(len(o), sources.index(o.source)) for o in small.observations if usable(o)])
-    several = replace(
-        one, thing=each[None], things=np.repeat(one.things, len(sources), axis=0),
-        things_free=np.repeat(one.things_free, len(sources), axis=0),
-    )  # fmt: skip
+    things, free = (np.repeat(v, len(sources), axis=0) for v in (one.things, one.things_free))
+    several = replace(one, thing=each[None], things=things, things_free=free)
     with np.errstate(all="ignore"):
         together, apart = (left_softly(chain, s) for s in (one, several))
     if together <= limits.REMOUNT_WORTH * apart or together - apart <= limits.REMOUNT_LEAST:
