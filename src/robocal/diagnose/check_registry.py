@@ -40,7 +40,6 @@ from robocal.remarks.remark import Number, Remark
 if TYPE_CHECKING:
     from robocal.diagnose.studentised import StudentisedResiduals
     from robocal.estimate.terms import Linear, Residuals
-    from robocal.estimate.uncertainty import Total
     from robocal.fit.baseline import Baseline
     from robocal.fit.fit import Fit
     from robocal.fit.options import Options
@@ -169,11 +168,6 @@ class Context(Generic[M_co]):
         from robocal.fit.repeats import places
 
         return places(self.need_data.configurations)
-
-    @property
-    def total(self) -> Total:
-        """What the parameters may be off by, hidden partners included."""
-        return self.need_fit.total
 
     @cached_property
     def values(self) -> dict[str, float]:

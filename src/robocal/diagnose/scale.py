@@ -24,14 +24,12 @@ from scipy import special
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, check_fit_twice, of_remarks, once
-from robocal.estimate.uncertainty import Total
-from robocal.fit.fit import Fit
 from robocal.measure.base import Rows
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Scale", "common_scale", "scale_of"]
+__all__ = ["Scale", "common_scale"]
 
 
 @dataclass(frozen=True)
@@ -77,8 +75,10 @@ class Scale:
         return (Remark.of(Code.SCALE_DOUBTED if self.stated else Code.SCALED, **numbers),)
 
 
-def scale_of(model: Model, fit: Fit, off: Total) -> Scale | None:
-    """The common scale of the fitted lengths; None where none was fitted. `off` is what the parameters may be off by."""
+@once
+def common_scale(context: Context[Model]) -> Scale | None:
+    """The common scale of the lengths that were fitted to everything; None where none was fitted."""
+    model, fit, off = context.model, context.need_fit, context.need_fit.total
     table, x = fit.problem.table, fit.solution.x[0]
     fitted = set(fit.problem.free)
     long = [n for n in off.names if n in model.lengths]
@@ -125,12 +125,6 @@ def _common(factor: Array, each: Array, change: Array) -> bool:
     rest = factor - other * (other @ factor)
     left = float(np.linalg.norm(rest))
     return left > 1e-9 * float(np.linalg.norm(factor)) and abs(float(rest @ change)) > limits.SCALE_SIGMA * left
-
-
-@once
-def common_scale(context: Context[Model]) -> Scale | None:
-    """That of the fit to everything."""
-    return scale_of(context.model, context.need_fit, context.total)
 
 
 @check_fit_twice(doubt=("scale", 210), refuse=("wrong-scale", 140))

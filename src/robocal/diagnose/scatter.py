@@ -68,7 +68,7 @@ class Scatter:
 def whiten_fit(context: Context[Model]) -> WhitenedRows | None:
     """The rows of a fit that tell how its errors are spread; None where places have no joint values, or rows have
     unknowns of their own."""
-    fit, total = context.need_fit, context.total
+    fit, total = context.need_fit, context.need_fit.total
     where, problem = fit.data.configurations, fit.problem
     if where.joints is None or not problem.n or problem.blocks:
         return None

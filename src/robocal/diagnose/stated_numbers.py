@@ -20,7 +20,6 @@ import numpy as np
 from robocal._types import Array
 from robocal.diagnose.check_registry import Context, Finding, check_fit_twice, doubt, once, refuse
 from robocal.diagnose.limits import NUMBER_SHARE, NUMBER_SIGMA
-from robocal.fit.fit import Fit
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
@@ -29,22 +28,25 @@ from robocal.parameters import Parameter
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
-__all__ = ["Score", "find_stated_number", "find_wrong_number", "reads", "score"]
+__all__ = ["Score", "find_stated_number", "reads", "score"]
 
 
 HOLD = 10.0  # expected errors
 HIDDEN = 1e-6  # tolerance: of a column that the fitted ones leave over: rounding
 
 
-def find_wrong_number(model: Model, fit: Fit) -> Finding | None:
-    """The held number of an instrument that the data contradict most; None where they contradict none. `line` lets it be identified."""
+@check_fit_twice(doubt=("stated-number", 220), refuse=("wrong-number", 150))
+@once
+def find_stated_number(context: Context[Model]) -> list[Finding]:
+    """The held number of an instrument that the data contradict most; refused where it explains a good part of what is left: the model is
+    wrong with it. `line` lets it be identified."""
+    fit = context.need_fit
     data = replace(fit.data, observations=tuple(map(_name_zero, fit.data.observations)))
     own = _own(data)
-    values = dict(zip(fit.problem.table.names, map(float, fit.solution.x[0]), strict=False))
     held = [n for n in own if n not in fit.problem.free]
     if not held:
-        return None
-    made = build(model, data, values=values).with_weights(fit.problem.weights)
+        return []
+    made = build(context.model, data, values=context.values).with_weights(fit.problem.weights)
     made = made.with_free([*fit.problem.free, *held])
     seen = made.linearize(made.start)
     asked = np.isin(made.free, held)
@@ -52,14 +54,13 @@ def find_wrong_number(model: Model, fit: Fit) -> Finding | None:
     c = np.stack([seen.j[:, [made.free.index(n) for n in names]].sum(axis=1) for names in some], axis=1)
     found = score(seen.j[:, ~asked], seen.r, made.scales[~asked], c)
     if found is None or found.t < NUMBER_SIGMA:
-        return None
+        return []
     wrong = some[found.column]
     obs, p = own[wrong[0]]
     stated, there = (Quantity(v, p.unit) for v in (p.value, p.value + found.change))
     level, code = (refuse, Code.NUMBER_WRONG) if found.share > NUMBER_SHARE else (doubt, Code.NUMBER_DOUBTED)
-    return level(
-        code, name=", ".join(wrong), stated=stated, there=there, z=found.t, share=found.share, line=_line(obs, p)
-    )
+    name, line = ", ".join(wrong), _line(obs, p)
+    return [level(code, name=name, stated=stated, there=there, z=found.t, share=found.share, line=line)]
 
 
 @dataclass(frozen=True)
@@ -128,11 +129,3 @@ def _line(obs: Observations, number: Parameter) -> str:
     several = len(kind_of(obs).parameters(obs)) > 1
     symbol = number.name.rpartition(".")[2]
     return f"{owner}: {{free: [{symbol}]}}" if several else f"{owner}: {{free: true}}"
-
-
-@check_fit_twice(doubt=("stated-number", 220), refuse=("wrong-number", 150))
-@once
-def find_stated_number(context: Context[Model]) -> list[Finding]:
-    """A stated number that the data contradict; refused where it explains a good part of what is left: the model is wrong with it."""
-    found = find_wrong_number(context.model, context.need_fit)
-    return [] if found is None else [found]

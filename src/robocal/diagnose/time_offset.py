@@ -19,62 +19,51 @@ from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Machines, check_fit_twice, doubt, once, refuse
 from robocal.diagnose.stated_numbers import score
 from robocal.estimate.problem import Problem
-from robocal.fit.fit import Fit
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
-__all__ = ["find_time_offset", "joint_rates", "time_offset"]
+__all__ = ["joint_rates", "time_offset"]
 
 STEP = 1e-6  # rad or m, by which joints move in the difference of residuals
-
-
-def find_time_offset(model: Model, fit: Fit, told: tuple[Array, bool] | None) -> Finding | None:
-    """The instrument whose readings belong most clearly to another moment, by the joint rates `told` along a path; None where none does,
-    or the arm stood still."""
-    joints = fit.data.configurations.joints
-    if told is None or joints is None:
-        return None
-    speed, timed = told
-    free = fit.problem.free
-    values = dict(zip(fit.problem.table.names, map(float, fit.solution.x[0]), strict=False))
-
-    def problem_at(step: float) -> Problem:
-        moved = replace(fit.data, configurations=replace(fit.data.configurations, joints=joints + step * speed))
-        return build(model, moved, values=values).with_weights(fit.problem.weights).with_free(free)
-
-    here, step = problem_at(0.0), STEP / float(np.abs(speed).max())
-    if here.blocks:
-        return None  # a pose of its own takes up whatever the arm's way could say
-    seen = here.linearize(here.start)
-    one, other = (p.linearize(p.start).r for p in (problem_at(step), problem_at(-step)))
-    every = (one - other) / (2 * step)
-    # Of every number, in the order of `linearize`, the term to which it belongs.
-    count = [int((t.used & here.in_use[t.configuration]).sum()) * t.scale.shape[1] for t in here.terms]
-    term = np.repeat(np.arange(len(count)), count)
-    names = [t.group for t in here.terms]
-    some = [[n for n, other in enumerate(names) if other == name] for name in dict.fromkeys(names)]
-    found = score(
-        seen.j, seen.r, here.scales, np.stack([np.where(np.isin(term, mine), every, 0.0) for mine in some], axis=1)
-    )
-    if found is None or found.t < limits.NUMBER_SIGMA or found.share < limits.LATE_DOUBT_SHARE:
-        return None
-    size = Quantity(abs(found.change), "s" if timed else "rows")
-    before, after = (size, None) if found.change < 0 else (None, size)
-    level, code = (refuse, Code.LATE) if found.share > limits.LATE_SHARE else (doubt, Code.LATE_DOUBTED)
-    group = names[some[found.column][0]]
-    return level(code, group=group, before=before, after=after, z=found.t, share=found.share)
 
 
 @check_fit_twice(doubt=("time-offset", 230), refuse=("wrong-time", 160), machines=Machines.JOINTED)
 @once
 def time_offset(context: Context[Model]) -> list[Finding]:
-    """Readings of another moment; refused where that explains most of what is left: held-out rows are late as well."""
+    """The instrument whose readings belong most clearly to another moment, by the joint rates along a path; refused where that explains
+    most of what is left: held-out rows are late as well."""
     fit = context.need_fit
-    found = find_time_offset(context.model, fit, joint_rates(fit.data.configurations))
-    return [] if found is None else [found]
+    joints, rates = fit.data.configurations.joints, joint_rates(fit.data.configurations)
+    if rates is None or joints is None:
+        return []
+    speed, timed = rates
+    free, values = fit.problem.free, context.values
+
+    def problem_at(step: float) -> Problem:
+        moved = replace(fit.data, configurations=replace(fit.data.configurations, joints=joints + step * speed))
+        return build(context.model, moved, values=values).with_weights(fit.problem.weights).with_free(free)
+
+    here, step = problem_at(0.0), STEP / float(np.abs(speed).max())
+    if here.blocks:
+        return []  # a pose of its own takes up whatever the arm's way could say
+    seen = here.linearize(here.start)
+    one, other = (p.linearize(p.start).r for p in (problem_at(step), problem_at(-step)))
+    every = (one - other) / (2 * step)
+    # Of every number, in the order of `linearize`, the instrument to which it belongs.
+    count = [int((t.used & here.in_use[t.configuration]).sum()) * t.scale.shape[1] for t in here.terms]
+    owner = np.repeat([t.group for t in here.terms], count)
+    groups = list(dict.fromkeys(t.group for t in here.terms))
+    late = np.stack([np.where(owner == group, every, 0.0) for group in groups], axis=1)
+    found = score(seen.j, seen.r, here.scales, late)
+    if found is None or found.t < limits.NUMBER_SIGMA or found.share < limits.LATE_DOUBT_SHARE:
+        return []
+    size = Quantity(abs(found.change), "s" if timed else "rows")
+    before, after = (size, None) if found.change < 0 else (None, size)
+    level, code = (refuse, Code.LATE) if found.share > limits.LATE_SHARE else (doubt, Code.LATE_DOUBTED)
+    return [level(code, group=groups[found.column], before=before, after=after, z=found.t, share=found.share)]
 
 
 def joint_rates(configurations: Configurations) -> tuple[Array, bool] | None:

@@ -69,9 +69,8 @@ class Doubt:
 
     def explains(self, left: float) -> bool:
         """Whether this is little enough to explain the data."""
-        return left <= limits.MAKING_LEAVES * self.reach and left * limits.EXPLAINED_CLEARLY <= min(
-            self.stated, self.lost
-        )
+        clearly = left * limits.EXPLAINED_CLEARLY <= min(self.stated, self.lost)
+        return clearly and left <= limits.MAKING_LEAVES * self.reach
 
 
 def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:

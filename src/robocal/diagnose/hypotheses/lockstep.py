@@ -286,11 +286,9 @@ def _points(y: Array, t: Array, offset: bool) -> Array:
     c = np.einsum("bkj,bkjl->bl", w, s[..., 3:12].reshape(b, 3, 3, 3)) / 3
     rough = np.where(np.isfinite(c), c, 0.0)
     # Coplanar or regular poses may leave c without a say: then a rigid fit is the better start.
-    a = _rigid(p + np.einsum("bmij,bj->bmi", r, rough), y)
-    plain = _rigid(p, y)
-    one = np.median(np.linalg.norm(_apply(a, p + np.einsum("bmij,bj->bmi", r, rough)) - y, axis=-1), axis=1)
-    two = np.median(np.linalg.norm(_apply(plain, p) - y, axis=-1), axis=1)
-    return np.where((one <= two)[:, None, None], a, plain)
+    tried = [(_rigid(q, y), q) for q in (p + np.einsum("bmij,bj->bmi", r, rough), p)]
+    one, two = (np.median(np.linalg.norm(_apply(w, q) - y, axis=-1), axis=1) for w, q in tried)
+    return np.where((one <= two)[:, None, None], tried[0][0], tried[1][0])
 
 
 def _apply(w: Array, p: Array) -> Array:

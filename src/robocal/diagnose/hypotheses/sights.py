@@ -88,12 +88,9 @@ def sights(chain: Mechanism, trials: Sequence[DataSet]) -> Sights | None:
     joints, place, turn, frame, thing = (
         np.stack([np.concatenate([p[j] for p in trial]) for trial in parts]) for j in range(5)
     )
-    return Sights(
-        joints, columns, place, turn,
-        np.concatenate([np.full(len(o), o.kind == "pose") for o in seen]), frame[0], thing,
-        np.stack([v for v, _ in frames.values()]), np.stack([f for _, f in frames.values()]),
-        np.stack([v for v, _ in things.values()]), np.stack([f for _, f in things.values()]),
-    )  # fmt: skip
+    turned = np.concatenate([np.full(len(o), o.kind == "pose") for o in seen])
+    ends = (np.stack(v) for known in (frames, things) for v in zip(*known.values(), strict=True))
+    return Sights(joints, columns, place, turn, turned, frame[0], thing, *ends)
 
 
 def _outside(obs: Observations) -> bool:
@@ -129,9 +126,7 @@ def _rows(
     if not _outside(obs):
         turn = np.swapaxes(turn, 1, 2)
         place = -np.einsum("kij,kj->ki", turn, place)
-    pick = np.zeros(len(obs), dtype=np.int64)
-    still = own if len(outer) > 1 else pick
-    moving = own if len(inner) > 1 else pick
+    still, moving = (own if len(end) > 1 else np.zeros_like(own) for end in (outer, inner))
     frame = np.array([names[0][f.name] for f in outer])[still]
     thing = np.array([names[1][f.name] for f in inner])[moving]
     return joints[obs.configuration], np.asarray(place), np.asarray(turn), frame, thing
