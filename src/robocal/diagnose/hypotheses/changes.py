@@ -73,13 +73,14 @@ class Change:
         assert given.joints is not None
         joints = given.joints.copy()
         rows = data.configurations_of(self.sources) if self.sources else np.arange(len(joints))
-        at = np.ix_(rows, self.at)
+        columns = np.array(self.at)
+        at = np.ix_(rows, columns)
         if self.what == What.SIGN:
             joints[at] *= -1.0
         elif self.what == What.ZERO:
             joints[at] += self.amount
         elif self.what == What.SWAP:
-            joints[at] = joints[np.ix_(rows, self.at[::-1])]
+            joints[at] = joints[np.ix_(rows, columns[::-1])]
         else:
             joints[at] *= np.array(self.factors)
         return replace(given, joints=joints)

@@ -96,7 +96,7 @@ def find_remount(chain: Mechanism, data: DataSet) -> Finding | None:
     if one is None or one.places < limits.HYPOTHESIS_PLACES or not one.things_free[0, :3].any():
         return None
     each = np.concatenate([np.full(len(o), sources.index(o.source)) for o in small.observations if usable(o)])
-    things, free = (np.repeat(v, len(sources), axis=0) for v in (one.things, one.things_free))
+    things, free = np.repeat(one.things, len(sources), axis=0), np.repeat(one.things_free, len(sources), axis=0)
     several = replace(one, thing=each[None], things=things, things_free=free)
     with np.errstate(all="ignore"):
         together, apart = (left_softly(chain, s) for s in (one, several))

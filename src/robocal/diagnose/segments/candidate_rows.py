@@ -81,8 +81,8 @@ def _collect(problem: Problem, data: DataSet, x: Array) -> list[RowSequence]:
     wide = problem.with_free([*problem.free, *(f"{f}.{s}" for f in frames for s in FRAME_SYMBOLS)])
     own = wide.column_of[problem.index]
     parts: dict[int, list[tuple[Ints, Array, Array, Array]]] = {}
-    for number, term, *white, _ in whiten_terms(data, wide, x):
-        parts.setdefault(number, []).append((term.index, *white, 1 / term.scale))
+    for number, term, r, j, _ in whiten_terms(data, wide, x):
+        parts.setdefault(number, []).append((term.index, r, j, 1 / term.scale))
     out = []
     for number, some in parts.items():
         obs, (index, r, j, sigma) = data.observations[number], some[0]
