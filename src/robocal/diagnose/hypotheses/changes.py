@@ -59,8 +59,7 @@ class Change:
         """The data set as it would be."""
         if self.what in (What.SIGN, What.ZERO, What.SWAP, What.JOINT_UNIT):
             return DataSet(self._joints(data), data.observations)
-        own = (not self.sources or o.source in self.sources for o in data.observations)
-        read = (self._read(o) if mine else o for o, mine in zip(data.observations, own, strict=True))
+        read = (self._read(o) if not self.sources or o.source in self.sources else o for o in data.observations)
         return DataSet(data.configurations, tuple(read))
 
     def _exchange_target(self, target: Frame) -> Frame:
