@@ -12,7 +12,7 @@ from scipy import special
 
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, note, of_remarks, once
-from robocal.diagnose.segments.find import Segment, find_segments, segment_remarks
+from robocal.diagnose.segments.find import find_segments, segment_remarks
 from robocal.diagnose.stated_numbers import reads
 from robocal.estimate.problem import Problem
 from robocal.fit.estimators import estimator
@@ -22,19 +22,14 @@ from robocal.measure.rows import KINDS, Rows
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["findings_of_segments", "implausible", "implausible_changes", "out_of_tolerance", "segments"]
-
-
-@once
-def implausible_changes(context: Context[Model]) -> list[Remark]:
-    """Those of the fit to everything."""
-    return implausible(context.model, context.need_fit)
+__all__ = ["findings_of_segments", "implausible", "implausible_changes", "out_of_tolerance"]
 
 
 @check("implausible-changes", When.FIT, order=150, needs=("fit",))
-def report_implausible(context: Context[Model]) -> Iterator[Finding]:
-    """The changes of the fit to everything, as a doubt."""
-    yield from of_remarks(implausible_changes(context), Level.DOUBT)
+@once
+def implausible_changes(context: Context[Model]) -> list[Finding]:
+    """Those of the fit to everything, as a doubt."""
+    return of_remarks(implausible(context.model, context.need_fit), Level.DOUBT)
 
 
 def implausible(model: Model, fit: Fit) -> list[Remark]:
@@ -83,7 +78,7 @@ def out_of_tolerance(model: Model, stated: Problem, fit: Fit) -> list[Remark]:
 def noise_findings(context: Context[Model]) -> Iterator[Finding]:
     """Model error far above the stated noise, noise that is not in the data, and data that were computed."""
     # A known distance between sockets is no reading; and of an arm that was bent to a point everything is exact.
-    bent = implausible_changes(context)
+    bent = list(implausible_changes.run(context))
     read = {o.label for o in context.need_data.observations if reads(o)} if not bent else set()
     for g in context.need_fit.groups:
         if g.stated is not None:
@@ -120,13 +115,9 @@ def restarts(context: Context[Model]) -> Iterator[Finding]:
         yield note(Code.RESTARTED, starts=context.need_fit.restarted)
 
 
-@once
-def segments(context: Context[Model]) -> tuple[Segment, ...]:
-    """What stood elsewhere, at the values of the fit, else of the baseline."""
-    return find_segments(context.model, context.need_data, context.values)
-
-
 @check("moved", When.PROOF, order=180, needs=("data",))
-def findings_of_segments(context: Context[Model]) -> Iterator[Finding]:
-    """One finding for every segment."""
-    yield from of_remarks(segment_remarks(segments(context)), Level.REFUSE)
+@once
+def findings_of_segments(context: Context[Model]) -> list[Finding]:
+    """What stood elsewhere, at the values of the fit, else of the baseline: one finding for every segment."""
+    found = find_segments(context.model, context.need_data, context.values)
+    return of_remarks(segment_remarks(found), Level.REFUSE)
