@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robocal.diagnose.rows.table import repeat_remarks
+from robocal.diagnose.rows.table import repeat_findings
 from robocal.measure.data import Configurations, Observations
 from robocal.remarks.code import Code
 
@@ -23,7 +23,7 @@ def repeated(rng, digits, sigma, stated=True):
 @pytest.mark.parametrize("stated", [True, False])
 def test_few_digits_are_no_copies(rng, stated):
     places, obs = repeated(rng, 4, 3e-5, stated)
-    assert not any(r.code is Code.COPIED for r in repeat_remarks(obs, places, "table.csv"))
+    assert not any(r.code is Code.COPIED for r in repeat_findings(obs, places, "table.csv"))
 
 
 @pytest.mark.parametrize("stated", [True, False])
@@ -31,5 +31,5 @@ def test_copied_rows_are_told(rng, stated):
     places, obs = repeated(rng, 6, 3e-5, stated)
     obs.value[31] = obs.value[30]
     obs.value[35] = obs.value[34]
-    (said,) = [r for r in repeat_remarks(obs, places, "table.csv") if r.code is Code.COPIED]
+    (said,) = [r for r in repeat_findings(obs, places, "table.csv") if r.code is Code.COPIED]
     assert said.numbers["count"] == 2 and (said.numbers["first"], said.numbers["second"]) == (32, 33)

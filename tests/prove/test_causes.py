@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robocal.diagnose.outliers import Cause, causes_of
+from robocal.diagnose.outliers import causes_of
 from robocal.remarks.code import Code
 
 SIGMA = np.full(3, 1e-4)
@@ -31,13 +31,13 @@ def test_each_cause(clean):
     flagged = np.array([10, 21, 30, 40, 50, 60, 70, 81, 82, 83, 90, 95, 99])
     named = {n.row: n for n in causes_of(flagged, value, predicted, SIGMA)}
     assert {r: n.cause for r, n in named.items()} == {
-        10: Cause.ZERO,
-        21: Cause.COPY,
-        **dict.fromkeys((30, 40), Cause.SWAPPED),
-        **dict.fromkeys((50, 60, 70), Cause.ELSEWHERE),
-        **dict.fromkeys((81, 82, 83), Cause.SHIFTED),
-        90: Cause.SIGN,
-        95: Cause.COLUMN,
+        10: Code.ROW_ZERO,
+        21: Code.ROW_COPY,
+        **dict.fromkeys((30, 40), Code.ROW_SWAPPED),
+        **dict.fromkeys((50, 60, 70), Code.ROW_ELSEWHERE),
+        **dict.fromkeys((81, 82, 83), Code.ROW_SHIFTED),
+        90: Code.ROW_SIGN,
+        95: Code.ROW_COLUMN,
     }
     assert [named[r].partner for r in (21, 30, 40, 50, 60, 70, 82)] == [20, 40, 30, 60, 70, 50, 81]
     assert [named[r].column for r in (82, 90, 95)] == [1, 2, 0]
@@ -52,7 +52,7 @@ def test_two_labels_swapped(rng):
     value[7] = of_targets[7, 2]
     predicted = of_targets[np.arange(50), target]
     (named,) = causes_of(np.array([7]), value, predicted, SIGMA, of_targets=of_targets, target=target)
-    assert (named.cause, named.target) == (Cause.TARGET, 2)
+    assert (named.cause, named.target) == (Code.ROW_TARGET, 2)
     assert "target c" in named.remark(targets=("a", "b", "c")).sentence
 
 
@@ -65,7 +65,7 @@ def test_nothing_is_said_by_chance(clean, rng):
     crowded = predicted * 2e-3
     value = crowded + rng.normal(size=crowded.shape) * SIGMA
     value[some] = value[rng.permutation(some)] + SIGMA * 3
-    assert not [n for n in causes_of(some, value, crowded, SIGMA) if n.cause in (Cause.SWAPPED, Cause.ELSEWHERE)]
+    assert not [n for n in causes_of(some, value, crowded, SIGMA) if n.cause in (Code.ROW_SWAPPED, Code.ROW_ELSEWHERE)]
 
 
 def test_shuffled_rows_of_a_tracker(shared_data, tmp_path):
@@ -97,7 +97,7 @@ def test_shuffled_rows_of_a_tracker(shared_data, tmp_path):
     spread = np.median(np.abs(value - predicted), axis=0) / 0.6745
     named = {n.row: n for n in causes_of(np.sort(pairs.ravel()), value, predicted, spread)}
     right = [
-        named[i].cause is Cause.SWAPPED and named[i].partner == j
+        named[i].cause is Code.ROW_SWAPPED and named[i].partner == j
         for a, b in pairs
         for i, j in ((a, b), (b, a))
         if i in named

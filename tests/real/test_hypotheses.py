@@ -48,10 +48,10 @@ def test_every_wrong_that_shows_is_named(name, request, capsys):
             silent.append(words(damage))
             continue
         found = explain(chain, spoilt, tried(chain, spoilt, damage))
-        right = found is not None and any(same(undone(damage), c) for f in found.changes for c in f.parts)
+        right = found is not None and any(same(undone(damage), c) for f in found.changes for c in f)
         hits += right
         if not right:
-            missed.append(f"{words(damage)}: {found and [words(c) for f in found.changes for c in f.parts]}")
+            missed.append(f"{words(damage)}: {found and [words(c) for f in found.changes for c in f]}")
     with capsys.disabled():
         print(f"\n{name}: {hits} of {hits + len(missed)} named; missed: {missed}; not to be told: {silent}")
     assert hits >= 0.95 * (hits + len(missed))

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from damages import every, same, tried, undone, units, words
 
-from robocal.diagnose.hypotheses.changes import changes
+from robocal.diagnose.hypotheses.changes import apply_all, changes
 from robocal.diagnose.hypotheses.explain import explain
 from robocal.diagnose.hypotheses.lockstep import fit_trials, reach_of
 from robocal.diagnose.hypotheses.sights import sights
@@ -67,7 +67,7 @@ def apart(chain, damage, found, rng, kind, arm):
     """Changes told together that are no equivalents: on an exact arm they leave more than what undoes the damage."""
     _, clean = measured(arm, kind, rng, share=0.0)
     spoilt = damage.apply(clean)
-    made = [undone(damage).apply(spoilt), *(c.apply(spoilt) for c in found.changes)]
+    made = [undone(damage).apply(spoilt), *(apply_all(c, spoilt) for c in found.changes)]
     left = fit_trials(chain, sights(chain, made)).left
     return [c for c, v in zip(found.changes, left[1:], strict=True) if v > EXPLANATIONS_ALIKE * left[0]]
 
@@ -92,10 +92,10 @@ def test_what_is_wrong_is_named_with_what_cannot_be_told_from_it(arm, kind, caps
             data = damage.apply(clean)
             found = explain(chain, data, tried(chain, data, damage))
             truth = undone(damage)
-            right += found is not None and any(same(truth, c) for f in found.changes for c in f.parts)
+            right += found is not None and any(same(truth, c) for f in found.changes for c in f)
             if found is not None and draw == 0:
                 others = apart(chain, damage, found, np.random.default_rng(len(bad) + total), kind, arm)
-                unequal += [f"{words(damage)}: {[words(p) for c in others for p in c.parts]}"] if others else []
+                unequal += [f"{words(damage)}: {[words(p) for c in others for p in c]}"] if others else []
         hits += right
         total += TRIALS
         if right < TRIALS:
@@ -126,7 +126,7 @@ def test_nothing_is_named_where_nothing_is_wrong(arm, kind, capsys):
         for small in (True, False):
             found = explain(chain, data, changes(chain, data, *units(chain, data, small)))
             if found:
-                named.append((np.degrees(lost).round(), [words(c) for f in found.changes for c in f.parts]))
+                named.append((np.degrees(lost).round(), [words(c) for f in found.changes for c in f]))
     with capsys.disabled():
         print(f"\n{arm}, {kind}: named {len(named)} of {draws} undamaged: {named}")
     assert not named

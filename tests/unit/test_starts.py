@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from twists import exp
-from unit.arm_data import SIX, TRACKER, arm, blank, measured, true_arm
+from unit.arm_data import SIX, TRACKER, arm, measured, true_arm
 
 from robocal.fit.starts.frames import hand_eye, point_start
-from robocal.fit.starts.search import analytic_starts, frames_of, refine
+from robocal.fit.starts.search import analytic_starts, refine
 from robocal.geometry import se3, so3
 from robocal.measure.base import problem
-from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.measure.data import Frame
 from robocal.prove.identify import baseline
 
 FREE6 = (True,) * 6
@@ -180,12 +180,3 @@ def test_a_frame_that_may_only_shift_keeps_its_turn():
     _, x = baseline(robot, data, np.arange(20))
     p = problem(robot, data)
     np.testing.assert_allclose(x[0, [p.table.index[f"tracker.{s}"] for s in SIX]], TRACKER.value, atol=1e-7)
-
-
-def test_frames_of_lists_instruments_and_targets():
-    ball = Frame("ball", mount="tool")
-    obs = Observations("position", np.arange(1), np.zeros((1, 3)), None, TRACKER, (ball,))
-    data = DataSet(
-        Configurations(("a",), np.zeros((1, 5))), (obs, replace(obs, frame=None), replace(obs, frame=blank(TRACKER)))
-    )
-    assert frames_of(data) == {"tracker": TRACKER, "ball": ball}

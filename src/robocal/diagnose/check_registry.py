@@ -40,14 +40,13 @@ from robocal.remarks.remark import Number, Remark
 if TYPE_CHECKING:
     from robocal.diagnose.studentised import StudentisedResiduals
     from robocal.estimate.terms import Linear, Residuals
-    from robocal.estimate.uncertainty import Total
     from robocal.fit.baseline import Baseline
     from robocal.fit.fit import Fit
     from robocal.fit.options import Options
 
 __all__ = [
     "ALL", "CABLES", "DIAGNOSE", "HYPOTHESES", "PROVE", "ROWS", "Check", "Context", "Finding", "Given", "Level", "M_co", "Machines",
-    "When", "check", "checks", "doubt", "note", "of_remarks", "once", "qualify", "refuse", "run",
+    "When", "check", "check_fit_twice", "checks", "doubt", "note", "of_remarks", "once", "qualify", "refuse", "run",
 ]  # fmt: skip
 
 DIAGNOSE = "robocal.diagnose"  # the package of the checks that every verb asks
@@ -170,11 +169,6 @@ class Context(Generic[M_co]):
 
         return places(self.need_data.configurations)
 
-    @property
-    def total(self) -> Total:
-        """What the parameters may be off by, hidden partners included."""
-        return self.need_fit.total
-
     @cached_property
     def values(self) -> dict[str, float]:
         """All parameters: of the fit, else of the baseline."""
@@ -267,7 +261,7 @@ class Check:
         return self.machines.include(context.model) and all(getattr(context, n, None) is not None for n in self.needs)
 
 
-_KNOWN: dict[str, Check] = {}
+_KNOWN: dict[tuple[str, str], Check] = {}  # by module and name
 
 
 def check(
@@ -283,9 +277,25 @@ def check(
 
     def register(function: Callable[[Any], Iterable[Finding]]) -> Check:
         one = Check(name, when, order, function, machines, given, needs)
-        if _KNOWN.setdefault(f"{function.__module__}.{function.__qualname__}", one) is not one:
+        if _KNOWN.setdefault((function.__module__, name), one) is not one:
             raise ValueError(f"the check {name} is registered twice")
         return one
+
+    return register
+
+
+def check_fit_twice(
+    doubt: tuple[str, int], refuse: tuple[str, int], machines: Machines = Machines.ANY
+) -> Callable[[Callable[[C], list[Finding]]], None]:
+    """Registers what a fit shows as two checks, each of a name and an order: doubts beside the verdict, and what is wrong beyond doubt
+    with the proof, for no gain counts before it is put right."""
+
+    def register(find: Callable[[C], list[Finding]]) -> None:
+        def of_level(level: Level) -> Callable[[C], list[Finding]]:
+            return wraps(find)(lambda context: [f for f in find(context) if f.level is level])
+
+        for level, when, (name, order) in ((Level.DOUBT, When.FIT, doubt), (Level.REFUSE, When.PROOF, refuse)):
+            check(name, when, order=order, machines=machines, needs=("fit",))(of_level(level))
 
     return register
 
@@ -296,14 +306,8 @@ def checks(package: str) -> tuple[Check, ...]:
     for module in iter_modules(import_module(package).__path__, f"{package}."):
         if not module.ispkg:
             import_module(module.name)
-    mine = (
-        c for place, c in _KNOWN.items() if place.startswith(f"{package}.") and _depth(place) == _depth(package) + 2
-    )
+    mine = (c for (module, _), c in _KNOWN.items() if module.rpartition(".")[0] == package)
     return tuple(sorted(mine, key=lambda c: (c.when, c.order)))
-
-
-def _depth(name: str) -> int:
-    return name.count(".")
 
 
 def run(

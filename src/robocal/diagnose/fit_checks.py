@@ -12,7 +12,7 @@ from scipy import special
 
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, note, of_remarks, once
-from robocal.diagnose.segments.find import Segment, find_segments, segment_remarks
+from robocal.diagnose.segments.find import find_segments, segment_remarks
 from robocal.diagnose.stated_numbers import reads
 from robocal.estimate.problem import Problem
 from robocal.fit.estimators import estimator
@@ -22,46 +22,43 @@ from robocal.measure.rows import KINDS, Rows
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["findings_of_segments", "implausible", "implausible_changes", "out_of_tolerance", "segments"]
-
-
-@once
-def implausible_changes(context: Context[Model]) -> list[Remark]:
-    """Those of the fit to everything."""
-    return implausible(context.model, context.need_fit)
+__all__ = ["findings_of_segments", "implausible", "implausible_changes", "out_of_tolerance"]
 
 
 @check("implausible-changes", When.FIT, order=150, needs=("fit",))
-def report_implausible(context: Context[Model]) -> Iterator[Finding]:
-    """The changes of the fit to everything, as a doubt."""
-    yield from of_remarks(implausible_changes(context), Level.DOUBT)
+@once
+def implausible_changes(context: Context[Model]) -> list[Finding]:
+    """Those of the fit to everything, as a doubt."""
+    return of_remarks(implausible(context.model, context.need_fit), Level.DOUBT)
 
 
 def implausible(model: Model, fit: Fit) -> list[Remark]:
     """Changes that no arm's making leaves: the nominal model, the order or the signs of the joints are likelier wrong."""
-    names = [n for n in fit.problem.free if n in model.geometric]
-    table = fit.problem.table
-    x = fit.solution.x[0]
+    table, x = fit.problem.table, fit.solution.x[0]
     found = []
-    for n in names:
-        change = abs(x[table.index[n]] - model.table[n].value)
-        if change > limits.IMPLAUSIBLE_CHANGE * model.table[n].scale:
-            found.append((change / model.table[n].scale, f"{n} by {Quantity(change, table[n].unit):.3g}"))
-    if not found:
-        return []
+    for n in fit.problem.free:
+        if n not in model.geometric:
+            continue
+        change, scale = abs(x[table.index[n]] - model.table[n].value), model.table[n].scale
+        if change > limits.IMPLAUSIBLE_CHANGE * scale:
+            found.append((change / scale, f"{n} by {Quantity(change, table[n].unit):.3g}"))
+    return _tell_worst(Code.IMPLAUSIBLE, found)
+
+
+def _tell_worst(code: str, found: list[tuple[float, str]]) -> list[Remark]:
+    """A remark with the words of the three largest changes; none where there is none."""
     worst = tuple(words for _, words in sorted(found, reverse=True)[:3])
-    return [Remark.of(Code.IMPLAUSIBLE, changes=worst)]
+    return [Remark.of(code, changes=worst)] if worst else []
 
 
 def out_of_tolerance(model: Model, stated: Problem, fit: Fit) -> list[Remark]:
     """Lengths and angles between axes that changed, beyond doubt, as no arm's making leaves them: what was written and what
     the data say. A joint's zero may be anywhere; and where parallel axes are written without Hayati's beta, a small tilt
     moves lengths along them by metres."""
-    exempt = model.anywhere
     x, table = fit.solution.x, fit.problem.table
     built = {s for t in fit.problem.terms if isinstance(t, Rows) for s in KINDS[t.kind].manufactured}
     beside = {p.name: p for p in stated.table.rows if p.name.rpartition(".")[2] in built and p.name not in model.table}
-    drawn = {n: model.table[n] for n in model.geometric if n not in exempt} | beside
+    drawn = {n: model.table[n] for n in model.geometric if n not in model.anywhere} | beside
     off = fit.total  # with what hidden partners may be off by: a column that stands for several may move far
     sigma = dict(zip(off.names, off.sigma, strict=True))
     found = []
@@ -74,26 +71,22 @@ def out_of_tolerance(model: Model, stated: Problem, fit: Fit) -> list[Remark]:
             unit = table[n].unit.removesuffix("1")
             words = f"{n}: you wrote {Quantity(nominal, unit):.4g}, the data say {Quantity(there, unit):.4g}"
             found.append((change / scale, words))
-    worst = tuple(words for _, words in sorted(found, reverse=True)[:3])
-    return [Remark.of(Code.UNMADE, changes=worst)] if worst else []
+    return _tell_worst(Code.UNMADE, found)
 
 
 @check("stated-noise", When.FIT, order=100, needs=("fit",))
 def noise_findings(context: Context[Model]) -> Iterator[Finding]:
     """Model error far above the stated noise, noise that is not in the data, and data that were computed."""
     # A known distance between sockets is no reading; and of an arm that was bent to a point everything is exact.
-    bent = implausible_changes(context)
+    bent = list(implausible_changes.run(context))
     read = {o.label for o in context.need_data.observations if reads(o)} if not bent else set()
     for g in context.need_fit.groups:
         if g.stated is not None:
             amounts = {"left": Quantity(g.rms, g.unit), "stated": Quantity(g.stated, g.unit)}
             if g.tau > limits.NOISE_ABOVE * g.stated:
                 yield doubt(Code.ABOVE_STATED_NOISE, group=g.name, **amounts)
-            if (
-                g.name in read
-                and g.chi2 is not None
-                and special.chdtr(g.dof, limits.NOISE_BELOW**2 * g.chi2) < limits.NOISE_CHANCE
-            ):
+            chance = 1.0 if g.chi2 is None else special.chdtr(g.dof, limits.NOISE_BELOW**2 * g.chi2)
+            if g.name in read and chance < limits.NOISE_CHANCE:
                 yield doubt(Code.BELOW_STATED_NOISE, group=g.name, **amounts)
         if g.name in read and g.unit == "m" and g.rms < limits.COMPUTED_ERROR and g.dof > limits.COMPUTED_FREEDOM:
             yield doubt(Code.COMPUTED, group=g.name, left=Quantity(g.rms))
@@ -122,13 +115,9 @@ def restarts(context: Context[Model]) -> Iterator[Finding]:
         yield note(Code.RESTARTED, starts=context.need_fit.restarted)
 
 
-@once
-def segments(context: Context[Model]) -> tuple[Segment, ...]:
-    """What stood elsewhere, at the values of the fit, else of the baseline."""
-    return find_segments(context.model, context.need_data, context.values)
-
-
 @check("moved", When.PROOF, order=180, needs=("data",))
-def findings_of_segments(context: Context[Model]) -> Iterator[Finding]:
-    """One finding for every segment."""
-    yield from of_remarks(segment_remarks(segments(context)), Level.REFUSE)
+@once
+def findings_of_segments(context: Context[Model]) -> list[Finding]:
+    """What stood elsewhere, at the values of the fit, else of the baseline: one finding for every segment."""
+    found = find_segments(context.model, context.need_data, context.values)
+    return of_remarks(segment_remarks(found), Level.REFUSE)

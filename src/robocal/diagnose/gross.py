@@ -21,7 +21,7 @@ Sources: Tukey's biweight, Holland and Welsch (1977); Rousseeuw and Leroy, Robus
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -36,16 +36,15 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns
 from robocal.fit.baseline import Baseline, baseline, frame_names
 from robocal.fit.fit import NEAR, Fit, chosen_weights, search_poses_again, soften
-from robocal.fit.noise import assess, owners, under
+from robocal.fit.noise import Tau, assess, owners, same_tau, tau_of, under
 from robocal.fit.subsample import subsample
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 
 __all__ = ["Sifted", "neither", "set_aside", "share", "sift"]
 
-Tau = dict[tuple[str, str], float]
 ROUNDS = 8  # grid
 SETTLED = 0.05  # tolerance: of a robust sigma: so well it need be known here
 
@@ -71,8 +70,7 @@ class _GrossSearch:
 
     def noise(self, problem: Problem, x: Array, columns: float) -> Tau:
         """tau of every group, from medians."""
-        groups = assess(self.data, problem.with_loss("huber"), x, self.configurations, columns)
-        return {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+        return tau_of(assess(self.data, problem.with_loss("huber"), x, self.configurations, columns))
 
 
 @dataclass(frozen=True)
@@ -94,8 +92,7 @@ def set_aside(model: Model, data: DataSet, configurations: Ints, watch: Watch | 
 def sift(model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None) -> Sifted:
     """The data with the gross rows among those of some configurations marked as not used; see the module. Rows of others
     are not judged."""
-    if watch:
-        watch({"stage": "gross"})
+    tell(watch, "gross")
     search = _GrossSearch(model, data, configurations)
     some, own = subsample(model, data, configurations)
     few = search if some is data else _GrossSearch(model, some, own)
@@ -135,7 +132,7 @@ def _nominal(search: _GrossSearch) -> tuple[Array, Tau, tuple[Bools, ...]]:
     made = search.problem_at(tau, every, "huber")
     for _ in range(ROUNDS):
         new = search.noise(made, x, float(len(frames)))
-        if tau and _close(new, tau):
+        if tau and same_tau(new, tau, SETTLED):
             break
         tau, made = new, search.problem_at(new, every, "huber")
         if frames:
@@ -154,16 +151,10 @@ def _fit_until_stable(
         soft = soften(made, start)
         ended = least_squares(soft, x, cost_tolerance=NEAR)
         x = ended.x
-        new = search.noise(made, x, effective_columns(soft, x, ended.normal))
-        done = _close(new, tau)
-        tau = new
-        if done:
+        before, tau = tau, search.noise(made, x, effective_columns(soft, x, ended.normal))
+        if same_tau(tau, before, SETTLED):
             break
     return x, tau
-
-
-def _close(new: Tau, old: Tau) -> bool:
-    return set(new) == set(old) and all(abs(new[k] - old[k]) <= SETTLED * old[k] for k in new)
 
 
 def neither(model: Model, data: DataSet, base: Baseline, found: Fit, configurations: Ints) -> tuple[Bools, ...]:
@@ -191,11 +182,6 @@ def share(data: DataSet) -> float:
 def _by_observation(data: DataSet, problem: Problem, values: Sequence[Bools]) -> tuple[Bools, ...]:
     """What is known of the rows of terms, for the rows of observations."""
     out = tuple(np.zeros(len(o), dtype=bool) for o in data.observations)
-    for own, index, value in _rows(data, problem, values):
-        out[own][index] = value
-    return out
-
-
-def _rows(data: DataSet, problem: Problem, values: Sequence[Bools]) -> Iterator[tuple[int, Ints, Bools]]:
     for (own, term), value in zip(owners(data, problem), values, strict=True):
-        yield own, term.index, value
+        out[own][term.index] = value
+    return out

@@ -7,19 +7,16 @@ encoder) goes along with it, leaves every residual where it was: R_m m + R_c c =
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robocal._types import Array
 from robocal.diagnose.check_registry import Context, Finding, Level, Machines, When, check, doubt, of_remarks
 from robocal.diagnose.limits import MOTION_UNSEEN
+from robocal.fit.fit import Fit
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
 
 __all__ = ["lacking", "open_motions", "open_remarks"]
 
@@ -34,8 +31,7 @@ def open_motions(model: Model, fit: Fit) -> tuple[str, ...]:
     there = model.with_values({n: float(seen.x[0, table.index[n]]) for n in model.table.names if n in table})
     others = [i for n, i in names.items() if n not in model.table]
     out = []
-    moving = there.mechanism
-    for what, rates in () if moving is None else moving.motions.items():
+    for what, rates in () if there.mechanism is None else there.mechanism.motions.items():
         if not set(rates) <= set(names):
             continue  # a part of it is held: the motion is not open
         moved = seen.root[:, [names[n] for n in rates]] @ np.array(list(rates.values()))
@@ -57,12 +53,8 @@ def open_remarks(model: Model, fit: Fit) -> tuple[Remark, ...]:
     out = [Remark.of(Code.MOTIONS_UNSEEN, motions=motions, count=len(motions), held=held)]
     sigma, expected = _bare(model, fit, motions)
     if len(sigma) and np.median(sigma) > expected and lacking(model, fit) is None:
-        told = {
-            "low": Quantity(float(sigma.min())),
-            "high": Quantity(float(sigma.max())),
-            "expected": Quantity(expected),
-        }
-        out.append(Remark.of(Code.WORSE_THAN_UNMEASURED, count=len(motions), **told))
+        low, high, usual = (Quantity(float(v)) for v in (sigma.min(), sigma.max(), expected))
+        out.append(Remark.of(Code.WORSE_THAN_UNMEASURED, count=len(motions), low=low, high=high, expected=usual))
     return tuple(out)
 
 
@@ -70,13 +62,8 @@ def lacking(model: Model, fit: Fit) -> Remark | None:
     """What refuses a fit whose configurations leave fewer numbers, beyond their own poses, than there are to be found; None where
     they suffice or priors that were stated fill the gap."""
     seen, problem = fit.identifiability, fit.problem
-    if (
-        not problem.families
-        or model.mechanism is None
-        or not model.mechanism.motions
-        or problem.has_prior.any()
-        or not len(seen.names)
-    ):
+    moves = model.mechanism is not None and model.mechanism.motions
+    if not (problem.families and moves and seen.names) or problem.has_prior.any():
         return None
     used = problem.numbers > 0
     unknown = len(seen.names) - len(open_motions(model, fit))

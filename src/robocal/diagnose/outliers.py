@@ -20,8 +20,6 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from enum import StrEnum
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +27,7 @@ from scipy import special
 
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import MATCH_CHANCE, MATCH_LUCK, SHIFTED_ROWS, ZERO_ROWS_SHARE
-from robocal.diagnose.studentised import StudentisedResiduals, far_from
+from robocal.diagnose.studentised import StudentisedResiduals
 from robocal.estimate.problem import Problem
 from robocal.fit.noise import owners
 from robocal.measure.base import Rows, kind_of
@@ -39,10 +37,7 @@ from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
-
-__all__ = ["Cause", "Named", "Outlier", "causes_of", "find_outliers", "name_outliers"]
+__all__ = ["Named", "Outlier", "causes_of", "name_outliers"]
 
 MAD = 0.6745  # the median distance of a standard normal number from 0
 
@@ -69,20 +64,6 @@ class Outlier:
     cause: Remark | None = None
 
 
-def find_outliers(
-    model: Model,
-    data: DataSet,
-    found: Fit,
-    counted: Mapping[str, Bools] | None = None,
-    away: StudentisedResiduals | None = None,
-) -> tuple[Outlier, ...]:
-    """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `counted`
-    are those whose error the verdict counts, by unit in the order of `evidence.errors`; `away` is how far they are, if known."""
-    x = found.solution.x
-    away = away or far_from(data, found.problem, x, np.arange(len(data.configurations)))
-    return name_outliers(model, data, found.problem, x, away, counted)
-
-
 def name_outliers(
     model: Model,
     data: DataSet,
@@ -91,7 +72,8 @@ def name_outliers(
     away: StudentisedResiduals,
     counted: Mapping[str, Bools] | None = None,
 ) -> tuple[Outlier, ...]:
-    """The rows of a problem that are far from its solution x (1, P), or set aside, by name."""
+    """The rows of a problem that are far from its solution x (1, P), or set aside, by name, the farthest first; `data` marks those that
+    were set aside, `counted` are those whose error the verdict counts, by unit in the order of `evidence.errors`; `away`: how far."""
     out = []
     seen = dict.fromkeys(counted or (), 0)
     for t, (own, term) in enumerate(owners(data, problem)):
@@ -127,9 +109,8 @@ def _causes(obs: Observations, term: Rows, x: Array, strange: Ints, of_targets: 
         return alone
 
     value, predicted = (v[:, start:stop] for v in (term.value[0], term.predict(np.atleast_2d(x))))
-    spread = (
-        np.median(np.abs(value - predicted)[term.used], axis=0) / MAD if term.used.any() else np.zeros(stop - start)
-    )
+    off = np.abs(value - predicted)[term.used]
+    spread = np.median(off, axis=0) / MAD if len(off) else np.zeros(stop - start)
     rows = term.index if obs.rows is None else obs.rows[term.index]
     seen, mine = None, None
     if of_targets is not None and obs.target is not None:
@@ -169,38 +150,13 @@ def cause(obs: Observations, row: int) -> Remark:
 MOST = 1000  # flagged rows that are looked at
 
 
-class Cause(StrEnum):
-    """What makes a row strange."""
-
-    ZERO = "zero"
-    COPY = "copy"
-    TARGET = "target"
-    SWAPPED = "swapped"
-    ELSEWHERE = "elsewhere"
-    SHIFTED = "shifted"
-    SIGN = "sign"
-    COLUMN = "column"
-
-
-WORDS = {
-    Cause.ZERO: Code.ROW_ZERO,
-    Cause.COPY: Code.ROW_COPY,
-    Cause.TARGET: Code.ROW_TARGET,
-    Cause.SWAPPED: Code.ROW_SWAPPED,
-    Cause.ELSEWHERE: Code.ROW_ELSEWHERE,
-    Cause.SHIFTED: Code.ROW_SHIFTED,
-    Cause.SIGN: Code.ROW_SIGN,
-    Cause.COLUMN: Code.ROW_COLUMN,
-}
-
-
 @dataclass(frozen=True)
 class Named:
-    """The cause of one row: the row whose reading or configuration it is (`partner`), the target, the column (from 0), where
+    """The cause of one row, a code: the row whose reading or configuration it is (`partner`), the target, the column (from 0), where
     the cause has one; each the index that the arrays have."""
 
     row: int
-    cause: Cause
+    cause: str
     partner: int | None = None
     target: int | None = None
     column: int | None = None
@@ -213,9 +169,7 @@ class Named:
 
         target = None if self.target is None else targets[self.target] if targets else str(self.target)
         column = None if self.column is None else self.column + 1
-        return Remark.of(
-            WORDS[self.cause], row=line(self.row), partner=line(self.partner), target=target, column=column
-        )
+        return Remark.of(self.cause, row=line(self.row), partner=line(self.partner), target=target, column=column)
 
 
 def causes_of(
@@ -228,26 +182,20 @@ def causes_of(
     deviation of rows that are in order. `of_targets` (k, T, d) is what each target would read, `target` (k,) which one the
     row says.
     """
-    flagged = np.asarray(flagged, dtype=np.int64)[:MOST]
-    rows = _Rows(value, predicted, spread, flagged)
-    out: dict[int, Named] = {}
-    for i in map(int, flagged):
-        named = _plain(rows, i) or _labels(rows, i, of_targets, target)
-        if named is not None:
-            out[i] = named
-    rest = np.array([i for i in flagged if int(i) not in out], dtype=np.int64)
-    out |= _elsewhere(rows, rest)
-    out |= _columns(rows, np.array([i for i in rest if int(i) not in out], dtype=np.int64))
+    rows = _Rows(value, predicted, spread)
+    some = [int(i) for i in flagged[:MOST]]
+    out = {i: n for i in some if (n := _plain(rows, i) or _labels(rows, i, of_targets, target)) is not None}
+    for look in (_elsewhere, _columns):
+        out |= look(rows, [i for i in some if i not in out])
     return tuple(out[i] for i in sorted(out))
 
 
 class _Rows:
     """Values and predictions in units of the noise."""
 
-    def __init__(self, value: Array, predicted: Array, spread: Array, flagged: Ints) -> None:
+    def __init__(self, value: Array, predicted: Array, spread: Array) -> None:
         scale = np.maximum(spread, 1e-300)
         self.raw, self.value, self.predicted = value, value / scale, predicted / scale
-        self.flagged = flagged
         # A prediction is not certain either: the radius is that of a difference.
         self.radius = math.sqrt(2 * float(special.chdtri(value.shape[1], MATCH_CHANCE)))
         self.width = math.sqrt(2 * float(special.chdtri(1, MATCH_CHANCE)))
@@ -260,11 +208,11 @@ class _Rows:
 def _plain(rows: _Rows, i: int) -> Named | None:
     """Zeros and copies: what needs no prediction."""
     if (rows.raw[i] == 0).all():
-        return Named(i, Cause.ZERO)
+        return Named(i, Code.ROW_ZERO)
     same = np.flatnonzero((rows.raw == rows.raw[i]).all(axis=1))
     others = [int(j) for j in same if j != i and bool(rows.fits(int(j), rows.predicted[j]))]
     if others and rows.raw.shape[1] > 1:
-        return Named(i, Cause.COPY, min(others, key=lambda j: abs(j - i)))
+        return Named(i, Code.ROW_COPY, min(others, key=lambda j: abs(j - i)))
     return None
 
 
@@ -272,19 +220,18 @@ def _labels(rows: _Rows, i: int, of_targets: Array | None, target: Ints | None) 
     """Another target that stands where this one should."""
     if of_targets is None or target is None or of_targets.shape[1] < 2:
         return None
-    scale = rows.raw[i] / np.where(rows.value[i] != 0, rows.value[i], 1.0)
-    scale = np.where(rows.value[i] != 0, scale, 1.0)
+    scale = np.divide(rows.raw[i], rows.value[i], out=np.ones_like(rows.raw[i]), where=rows.value[i] != 0)
     fits = rows.fits(i, of_targets[i] / scale)
     fits[target[i]] = False
     # Targets that cannot be told apart explain nothing.
-    return Named(i, Cause.TARGET, target=int(np.flatnonzero(fits)[0])) if fits.sum() == 1 else None
+    return Named(i, Code.ROW_TARGET, target=int(np.flatnonzero(fits)[0])) if fits.sum() == 1 else None
 
 
-def _elsewhere(rows: _Rows, some: Ints) -> dict[int, Named]:
+def _elsewhere(rows: _Rows, some: list[int]) -> dict[int, Named]:
     """Rows that fit the configuration of another row."""
     match: dict[int, set[int]] = {}
     luck = 0.0
-    for i in map(int, some):
+    for i in some:
         fits = rows.fits(i, rows.predicted)
         fits[i] = False
         match[i] = set(map(int, np.flatnonzero(fits)))
@@ -294,19 +241,19 @@ def _elsewhere(rows: _Rows, some: Ints) -> dict[int, Named]:
     for i, found in match.items():
         mutual = sorted(j for j in found if i in match.get(j, ()))
         if mutual and luck < 1:
-            out[i] = Named(i, Cause.SWAPPED, mutual[0])
+            out[i] = Named(i, Code.ROW_SWAPPED, mutual[0])
         elif found and luck < MATCH_LUCK:
             nearest = min(found, key=lambda j: float(np.linalg.norm(rows.value[i] - rows.predicted[j])))
-            out[i] = Named(i, Cause.ELSEWHERE, nearest)
+            out[i] = Named(i, Code.ROW_ELSEWHERE, nearest)
     return out
 
 
-def _columns(rows: _Rows, some: Ints) -> dict[int, Named]:
+def _columns(rows: _Rows, some: list[int]) -> dict[int, Named]:
     """Rows of which one column alone is off."""
     off: dict[int, int] = {}
     shift: dict[int, set[int]] = {}
     k, d = rows.value.shape
-    for i in map(int, some):
+    for i in some:
         wrong = np.flatnonzero(np.abs(rows.value[i] - rows.predicted[i]) > rows.width)
         if d < 2 or len(wrong) != 1:
             continue
@@ -318,10 +265,7 @@ def _columns(rows: _Rows, some: Ints) -> dict[int, Named]:
     out: dict[int, Named] = {}
     for i, c in off.items():
         alike = [s for s in shift[i] if count[c, s] >= SHIFTED_ROWS]
-        if alike:
-            out[i] = Named(i, Cause.SHIFTED, i + alike[0], column=c)
-        elif abs(rows.value[i, c] + rows.predicted[i, c]) < rows.width:
-            out[i] = Named(i, Cause.SIGN, column=c)
-        else:
-            out[i] = Named(i, Cause.COLUMN, column=c)
+        sign = abs(rows.value[i, c] + rows.predicted[i, c]) < rows.width
+        cause = Code.ROW_SHIFTED if alike else Code.ROW_SIGN if sign else Code.ROW_COLUMN
+        out[i] = Named(i, cause, i + alike[0] if alike else None, column=c)
     return out

@@ -14,22 +14,19 @@ be off by more than others where what is left is of the size of rounding (`add_r
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robocal._types import Array, Bools
 from robocal.diagnose.limits import FINEST_ERROR
 from robocal.estimate.problem import Problem
+from robocal.fit.fit import Fit
 from robocal.fit.misfit import errors
 from robocal.fit.noise import owners
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
-
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
 
 __all__ = ["add_rounding", "rounding_rms"]
 

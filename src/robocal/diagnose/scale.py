@@ -16,26 +16,20 @@ the ratio b: Birge (1932).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import special
 
 from robocal._types import Array
 from robocal.diagnose import limits
-from robocal.diagnose.check_registry import Context, Finding, Level, When, check, of_remarks, once
-from robocal.estimate.uncertainty import Total
+from robocal.diagnose.check_registry import Context, Finding, Level, check_fit_twice, of_remarks, once
 from robocal.measure.base import Rows
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
-
-__all__ = ["Scale", "common_scale", "scale_of"]
+__all__ = ["Scale", "common_scale"]
 
 
 @dataclass(frozen=True)
@@ -81,8 +75,10 @@ class Scale:
         return (Remark.of(Code.SCALE_DOUBTED if self.stated else Code.SCALED, **numbers),)
 
 
-def scale_of(model: Model, fit: Fit, off: Total) -> Scale | None:
-    """The common scale of the fitted lengths; None where none was fitted. `off` is what the parameters may be off by."""
+@once
+def common_scale(context: Context[Model]) -> Scale | None:
+    """The common scale of the lengths that were fitted to everything; None where none was fitted."""
+    model, fit, off = context.model, context.need_fit, context.need_fit.total
     table, x = fit.problem.table, fit.solution.x[0]
     fitted = set(fit.problem.free)
     long = [n for n in off.names if n in model.lengths]
@@ -131,23 +127,8 @@ def _common(factor: Array, each: Array, change: Array) -> bool:
     return left > 1e-9 * float(np.linalg.norm(factor)) and abs(float(rest @ change)) > limits.SCALE_SIGMA * left
 
 
-@once
-def common_scale(context: Context[Model]) -> Scale | None:
-    """That of the fit to everything."""
-    return scale_of(context.model, context.need_fit, context.total)
-
-
-@check("scale", When.FIT, order=210, needs=("fit",))
-def doubt_scale(context: Context[Model]) -> Iterator[Finding]:
-    """A scale that is open, or worth a remark."""
+@check_fit_twice(doubt=("scale", 210), refuse=("wrong-scale", 140))
+def report_scale(context: Context[Model]) -> list[Finding]:
+    """A scale that is open, or worth a remark; of one that no making leaves, what gives it is wrong."""
     scale = common_scale(context)
-    if scale is not None and not scale.implausible:
-        yield from of_remarks(scale.remarks, Level.DOUBT)
-
-
-@check("wrong-scale", When.PROOF, order=140, needs=("fit",))
-def refuse_scale(context: Context[Model]) -> Iterator[Finding]:
-    """A scale that no making leaves: what gives it is wrong, and no gain counts."""
-    scale = common_scale(context)
-    if scale is not None and scale.implausible:
-        yield from of_remarks(scale.remarks, Level.REFUSE)
+    return [] if scale is None else of_remarks(scale.remarks, Level.REFUSE if scale.implausible else Level.DOUBT)

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -27,9 +26,6 @@ from robocal.estimate.elimination import reweight
 from robocal.estimate.uncertainty import Total
 from robocal.fit.repeats import NEAR, places
 from robocal.measure.machine import Model
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["Scatter", "WhitenedRows", "scatter", "whiten_fit"]
 
@@ -72,7 +68,7 @@ class Scatter:
 def whiten_fit(context: Context[Model]) -> WhitenedRows | None:
     """The rows of a fit that tell how its errors are spread; None where places have no joint values, or rows have
     unknowns of their own."""
-    fit, total = context.need_fit, context.total
+    fit, total = context.need_fit, context.need_fit.total
     where, problem = fit.data.configurations, fit.problem
     if where.joints is None or not problem.n or problem.blocks:
         return None
@@ -92,16 +88,9 @@ def whiten_fit(context: Context[Model]) -> WhitenedRows | None:
     chosen, first = chosen[known], first[known]
     if not len(keep) or seen.dof <= 0:
         return None
-    return WhitenedRows(
-        problem.free,
-        where.joints[first],
-        np.searchsorted(chosen, label[lin.configuration[keep]]),
-        lin.j[keep],
-        lin.r[keep],
-        seen.chi2 / seen.dof,
-        enlarged,
-        count / max(len(chosen), 1),
-    )
+    place, thinned = np.searchsorted(chosen, label[lin.configuration[keep]]), count / max(len(chosen), 1)
+    rows, spread = (lin.j[keep], lin.r[keep]), seen.chi2 / seen.dof
+    return WhitenedRows(problem.free, where.joints[first], place, *rows, spread, enlarged, thinned)
 
 
 def _by_visit(label: Ints, time: Array | None) -> Ints:
@@ -143,10 +132,8 @@ def _gain(kept: WhitenedRows, total: Total, names: Sequence[str], x: Array) -> t
     """G (R, w) of every row, the rows' jacobian (R, n) and H (n, n)."""
     at = [total.names.index(n) for n in kept.names]
     h = total.noise[np.ix_(at, at)] / kept.enlarged
-    mine = np.zeros((len(x), len(at)))
-    for i, n in enumerate(kept.names):
-        if n in names:
-            mine[:, i] = x[:, names.index(n)]
+    none = np.zeros(len(x))
+    mine = np.column_stack([x[:, names.index(n)] if n in names else none for n in kept.names])
     return kept.jacobian @ h @ mine.T, kept.jacobian, h
 
 
@@ -159,18 +146,15 @@ def _labels(runs: Sequence[WhitenedRows], near: Ints, again: bool) -> dict[str, 
     joints = np.concatenate([k.joints for k in runs])
     # Turning joints come round; a sliding joint's cosine still tells near from far.
     round_ = np.concatenate([np.cos(joints), np.sin(joints)], axis=1)
-    part = (
-        scipy.cluster.hierarchy.fcluster(scipy.cluster.hierarchy.linkage(round_, "ward"), many, "maxclust").astype(
-            np.int64
-        )
-        if len(joints) > many
-        else None
-    )
     place = np.where(near >= 0, near, one + np.arange(two))
     # Places that were visited again keep the stretch of time of their first visit.
     time = np.where(near >= 0, near * many // one, late) if again else many + late
     out = {"place": (np.arange(one), place), "time": (np.arange(one) * many // one, time)}
-    return out if part is None else out | {"joints": (part[:one], part[one:])}
+    if len(joints) > many:
+        tree = scipy.cluster.hierarchy.linkage(round_, "ward")
+        part = scipy.cluster.hierarchy.fcluster(tree, many, "maxclust").astype(np.int64)
+        out["joints"] = part[:one], part[one:]
+    return out
 
 
 def _ratio(

@@ -12,14 +12,13 @@ and the model with it: a gain says nothing then. Source: Rao, Large sample tests
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robocal._types import Array
-from robocal.diagnose.check_registry import Context, Finding, Level, When, check, of_remarks, once
+from robocal.diagnose.check_registry import Context, Finding, check_fit_twice, doubt, once, refuse
 from robocal.diagnose.limits import NUMBER_SHARE, NUMBER_SIGMA
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
@@ -27,59 +26,27 @@ from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model
 from robocal.parameters import Parameter
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
+from robocal.remarks.remark import Quantity
 
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
-
-__all__ = ["Score", "StatedNumber", "find_stated_number", "find_wrong_number", "reads", "score"]
+__all__ = ["Score", "find_stated_number", "reads", "score"]
 
 
 HOLD = 10.0  # expected errors
 HIDDEN = 1e-6  # tolerance: of a column that the fitted ones leave over: rounding
 
 
-@dataclass(frozen=True)
-class StatedNumber:
-    """A number that was held: what was stated, what the data say, how many sigma apart, and the share of the squares that are
-    left which the change explains; `line` lets it be identified."""
-
-    name: str
-    stated: float
-    there: float
-    unit: str
-    z: float
-    share: float
-    line: str
-
-    @property
-    def wrong(self) -> bool:
-        """Whether no gain counts before it is put right."""
-        return self.share > NUMBER_SHARE
-
-    @property
-    def remark(self) -> Remark:
-        """What is said of it."""
-        return Remark.of(
-            Code.NUMBER_WRONG if self.wrong else Code.NUMBER_DOUBTED,
-            name=self.name,
-            stated=Quantity(self.stated, self.unit),
-            there=Quantity(self.there, self.unit),
-            z=self.z,
-            share=self.share,
-            line=self.line,
-        )
-
-
-def find_wrong_number(model: Model, fit: Fit) -> StatedNumber | None:
-    """The held number of an instrument that the data contradict most; None where they contradict none."""
+@check_fit_twice(doubt=("stated-number", 220), refuse=("wrong-number", 150))
+@once
+def find_stated_number(context: Context[Model]) -> list[Finding]:
+    """The held number of an instrument that the data contradict most; refused where it explains a good part of what is left: the model is
+    wrong with it. `line` lets it be identified."""
+    fit = context.need_fit
     data = replace(fit.data, observations=tuple(map(_name_zero, fit.data.observations)))
     own = _own(data)
-    values = dict(zip(fit.problem.table.names, map(float, fit.solution.x[0]), strict=False))
     held = [n for n in own if n not in fit.problem.free]
     if not held:
-        return None
-    made = build(model, data, values=values).with_weights(fit.problem.weights)
+        return []
+    made = build(context.model, data, values=context.values).with_weights(fit.problem.weights)
     made = made.with_free([*fit.problem.free, *held])
     seen = made.linearize(made.start)
     asked = np.isin(made.free, held)
@@ -87,12 +54,13 @@ def find_wrong_number(model: Model, fit: Fit) -> StatedNumber | None:
     c = np.stack([seen.j[:, [made.free.index(n) for n in names]].sum(axis=1) for names in some], axis=1)
     found = score(seen.j[:, ~asked], seen.r, made.scales[~asked], c)
     if found is None or found.t < NUMBER_SIGMA:
-        return None
-    i = found.column
-    obs, p = own[some[i][0]]
-    return StatedNumber(
-        ", ".join(some[i]), p.value, p.value + found.change, p.unit, found.t, found.share, _line(obs, p)
-    )
+        return []
+    wrong = some[found.column]
+    obs, p = own[wrong[0]]
+    stated, there = (Quantity(v, p.unit) for v in (p.value, p.value + found.change))
+    level, code = (refuse, Code.NUMBER_WRONG) if found.share > NUMBER_SHARE else (doubt, Code.NUMBER_DOUBTED)
+    name, line = ", ".join(wrong), _line(obs, p)
+    return [level(code, name=name, stated=stated, there=there, z=found.t, share=found.share, line=line)]
 
 
 @dataclass(frozen=True)
@@ -161,25 +129,3 @@ def _line(obs: Observations, number: Parameter) -> str:
     several = len(kind_of(obs).parameters(obs)) > 1
     symbol = number.name.rpartition(".")[2]
     return f"{owner}: {{free: [{symbol}]}}" if several else f"{owner}: {{free: true}}"
-
-
-@once
-def find_stated_number(context: Context[Model]) -> StatedNumber | None:
-    """That of the fit to everything."""
-    return find_wrong_number(context.model, context.need_fit)
-
-
-@check("stated-number", When.FIT, order=220, needs=("fit",))
-def doubt_number(context: Context[Model]) -> Iterator[Finding]:
-    """A stated number that the data contradict."""
-    found = find_stated_number(context)
-    if found is not None and not found.wrong:
-        yield from of_remarks((found.remark,), Level.DOUBT)
-
-
-@check("wrong-number", When.PROOF, order=150, needs=("fit",))
-def refuse_number(context: Context[Model]) -> Iterator[Finding]:
-    """A stated number that explains a good part of what is left: the model is wrong with it."""
-    found = find_stated_number(context)
-    if found is not None and found.wrong:
-        yield from of_remarks((found.remark,), Level.REFUSE)

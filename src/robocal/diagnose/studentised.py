@@ -26,7 +26,7 @@ from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import GROSS_DISTANCE, GROSS_TAILS, ROUNDING_MARGIN
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import ProblemTerm, spread
-from robocal.fit.noise import assess, quantile, under
+from robocal.fit.noise import assess, quantile, tau_of, under
 from robocal.measure.base import Rows
 from robocal.measure.data import DataSet
 
@@ -70,18 +70,15 @@ class _Part:
 def studentise(problem: Problem, x: Array, modelled: Collection[tuple[str, str]] = ()) -> StudentisedResiduals:
     """Of all rows, at a solution x (1, P) of the problem; rows without weight or set aside were not seen by it. `modelled` are
     the sensor groups and units whose noise is what a model leaves."""
-    x = np.atleast_2d(x)
+    x, weight = np.atleast_2d(x), problem.first_weight
     groups: dict[tuple[str, str], list[_Part]] = {}
-    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
     rows = [_white(term, x, problem.n) for term in problem.bound_terms]
-    inverse = _inverse(
-        problem, [np.where(t.used, weight[t.configuration], 0.0) for t in problem.terms], [j for _, j in rows]
-    )
-    for number, (term, (r, j)) in enumerate(zip(problem.terms, rows, strict=True)):
+    weights = [np.where(t.used, weight[t.configuration], 0.0) for t in problem.terms]
+    inverse = _inverse(problem, weights, [j for _, j in rows])
+    for number, (term, w, (r, j)) in enumerate(zip(problem.terms, weights, rows, strict=True)):
         assert isinstance(term, Rows)
-        inside = term.used & (weight[term.configuration] > 0)
-        for part in _parts(term, number, r, j, inverse, inside):
-            groups.setdefault((term.group, part[1]), []).append(part[0])
+        for part, unit in _parts(term, number, r, j, inverse, w > 0):
+            groups.setdefault((term.group, unit), []).append(part)
     shape = [len(t.configuration) for t in problem.terms]
     distance, leverage = [np.zeros(m) for m in shape], [np.zeros(m) for m in shape]
     chance = [np.ones(m) for m in shape]
@@ -93,18 +90,16 @@ def studentise(problem: Problem, x: Array, modelled: Collection[tuple[str, str]]
         coarse = bool(len(least)) and float(np.median(least)) <= ROUNDING_MARGIN * scale
         for p in parts:
             d = np.sqrt(p.square) / (np.maximum(scale, p.least) if coarse else scale)
-            odds = special.fdtrc(p.size, known, d**2 / p.size)
-            odds = np.where(p.error, odds, 1.0)
+            odds = np.where(p.error, special.fdtrc(p.size, known, d**2 / p.size), 1.0)
             more = odds <= chance[p.term]
             distance[p.term][more], leverage[p.term][more] = d[more], p.leverage[more]
             chance[p.term][more] = odds[more]
             # As unlikely as six standard deviations are where the scale is known.
             if problem.terms[p.term].reading:
-                beyond = odds < special.chdtrc(p.size, GROSS_DISTANCE**2)
+                least_odds = special.chdtrc(p.size, GROSS_DISTANCE**2)
+                beyond = odds < least_odds
                 strange[p.term] |= beyond
-                limit = GROSS_TAILS * np.sqrt(
-                    p.size * special.fdtri(p.size, known, 1 - special.chdtrc(p.size, GROSS_DISTANCE**2))
-                )
+                limit = GROSS_TAILS * np.sqrt(p.size * special.fdtri(p.size, known, 1 - least_odds))
                 far[p.term] |= beyond & (d > limit) if key in modelled else beyond
     return StudentisedResiduals(
         tuple(distance), tuple(strange), tuple(far), tuple(leverage), tuple(np.minimum(c * many, 1.0) for c in chance)
@@ -114,8 +109,7 @@ def studentise(problem: Problem, x: Array, modelled: Collection[tuple[str, str]]
 def far_from(data: DataSet, problem: Problem, x: Array, configurations: Ints) -> StudentisedResiduals:
     """How far rows are from a model that was fitted to some configurations, by the robust noise of its own; `data` has the sigma that
     was stated."""
-    noise = assess(data, problem.with_loss("huber"), x, configurations, float(problem.n))
-    tau = {(g.name, g.unit): g.tau for g in noise if g.tau > 0}
+    tau = tau_of(assess(data, problem.with_loss("huber"), x, configurations, float(problem.n)))
     return studentise(under(problem, data, tau), x, tau)
 
 
@@ -151,8 +145,7 @@ def _parts(
 ) -> list[tuple[_Part, str]]:
     m = len(term.configuration)
     span = RESOLUTION * float(np.abs(term.value).max(initial=1.0))
-    squares = {p: np.empty(m) for p in range(len(term.parts))}
-    levers = {p: np.empty(m) for p in range(len(term.parts))}
+    squares, levers = np.empty((2, len(term.parts), m))
     for first in range(0, m, CHUNK):
         last = min(first + CHUNK, m)
         j = jacobian[first:last]
@@ -162,8 +155,8 @@ def _parts(
             own = j[:, start:stop]
             hat = (own @ inverse) @ own.transpose(0, 2, 1)
             trace = np.einsum("maa->m", hat)
-            squares[p][first:last] = _square(np.eye(stop - start) + sign * hat, white[:, start:stop], trace)
-            levers[p][first:last] = trace / (stop - start)
+            squares[p, first:last] = _square(np.eye(stop - start) + sign * hat, white[:, start:stop], trace)
+            levers[p, first:last] = trace / (stop - start)
     out = []
     for p, (start, stop, unit) in enumerate(term.parts):
         error = np.linalg.norm(r[:, start:stop], axis=1) > span

@@ -64,8 +64,7 @@ def fit_baseline(
     first = made
     tau: Tau = {}
     for _ in range(ROUNDS):
-        groups = assess(data, first.with_loss("huber"), x, configurations, float(len(seen)))
-        new = tau_of(groups)
+        new = tau_of(assess(data, first.with_loss("huber"), x, configurations, float(len(seen))))
         if tau and same_tau(new, tau, 0.01):
             break
         tau = new
@@ -84,19 +83,14 @@ Placed = tuple[Array, tuple[str, ...], bool]
 def _recall_or_fit(model: Model, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
     """As `_fit_frames`. Where the search for gross rows marked none, what it began with is what is asked again: what rounding leaves in
     rows moves no fit."""
+    if near is not None:
+        return _fit_frames(model, data, configurations, made, near)
     memo, key = data.configurations.memo, ("baseline", configurations.tobytes())
     known = memo.get(key)
-    if (
-        near is None
-        and known is not None
-        and known[0] is model
-        and same_rows(known[1], data.observations, ("rounding",))
-    ):
-        return np.array(known[2][0]), *known[2][1:]
-    found = _fit_frames(model, data, configurations, made, near)
-    if near is None:
-        memo[key] = model, data.observations, (np.array(found[0]), *found[1:])
-    return found
+    if known is None or known[0] is not model or not same_rows(known[1], data.observations, ("rounding",)):
+        known = memo[key] = model, data.observations, _fit_frames(model, data, configurations, made, None)
+    x, seen, converged = known[2]
+    return np.array(x), seen, converged
 
 
 def _fit_frames(model: Model, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:

@@ -120,14 +120,11 @@ def _particles(problem: Problem, start: Array, options: Options, watch: Watch | 
     held, _ = _filter_problem(problem, start)
     rng = np.random.default_rng(options.seed)
     cloud = particles(held, before.solution.x, rng, count=options.particles, watch=watch)
-    notes = list(before.notes)
-    if problem.loss == "none":
-        notes.append(Remark.of(Code.PARTICLES_GAUSSIAN))
-    if cloud.accepted < 0.05:
-        notes.append(Remark.of(Code.PARTICLES_STUCK, share=cloud.accepted))
+    gaussian = [Remark.of(Code.PARTICLES_GAUSSIAN)] if problem.loss == "none" else []
+    stuck = [Remark.of(Code.PARTICLES_STUCK, share=cloud.accepted)] if cloud.accepted < 0.05 else []
     history = [*before.solution.history, problem.normal(cloud.mean).cost]
     found = _solution(problem, cloud.mean, history, Reason.FILTERED)
-    return Estimate(found, cloud.covariance, tuple(notes))
+    return Estimate(found, cloud.covariance, (*before.notes, *gaussian, *stuck))
 
 
 def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
@@ -135,8 +132,8 @@ def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None)
     from robocal.estimate.kalman import stack_filter
 
     p = np.diag([SEED.get(problem.table[n].unit, 1e-2) ** 2 for n in problem.free])
-    counted = [problem.in_use[t.configuration] & t.used for t in problem.terms]
-    noise = np.concatenate([_noise(t.scale, t.parts)[c].ravel() for t, c in zip(problem.terms, counted, strict=True)])
+    counted = [(t, problem.in_use[t.configuration] & t.used) for t in problem.terms]
+    noise = np.concatenate([_noise(t.scale, t.parts)[c].ravel() for t, c in counted])
     most, tolerance = options.max_iterations, options.tolerance
     f = stack_filter(
         problem, start, covariance=p, process=p, noise=noise, passes=most, tolerance=tolerance, watch=watch

@@ -138,7 +138,7 @@ def fit(
         found = method.run(chosen, near(chosen, start), options, watch)
         solution = found.solution
         if method.restarts and not solution.reasons[0].converged:
-            solution, restarted = _restart(chosen, start, solution, options)
+            solution, restarted = _restart(chosen, start, solution, options), RESTARTS
         groups = assess(stated, chosen, solution.x, configurations, effective_columns(chosen, solution.x))
         new = tau_of(groups)
         if same_tau(new, tau, 1e-3):
@@ -192,8 +192,8 @@ def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Int
         ended = least_squares(soft, x, max_iterations=CREEPING if soft.loss == "none" else STEPS)
         x = ended.x
         # A column counts as far as the data, not the hold, decide it.
-        groups = assess(stated, made, x, configurations, effective_columns(soft, x, ended.normal))
-        before, tau = tau, tau_of(groups)
+        columns = effective_columns(soft, x, ended.normal)
+        before, tau = tau, tau_of(assess(stated, made, x, configurations, columns))
         if same_tau(tau, before, 0.01):
             break
     return tau, x
@@ -224,7 +224,7 @@ def _large_errors(
     return new, solution.x
 
 
-def _restart(problem: Problem, start: Array, first: Solution, options: Options) -> tuple[Solution, int]:
+def _restart(problem: Problem, start: Array, first: Solution, options: Options) -> Solution:
     """Deterministic multi-start around the baseline: one batch, the cheapest wins."""
     rng = np.random.default_rng(options.seed)
     x = np.repeat(start, RESTARTS, axis=0)
@@ -233,6 +233,5 @@ def _restart(problem: Problem, start: Array, first: Solution, options: Options) 
     cost = np.where(np.isfinite(many.cost), many.cost, np.inf)
     best = int(np.argmin(cost))
     if not cost[best] < first.cost[0]:
-        return first, RESTARTS
-    again = least_squares(problem, many.x[[best]], max_iterations=options.max_iterations)
-    return again, RESTARTS
+        return first
+    return least_squares(problem, many.x[[best]], max_iterations=options.max_iterations)

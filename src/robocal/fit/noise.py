@@ -30,6 +30,7 @@ __all__ = [
 Key = tuple[str, str]  # (sensor group, SI unit)
 Tau = Mapping[Key, float]
 LEAST = 1e-9  # of its rows, that a group keeps as degrees of freedom
+CHANCE = 1e-3  # that residuals of the stated noise are taken for larger
 MEDIAN = 0.454936  # of a squared standard normal
 # Below this no instrument measures; it only keeps noise-free data from dividing by zero.
 FLOOR = {"m": 1e-12, "rad": 1e-12, "px": 1e-9}
@@ -96,9 +97,7 @@ def _noisy(obs: Observations, tau: Tau) -> Array | None:
     return s if touched else None
 
 
-def assess(
-    stated: DataSet, problem: Problem, x: Array, configurations: Ints, columns: float, level: float = 1e-3
-) -> list[NoiseGroup]:
+def assess(stated: DataSet, problem: Problem, x: Array, configurations: Ints, columns: float) -> list[NoiseGroup]:
     """The groups at a solution x fitted to `configurations` with `columns` free parameters; `stated` is the data with its
     stated sigma."""
     chosen = np.zeros(problem.configurations, dtype=bool)
@@ -131,15 +130,12 @@ def assess(
             # Without a degree of freedom residuals are zero whatever the noise: what was assumed stays.
             spread = _spread(value, dof, resistant) if dof >= 1 else _rms_sigma(*in_use[name, unit])
             tau = max(spread, FLOOR.get(unit, 1e-12))
-            groups.append(NoiseGroup(name, kinds[name], unit, len(value), dof, None, rms, None, tau))
-            continue
-        chi2 = float(np.sum((value / sigma) ** 2))
-        tau = 0.0
-        if dof >= 1 and _exceeds(value / sigma, dof, level, resistant):
-            tau = _solve(value, sigma, dof, resistant)
-        groups.append(
-            NoiseGroup(name, kinds[name], unit, len(value), dof, chi2, rms, float(np.sqrt(np.mean(sigma**2))), tau)
-        )
+            chi2, given_rms = None, None
+        else:
+            white = value / sigma
+            tau = _solve(value, sigma, dof, resistant) if dof >= 1 and _exceeds(white, dof, resistant) else 0.0
+            chi2, given_rms = float(np.sum(white**2)), float(np.sqrt(np.mean(sigma**2)))
+        groups.append(NoiseGroup(name, kinds[name], unit, len(value), dof, chi2, rms, given_rms, tau))
     return groups
 
 
@@ -187,12 +183,12 @@ def _spread(value: Array, dof: float, resistant: bool) -> float:
     return float(np.sqrt(value @ value / dof))
 
 
-def _exceeds(whitened: Array, dof: float, level: float, resistant: bool) -> bool:
+def _exceeds(whitened: Array, dof: float, resistant: bool) -> bool:
     """Whether whitened residuals are significantly larger than one."""
     if resistant:
         # The median of n squares scatters by 2.33 / sqrt(n) of itself, the mean by 1.41 / sqrt(n).
-        return bool(_spread(whitened, dof, True) ** 2 > 1 - special.ndtri(level) * 2.33 / np.sqrt(dof))
-    return bool(whitened @ whitened > special.chdtri(dof, level))
+        return bool(_spread(whitened, dof, True) ** 2 > 1 - special.ndtri(CHANCE) * 2.33 / np.sqrt(dof))
+    return bool(whitened @ whitened > special.chdtri(dof, CHANCE))
 
 
 def _solve(value: Array, sigma: Array, dof: float, resistant: bool) -> float:

@@ -161,6 +161,11 @@ class DataSet:
             kept.append(obs.take(np.flatnonzero(inside)).renumber(new))
         return DataSet(self.configurations.take(configurations), tuple(o for o in kept if len(o)))
 
+    def configurations_of(self, sources: Collection[str]) -> Ints:
+        """The configurations at which rows of some files were measured."""
+        mine = [part for o in self.observations if o.source in sources for part in (o.configuration, o.second)]
+        return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(part for part in mine if part is not None)]))
+
     def by_id(self) -> DataSet:
         """Configurations with one id as one, in the order of their first mention; for machines whose configurations are
         nothing but a name. What the first does not know a later one may."""

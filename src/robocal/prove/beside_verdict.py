@@ -15,7 +15,8 @@ from scipy import special
 from robocal._types import Array, Ints
 from robocal.diagnose.check_registry import Finding, When, check, doubt, note, once
 from robocal.diagnose.limits import BAND_CHANCE, CURVATURE, STEP_MISLEADS
-from robocal.diagnose.outliers import Outlier, find_outliers
+from robocal.diagnose.outliers import Outlier, name_outliers
+from robocal.diagnose.studentised import far_from
 from robocal.estimate.linearity import Curvature, Step, curvature, one_step
 from robocal.estimate.uncertainty import Uncertainty
 from robocal.fit.estimators import estimator
@@ -170,7 +171,9 @@ def outliers(context: Decision[Model]) -> tuple[Outlier, ...]:
     whole, part, best = context.need_fit, context.need_proofs.part, context.proof
     seen = max(whole, part, key=lambda f: f.problem.aside)
     counted = {u: best.errors(u)[2] for u in units_of(context.need_proofs.base)} if best else None
-    return find_outliers(context.model, context.need_data, seen, counted, context.leverage if seen is whole else None)
+    data, x = context.need_data, seen.solution.x
+    away = context.leverage if seen is whole else far_from(data, seen.problem, x, np.arange(len(data.configurations)))
+    return name_outliers(context.model, data, seen.problem, x, away, counted)
 
 
 @check("outliers", When.FIT, order=160, needs=("proven",))

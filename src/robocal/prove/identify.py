@@ -57,7 +57,7 @@ def _build_identification(made: Decision[M], watch: Watch | None) -> Identificat
     """Everything that is told of what was decided."""
     model, data, options, whole, proven = made.model, made.need_data, made.chosen, made.need_fit, made.need_proofs
     base, base_x, part, held = proven.base, proven.base_x, proven.part, proven.held_out
-    best, off = proven.best, made.total
+    best, off = proven.best, whole.total
     u = whole.uncertainty
     if whole.covariance is not None:
         u = replace(u, covariance=whole.covariance)

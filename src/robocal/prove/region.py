@@ -162,7 +162,7 @@ def range_of(context: Decision[Model]) -> Holds | None:
     """Where the correction of the fit to everything holds."""
     proven = context.need_proofs
     base, split = (proven.base, proven.base_x), None if context.proof is None else context.proof.split
-    known = context.model, context.need_data, context.need_fit, context.total, base
+    known = context.model, context.need_data, context.need_fit, context.need_fit.total, base
     return where_it_holds(*known, context.chosen.region, common_scale(context), split)
 
 

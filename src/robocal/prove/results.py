@@ -243,7 +243,7 @@ def prediction_band(
 @once
 def prediction_of(context: Decision[Model]) -> Band | None:
     """That of the fit to everything, over the range that was asked for."""
-    known = context.model, context.need_data, context.need_fit, context.total
+    known = context.model, context.need_data, context.need_fit, context.need_fit.total
     return prediction_band(*known, context.chosen.region)
 
 

@@ -53,9 +53,7 @@ def columns(context: Context[CableRobot]) -> Iterator[Finding]:
     if len(lengths) != 1 or len(poses) != 1:
         return
     (read,), (pose,) = lengths, poses
-    mounted = (
-        np.eye(4)[None] if not pose.targets else np.stack([se3.from_vector(np.array(t.value)) for t in pose.targets])
-    )
+    mounted = se3.from_vector([t.value for t in pose.targets] or [(0.0,) * 6])
     which = np.zeros(len(pose), dtype=np.int64) if pose.target is None else pose.target
     t = np.full((len(data.configurations), 4, 4), np.nan)
     t[pose.configuration] = se3.from_vector(pose.value) @ se3.inverse(mounted[which])
@@ -67,14 +65,10 @@ def columns(context: Context[CableRobot]) -> Iterator[Finding]:
         amounts = {"stated": Quantity(axes.stated), "left": Quantity(axes.left)}
         yield refuse(AXES[axes.kind], source=pose.source, what=axes.what, **amounts)
     elif order is not None:
-        yield refuse(
-            ANCHORS if order.anchors else LENGTHS,
-            source=read.source,
-            names=" and ".join(robot.cables[j] for j in order.wrong_columns),
-            right=", ".join(robot.cables[i] for i in order.of),
-            stated=Quantity(order.stated),
-            left=Quantity(order.left),
-        )
+        names = " and ".join(robot.cables[j] for j in order.wrong_columns)
+        right = ", ".join(robot.cables[i] for i in order.of)
+        amounts = {"stated": Quantity(order.stated), "left": Quantity(order.left)}
+        yield refuse(ANCHORS if order.anchors else LENGTHS, source=read.source, names=names, right=right, **amounts)
 
 
 @dataclass(frozen=True)
@@ -117,9 +111,7 @@ def find_exchange(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> E
     moved = [j for j, i in enumerate(of) if i != j]
     if not moved:
         return None
-    stated, new = (float(np.sqrt(np.mean([left[i, j] ** 2 for i, j in pairs]))) for pairs in (
-        [(j, j) for j in moved], [(of[j], j) for j in moved],
-    ))  # fmt: skip
+    stated, new = (float(np.sqrt(np.mean(left[rows, moved] ** 2))) for rows in (moved, [of[j] for j in moved]))
     spread = float(np.linalg.norm(np.std(np.asarray(poses, float)[:, :3, 3], axis=0)))
     if not (COLUMN_CLEARLY * new <= stated and new <= COLUMN_LEAVES * spread):
         return None
@@ -166,9 +158,8 @@ def find_pose_axes(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> 
     if not tried:
         return None
     left, kind, what = min(tried, key=lambda v: v[0])
-    return (
-        Turned(kind, what, stated, left) if COLUMN_CLEARLY * left <= stated and left <= COLUMN_LEAVES * spread else None
-    )
+    explained = COLUMN_CLEARLY * left <= stated and left <= COLUMN_LEAVES * spread
+    return Turned(kind, what, stated, left) if explained else None
 
 
 def _left(robot: CableRobot, poses: Array, readings: Array) -> float | None:

@@ -55,17 +55,14 @@ CELLS = declare(
 def rest(context: Context[CableRobot]) -> Iterator[Finding]:
     """The tensions of every instrument that read them, at the poses from which a fit starts."""
     robot, data = context.model, context.need_data
-    start: Array | None = None
-    for obs in data.observations:
-        if "tension" not in obs.extra or obs.options.get("tension") is not None:
-            continue
-        if start is None:
-            start = place_configurations(robot, data).configurations.start
-        assert start is not None
+    read = [o for o in data.observations if "tension" in o.extra and o.options.get("tension") is None]
+    start = place_configurations(robot, data).configurations.starts if read else np.zeros((0, 6))
+    for obs in read:
         at, tension = _complete(robot, obs)
         if len(at) < limits.TENSION_POSES or len(robot.cables) < len(robot.axes):
             continue
-        for finding in _judge(robot, obs, balance(robot, se3.from_vector(start[at]), tension)):
+        finding = _judge(robot, obs, balance(robot, se3.from_vector(start[at]), tension))
+        if finding is not None:
             yield finding
             if finding.level is Level.REFUSE:
                 return
@@ -83,31 +80,26 @@ def _complete(robot: CableRobot, obs: Observations) -> tuple[NDArray[np.int64], 
     return at[whole], out[whole]
 
 
-def _judge(robot: CableRobot, obs: Observations, found: Balance) -> Iterator[Finding]:
+def _judge(robot: CableRobot, obs: Observations, found: Balance) -> Finding | None:
     load = obs.kind == "load"
     here = {"source": obs.source, "kind": "load" if load else "tension"}
     force = {"left": Quantity(found.left, "N"), "allowed": Quantity(found.allowed, "N")}
     if found.exchanged is not None:
         one, other = (robot.cables[i] for i in found.exchanged)
-        yield refuse(EXCHANGED, **here, one=one, other=other, **force)
-        return
+        return refuse(EXCHANGED, **here, one=one, other=other, **force)
     if found.shifted is not None:
-        yield refuse(SHIFTED, **here, rows=abs(found.shifted), where="low" if found.shifted > 0 else "high", **force)
-        return
+        return refuse(SHIFTED, **here, rows=abs(found.shifted), where="low" if found.shifted > 0 else "high", **force)
     if found.left > found.allowed * (1.0 if load else limits.TENSION_FARTHER):
-        yield refuse(NOT_AT_REST, **here, **force)
-        return
+        return refuse(NOT_AT_REST, **here, **force)
     mass = robot.mass
     if mass is None or mass / limits.TENSION_MASS < found.mass < mass * limits.TENSION_MASS:
-        return
-    if load:
-        factor = mass / found.mass if found.mass > 0 else np.inf
-        unit = next(
-            (w for f, w in KNOWN.items() if abs(factor / f - 1) < limits.CELL_UNIT_NEAR), "another unit, or no tare"
-        )
-        yield refuse(CELLS, **here, mass=Quantity(found.mass, "kg"), stated=Quantity(mass, "kg"), unit=unit)
-    else:
-        yield doubt(Code.TENSIONS_WEIGH, mass=Quantity(found.mass, "kg"), stated=Quantity(mass, "kg"))
+        return None
+    weighed = {"mass": Quantity(found.mass, "kg"), "stated": Quantity(mass, "kg")}
+    if not load:
+        return doubt(Code.TENSIONS_WEIGH, **weighed)
+    factor = mass / found.mass if found.mass > 0 else np.inf
+    near = (unit for known, unit in KNOWN.items() if abs(factor / known - 1) < limits.CELL_UNIT_NEAR)
+    return refuse(CELLS, **here, **weighed, unit=next(near, "another unit, or no tare"))
 
 
 SHIFTS = (-3, -2, -1, 1, 2, 3)
@@ -124,11 +116,6 @@ class Balance:
     exchanged: tuple[int, int] | None = None
     shifted: int | None = None
 
-    @property
-    def plausible(self) -> bool:
-        """Whether what is left may be that of the geometry."""
-        return self.left <= self.allowed
-
 
 def balance(robot: CableRobot, poses: ArrayLike, tensions: ArrayLike) -> Balance:
     """Of poses (k, 4, 4) and tensions (k, m) in N."""
@@ -138,9 +125,8 @@ def balance(robot: CableRobot, poses: ArrayLike, tensions: ArrayLike) -> Balance
     allowed = limits.TENSION_DIRECTIONS * float(np.sqrt(np.mean(np.sum(pull**2, axis=1))))
     exchanged = shifted = None
     if left > allowed:
-        tried = {
-            pair: _left(w, unit, _exchange_columns(pull, *pair))[1] for pair in combinations(range(pull.shape[1]), 2)
-        }
+        pairs = list(combinations(range(pull.shape[1]), 2))
+        tried = {pair: _left(w, unit, _exchange_columns(pull, *pair))[1] for pair in pairs}
         late = {by: _left(w, unit, np.roll(pull, by, axis=0))[1] for by in SHIFTS if len(pull) > 2 * abs(by)}
         pair, row = min(tried, key=tried.__getitem__), min(late, key=late.__getitem__, default=None)
         if tried[pair] < limits.TENSION_CLEARLY * left:

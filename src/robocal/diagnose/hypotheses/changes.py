@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import reduce
 from itertools import combinations, permutations, product
 
 import numpy as np
@@ -15,7 +16,7 @@ from robocal.geometry import so3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Mechanism
 
-__all__ = ["Both", "Change", "What", "changes", "pairs"]
+__all__ = ["Change", "What", "apply_all", "changes", "pairs"]
 
 SHIFTS = (1, -1, 2, -2)
 
@@ -58,15 +59,8 @@ class Change:
         """The data set as it would be."""
         if self.what in (What.SIGN, What.ZERO, What.SWAP, What.JOINT_UNIT):
             return DataSet(self._joints(data), data.observations)
-        return DataSet(data.configurations, tuple(self._read(o) if self._mine(o) else o for o in data.observations))
-
-    @property
-    def parts(self) -> tuple[Change, ...]:
-        """The single changes."""
-        return (self,)
-
-    def _mine(self, obs: Observations) -> bool:
-        return not self.sources or obs.source in self.sources
+        read = (self._read(o) if not self.sources or o.source in self.sources else o for o in data.observations)
+        return DataSet(data.configurations, tuple(read))
 
     def _exchange_target(self, target: Frame) -> Frame:
         """The other one of two targets that change places."""
@@ -77,36 +71,27 @@ class Change:
         given = data.configurations
         assert given.joints is not None
         joints = given.joints.copy()
-        rows = np.arange(len(joints))
-        if self.sources:
-            touched = [
-                part
-                for o in data.observations
-                if self._mine(o)
-                for part in (o.configuration, o.second)
-                if part is not None
-            ]
-            rows = np.unique(np.concatenate(touched)) if touched else rows[:0]
-        first, at = self.at[0], np.array(self.at)
+        rows = data.configurations_of(self.sources) if self.sources else np.arange(len(joints))
+        columns = np.array(self.at)
+        at = np.ix_(rows, columns)
         if self.what == What.SIGN:
-            joints[rows, first] *= -1.0
+            joints[at] *= -1.0
         elif self.what == What.ZERO:
-            joints[rows, first] += self.amount
+            joints[at] += self.amount
         elif self.what == What.SWAP:
-            joints[np.ix_(rows, at)] = joints[np.ix_(rows, at[::-1])]
+            joints[at] = joints[np.ix_(rows, columns[::-1])]
         else:
-            joints[np.ix_(rows, at)] *= np.array(self.factors)
+            joints[at] *= np.array(self.factors)
         return replace(given, joints=joints)
 
     def _read(self, obs: Observations) -> Observations:
-        value = obs.value
         if self.what in (What.SHIFT, What.REVERSED):
             order = np.arange(len(obs))
             order = order[::-1] if self.what == What.REVERSED else np.roll(order, int(self.amount))
             return replace(obs, configuration=obs.configuration[order])
         if self.what == What.TARGETS:
             return replace(obs, targets=tuple(self._exchange_target(t) for t in obs.targets))
-        value = value.copy()
+        value = obs.value.copy()
         if self.what == What.LENGTH_UNIT:
             value[:, list(self.at)] *= np.array(self.factors)
         elif self.what == What.AXES:
@@ -122,21 +107,9 @@ class Change:
         return replace(obs, value=value)
 
 
-@dataclass(frozen=True)
-class Both:
-    """Two changes at once."""
-
-    first: Change
-    second: Change
-
-    def apply(self, data: DataSet) -> DataSet:
-        """The data set as it would be."""
-        return self.second.apply(self.first.apply(data))
-
-    @property
-    def parts(self) -> tuple[Change, ...]:
-        """The single changes."""
-        return (self.first, self.second)
+def apply_all(some: Sequence[Change], data: DataSet) -> DataSet:
+    """The data set after several changes, one after the other."""
+    return reduce(lambda there, change: change.apply(there), some, data)
 
 
 Factors = Mapping[str, Sequence[float]]
@@ -150,8 +123,8 @@ def changes(chain: Mechanism, data: DataSet, angles: Factors, lengths: Factors) 
     out = [*_of_the_arm(chain), *_of_targets(data)]
     for files in where:
         turns, scales = (_common(f, files or tuple(sources)) for f in (angles, lengths))
-        for change in (*_of_columns(chain, turns), *_of_readings(data, files, scales)):
-            out.append(replace(change, sources=files))
+        found = (*_of_columns(chain, turns), *_of_readings(data, files, scales))
+        out += [replace(change, sources=files) for change in found]
     return out
 
 
@@ -167,9 +140,8 @@ def _some(what: What, columns: Sequence[int], factors: Sequence[float]) -> Itera
     alone = [(i,) for i in known]
     others = [tuple(j for j in known if j != i) for i in known]
     units = [tuple(j for j in known if factors[j] == f) for f in sorted({factors[i] for i in known})]
-    for at in dict.fromkeys((tuple(known), *alone, *others, *units)):
-        if at:
-            yield Change(what, at, factors=tuple(factors[i] for i in at))
+    tried = dict.fromkeys((tuple(known), *alone, *others, *units))
+    yield from (Change(what, at, factors=tuple(factors[i] for i in at)) for at in tried if at)
 
 
 def _of_the_arm(chain: Mechanism) -> Iterator[Change]:
@@ -191,8 +163,7 @@ def _of_columns(chain: Mechanism, factors: Sequence[float]) -> Iterator[Change]:
 
 def _of_readings(data: DataSet, files: tuple[str, ...], lengths: Sequence[float]) -> Iterator[Change]:
     mine = [o for o in data.observations if not files or o.source in files]
-    for shift in SHIFTS:
-        yield Change(What.SHIFT, amount=shift)
+    yield from (Change(What.SHIFT, amount=shift) for shift in SHIFTS)
     yield Change(What.REVERSED)
     placed = [o for o in mine if o.kind in ("position", "pose")]
     if not placed:
@@ -202,15 +173,12 @@ def _of_readings(data: DataSet, files: tuple[str, ...], lengths: Sequence[float]
     absorbed = all(o.kind == "position" and o.frame is not None and all(o.frame.free) for o in placed)
     for order in permutations(range(3)):
         for signs in product((1, -1), repeat=3):
-            odd = np.linalg.det(np.eye(3)[list(order)] * np.array(signs)[:, None]) < 0
-            if order == (0, 1, 2) and signs == (1, 1, 1):
-                continue
-            if absorbed and not (odd and order == (1, 0, 2) and signs == (1, 1, 1)):
-                continue
-            yield Change(What.AXES, tuple(order), signs=tuple(signs))
+            as_read = order == (0, 1, 2) and signs == (1, 1, 1)
+            # Of the odd ones, which no turn meets, one is enough.
+            if not as_read and (not absorbed or (order == (1, 0, 2) and signs == (1, 1, 1))):
+                yield Change(What.AXES, tuple(order), signs=tuple(signs))
     if all(o.kind == "pose" for o in placed):
-        yield Change(What.INVERSE)
-        yield Change(What.TRANSPOSED)
+        yield from (Change(What.INVERSE), Change(What.TRANSPOSED))
 
 
 def _of_targets(data: DataSet) -> Iterator[Change]:
@@ -222,9 +190,7 @@ def _of_targets(data: DataSet) -> Iterator[Change]:
             yield Change(What.TARGETS, swapped=pair)
 
 
-def pairs(single: list[Change]) -> list[Both]:
+def pairs(single: Sequence[Change]) -> list[tuple[Change, ...]]:
     """Two changes that go together: two signs, or sign and zero of one joint."""
-    signs = [c for c in single if c.what == What.SIGN]
-    zeros = [c for c in single if c.what == What.ZERO]
-    out = [Both(a, b) for a, b in combinations(signs, 2)]
-    return out + [Both(a, b) for a in signs for b in zeros if a.at == b.at]
+    signs, zeros = ([c for c in single if c.what == what] for what in (What.SIGN, What.ZERO))
+    return [*combinations(signs, 2), *((a, b) for a in signs for b in zeros if a.at == b.at)]

@@ -20,15 +20,27 @@ from numpy.typing import NDArray
 
 from robocal._types import Array
 from robocal.diagnose import limits
-from robocal.diagnose.hypotheses.changes import Both, Change, What, pairs
+from robocal.diagnose.hypotheses.changes import Change, What, apply_all, pairs
 from robocal.diagnose.hypotheses.lockstep import SoftPrior, fit_trials, reach_of
 from robocal.diagnose.hypotheses.sights import Sights, sights, usable
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 
-__all__ = ["Doubt", "Explanation", "Trial", "alike", "assess_misfit", "explain", "left_of", "rows_of", "taken"]
+__all__ = [
+    "Doubt",
+    "Explanation",
+    "Trial",
+    "alike",
+    "assess_misfit",
+    "explain",
+    "finite_sights",
+    "left_of",
+    "left_softly",
+    "rows_of",
+    "taken",
+]
 
-Trial = Change | Both
+Trial = tuple[Change, ...]  # changes that are made at once, one after the other
 ROWS = 40  # readings that are enough to tell
 BEST = 10  # how many of a batch are looked at again
 SOFT, LOST = 0.03, 1.0  # rad: how far a joint's zero may be off as a matter of course, and when its mastering is lost
@@ -57,9 +69,8 @@ class Doubt:
 
     def explains(self, left: float) -> bool:
         """Whether this is little enough to explain the data."""
-        return left <= limits.MAKING_LEAVES * self.reach and left * limits.EXPLAINED_CLEARLY <= min(
-            self.stated, self.lost
-        )
+        clearly = left * limits.EXPLAINED_CLEARLY <= min(self.stated, self.lost)
+        return clearly and left <= limits.MAKING_LEAVES * self.reach
 
 
 def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
@@ -67,18 +78,16 @@ def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
     rows = rows_of(data)
     if rows is None:
         return None
-    stated = sights(chain, [taken(data, rows)])
-    if stated is None or not np.isfinite(stated.joints).all() or not np.isfinite(stated.place).all():
+    stated = finite_sights(chain, taken(data, rows))
+    if stated is None:
         return None
     reach = reach_of(chain, stated)
     with np.errstate(all="ignore"):
-        soft = SoftPrior.of_chain(chain, SOFT)
-        left = float(min(fit_trials(chain, stated, soft).left[0], fit_trials(chain, stated).left[0]))
+        left = min(left_softly(chain, stated), float(fit_trials(chain, stated).left[0]))
         if left <= limits.MISFIT_ASKS * reach:
             return None
-        return Doubt(
-            rows, left, _rms_without_mastering(chain, stated, left), reach, stated.places < limits.HYPOTHESIS_PLACES
-        )
+        lost = _rms_without_mastering(chain, stated, left)
+        return Doubt(rows, left, lost, reach, few=stated.places < limits.HYPOTHESIS_PLACES)
 
 
 def explain(
@@ -90,15 +99,10 @@ def explain(
         return None
     small = taken(data, doubt.rows)
     with np.errstate(all="ignore"):
-        for trials in (list(changes), pairs(list(changes))):
-            found = _best(chain, data, small, doubt.rows, trials, SoftPrior.of_chain(chain, SOFT))
-            if found is None:
-                continue
-            order, left = found
-            if not order or not doubt.explains(float(left[order[0]])):
-                continue
-            best = float(left[order[0]])
-            return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
+        for trials in ([(c,) for c in changes], pairs(changes)):
+            order, left = _best(chain, data, small, doubt.rows, trials) if trials else ([], np.zeros(0))
+            if order and doubt.explains(best := float(left[order[0]])):
+                return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
     return None
 
 
@@ -109,11 +113,23 @@ def alike(left: float, best: float) -> bool:
 
 def left_of(chain: Mechanism, data: DataSet, doubt: Doubt) -> float:
     """What another arm leaves of the same rows (m); inf where it cannot be told."""
-    seen = sights(chain, [taken(data, doubt.rows)])
-    if seen is None or not np.isfinite(seen.joints).all() or seen.places < limits.HYPOTHESIS_PLACES:
+    seen = finite_sights(chain, taken(data, doubt.rows))
+    if seen is None or seen.places < limits.HYPOTHESIS_PLACES:
         return math.inf
     with np.errstate(all="ignore"):
-        return float(fit_trials(chain, seen, SoftPrior.of_chain(chain, SOFT)).left[0])
+        return left_softly(chain, seen)
+
+
+def left_softly(chain: Mechanism, seen: Sights) -> float:
+    """What a softly held arm leaves of one trial (m)."""
+    return float(fit_trials(chain, seen, SoftPrior.of_chain(chain, SOFT)).left[0])
+
+
+def finite_sights(chain: Mechanism, data: DataSet) -> Sights | None:
+    """The data as one trial; None where they have another form, or numbers are missing."""
+    seen = sights(chain, [data])
+    known = seen is not None and np.isfinite(seen.joints).all() and np.isfinite(seen.place).all()
+    return seen if known else None
 
 
 def _rms_without_mastering(chain: Mechanism, stated: Sights, as_stated: float) -> float:
@@ -127,23 +143,17 @@ def _rms_without_mastering(chain: Mechanism, stated: Sights, as_stated: float) -
 
 
 def _best(
-    chain: Mechanism,
-    data: DataSet,
-    small: DataSet,
-    rows: list[NDArray[np.int64]],
-    trials: Sequence[Trial],
-    soft: SoftPrior,
-) -> tuple[list[int], Array] | None:
+    chain: Mechanism, data: DataSet, small: DataSet, rows: list[NDArray[np.int64]], trials: Sequence[Trial]
+) -> tuple[list[int], Array]:
     """The few best of a batch in order, and what each of the batch leaves; inf where it was not looked at again."""
-    if not trials:
-        return None
-    made = [taken(t.apply(data), rows) if any(p.what in WHOLE for p in t.parts) else t.apply(small) for t in trials]
+    whole = [any(change.what in WHOLE for change in trial) for trial in trials]
+    made = [taken(apply_all(t, data), rows) if w else apply_all(t, small) for t, w in zip(trials, whole, strict=True)]
     seen = sights(chain, made)
     assert seen is not None
     rough = fit_trials(chain, seen, rounds=3).left
     few = np.argsort(rough, kind="stable")[:BEST]
     left = np.full(len(trials), np.inf)
-    again = fit_trials(chain, seen.take(few), soft)
+    again = fit_trials(chain, seen.take(few), SoftPrior.of_chain(chain, SOFT))
     # Readings made so small that anything meets them are explained by nothing.
     left[few] = np.where(again.left <= 2 * limits.MAKING_LEAVES * again.spread, again.left, np.inf)
     return [int(i) for i in np.argsort(left, kind="stable") if np.isfinite(left[i])], left
@@ -158,12 +168,11 @@ def rows_of(data: DataSet) -> list[NDArray[np.int64]] | None:
     each = max(ROWS // len(seen), 12)
     out = [np.zeros(0, dtype=np.int64)] * len(data.observations)
     for i in seen:
-        size = len(data.observations[i])
-        out[i] = np.sort(rng.permutation(size)[:each])
+        out[i] = np.sort(rng.permutation(len(data.observations[i]))[:each])
     return out if sum(len(r) for r in out) >= limits.HYPOTHESIS_PLACES else None
 
 
 def taken(data: DataSet, rows: list[NDArray[np.int64]]) -> DataSet:
-    return DataSet(
-        data.configurations, tuple(o.take(r) for o, r in zip(data.observations, rows, strict=True) if len(r))
-    )
+    """Some rows of every instrument."""
+    some = (o.take(r) for o, r in zip(data.observations, rows, strict=True) if len(r))
+    return DataSet(data.configurations, tuple(some))

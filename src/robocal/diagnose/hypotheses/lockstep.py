@@ -16,7 +16,7 @@ import numpy as np
 from robocal._types import Array
 from robocal.diagnose.hypotheses.sights import Sights
 from robocal.diagnose.limits import HYPOTHESIS_BENT
-from robocal.geometry import so3
+from robocal.geometry import se3, so3
 from robocal.geometry.path.program import compile_path
 from robocal.measure.machine import Mechanism
 from robocal.measure.reach import reach
@@ -124,6 +124,7 @@ class _State:
         t = self.poses()[0]
         best = np.full(self.size[0], np.inf)
         kept = self.w.copy(), self.x.copy()
+        won = self.w.copy(), self.x.copy()
         for oriented in (True, False) if self.trials.turned.any() else (False,):
             self.w, self.x = kept[0].copy(), kept[1].copy()
             self._close_frames(t, oriented)
@@ -131,10 +132,7 @@ class _State:
                 self._things(t)
             left = self.left()
             better = (left < best) | ~np.isfinite(best)
-            if not np.isfinite(best).any():
-                won = self.w.copy(), self.x.copy()
-            else:
-                won[0][better], won[1][better] = self.w[better], self.x[better]
+            won[0][better], won[1][better] = self.w[better], self.x[better]
             best = np.minimum(best, left)
         self.w, self.x = won
 
@@ -288,11 +286,9 @@ def _points(y: Array, t: Array, offset: bool) -> Array:
     c = np.einsum("bkj,bkjl->bl", w, s[..., 3:12].reshape(b, 3, 3, 3)) / 3
     rough = np.where(np.isfinite(c), c, 0.0)
     # Coplanar or regular poses may leave c without a say: then a rigid fit is the better start.
-    a = _rigid(p + np.einsum("bmij,bj->bmi", r, rough), y)
-    plain = _rigid(p, y)
-    one = np.median(np.linalg.norm(_apply(a, p + np.einsum("bmij,bj->bmi", r, rough)) - y, axis=-1), axis=1)
-    two = np.median(np.linalg.norm(_apply(plain, p) - y, axis=-1), axis=1)
-    return np.where((one <= two)[:, None, None], a, plain)
+    tried = [(_rigid(q, y), q) for q in (p + np.einsum("bmij,bj->bmi", r, rough), p)]
+    one, two = (np.median(np.linalg.norm(_apply(w, q) - y, axis=-1), axis=1) for w, q in tried)
+    return np.where((one <= two)[:, None, None], tried[0][0], tried[1][0])
 
 
 def _apply(w: Array, p: Array) -> Array:
@@ -303,11 +299,7 @@ def _rigid(p: Array, y: Array) -> Array:
     """The rigid motion (B, 4, 4) that brings p (B, m, 3) to y."""
     a, b = p.mean(axis=1, keepdims=True), y.mean(axis=1, keepdims=True)
     r = so3.project(np.swapaxes(y - b, 1, 2) @ (p - a))
-    out = np.zeros((len(p), 4, 4))
-    out[:, 3, 3] = 1.0
-    out[:, :3, :3] = r
-    out[:, :3, 3] = b[:, 0] - np.einsum("bij,bj->bi", r, a[:, 0])
-    return out
+    return se3.compose(r, b[:, 0] - np.einsum("bij,bj->bi", r, a[:, 0]))
 
 
 def _hand_eye(y: Array, turn: Array, t: Array) -> Array:
@@ -325,7 +317,4 @@ def _hand_eye(y: Array, turn: Array, t: Array) -> Array:
     design = np.concatenate([rt[:, None] @ r, np.broadcast_to(eye, (b, m, 3, 3))], axis=3).reshape(b, 3 * m, 6)
     values = (y - np.einsum("bij,bmj->bmi", rt, t[..., :3, 3])).reshape(b, 3 * m, 1)
     s = (np.linalg.pinv(design, rcond=1e-8) @ values)[..., 0]
-    out = np.zeros((b, 4, 4))
-    out[:, 3, 3] = 1.0
-    out[:, :3, :3], out[:, :3, 3] = rt, s[:, 3:]
-    return out
+    return se3.compose(rt, s[:, 3:])

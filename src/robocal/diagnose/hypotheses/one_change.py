@@ -14,17 +14,25 @@ import numpy as np
 
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, Machines, When, check, doubt, once, refuse
-from robocal.diagnose.hypotheses.explain import SOFT, Explanation, assess_misfit, explain, rows_of, taken
-from robocal.diagnose.hypotheses.lockstep import SoftPrior, fit_trials, reach_of
+from robocal.diagnose.hypotheses.explain import (
+    Explanation,
+    assess_misfit,
+    explain,
+    finite_sights,
+    left_softly,
+    rows_of,
+    taken,
+)
+from robocal.diagnose.hypotheses.lockstep import reach_of
 from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
-from robocal.diagnose.hypotheses.sights import Sights, sights, usable
+from robocal.diagnose.hypotheses.sights import usable
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 from robocal.remarks.code import Code
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["CHANGED", "Mistake", "Remounted", "find_remount", "mistake", "one_change", "remounted_targets"]
+__all__ = ["CHANGED", "Mistake", "find_remount", "mistake", "one_change", "remounted_targets"]
 
 CHANGED = declare(
     "one-change-explains",
@@ -68,64 +76,34 @@ def one_change(context: ReadContext[Mechanism]) -> Iterator[Finding]:
 def remounted_targets(context: ReadContext[Mechanism]) -> Iterator[Finding]:
     """A target that was put on anew between files; refused where that alone explains what no making leaves."""
     found = find_remount(context.model, context.need_data)
-    if found is None:
-        return
-    files = tuple(s.replace("\\", "/").rpartition("/")[2] for s in found.sources)
-    amounts = {"together": Quantity(found.together), "apart": Quantity(found.separate)}
-    yield (refuse if found.alone else doubt)(Code.REMOUNTED, target=found.target, files=files, **amounts)
+    yield from () if found is None else (found,)
 
 
-@dataclass(frozen=True)
-class Remounted:
-    """A target that sits otherwise in each of some files, the median errors (m) with one place and with several, and
-    whether that alone explains what no arm's making leaves."""
-
-    target: str
-    sources: tuple[str, ...]
-    together: float
-    separate: float
-    alone: bool
-
-
-def find_remount(chain: Mechanism, data: DataSet) -> Remounted | None:
-    """Whether the one target that several files share was put on anew between them; None where it was not, or nobody can
-    tell."""
+def find_remount(chain: Mechanism, data: DataSet) -> Finding | None:
+    """Whether the one target that several files share was put on anew between them: the median errors with one place and with several;
+    None where it was not, or nobody can tell."""
     shared = [o for o in data.observations if usable(o)]
     sources = tuple(dict.fromkeys(o.source for o in shared))
     names = {t.name for o in shared for t in o.targets} or {"tool"}
-    if (
-        not 2 <= len(sources) <= limits.REMOUNT_FILES
-        or len(names) != 1
-        or any(bool(o.targets) != bool(shared[0].targets) for o in shared)
-    ):
-        return None
-    if any(o.frame is not None and o.frame.mount != "base" for o in shared):
+    alike = len({bool(o.targets) for o in shared}) == 1 and all(o.frame and o.frame.mount == "base" for o in shared)
+    if not 2 <= len(sources) <= limits.REMOUNT_FILES or len(names) != 1 or not alike:
         return None
     chosen = rows_of(data)
     if chosen is None:
         return None
     small = taken(data, chosen)
-    one = sights(chain, [small])
-    if (
-        one is None
-        or one.places < limits.HYPOTHESIS_PLACES
-        or not one.things_free[0, :3].any()
-        or not np.isfinite(one.joints).all()
-    ):
+    one = finite_sights(chain, small)
+    if one is None or one.places < limits.HYPOTHESIS_PLACES or not one.things_free[0, :3].any():
         return None
     each = np.concatenate([np.full(len(o), sources.index(o.source)) for o in small.observations if usable(o)])
-    several = replace(
-        one, thing=each[None], things=np.repeat(one.things, len(sources), axis=0),
-        things_free=np.repeat(one.things_free, len(sources), axis=0),
-    )  # fmt: skip
+    things, free = np.repeat(one.things, len(sources), axis=0), np.repeat(one.things_free, len(sources), axis=0)
+    several = replace(one, thing=each[None], things=things, things_free=free)
     with np.errstate(all="ignore"):
-        together, apart = (_left(chain, s) for s in (one, several))
+        together, apart = (left_softly(chain, s) for s in (one, several))
     if together <= limits.REMOUNT_WORTH * apart or together - apart <= limits.REMOUNT_LEAST:
         return None
     making = limits.MAKING_LEAVES * reach_of(chain, one)
     alone = apart <= making < together and limits.EXPLAINED_CLEARLY * apart <= together
-    return Remounted(names.pop(), sources, together, apart, alone)
-
-
-def _left(chain: Mechanism, trial: Sights) -> float:
-    return float(fit_trials(chain, trial, SoftPrior.of_chain(chain, SOFT)).left[0])
+    files = tuple(s.replace("\\", "/").rpartition("/")[2] for s in sources)
+    amounts = {"together": Quantity(together), "apart": Quantity(apart)}
+    return (refuse if alone else doubt)(Code.REMOUNTED, target=names.pop(), files=files, **amounts)

@@ -63,29 +63,17 @@ class OtherUnit:
     def apply(self, data: DataSet) -> DataSet:
         """The data set as it would be in the other unit; also when it was joined with others."""
         if self.part != "joints":
-            return DataSet(
-                data.configurations, tuple(self._scaled(o) if o.source == self.source else o for o in data.observations)
-            )
-        joints = data.configurations.joints
-        if joints is None:
+            return DataSet(data.configurations, tuple(map(self._scaled, data.observations)))
+        if data.configurations.joints is None:
             return data
-        rows = np.unique(
-            np.concatenate(
-                [
-                    part
-                    for o in data.observations
-                    if o.source == self.source
-                    for part in (o.configuration, o.second)
-                    if part is not None
-                ]
-                or [np.empty(0, int)]
-            )
-        )
-        joints = joints.copy()
-        joints[np.ix_(rows.astype(int), np.array(self.columns, dtype=int))] *= self.factor
+        joints = data.configurations.joints.copy()
+        rows = data.configurations_of([self.source])
+        joints[np.ix_(rows, np.array(self.columns, dtype=int))] *= self.factor
         return DataSet(replace(data.configurations, joints=joints), data.observations)
 
     def _scaled(self, obs: Observations) -> Observations:
+        if obs.source != self.source:
+            return obs
         scale = np.ones(obs.value.shape[-1])
         for first, last, unit in kind_of(obs).parts:
             if unit == "m":
@@ -95,11 +83,5 @@ class OtherUnit:
     @property
     def remark(self) -> Remark:
         """What is said where nothing proves it."""
-        return Remark.of(
-            Code.OTHER_UNIT,
-            file=self.source,
-            part=self.part,
-            stated=self.stated,
-            alternative=self.alternative,
-            why=self.reason.sentence,
-        )
+        names = {"file": self.source, "part": self.part, "stated": self.stated, "alternative": self.alternative}
+        return Remark.of(Code.OTHER_UNIT, **names, why=self.reason.sentence)

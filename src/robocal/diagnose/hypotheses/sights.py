@@ -8,7 +8,7 @@ A camera in hand that sees a board is the same with everything inverted: Y^-1 = 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,9 +43,6 @@ class Sights:
     things: Array
     things_free: NDArray[np.bool_]
 
-    def __len__(self) -> int:
-        return len(self.joints)
-
     @property
     def places(self) -> int:
         """At how many different places the joints stood, in the first trial."""
@@ -53,10 +50,8 @@ class Sights:
 
     def take(self, index: Ints) -> Sights:
         """Some of the trials."""
-        return Sights(
-            self.joints[index], self.columns, self.place[index], self.turn[index], self.turned, self.frame,
-            self.thing[index], self.frames, self.frames_free, self.things, self.things_free,
-        )  # fmt: skip
+        own = {name: getattr(self, name)[index] for name in ("joints", "place", "turn", "thing")}
+        return replace(self, **own)
 
 
 def usable(obs: Observations) -> bool:
@@ -93,12 +88,9 @@ def sights(chain: Mechanism, trials: Sequence[DataSet]) -> Sights | None:
     joints, place, turn, frame, thing = (
         np.stack([np.concatenate([p[j] for p in trial]) for trial in parts]) for j in range(5)
     )
-    return Sights(
-        joints, columns, place, turn,
-        np.concatenate([np.full(len(o), o.kind == "pose") for o in seen]), frame[0], thing,
-        np.stack([v for v, _ in frames.values()]), np.stack([f for _, f in frames.values()]),
-        np.stack([v for v, _ in things.values()]), np.stack([f for _, f in things.values()]),
-    )  # fmt: skip
+    turned = np.concatenate([np.full(len(o), o.kind == "pose") for o in seen])
+    ends = (np.stack(v) for known in (frames, things) for v in zip(*known.values(), strict=True))
+    return Sights(joints, columns, place, turn, turned, frame[0], thing, *ends)
 
 
 def _outside(obs: Observations) -> bool:
@@ -134,9 +126,7 @@ def _rows(
     if not _outside(obs):
         turn = np.swapaxes(turn, 1, 2)
         place = -np.einsum("kij,kj->ki", turn, place)
-    pick = np.zeros(len(obs), dtype=np.int64)
-    still = own if len(outer) > 1 else pick
-    moving = own if len(inner) > 1 else pick
+    still, moving = (own if len(end) > 1 else np.zeros_like(own) for end in (outer, inner))
     frame = np.array([names[0][f.name] for f in outer])[still]
     thing = np.array([names[1][f.name] for f in inner])[moving]
     return joints[obs.configuration], np.asarray(place), np.asarray(turn), frame, thing

@@ -19,6 +19,7 @@ from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.measure.reach import reach
+from robocal.progress import tell
 from robocal.remarks.english import declare
 
 __all__ = ["WRONG_UNIT", "misfit", "units"]
@@ -40,8 +41,7 @@ def units(context: ReadContext[Model]) -> Iterator[Finding]:
     bad = not as_read <= UNIT_MISFIT and not np.isnan(as_read)
     if not doubts and not bad:
         return
-    if context.watch:
-        context.watch({"stage": "read", "what": "trying other units"})
+    tell(context.watch, "read", what="trying other units")
     best = as_read
     chosen: tuple[OtherUnit, ...] = ()
     tried = [some for size in range(1, len(doubts) + 1) for some in combinations(doubts, size)]
@@ -61,16 +61,9 @@ def units(context: ReadContext[Model]) -> Iterator[Finding]:
     else:
         first = chosen[0]
         likewise = "".join(f"; likewise the {d.part} values of {d.source} in {d.alternative}" for d in chosen[1:])
-        yield refuse(
-            WRONG_UNIT,
-            source=first.source,
-            part=first.part,
-            stated=first.stated,
-            alternative=first.alternative,
-            why=str(first.reason),
-            times=float(as_read / best if best > 0 else np.inf),
-            likewise=likewise,
-        )
+        names = {"source": first.source, "part": first.part, "stated": first.stated, "alternative": first.alternative}
+        times = float(as_read / best if best > 0 else np.inf)
+        yield refuse(WRONG_UNIT, **names, why=str(first.reason), times=times, likewise=likewise)
 
 
 def misfit(chain: Model, data: DataSet) -> float:
@@ -85,15 +78,13 @@ def misfit(chain: Model, data: DataSet) -> float:
     if _count_measured(data, problem) < len(frame_names(chain, problem)) + UNIT_SPARE:
         return float("nan")
     left = {unit: errors(problem.residuals(x), unit)[0] for unit in ("m", "rad", "px")}
-    unit = next((u for u, v in left.items() if len(v)), None)
-    if unit is None:
-        return float("nan")
+    unit = next((u for u, v in left.items() if len(v)), "")
     points = [o.value[:, :3] for o in data.observations if o.kind in ("position", "pose")]
     if not points and unit == "m":
         points = _tools(chain, data)
     elif not points:
         points = [o.value for o in data.observations if kind_of(o).parts[0][2] == unit]
-    if not points:
+    if not unit or not points:
         return float("nan")
     width = points[0].shape[1]
     square = [np.sum((p - p.mean(axis=0)) ** 2, axis=1) for p in points if p.shape[1] == width]

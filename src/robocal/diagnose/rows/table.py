@@ -9,23 +9,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
-from robocal._types import Array
-from robocal.diagnose.check_registry import (
-    Context,
-    Finding,
-    Given,
-    Level,
-    M_co,
-    Machines,
-    When,
-    check,
-    doubt,
-    of_remarks,
-    refuse,
-)
+from robocal._types import Array, Bools, Ints
+from robocal.diagnose.check_registry import Context, Finding, Given, M_co, Machines, When, check, doubt, refuse
 from robocal.diagnose.limits import COPY_CHANCE, QUIETEST, REPEAT_SIGMA, STILL_MOVED, STILL_PLACES
 from robocal.measure.base import kind_of
 from robocal.measure.data import Configurations, Observations
@@ -33,17 +20,16 @@ from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import limits_of
 from robocal.remarks.code import Code
 from robocal.remarks.english import declare
-from robocal.remarks.remark import Remark
 
-__all__ = ["STILL", "TableContext", "joint_limits", "outside", "repeat_remarks", "repeats", "still"]
+__all__ = ["STILL", "TableContext", "joint_limits", "outside", "repeat_findings", "repeats", "still"]
 
 
 @dataclass(frozen=True)
 class TableContext(Context[M_co]):
     """Beside the data of a file: the joint values of its rows, (m, n), the numbers that it gives these rows, (m,), and its name."""
 
-    joints: NDArray[np.float64] | None = None
-    lines: NDArray[np.int64] | None = None
+    joints: Array | None = None
+    lines: Ints | None = None
     file: str = ""
 
 
@@ -62,7 +48,7 @@ def joint_limits(context: TableContext[Model]) -> Iterator[Finding]:
         yield doubt(Code.OUTSIDE_LIMITS, file=context.file, rows=len(rows), joints=names, row=first)
 
 
-def outside(q: Array, limits: Array) -> NDArray[np.bool_]:
+def outside(q: Array, limits: Array) -> Bools:
     """Which joint values (m, n) lie outside limits (n, 2)."""
     return np.asarray((q < limits[:, 0] - SLACK) | (q > limits[:, 1] + SLACK))
 
@@ -72,18 +58,16 @@ def repeats(context: TableContext[Model]) -> Iterator[Finding]:
     """Copies and repeats that differ, of every instrument."""
     data = context.need_data
     for obs in data.observations:
-        yield from of_remarks(repeat_remarks(obs, data.configurations, context.file), Level.DOUBT)
+        yield from repeat_findings(obs, data.configurations, context.file)
 
 
-def repeat_remarks(obs: Observations, configurations: Configurations, file: object) -> tuple[Remark, ...]:
+def repeat_findings(obs: Observations, configurations: Configurations, file: str) -> Iterator[Finding]:
     """Repeated joints (target, point, other configuration) whose results differ by more than 10 sigma of a
     difference, or not even in the last digit."""
     joints = configurations.joints
     if len(obs) < 2 or obs.rows is None or joints is None:
-        return ()
-    same: list[Array] = [joints[obs.configuration]]
-    if obs.second is not None:
-        same.append(joints[obs.second])
+        return
+    same = [joints[at] for at in (obs.configuration, obs.second) if at is not None]
     if obs.target is not None:
         same.append(obs.target[:, None].astype(float))
     same += [v.reshape(len(obs), -1) for v in obs.extra.values()]
@@ -92,46 +76,44 @@ def repeat_remarks(obs: Observations, configurations: Configurations, file: obje
     sorted_group = group[order].ravel()
     starts = np.flatnonzero(np.r_[True, np.diff(sorted_group) > 0])
     if len(starts) == len(obs):
-        return ()
+        return
     first = np.repeat(order[starts], np.diff(np.r_[starts, len(order)]))
-    out = _twice(obs, order, first, file)
+    yield from _twice(obs, order, first, file)
     if obs.sigma is None:
-        return out
+        return
     # Angles are left out: they may differ by a turn, and a difference of rotation vectors has no sigma near a half one.
     compared = [i for a, b, unit in kind_of(obs).parts if unit != "rad" for i in range(a, b)]
     gap = np.abs(obs.value[order] - obs.value[first])[:, compared]
     sigma = np.hypot(obs.sigma[order], obs.sigma[first])[:, compared]
     bad = np.flatnonzero((gap > REPEAT_SIGMA * sigma).any(axis=1))
-    if not len(bad):
-        return out
-    a, b = int(obs.rows[first[bad[0]]]), int(obs.rows[order[bad[0]]])
-    return (*out, Remark.of(Code.REPEATS_DIFFER, file=str(file), count=len(bad), first=a, second=b))
+    if len(bad):
+        a, b = int(obs.rows[first[bad[0]]]), int(obs.rows[order[bad[0]]])
+        yield doubt(Code.REPEATS_DIFFER, file=file, count=len(bad), first=a, second=b)
 
 
-def _twice(obs: Observations, order: NDArray[np.int64], first: NDArray[np.int64], file: object) -> tuple[Remark, ...]:
+def _twice(obs: Observations, order: Ints, first: Ints, file: str) -> Iterator[Finding]:
     """One line on rows that are copies of others. A single number may read alike twice, and a contact has no reading; and
     where an instrument shows few digits, honest repeats agree in all of them now and then."""
     assert obs.rows is not None
     if obs.value.shape[1] < 2:
-        return ()
-    _, index, key = np.unique(
-        np.column_stack([first, obs.value[order]]), axis=0, return_index=True, return_inverse=True
-    )
+        return
+    read = np.column_stack([first, obs.value[order]])
+    _, index, key = np.unique(read, axis=0, return_index=True, return_inverse=True)
     original = index[key.ravel()]
     copy = (original != np.arange(len(order))) & (obs.value[order] != 0).any(axis=1)
     found = np.flatnonzero(copy)
     if not len(found):
-        return ()
+        return
     size = np.bincount(first, minlength=len(obs))
     honest = (order != first) & ~copy
     pairs = float((size * (size - 1) / 2).sum())
     if special.pdtrc(len(found) - 1, pairs * _agreeing(obs, order[honest], first[honest])) > COPY_CHANCE:
-        return ()
+        return
     a, b = min(sorted(int(obs.rows[order[i]]) for i in (original[k], k)) for k in found)
-    return (Remark.of(Code.COPIED, file=str(file), count=len(found), first=a, second=b),)
+    yield doubt(Code.COPIED, file=file, count=len(found), first=a, second=b)
 
 
-def _agreeing(obs: Observations, one: NDArray[np.int64], other: NDArray[np.int64]) -> float:
+def _agreeing(obs: Observations, one: Ints, other: Ints) -> float:
     """The chance that two honest readings of one place agree to the last digit: of each number step / (2 sqrt(pi) sigma),
     with the step in which it is written and sigma as stated, as other repeats scatter, or as little as anything does."""
     chance = 1.0
@@ -176,11 +158,7 @@ def still(context: Context[Model]) -> Iterator[Finding]:
         if obs.kind not in PLACED or obs.rows is None or len(obs) < STILL_PLACES:
             continue
         where = joints[obs.configuration]
-        if (
-            np.ptp(obs.value, axis=0).any()
-            or len(np.unique(where, axis=0)) < STILL_PLACES
-            or np.ptp(where, axis=0).max() < STILL_MOVED
-        ):
-            continue
-        yield refuse(STILL, source=obs.source, kind=kind_of(obs).name, rows=len(obs))
-        return
+        moved = np.ptp(where, axis=0).max() >= STILL_MOVED and len(np.unique(where, axis=0)) >= STILL_PLACES
+        if moved and not np.ptp(obs.value, axis=0).any():
+            yield refuse(STILL, source=obs.source, kind=kind_of(obs).name, rows=len(obs))
+            return

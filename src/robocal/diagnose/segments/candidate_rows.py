@@ -16,12 +16,11 @@ import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.diagnose.segments.posed import runs_of_poses
-from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
+from robocal.diagnose.segments.row_sequence import Candidate, RowSequence, whiten_terms
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.terms import spread
-from robocal.fit.noise import apply_noise, assess, under
-from robocal.measure.base import Rows, kind_of
+from robocal.fit.noise import apply_noise, assess, tau_of, under
+from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model, freedom_of
@@ -49,11 +48,9 @@ def runs(
     x = made.start
     if own:  # where the poses are by these numbers
         x = least_squares(made.with_free(()), x, max_iterations=20, cost_tolerance=1e-4).x
-    configurations = (
-        np.arange(len(data.configurations)) if weights is None else np.flatnonzero(np.atleast_2d(weights)[0] > 0)
-    )
+    configurations = np.flatnonzero(made.in_use)
     for moved in (0, made.n):
-        tau = {(g.name, g.unit): g.tau for g in assess(asked, made, x, configurations, moved) if g.tau > 0}
+        tau = tau_of(assess(asked, made, x, configurations, moved))
         noisy = apply_noise(asked, tau)
         made = under(first, asked, tau)
         if not moved:
@@ -83,28 +80,16 @@ def _collect(problem: Problem, data: DataSet, x: Array) -> list[RowSequence]:
     frames = {f.name for o in data.observations for f in (*o.targets, *((o.frame,) if o.frame else ()))}
     wide = problem.with_free([*problem.free, *(f"{f}.{s}" for f in frames for s in FRAME_SYMBOLS)])
     own = wide.column_of[problem.index]
-    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
-    terms = iter(zip(wide.terms, wide.bound_terms, strict=True))
+    parts: dict[int, list[tuple[Ints, Array, Array, Array]]] = {}
+    for number, term, r, j, _ in whiten_terms(data, wide, x):
+        parts.setdefault(number, []).append((term.index, r, j, 1 / term.scale))
     out = []
-    for obs in data.observations:
-        d = 0
-        parts: list[tuple[Ints, Array, Array, Array]] = []
-        taken = 0
-        while taken < len(obs):
-            term, bound = next(terms)
-            assert isinstance(term, Rows)
-            m, d = term.scale.shape
-            r, narrow, _ = bound.evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
-            j = spread(narrow[0], bound.columns, wide.n)
-            used = (weight[term.configuration] > 0)[:, None] * term.scale
-            parts.append((term.index, r[0] * used, j * used[..., None], 1 / term.scale))
-            taken += m
-        if not parts:
-            continue
-        _, r, j, sigma = parts[0]
-        if len(parts) > 1:  # the rows of one term are in order
-            order = np.argsort(np.concatenate([p[0] for p in parts]), kind="stable")
-            r, j, sigma = (np.concatenate([p[k] for p in parts])[order] for k in (1, 2, 3))
+    for number, some in parts.items():
+        obs, (index, r, j, sigma) = data.observations[number], some[0]
+        if len(some) > 1:  # the rows of one term are in order
+            index, r, j, sigma = (np.concatenate(p) for p in zip(*some, strict=True))
+            order = np.argsort(index, kind="stable")
+            r, j, sigma = (v[order] for v in (r, j, sigma))
         out.append(RowSequence(obs, sigma, r, j[..., own], _candidates(obs, wide, j), kind_of(obs).parts))
     return out
 
@@ -117,17 +102,12 @@ def _candidates(obs: Observations, wide: Problem, j: Array) -> tuple[Candidate, 
 
     seen = range(len(obs.targets)) if obs.target is None else np.unique(obs.target)
     names = [obs.targets[int(t)].name for t in seen]
-    many = len(names) > 1
-    found = [("target", n if many else "", of(n)) for n in names]
-    if many:
+    found = [("target", n if len(names) > 1 else "", of(n)) for n in names]
+    if len(names) > 1:
         # Targets on one tool shift together; how they would turn together is not asked.
         found.append(("target", ", ".join(names), np.sum([of(n)[..., :3] for n in names], axis=0)))
     if obs.frame is not None:
         found.append(("instrument", "", of(obs.frame.name)))
-    out = []
-    for cause, name, column in found:
-        size = np.sqrt(np.sum(column**2, axis=(0, 1)))
-        felt = np.flatnonzero(size > FELT * size.max(initial=0.0))
-        if len(felt):
-            out.append(Candidate(cause, name, column[..., felt]))
-    return tuple(out)
+    size = [np.sqrt(np.sum(column**2, axis=(0, 1))) for *_, column in found]
+    felt = [s > FELT * s.max(initial=0.0) for s in size]
+    return tuple(Candidate(cause, name, v[..., f]) for (cause, name, v), f in zip(found, felt, strict=True) if f.any())

@@ -27,7 +27,7 @@ from robocal.diagnose import limits
 from robocal.diagnose.segments.candidate_rows import runs
 from robocal.diagnose.segments.posed import ZERO
 from robocal.diagnose.segments.robust_model import SegmentFit, SegmentModel, spread
-from robocal.diagnose.segments.row_sequence import RowSequence
+from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
@@ -73,21 +73,18 @@ def find_segments(
     if not long:
         return ()
     state = SegmentModel(found, [r.jacobian for r in found], info)
+    ends = [(r, c, e) for r in long for c in r.candidates if c.cause == ZERO for e in r.files]
+    files = [(r, c, *e) for r, c, e in ends if e[1] - e[0] >= limits.SEGMENT_ROWS]
     tried = sum(len(r.candidates) * len(r.residual) ** 2 / 2 for r in long)
     out: list[Segment] = []
-    while len(out) < limits.SEGMENT_COUNT and (reset := _reset(state, long)) is not None:
-        out.append(reset[0])
-        state = reset[1]
-    while len(out) < limits.SEGMENT_COUNT:
-        best = _best(state, long)
-        if best is None:
-            break
-        after = state.with_segment(best)
-        told = _assess_segment(state, best, after, tried)
-        if told is None:
-            break
-        out.append(told)
-        state = after
+    for whole, chances in ((True, len(files)), (False, tried)):
+        while len(out) < limits.SEGMENT_COUNT and (best := _reset(state, files) if whole else _best(state, long)):
+            after = state.with_segment(best)
+            told = _assess_segment(state, best, after, chances, whole)
+            if told is None:
+                break
+            out.append(told)
+            state = after
     return tuple(sorted(out, key=lambda s: -s.strength))
 
 
@@ -127,36 +124,24 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
 
 def _left_of(model: SegmentModel, best: SegmentFit) -> float:
     """What a model leaves of the rows of a segment, in units of the noise as it was fitted."""
-    i = model.number(best.run)
+    i = model.runs.index(best.run)
     left = model.left[i][best.a : best.b]
     return float(np.prod([model.unit[i][a] * spread(left[:, a:b]) for a, b, _ in best.run.parts]))
 
 
-def _reset(state: SegmentModel, among: list[RowSequence]) -> tuple[Segment, SegmentModel] | None:
-    """A zero that is another one in a whole file, as after sensors were switched on again: with its rows given it need only be sure.
-    The segment, and the model with it; None where there is none."""
-    tried = [
-        (run, c, ends)
-        for run in among
-        for c in run.candidates
-        if c.cause == ZERO
-        for ends in run.files
-        if ends[1] - ends[0] >= limits.SEGMENT_ROWS
-    ]
-    best = max((state.whole_file(run, c, *ends) for run, c, ends in tried), key=lambda f: f.gain, default=None)
-    if best is None or special.chdtrc(1, best.gain) * len(tried) > limits.SEGMENT_CHANCE:
-        return None
-    after = state.with_segment(best)
-    told = _assess_segment(state, best, after, len(tried), whole=True)
-    return None if told is None else (told, after)
+def _reset(state: SegmentModel, files: list[tuple[RowSequence, Candidate, int, int]]) -> SegmentFit | None:
+    """A zero that is another one in a whole file, as after sensors were switched on again: with its rows given it need only be sure."""
+    best = max((state.whole_file(*one) for one in files), key=lambda f: f.gain, default=None)
+    sure = best is not None and special.chdtrc(1, best.gain) * len(files) <= limits.SEGMENT_CHANCE
+    return best if sure else None
 
 
 def _assess_segment(
-    state: SegmentModel, best: SegmentFit, after: SegmentModel, tried: float, whole: bool = False
+    state: SegmentModel, best: SegmentFit, after: SegmentModel, tried: float, whole: bool
 ) -> Segment | None:
     """The segment for people, or None where it is not sure, large and abrupt; `after` has it in the model. A whole file that is
     off need only be sure."""
-    i, c = state.number(best.run), best.candidate
+    i, c = state.runs.index(best.run), best.candidate
     left, unit = after.left[i], after.unit[i]
     looked = np.zeros(len(left), dtype=bool)
     looked[c.rows] = True
@@ -172,10 +157,8 @@ def _assess_segment(
     few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
     moved = _motion_size(best, mine)
     seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
-    large = (
-        strength >= (limits.SEGMENT_SIZE if c.cause != ZERO else limits.SEGMENT_ZERO_SIZE)
-        and seen >= limits.SEGMENT_SEEN
-    )
+    least = limits.SEGMENT_ZERO_SIZE if c.cause == ZERO else limits.SEGMENT_SIZE
+    large = strength >= least and seen >= limits.SEGMENT_SEEN
     if not whole and (not large or _together(best, left, unit, mine) < limits.SEGMENT_MAJORITY):
         return None
     if all(v <= limits.SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items()):
@@ -199,12 +182,8 @@ def _assess_segment(
 def _together(best: SegmentFit, left: Array, unit: Array, mine: NDArray[np.bool_]) -> float:
     """The share of the rows that are nearer to the model with the step than without: gross rows do not all move alike."""
     step = (best.column @ best.step / unit)[mine]
-    after = left[mine]
-    return float(
-        np.mean(
-            (after**2).sum(axis=1) < np.minimum(((after - step) ** 2).sum(axis=1), ((after + step) ** 2).sum(axis=1))
-        )
-    )
+    here, before, beyond = (((left[mine] + by * step) ** 2).sum(axis=1) for by in (0, 1, -1))
+    return float(np.mean(here < np.minimum(before, beyond)))
 
 
 def _size(best: SegmentFit, effect: Array, mine: NDArray[np.bool_]) -> float:

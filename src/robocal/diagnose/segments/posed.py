@@ -10,19 +10,15 @@ encoders that were switched on again), or the instrument.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal._types import Array, Ints
 from robocal.diagnose.limits import SEGMENT_COMPLETE
-from robocal.diagnose.segments.row_sequence import Candidate, Plain, RowSequence
+from robocal.diagnose.segments.row_sequence import Candidate, Parts, Plain, RowSequence, whiten_terms
 from robocal.estimate.problem import Problem
-from robocal.estimate.terms import spread
-from robocal.measure.base import Kind, Rows, kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.measure.rows import KINDS
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["ZERO", "runs_of_poses"]
@@ -33,19 +29,14 @@ FELT = 1e-9  # tolerance: of a number's own standard deviation: what is less is 
 
 def runs_of_poses(machine: Model, problem: Problem, data: DataSet, x: Array) -> list[RowSequence]:
     """One run of all configurations in their order, at x (1, P); none where nothing may have moved."""
-    own = {
-        p for p in problem.free if p in machine.table and p not in machine.geometric and problem.table[p].unit == "m"
-    }
-    zeros = [p for p in problem.free if p in own]
+    own = [p for p in problem.free if p in machine.table and p not in machine.geometric]
+    zeros = [p for p in own if problem.table[p].unit == "m"]
     seen = dict.fromkeys(o.frame.name for o in data.observations if o.frame)
     frames = {name: [f"{name}.{s}" for s in FRAME_SYMBOLS] for name in seen}
     wide = problem.with_free([*problem.free, *(s for symbols in frames.values() for s in symbols)])
-    laid = _laid(wide, data, x)
-    if laid is None:
-        return []
-    parts, sigma, r, j, local, there = laid
+    parts, sigma, r, j, local = _numbers_by_configuration(wide, data, x)
     size = local.shape[2]
-    if r.shape[1] <= size or there.mean() < SEGMENT_COMPLETE:
+    if r.shape[1] <= size or np.isfinite(sigma).mean() < SEGMENT_COMPLETE:
         return []
     beside = np.linalg.svd(local, full_matrices=True)[0][:, :, size:].swapaxes(1, 2)
     candidates = []
@@ -57,87 +48,39 @@ def runs_of_poses(machine: Model, problem: Problem, data: DataSet, x: Array) -> 
     jac = beside @ j[..., wide.column_of[problem.index]]
     left = (beside @ r[..., None])[..., 0]
     whole = ((0, left.shape[1], "1"),)
-    return [
-        RowSequence(
-            data.observations[0], np.ones_like(left), left, jac, tuple(candidates), whole, _origin(data, len(left))
-        )
-    ]
+    first, origin = data.observations[0], _origin(data, len(left))
+    return [RowSequence(first, np.ones_like(left), left, jac, tuple(candidates), whole, origin)]
 
 
-Laid = tuple[tuple[tuple[int, int, str], ...], Array, Array, Array, Array, NDArray[np.bool_]]
-
-
-def _laid(wide: Problem, data: DataSet, x: Array) -> Laid | None:
-    """All numbers of a configuration side by side, those of one unit together, zero where there is none: parts, sigma
-    and r (U, H), J (U, H, n), L (U, H, l), whitened, and where there are any (U, H)."""
+def _numbers_by_configuration(wide: Problem, data: DataSet, x: Array) -> tuple[Parts, Array, Array, Array, Array]:
+    """All numbers of a configuration side by side, those of one unit together, zero where there is none: parts, sigma (infinite there)
+    and r (U, H), J (U, H, n), L (U, H, l), whitened."""
     count, size = wide.configurations, wide.sizes[0][1]
-    weight = np.ones(count) if wide.weights is None else wide.weights[0]
-    terms = iter(zip(wide.terms, wide.bound_terms, strict=True))
-    blocks: dict[str, _Block] = {}
-    for obs in data.observations:
+    blocks: dict[str, tuple[Array, ...]] = {}
+    slot: dict[int, Ints] = {}
+    for kind in dict.fromkeys(o.kind for o in data.observations):
         # Files of one kind share their columns: the same sensors, at other configurations.
-        if obs.kind not in blocks:
-            every = np.concatenate([o.configuration for o in data.observations if o.kind == obs.kind])
-            blocks[obs.kind] = _Block.empty(count, _slots(every, count), kind_of(obs), wide.n, size)
-        block, taken = blocks[obs.kind], 0
-        slot = block.taken(len(obs))
-        while taken < len(obs):
-            term, bound = next(terms)
-            assert isinstance(term, Rows)
-            m = len(term.scale)
-            value, narrow, own = bound.evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
-            at = term.configuration, slot[term.index]
-            used = (weight[term.configuration] > 0)[:, None] * term.scale
-            block.r[at], block.sigma[at] = value[0] * used, 1 / term.scale
-            block.j[at] = spread(narrow[0], bound.columns, wide.n) * used[..., None]
-            if own.shape[-1] == size:
-                block.local[at] = own[0] * used[..., None]
-            taken += m
-    if not blocks:
-        return None
-    laid = [part for block in blocks.values() for part in block.parts()]
-    ends = np.cumsum([0, *(part[1].shape[1] for part in laid)])
-    parts = tuple((int(a), int(b), part[0]) for a, b, part in zip(ends[:-1], ends[1:], laid, strict=True))
-    sigma, r, j, local = (np.concatenate([part[i] for part in laid], axis=1) for i in (1, 2, 3, 4))
-    return parts, sigma, r, j, local, np.isfinite(sigma)
-
-
-@dataclass(eq=False)
-class _Block:
-    """The numbers of one kind side by side: sigma and r (U, s, d), j (U, s, d, n), local (U, s, d, l); `slot` of all its rows, those of
-    one file after the other."""
-
-    kind: Kind
-    slot: Ints
-    sigma: Array
-    r: Array
-    j: Array
-    local: Array
-    used: int = 0
-
-    @classmethod
-    def empty(cls, count: int, slots: tuple[Ints, int], kind: Kind, n: int, size: int) -> _Block:
-        """Nothing yet."""
-        slot, most = slots
-        shape = (count, most, kind.size)
-        return cls(kind, slot, np.full(shape, np.inf), np.zeros(shape), np.zeros((*shape, n)), np.zeros((*shape, size)))
-
-    def taken(self, rows: int) -> Ints:
-        """The slots of the next rows."""
-        self.used += rows
-        return self.slot[self.used - rows : self.used]
-
-    def parts(self) -> list[tuple[str, Array, Array, Array, Array]]:
-        """Those of one unit side by side: unit, sigma, r, j, local."""
-        out = []
-        for a, b, unit in self.kind.parts:
-            count, wide = len(self.r), self.r.shape[1] * (b - a)
-            out.append((
-                unit, self.sigma[:, :, a:b].reshape(count, wide), self.r[:, :, a:b].reshape(count, wide),
-                self.j[:, :, a:b].reshape(count, wide, self.j.shape[3]),
-                self.local[:, :, a:b].reshape(count, wide, self.local.shape[3]),
-            ))  # fmt: skip
-        return out
+        mine = [(i, o.configuration) for i, o in enumerate(data.observations) if o.kind == kind]
+        slots, most = _slots(np.concatenate([c for _, c in mine]), count)
+        ends = np.cumsum([len(c) for _, c in mine])
+        slot |= {i: part for (i, _), part in zip(mine, np.split(slots, ends[:-1]), strict=True)}
+        shape = (count, most, KINDS[kind].size)
+        blocks[kind] = np.full(shape, np.inf), np.zeros(shape), np.zeros((*shape, wide.n)), np.zeros((*shape, size))
+    for own, term, r, j, local in whiten_terms(data, wide, x):
+        at = term.configuration, slot[own][term.index]
+        sigma_there, r_there, j_there, local_there = blocks[data.observations[own].kind]
+        sigma_there[at], r_there[at], j_there[at] = 1 / term.scale, r, j
+        if local.shape[-1] == size:
+            local_there[at] = local
+    parts, cut, end = [], [], 0
+    for kind, block in blocks.items():
+        for a, b, unit in KINDS[kind].parts:
+            width = block[0].shape[1] * (b - a)
+            parts.append((end, end + width, unit))
+            cut.append([v[:, :, a:b].reshape(count, width, *v.shape[3:]) for v in block])
+            end += width
+    sigma, r, j, local = (np.concatenate(of_unit, axis=1) for of_unit in zip(*cut, strict=True))
+    return tuple(parts), sigma, r, j, local
 
 
 def _slots(configuration: Ints, count: int) -> tuple[Ints, int]:

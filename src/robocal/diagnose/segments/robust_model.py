@@ -41,14 +41,13 @@ class SegmentFit:
     b: int
     gain: float
     unexplained: Array
+    sums: _Sums
+    ends: tuple[int, int]  # among the candidate's rows
     either: bool = False
-    sums: _Sums | None = None
-    ends: tuple[int, int] = (0, 0)  # among the candidate's rows
 
     @cached_property
     def step(self) -> Array:
         """How far it moved, (q,)."""
-        assert self.sums is not None
         return self.sums.step(*self.ends)
 
     @property
@@ -112,25 +111,19 @@ class SegmentModel:
             far = np.sqrt(np.mean((left / self.unit[i]) ** 2, axis=1))
             self.weight[i] = np.minimum(1.0, CLIP / np.maximum(far, EPS))
 
-    def number(self, run: RowSequence) -> int:
-        """The place of a run among those of the model."""
-        return next(i for i, r in enumerate(self.runs) if r is run)
-
     def misfit(self, run: RowSequence) -> float:
         """What a file's rows leave, as -2 log of their likelihood, rows far outside bounded."""
-        i = self.number(run)
+        i = self.runs.index(run)
         bounded = np.minimum(np.abs(self.left[i]), CLIP)
         return 2 * len(self.left[i]) * float(np.log(self.unit[i]).sum()) + float((bounded**2).sum())
 
     def segment(self, run: RowSequence, c: Candidate) -> SegmentFit | None:
         """The segment of one file and cause that gains most."""
-        i, rows = self.number(run), c.rows
+        rows = c.rows
         k = len(rows)
         if k < 2 * SEGMENT_ROWS:
             return None
-        unit = self.unit[i][:, None]
-        answer = (self.jacobian[i][rows] / unit) @ self.root
-        sums = _Sums.of(c.column[rows] / unit, self.left[i][rows], self.weight[i][rows], answer)
+        sums = self._sums(run, c)
         marks = np.unique(np.linspace(0, k, min(GRID, k // 2) + 1).astype(np.int64))
         a, b = (marks[m] for m in np.triu_indices(len(marks), 1))
         ends = sums.best(a, b)
@@ -138,30 +131,25 @@ class SegmentModel:
             return None
         first, last = _sharpen_ends(sums, *ends, 2 * int(np.diff(marks).max()))
         # What stood elsewhere before a row, or from that row on, is one and the same: the later rows are named.
-        if first == 0:
-            first, last = last, k
-        gain, held = sums.gain(np.array([first]), np.array([last]))
-        return SegmentFit(
-            run, c, int(rows[first]), int(rows[last - 1]) + 1, float(gain[0]), held[0], sums=sums, ends=(first, last)
-        )  # fmt: skip
+        ends = (last, k) if first == 0 else (first, last)
+        return sums.fit(run, c, (int(rows[ends[0]]), int(rows[ends[1] - 1]) + 1), ends)
 
     def whole_file(self, run: RowSequence, c: Candidate, a: int, b: int) -> SegmentFit:
         """The segment of rows a to b, which are a file of their own."""
-        i, rows = self.number(run), c.rows
-        unit = self.unit[i][:, None]
-        answer = (self.jacobian[i][rows] / unit) @ self.root
-        sums = _Sums.of(c.column[rows] / unit, self.left[i][rows], self.weight[i][rows], answer)
-        first, last = int(np.searchsorted(rows, a)), int(np.searchsorted(rows, b))
-        gain, held = sums.gain(np.array([first]), np.array([last]))
-        return SegmentFit(run, c, a, b, float(gain[0]), held[0], sums=sums, ends=(first, last))
+        first, last = np.searchsorted(c.rows, (a, b)).tolist()
+        return self._sums(run, c).fit(run, c, (a, b), (first, last))
 
     def shared(self, run: RowSequence, c: Candidate, profile: Array) -> float:
         """The gain where each row of a candidate moved by a share of its own, (k,)."""
-        i, rows = self.number(run), c.rows
+        return float(self._sums(run, c, profile).gain(np.array([0]), np.array([len(profile)]))[0][0])
+
+    def _sums(self, run: RowSequence, c: Candidate, profile: Array | None = None) -> _Sums:
+        """Of the rows of a candidate, each moved by its share of the profile (k,), or whole."""
+        i, rows = self.runs.index(run), c.rows
         unit = self.unit[i][:, None]
-        e = c.column[rows] / unit * profile[:, None, None]
-        one = _Sums.of(e, self.left[i][rows], self.weight[i][rows], (self.jacobian[i][rows] / unit) @ self.root)
-        return float(one.gain(np.array([0]), np.array([len(rows)]))[0][0])
+        column = c.column[rows] / unit if profile is None else c.column[rows] / unit * profile[:, None, None]
+        answer = (self.jacobian[i][rows] / unit) @ self.root
+        return _Sums.of(column, self.left[i][rows], self.weight[i][rows], answer)
 
 
 def _inverse_root(a: Array) -> Array:
@@ -203,6 +191,11 @@ class _Sums:
 
         turned = (column * weight[:, None, None]).transpose(0, 2, 1)
         return cls(running((turned @ left[..., None])[..., 0]), running(turned @ column), running(turned @ answer))
+
+    def fit(self, run: RowSequence, c: Candidate, rows: tuple[int, int], ends: tuple[int, int]) -> SegmentFit:
+        """The segment of some rows of a run, between these `ends` among the rows of its candidate."""
+        gain, held = self.gain(*(np.array([end]) for end in ends))
+        return SegmentFit(run, c, *rows, float(gain[0]), held[0], self, ends)
 
     def gain(self, a: Ints, b: Ints) -> tuple[Array, Array]:
         """Gain (p,) and step (p, q) of segments a <= i < b; directions that the model answers almost whole are held."""

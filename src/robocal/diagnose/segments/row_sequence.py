@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from robocal._types import Array, Ints
-from robocal.measure.data import Observations
+from robocal.estimate.problem import Problem
+from robocal.estimate.terms import spread
+from robocal.fit.noise import owners
+from robocal.measure.base import Rows
+from robocal.measure.data import DataSet, Observations
 
-__all__ = ["Candidate", "RowSequence"]
+__all__ = ["Candidate", "Parts", "Plain", "RowSequence", "whiten_terms"]
+
+Parts = tuple[tuple[int, int, str], ...]  # columns that share a unit: start, stop, SI unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +26,7 @@ class Plain:
 
     column: Array
     sigma: Array
-    parts: tuple[tuple[int, int, str], ...]
+    parts: Parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +55,7 @@ class RowSequence:
     residual: Array
     jacobian: Array
     candidates: tuple[Candidate, ...]
-    parts: tuple[tuple[int, int, str], ...]  # columns that share a unit: start, stop, SI unit
+    parts: Parts
     origin: list[tuple[str, int]] | None = None  # file and row of every row, where they are not those of `obs`
 
     @property
@@ -78,3 +85,13 @@ class RowSequence:
         most = max(dict.fromkeys(files), key=files.count)
         mine = [row for source, row in self.origin[first : last + 1] if source == most]
         return most, (mine[0], mine[-1])
+
+
+def whiten_terms(data: DataSet, problem: Problem, x: Array) -> Iterator[tuple[int, Rows, Array, Array, Array]]:
+    """The number of the observations of every term, the term, and at x (1, P) r (m, d), J (m, d, n) and L (m, d, l) of its blocks,
+    whitened; zero for configurations without weight."""
+    for (own, term), bound in zip(owners(data, problem), problem.bound_terms, strict=True):
+        r, narrow, local = bound.evaluate(x, np.zeros(1, dtype=np.int64), 0, len(term.scale))
+        used = problem.in_use[term.configuration, None] * term.scale
+        j = spread(narrow[0], bound.columns, problem.n)
+        yield own, term, r[0] * used, j * used[..., None], local[0] * used[..., None]

@@ -89,10 +89,10 @@ def _of_links(robot: Robot, other: OtherChain) -> CauseText:
 
 def _changes_to_report(found: Explanation) -> Sequence[Trial]:
     """The changes to tell: of one change in all files or in some, the former."""
-    every = {replace(c.parts[0], sources=(), turns=None) for c in found.changes if not c.parts[0].sources}
+    every = {replace(c[0], sources=(), turns=None) for c in found.changes if not c[0].sources}
     kept = [
         c for c in found.changes
-        if not c.parts[0].sources or replace(c.parts[0], sources=(), turns=None) not in every
+        if not c[0].sources or replace(c[0], sources=(), turns=None) not in every
     ]  # fmt: skip
     return kept[:MOST]
 
@@ -121,7 +121,7 @@ class CauseText:
 
     @classmethod
     def of(cls, trial: Trial, robot: Robot, reading: Reading) -> CauseText:
-        parts = [_one(c, robot, reading) for c in trial.parts]
+        parts = [_one(c, robot, reading) for c in trial]
         if len(parts) == 1:
             return parts[0]
         return cls(

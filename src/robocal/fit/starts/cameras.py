@@ -12,7 +12,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.fit.starts.frames import poses
-from robocal.fit.starts.target_rows import TargetRows, frame_values, outside, start
+from robocal.fit.starts.target_rows import TargetRows, frame_values, start
 from robocal.geometry import se3, so3
 from robocal.measure.angular import directions
 from robocal.measure.pixels import rays
@@ -58,8 +58,7 @@ def resect(points: Array, directions: Array, keep: int = 2) -> list[Array]:
             if len(chosen) < max(many, keep) and all(np.abs(r[b] - r[c]).max() > SAME for c in chosen):
                 chosen.append(int(b))
         r, t = r[chosen], t[chosen]
-    r, t = r[:keep], t[:keep]
-    return [se3.compose(a, b - a @ centre) for a, b in zip(r, t, strict=True)]
+    return [se3.compose(a, b - a @ centre) for a, b in zip(r[:keep], t[:keep], strict=True)]
 
 
 def _linear(p: Array, directions: Array) -> Array:
@@ -84,8 +83,8 @@ def _cube() -> Array:
 
 @start("bearing")
 def _bearing(seen: TargetRows) -> list[dict[str, float]]:
-    frame = seen.obs.frame
-    if frame is None or not outside(seen):
+    frame = seen.outside
+    if frame is None:
         return []
     return [frame_values(frame.name, found) for found in resect(seen.points, directions(seen.value))]
 
@@ -98,7 +97,7 @@ def _pixels(seen: TargetRows) -> list[dict[str, float]]:
     point = seen.obs.extra["point"][seen.index]
     along = rays(seen.obs, seen.value)
     out = []
-    if outside(seen):
+    if seen.outside is not None:
         held = seen.at(seen.machine)
         there = np.einsum("mij,mj->mi", held[:, :3, :3], point) + held[:, :3, 3]
         out += [frame_values(frame.name, t) for t in resect(there, along)]

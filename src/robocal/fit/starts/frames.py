@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._types import Array
-from robocal.fit.starts.target_rows import TargetRows, frame_values, outside, start
+from robocal.fit.starts.target_rows import TargetRows, frame_values, start
 from robocal.geometry import fits, se3, so3
 from robocal.measure.angular import directions
 
@@ -67,10 +67,13 @@ def relative_hand(machine: Array, measured: Array) -> Array:
 # --- what the registry calls --------------------------------------------------------------------------------------------
 
 
-def _tracker_starts(seen: TargetRows, points: Array) -> list[dict[str, float]]:
-    """An instrument that measured points (k, 3) in its own frame."""
-    frame = seen.obs.frame
-    assert frame is not None
+@start("position", "spherical")
+def _points(seen: TargetRows) -> list[dict[str, float]]:
+    """An instrument that measured points in its own frame."""
+    frame, v = seen.outside, seen.value
+    if frame is None:
+        return []
+    points = v[:, :3] if seen.obs.kind == "position" else v[:, :1] * directions(v[:, 1:])
     out = []
     for offset in (True, False) if seen.loose else (False,):
         found, c = point_start(points, seen.at(seen.machine), offset)
@@ -79,20 +82,10 @@ def _tracker_starts(seen: TargetRows, points: Array) -> list[dict[str, float]]:
     return out
 
 
-@start("position")
-def _position(seen: TargetRows) -> list[dict[str, float]]:
-    return _tracker_starts(seen, seen.value[:, :3]) if outside(seen) else []
-
-
-@start("spherical")
-def _spherical(seen: TargetRows) -> list[dict[str, float]]:
-    return _tracker_starts(seen, seen.value[:, :1] * directions(seen.value[:, 1:])) if outside(seen) else []
-
-
 @start("displacement")
 def _displacement(seen: TargetRows) -> list[dict[str, float]]:
-    frame = seen.obs.frame
-    if frame is None or seen.other is None or not outside(seen):
+    frame = seen.outside
+    if frame is None or seen.other is None:
         return []
     moved = seen.at(seen.other)[:, :3, 3] - seen.points
     r = so3.project(np.einsum("mi,mj->ij", seen.value, moved))
@@ -118,7 +111,7 @@ def poses(seen: TargetRows, measured: Array, machine: Array) -> list[dict[str, f
     frame = seen.obs.frame
     if frame is None or not any(frame.free):
         return []
-    if not outside(seen):
+    if seen.outside is None:
         return _in_hand(seen, measured, machine)
     machine = seen.at(machine)
     out = []

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -35,17 +36,14 @@ def place_configurations(model: Model, data: DataSet) -> DataSet:
     count = len(data.configurations)
     given = data.configurations.start
     start = np.full((count, 6), np.nan) if given is None else np.array(given)
-    for kind in OWN:
-        for obs in data.observations:
-            lacking = np.isnan(start).any(axis=1)
-            if not lacking.any():
-                break
-            if obs.kind == kind:
-                found = OWN[kind](model, obs, lacking)
-                good = np.isfinite(found).all(axis=(1, 2)) & lacking
-                vector = se3.to_vector(found[good])
-                vector[:, [i for i in range(6) if i not in freedom]] = 0.0
-                start[good] = vector
+    for kind, obs in product(OWN, data.observations):
+        lacking = np.isnan(start).any(axis=1)
+        if obs.kind == kind and lacking.any():
+            found = OWN[kind](model, obs, lacking)
+            good = np.isfinite(found).all(axis=(1, 2)) & lacking
+            vector = se3.to_vector(found[good])
+            vector[:, [i for i in range(6) if i not in freedom]] = 0.0
+            start[good] = vector
     lacking = np.isnan(start).any(axis=1)
     start[lacking] = 0.0 if lacking.all() else np.median(start[~lacking], axis=0)
     return replace(data, configurations=replace(data.configurations, start=start))

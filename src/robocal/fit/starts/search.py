@@ -10,12 +10,11 @@ from robocal._types import Array, Ints
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.starts.target_rows import STARTS, Start, TargetRows
-from robocal.measure.base import kind_of
-from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model
 from robocal.measure.reach import nominal_poses, place_is_known
 
-__all__ = ["analytic_starts", "combine_starts", "frames_of", "refine"]
+__all__ = ["analytic_starts", "combine_starts", "refine"]
 
 FEWEST = 3
 ENOUGH = 1000  # rows of an instrument for where it stands: the refinement takes all
@@ -95,12 +94,3 @@ def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, flo
     cost = np.where(np.isfinite(solution.cost), solution.cost, np.inf)
     best = int(np.argmin(cost))
     return solution.x[[best]], solution.settled(best)
-
-
-def frames_of(data: DataSet) -> dict[str, Frame]:
-    """All instruments' frames, targets and places by name."""
-    out: dict[str, Frame] = {}
-    for obs in data.observations:
-        for frame in (*((obs.frame,) if obs.frame else ()), *obs.targets, *kind_of(obs).frames(obs)):
-            out.setdefault(frame.name, frame)
-    return out

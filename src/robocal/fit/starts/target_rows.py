@@ -14,7 +14,7 @@ from robocal.measure.data import Frame, Observations
 from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["STARTS", "Start", "TargetRows", "frame_values", "outside", "start"]
+__all__ = ["STARTS", "Start", "TargetRows", "frame_values", "start"]
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,14 @@ class TargetRows:
         names = [f"tool.{s}" for s in FRAME_SYMBOLS]
         return any(n in self.model.table and self.model.table[n].free for n in names)
 
+    @property
+    def outside(self) -> Frame | None:
+        """The instrument, where it stands free on the base and watches the tool."""
+        frame, target = self.obs.frame, self.target
+        if frame is None or frame.mount != "base" or not any(frame.free):
+            return None
+        return frame if target is None or target.mount == "tool" else None
+
     def shift_target(self, shift: Array) -> dict[str, float]:
         """The target (or the tool) with a shift (4, 4) behind it."""
         if self.target is not None:
@@ -87,10 +95,3 @@ def frame_values(owner: str, frame: Array) -> dict[str, float]:
     vector[:3] = frame[:3, 3]
     vector_from_rotation(np.ascontiguousarray(frame[:3, :3]), vector[3:])
     return {f"{owner}.{s}": v for s, v in zip(FRAME_SYMBOLS, vector.tolist(), strict=True)}
-
-
-def outside(seen: TargetRows) -> bool:
-    """Whether a free instrument on the base watches the tool."""
-    frame, target = seen.obs.frame, seen.target
-    watches = frame is not None and frame.mount == "base" and (target is None or target.mount == "tool")
-    return watches and frame is not None and any(frame.free)
