@@ -13,7 +13,7 @@ from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, JointsModel, SecondModel, ValueModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
 from robocal.files.kinds.kind import column_units
-from robocal.files.names import meant
+from robocal.files.text import meant
 from robocal.files.units import UNITS, Unit
 from robocal.files.unread import near_miss
 from robocal.files.yamlio import Path_, YamlDocument

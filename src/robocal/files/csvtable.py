@@ -22,8 +22,7 @@ import numpy as np
 from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, one_of
 from robocal.files.digits import last_digits
-from robocal.files.names import FORBIDDEN, forbidden_character, harmless, meant
-from robocal.files.text import MEGABYTE, read_text
+from robocal.files.text import FORBIDDEN, MEGABYTE, forbidden_character, harmless, meant, read_text
 
 __all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
 
@@ -272,7 +271,7 @@ def _refuse_more(what: str, found: int, most: int, path: Path) -> None:
 
 def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
     """The text of a CSV: commas, one line per row, quoted where a cell needs it; text that a spreadsheet would run as a
-    formula gets an apostrophe before it (`files.names`)."""
+    formula gets an apostrophe before it (`files.text`)."""
     return _written([harmless(cell) for cell in row] for row in (header, *rows))
 
 

@@ -22,18 +22,16 @@ from robocal.files.configurations import nowhere, read_configurations, remarks_o
 from robocal.files.csvtable import CsvTable, MissingCells, read_csv
 from robocal.files.data_checks import alternatives, suspicions
 from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, TargetModel
-from robocal.files.frame_block import frame_vector
 from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.kind import Around, KindFile, Values
 from robocal.files.kinds.registry import readers_of
 from robocal.files.leaving import Excluded, LeftOut, split_list
-from robocal.files.names import meant
 from robocal.files.notation import TableNotation, table_notation
 from robocal.files.onething import new_distances, one_thing, refuse_again, target_remarks
-from robocal.files.outside import discreet
+from robocal.files.orientation import frame_vector
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
-from robocal.files.text import InputFile
+from robocal.files.text import InputFile, discreet, meant
 from robocal.files.units import UNITS, Unit, Units
 from robocal.files.unread import Unread, left_over, unread_remarks
 from robocal.files.yamlio import YamlDocument, load

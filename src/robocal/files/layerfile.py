@@ -14,10 +14,9 @@ import numpy as np
 from pydantic import Field, FiniteFloat
 
 from robocal.errors import FormatError
-from robocal.files.names import FORBIDDEN, forbidden_part
 from robocal.files.plain import plain
 from robocal.files.schema import FileModel, validate
-from robocal.files.text import read_json
+from robocal.files.text import FORBIDDEN, forbidden_part, read_json
 from robocal.files.yamlio import YamlDocument
 
 if TYPE_CHECKING:

@@ -24,10 +24,9 @@ from robocal.files.evidence_parts import (
     ScaleSummary,
     WorkingRange,
 )
-from robocal.files.names import FORBIDDEN, forbidden_part
 from robocal.files.parts import InputHash, Number, RemarkPart, RowsLeftOut
 from robocal.files.plain import json_text, plain
-from robocal.files.text import read_json
+from robocal.files.text import FORBIDDEN, forbidden_part, read_json
 from robocal.prove.statistics import Coverage, Stages, Statistic
 from robocal.quantities import Amount, DisplayUnit, OwnUnit, Value
 

@@ -20,12 +20,11 @@ from pydantic import Field, FiniteFloat
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
-from robocal.files.frame_block import frame_changes, frame_vector
-from robocal.files.robot_rows import changes, read_row, show_row
+from robocal.files.orientation import frame_changes, frame_vector
+from robocal.files.robot_rows import changes, complete_rows, missing_key_remarks, read_row, show_row
 from robocal.files.schema import FileModel, FrameModel, UnitsModel, Version, validate
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.units import UNITS, Unit, Units, number, parse_unit, same
-from robocal.files.unstated import complete_rows, missing_key_remarks
 from robocal.files.yamlio import Path_, YamlDocument, add_stamp, edit, parse, quote
 from robocal.parameters import ParameterTable
 from robocal.remarks.code import Code

@@ -16,12 +16,10 @@ from typing import TYPE_CHECKING, Any
 from robocal.errors import FileError, InputError, nearest
 from robocal.files.covariance import COVARIANCE
 from robocal.files.csvtable import CsvTable, csv_columns, csv_text, read_csv
-from robocal.files.journal import JOURNAL
 from robocal.files.layerfile import LAYER
-from robocal.files.names import harmless
 from robocal.files.result import Result, read_result
-from robocal.files.text import read_bytes
-from robocal.files.writing import LEFT, write_files
+from robocal.files.text import harmless, read_bytes
+from robocal.files.writing import JOURNAL, LEFT, write_files
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 

@@ -22,7 +22,7 @@ from pydantic import (
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from robocal.errors import nearest
-from robocal.files.names import forbidden_character
+from robocal.files.text import forbidden_character
 from robocal.files.yamlio import Path_, YamlDocument
 from robocal.parameters import FRAME_SYMBOLS
 

@@ -25,9 +25,8 @@ from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import OrientationModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, configuration_columns, joint_columns, matrices, vocabulary
 from robocal.files.kinds.pose import PositionModel, read_pose, read_position
-from robocal.files.outside import discreet
 from robocal.files.schema import validate
-from robocal.files.text import InputFile
+from robocal.files.text import InputFile, discreet
 from robocal.files.units import UNITS, Unit, Units
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import YamlDocument, load

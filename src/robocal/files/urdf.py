@@ -16,10 +16,10 @@ from pathlib import Path
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
+from robocal.files.robot_rows import missing_key_remarks
 from robocal.files.text import Source
 from robocal.files.units import number, same
 from robocal.files.unread import near_miss, remark_unknown_names
-from robocal.files.unstated import missing_key_remarks
 from robocal.files.urdftree import (
     MOVING,
     RESERVED,

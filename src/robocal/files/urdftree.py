@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from robocal.errors import FormatError, nearest, one_of
-from robocal.files.names import FORBIDDEN, forbidden_character
-from robocal.files.text import Source
+from robocal.files.text import FORBIDDEN, Source, forbidden_character
 
 __all__ = [
     "MOVING",

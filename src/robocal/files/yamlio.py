@@ -16,8 +16,7 @@ from typing import Any, NoReturn
 
 from robocal._version import __version__
 from robocal.errors import FormatError
-from robocal.files.names import FORBIDDEN, forbidden_character
-from robocal.files.text import MEGABYTE, Source, line_of, read_text
+from robocal.files.text import FORBIDDEN, MEGABYTE, Source, forbidden_character, line_of, read_text
 from robocal.files.units import Unit, number, parse_unit
 
 __all__ = ["YamlDocument", "add_stamp", "edit", "load", "parse", "path_text", "quote"]

@@ -104,7 +104,7 @@ def working_range(
     own = _written(robot)
     if given is None or given == MEASURED:
         return (region_of_limits(robot.chain, data) if own else None), ()
-    from robocal.files.working_region import read_region
+    from robocal.files.pose_table import read_region
 
     found = read_region(Path(given), robot.chain)
     name = f"region of {Path(given).name}"
