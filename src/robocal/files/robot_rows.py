@@ -44,8 +44,7 @@ SIZES = {"direction": 3, "point": 3, "angles": 3, "moment": 3, "limits": 2}
 
 def read_row(row: Any, at: Path_, rule: Convention, units: Units, document: YamlDocument) -> dict[str, object]:
     """One joint in SI. Raises FormatError with the line and key path of whatever is not as the convention declares."""
-    if not isinstance(row, dict):
-        document.fail("not a mapping", at, found=row, expected="{name: ..., type: ..., ...}")
+    document.insist(isinstance(row, dict), "not a mapping", at, found=row, expected="{name: ..., type: ..., ...}")
     kind = str(row.get("type") or "revolute")
     out: dict[str, object] = {}
     for name, value in row.items():
@@ -56,46 +55,42 @@ def read_row(row: Any, at: Path_, rule: Convention, units: Units, document: Yaml
         quantity = rule.key[name].quantity
         where = (*at, name)
         if quantity == "text":
-            if not isinstance(value, str):
-                document.fail("not a text", where, found=value, expected="a word (in quotes when it is a number)")
+            expected = "a word (in quotes when it is a number)"
+            document.insist(isinstance(value, str), "not a text", where, found=value, expected=expected)
             out[name] = value
         elif quantity == "steps":
             out[name] = _steps(value, where, units, document)
         elif quantity in SIZES:
-            unit = _unit(quantity, kind, units)
-            size = SIZES[quantity]
-            if not isinstance(value, list) or len(value) != size:
-                document.fail("wrong shape", where, found=value, expected=f"a list of {size} numbers")
-            limits = quantity == "limits"
-            out[name] = numbers = [
-                _number(v, (*where, i), unit, document, infinite=limits) for i, v in enumerate(value)
-            ]
-            if limits and numbers[0] > numbers[1]:
-                document.fail("limits in the wrong order", where, found=value, expected="lower, upper")
+            unit, size, limits = _unit(quantity, kind, units), SIZES[quantity], quantity == "limits"
+            whole = isinstance(value, list) and len(value) == size
+            document.insist(whole, "wrong shape", where, found=value, expected=f"a list of {size} numbers")
+            numbers = [_number(v, (*where, i), unit, document, infinite=limits) for i, v in enumerate(value)]
+            ordered = not limits or numbers[0] <= numbers[1]
+            document.insist(ordered, "limits in the wrong order", where, found=value, expected="lower, upper")
+            out[name] = numbers
         else:
             out[name] = _number(value, where, _unit(quantity, kind, units), document)
     for key in rule.keys:
-        if key.required and key.name not in out:
-            document.fail("a key is missing", (*at, key.name), expected=QUANTITIES.get(key.quantity, key.quantity))
+        there = key.name in out or not key.required
+        document.insist(there, "a key is missing", (*at, key.name), expected=QUANTITIES.get(key.quantity, key.quantity))
     return out
 
 
 def _number(value: Any, at: Path_, unit: Unit, document: YamlDocument, *, infinite: bool = False) -> float:
     expected = "a finite number" + ("" if unit is ONE else f" in {unit.name}")
     bad = isinstance(value, bool) or not isinstance(value, int | float)
-    if bad or math.isnan(value) or (math.isinf(value) and not infinite):
-        document.fail("not a finite number", at, found=value, expected=expected)
+    bad = bad or math.isnan(value) or (math.isinf(value) and not infinite)
+    document.insist(not bad, "not a finite number", at, found=value, expected=expected)
     return unit.to_si(float(value))
 
 
 def _steps(value: Any, at: Path_, units: Units, document: YamlDocument) -> list[dict[str, object]]:
     """A list of elementary transforms; `driven` may be true."""
-    if not isinstance(value, list):
-        document.fail("not a list", at, found=value, expected="a list of {axis, value, symbol, driven}")
+    keys = "{axis, value, symbol, driven}"
+    document.insist(isinstance(value, list), "not a list", at, found=value, expected=f"a list of {keys}")
     out: list[dict[str, object]] = []
     for i, entry in enumerate(value):
-        if not isinstance(entry, dict):
-            document.fail("not a mapping", (*at, i), found=entry, expected="{axis, value, symbol, driven}")
+        document.insist(isinstance(entry, dict), "not a mapping", (*at, i), found=entry, expected=keys)
         made = {k: v for k, v in entry.items() if v is not None}
         if "value" in made:
             made["value"] = _number(made["value"], (*at, i, "value"), _step_unit(entry, units), document)

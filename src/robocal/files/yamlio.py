@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NoReturn
 
 from robocal._version import __version__
-from robocal.errors import FormatError
+from robocal.errors import FormatError, one_of
 from robocal.files.text import FORBIDDEN, MEGABYTE, Source, forbidden_character, line_of, read_text
 from robocal.files.units import Unit, number, parse_unit
 
@@ -24,6 +24,8 @@ __all__ = ["YamlDocument", "add_stamp", "edit", "load", "parse", "path_text", "q
 SIZE_LIMIT = MEGABYTE
 DEPTH_LIMIT = 30
 NODE_LIMIT = 40_000  # events of the parser: three seconds
+# What the parser answers to some malformed files, beside errors of its own making.
+MALFORMED = (ValueError, TypeError, AttributeError, LookupError, AssertionError, NotImplementedError)
 
 CALIBRATED = "# Calibrated by robocal"
 
@@ -52,6 +54,16 @@ class YamlDocument:
         """Raises FormatError at a key path of this file."""
         raise FormatError(message, file=self.path, row=self.row(path), key=path_text(path) or None, **facts)
 
+    def insist(self, good: object, message: str, path: Path_ = (), **facts: Any) -> None:
+        """Raises FormatError at a key path of this file where what has to be so is not."""
+        if not good:
+            self.fail(message, path, **facts)
+
+    def insist_known(self, word: object, known: Collection[str], message: str, path: Path_) -> None:
+        """Raises FormatError at a key path for a word that is none of the known ones, with the nearest of them."""
+        if word not in known:
+            self.fail(message, path, found=word, **one_of(word, known))
+
     def unit(self, name: object, si: str | None, path: Path_, key: str = "") -> Unit:
         """The unit that is stated at a key path. Raises FormatError."""
         return parse_unit(name, si, file=self.path, row=self.row(path), key=key or path_text(path))
@@ -76,9 +88,9 @@ def parse(source: Source) -> YamlDocument:
     lines: dict[Path_, int] = {}
     data = _build(root, (), lines, source.path)
     if not isinstance(data, dict):
-        raise FormatError(
-            "the file is not a mapping", file=source.path, found=_kind(data), expected="lines such as `name: value`"
-        )
+        found = "a list" if isinstance(data, list) else "a text" if isinstance(data, str) else "a single value"
+        expected = "lines such as `name: value`"
+        raise FormatError("the file is not a mapping", file=source.path, found=found, expected=expected)
     return YamlDocument(source.path, source.text, source.sha256, data, lines)
 
 
@@ -187,24 +199,13 @@ def _compose(text: str, path: object) -> Any:
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         problem = error.problem or error.context or "malformed"
-        raise FormatError(
-            f"not valid YAML: {problem}", file=path, row=None if mark is None else mark.line + 1
-        ) from None
+        row = None if mark is None else mark.line + 1
+        raise FormatError(f"not valid YAML: {problem}", file=path, row=row) from None
     except ReaderError as error:
         row = line_of(text, error.position) if isinstance(error.position, int) else None
-        raise FormatError(
-            "a control character that YAML does not allow", file=path, row=row, found=str(error.character)
-        ) from None
-    except (
-        YAMLError,
-        ValueError,
-        TypeError,
-        AttributeError,
-        LookupError,
-        AssertionError,
-        NotImplementedError,
-    ) as error:
-        # The parser answers some malformed files with errors of its own making.
+        message = "a control character that YAML does not allow"
+        raise FormatError(message, file=path, row=row, found=str(error.character)) from None
+    except (YAMLError, *MALFORMED) as error:
         first = (str(error).strip() or type(error).__name__).splitlines()[0]
         raise FormatError(f"not valid YAML: {first}", file=path) from None
     if root is None:
@@ -279,24 +280,16 @@ def _scalar(node: Any, path: Path_, file: object) -> Any:
         if tag == "bool":
             return text.lower() == "true"
     except ValueError:
-        raise FormatError(
-            "not a number", file=file, row=node.start_mark.line + 1, key=path_text(path), found=text
-        ) from None
+        row = node.start_mark.line + 1
+        raise FormatError("not a number", file=file, row=row, key=path_text(path), found=text) from None
     _refuse_strange(node, path, file, lines=path[-1:] == ("source",))
     return None if tag == "null" else text
 
 
 def _refuse_strange(node: Any, path: Path_, file: object, *, lines: bool = False) -> None:
-    found = forbidden_character(node.value, lines=lines)
-    if found is not None:
-        row = node.start_mark.line + 1
-        raise FormatError(
-            FORBIDDEN, file=file, row=row, key=path_text(path), found=node.value, expected="one line of text"
-        )
-
-
-def _kind(data: object) -> str:
-    return "a list" if isinstance(data, list) else "a text" if isinstance(data, str) else "a single value"
+    if forbidden_character(node.value, lines=lines):
+        where = {"file": file, "row": node.start_mark.line + 1, "key": path_text(path)}
+        raise FormatError(FORBIDDEN, **where, found=node.value, expected="one line of text")
 
 
 def quote(text: str) -> str:
