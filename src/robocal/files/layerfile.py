@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field, FiniteFloat
 
-from robocal.errors import FormatError
 from robocal.files.plain import plain
 from robocal.files.schema import FileModel, validate
-from robocal.files.text import FORBIDDEN, forbidden_part, read_json
-from robocal.files.yamlio import YamlDocument
+from robocal.files.text import FORBIDDEN, forbidden_part
+from robocal.files.yamlio import read_json
 
 if TYPE_CHECKING:
     from robocal.prove.nongeometric.layer import Layer
@@ -51,16 +50,15 @@ def read_layer(path: str | os.PathLike[str]) -> Layer:
     """Reads a layer.json. Raises FileError or FormatError."""
     from robocal.prove.nongeometric.layer import Layer
 
-    source, data = read_json(path, "this is not a residual layer", "an object with the key robocal")
-    if (strange := forbidden_part(data)) is not None:
-        raise FormatError(FORBIDDEN, file=source.path, key=strange[0], found=strange[1])
-    model = validate(LayerModel, YamlDocument(source.path, source.text, source.sha256, data))
+    document = read_json(path, "this is not a residual layer", "an object with the key robocal")
+    if (strange := forbidden_part(document.data)) is not None:
+        document.fail(FORBIDDEN, (strange[0],), found=strange[1])
+    model = validate(LayerModel, document)
     n, d = len(model.joints), len(model.size)
     shapes = {len(model.turning), len(model.lengths), *(len(p) for p in model.points)}
-    if d not in (3, 6):
-        raise FormatError("a correction has 3 numbers or 6", file=source.path, key="size", found=d)
-    if shapes != {n} or {len(w) for w in model.weights} != {d} or len(model.points) != len(model.weights):
-        raise FormatError("numbers are missing", file=source.path, expected=f"{n} per point and {d} per weight")
+    document.insist(d in (3, 6), "a correction has 3 numbers or 6", ("size",), found=d)
+    whole = shapes == {n} and {len(w) for w in model.weights} == {d} and len(model.points) == len(model.weights)
+    document.insist(whole, "numbers are missing", expected=f"{n} per point and {d} per weight")
     return Layer(
         tuple(model.joints), tuple(model.turning), np.array(model.points), np.array(model.weights),
         np.array(model.size), np.array(model.lengths), model.noise,

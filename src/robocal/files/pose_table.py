@@ -25,16 +25,14 @@ from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_dataset
 from robocal.files.headers import IDS, joint_columns, row_names, vocabulary
 from robocal.files.kinds.kind import column_units
-from robocal.files.listing import listing_text
 from robocal.files.robot import read_units
 from robocal.files.schema import FileModel, UnitsModel, Version, refuse, validate
 from robocal.files.text import InputFile
-from robocal.files.units import Units
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import YamlDocument, load
 from robocal.quantities import Column, Listing
 
-__all__ = ["RegionFile", "joint_program", "poses_text", "read_poses", "read_region"]
+__all__ = ["RegionFile", "joint_program", "read_poses", "read_region"]
 
 
 def read_poses(path: str | os.PathLike[str], chain: Chain) -> tuple[tuple[str, ...], Array, tuple[InputFile, ...]]:
@@ -62,11 +60,6 @@ def joint_program(chain: Chain, names: Sequence[str], q: Array, rank: Sequence[i
     # Finer than any controller, in degrees or in radians.
     joints = (Column(j.name, u, v, decimals=9) for j, u, v in zip(chain.joints, si, np.asarray(q).T, strict=True))
     return Listing((Column("id", "", tuple(names)), *joints, Column("rank", "", tuple(rank))))
-
-
-def poses_text(chain: Chain, names: Sequence[str], q: Array, rank: Sequence[int], units: Units | None = None) -> str:
-    """The same as CSV."""
-    return listing_text(joint_program(chain, names, q, rank), units or Units())
 
 
 def _pair(value: Any) -> Any:
@@ -107,9 +100,8 @@ def read_region(path: str | os.PathLike[str], chain: Chain) -> RegionFile:
             units = read_units(model.units, document)
             ranges = np.full((len(chain.joints), 2), np.nan)
             for name, pair in model.joints.items():
-                if name not in chain.joint_names:
-                    known = one_of(name, chain.joint_names)
-                    document.fail("no joint has this name", ("joints", name), **known)
+                known = one_of(name, chain.joint_names)
+                document.insist(name in chain.joint_names, "no joint has this name", ("joints", name), **known)
                 i = chain.joint_names.index(name)
                 unit = units.length if chain.joints[i].type == "prismatic" else units.angle
                 ranges[i] = [unit.to_si(float(v)) for v in pair]

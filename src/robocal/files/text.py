@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import json
 import os
 import re
 from collections.abc import Callable
@@ -41,7 +40,6 @@ __all__ = [
     "line_of",
     "meant",
     "read_bytes",
-    "read_json",
     "read_text",
 ]
 
@@ -143,20 +141,6 @@ def decode(data: bytes, path: object) -> str:
             "a control character inside the text", file=path, row=row, found=strange[0], expected="plain text"
         )
     return text
-
-
-def read_json(path: str | os.PathLike[str], otherwise: str, expected: str) -> tuple[Source, dict[str, Any]]:
-    """A JSON file and its object. Raises FileError, or FormatError naming the line; `otherwise` is said of what is no object."""
-    source = read_text(path)
-    try:
-        data = json.loads(source.text)
-    except json.JSONDecodeError as error:
-        raise FormatError(f"not valid JSON: {error.msg}", file=source.path, row=error.lineno) from None
-    except (RecursionError, ValueError):
-        raise FormatError("not valid JSON", file=source.path) from None
-    if not isinstance(data, dict):
-        raise FormatError(otherwise, file=source.path, found=type(data).__name__, expected=expected)
-    return source, data
 
 
 def line_of(text: str, index: int) -> int:

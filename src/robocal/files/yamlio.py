@@ -6,6 +6,7 @@ small file becomes a big one or runs code. Every value remembers its line.
 
 from __future__ import annotations
 
+import json
 import math
 import os
 from collections.abc import Collection, Mapping
@@ -19,7 +20,7 @@ from robocal.errors import FormatError, one_of
 from robocal.files.text import FORBIDDEN, MEGABYTE, Source, forbidden_character, line_of, read_text
 from robocal.files.units import Unit, number, parse_unit
 
-__all__ = ["YamlDocument", "add_stamp", "edit", "load", "parse", "path_text", "quote"]
+__all__ = ["YamlDocument", "add_stamp", "edit", "load", "parse", "path_text", "quote", "read_json"]
 
 SIZE_LIMIT = MEGABYTE
 DEPTH_LIMIT = 30
@@ -92,6 +93,20 @@ def parse(source: Source) -> YamlDocument:
         expected = "lines such as `name: value`"
         raise FormatError("the file is not a mapping", file=source.path, found=found, expected=expected)
     return YamlDocument(source.path, source.text, source.sha256, data, lines)
+
+
+def read_json(path: str | os.PathLike[str], otherwise: str, expected: str) -> YamlDocument:
+    """A JSON file and its object. Raises FileError, or FormatError naming the line; `otherwise` is said of what is no object."""
+    source = read_text(path)
+    try:
+        data = json.loads(source.text)
+    except json.JSONDecodeError as error:
+        raise FormatError(f"not valid JSON: {error.msg}", file=source.path, row=error.lineno) from None
+    except (RecursionError, ValueError):
+        raise FormatError("not valid JSON", file=source.path) from None
+    if not isinstance(data, dict):
+        raise FormatError(otherwise, file=source.path, found=type(data).__name__, expected=expected)
+    return YamlDocument(source.path, source.text, source.sha256, data)
 
 
 def add_stamp(text: str, origin: str, count: int) -> str:
@@ -294,8 +309,6 @@ def _refuse_strange(node: Any, path: Path_, file: object, *, lines: bool = False
 
 def quote(text: str) -> str:
     """A text as a YAML scalar: plain when it is one harmless word or phrase, else in double quotes."""
-    import json
-
     plain = text.strip() == text and text and all(c.isalnum() or c in " _-./" for c in text) and text[0].isalpha()
     if plain and text.lower() not in ("true", "false", "null", "yes", "no", "on", "off"):
         return text
