@@ -31,6 +31,7 @@ from robocal.files.headers import (
     configuration_columns,
     joint_columns,
     matrices,
+    matrix_header,
     vocabulary,
 )
 from robocal.files.kinds.pose import PositionModel, read_pose, read_position
@@ -105,10 +106,7 @@ def _self_description(table: CsvTable) -> dict[str, Any]:
     if turn and position:
         out["orientation"] = {"columns": turn[0], "form": turn[1]}
     elif prefixes and (position or f"{prefixes[0]}_03" in table.names):
-        if len(prefixes) > 1:
-            found = ", ".join(prefixes)
-            raise table.fail("several columns could be the target", found=found, expected="a YAML file that names one")
-        out["orientation"] = {"columns": prefixes[0], "form": "matrix"}
+        out["orientation"] = matrix_header(table, "the target", "a YAML file that names one")
     return out | {"configuration": configuration_columns(table, IDS)}
 
 
