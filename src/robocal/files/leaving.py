@@ -67,20 +67,17 @@ class Excluded:
         self.known += [*dict.fromkeys(map(str, names[names != ""])), *(f"{table.path.name}:{n}" for n in table.lines)]
         for word in self.names:
             hit = _match_rows(word, table, names, numbers)
-            if hit.any():
-                self.used.add(word)
+            self.used |= {word} if hit.any() else set()
             out |= hit
         return out
 
     def finish(self) -> None:
         """Raises FormatError for a word that named no row of any file."""
+        expected = "the id of a configuration, a row as an editor numbers it, a range such as 10-20, or FILE:ROW"
         for word in self.names:
             if word not in self.used:
-                raise FormatError(
-                    "this names no row", file=self.file, key=self.key, found=word,
-                    expected="the id of a configuration, a row as an editor numbers it, a range such as 10-20, or FILE:ROW",
-                    suggestion=nearest(word, self.known),
-                )  # fmt: skip
+                message, near = "this names no row", nearest(word, self.known)
+                raise FormatError(message, file=self.file, key=self.key, found=word, expected=expected, suggestion=near)
 
 
 def _match_rows(word: str, table: CsvTable, names: NDArray[np.object_], numbers: Ints) -> Bools:

@@ -136,10 +136,8 @@ def decode(data: bytes, path: object) -> str:
             raise FileError("a byte 0 inside the text", file=path, row=row, expected="a text file in UTF-8")
     strange = forbidden_character(text, lines=True)
     if strange is not None:
-        row = line_of(text, strange.start())
-        raise FormatError(
-            "a control character inside the text", file=path, row=row, found=strange[0], expected="plain text"
-        )
+        message, row = "a control character inside the text", line_of(text, strange.start())
+        raise FormatError(message, file=path, row=row, found=strange[0], expected="plain text")
     return text
 
 
@@ -242,13 +240,9 @@ def discreet(read: Callable[Concatenate[F, P], R]) -> Callable[Concatenate[F, P]
             place = given.path if isinstance(given, Source) else Path(given)
             if error.file is None or error.file == str(place) or not _outside(Path(error.file), place):
                 raise
-            raise type(error)(
-                error.message,
-                file=error.file,
-                row=error.row,
-                column=error.column if _names_column(error.column, place) else None,
-                expected=f"what {place.name} describes; what it says is not repeated, for it lies outside that folder",
-            ) from None
+            column = error.column if _names_column(error.column, place) else None
+            expected = f"what {place.name} describes; what it says is not repeated, for it lies outside that folder"
+            raise type(error)(error.message, file=error.file, row=error.row, column=column, expected=expected) from None
 
     return reading
 

@@ -46,14 +46,8 @@ class Unit:
 
 DEG = math.pi / 180
 WHAT = {
-    "m": "a length",
-    "rad": "an angle",
-    "s": "a time",
-    "kg": "a mass",
-    "N": "a force",
-    "K": "a temperature",
-    "1": "no unit",
-}
+    "m": "a length", "rad": "an angle", "s": "a time", "kg": "a mass", "N": "a force", "K": "a temperature", "1": "no unit",
+}  # fmt: skip
 EXAMPLES = {"m": "0.1mm", "rad": "0.1deg"}
 # SI unit of a quantity -> its units, and how much of the SI unit each is.
 FACTORS = {

@@ -141,8 +141,8 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
     at = tip
     while at != (base or start):
         if at not in into:
-            facts = {"key": "base", "found": base, "expected": f"a link above {tip}"}
-            raise FormatError("the tip is not connected to the base", file=source.path, **facts)
+            message, expected = "the tip is not connected to the base", f"a link above {tip}"
+            raise FormatError(message, file=source.path, key="base", found=base, expected=expected)
         path.insert(0, into[at])
         at = into[at].parent
     made = [_row(j) for j in path]

@@ -75,7 +75,7 @@ def write_files(
     try:
         for target, content in zip(targets, files.values(), strict=True):
             refuse_unwritable(target)
-            temporary.append(target.with_name(f".{target.name}.{os.getpid()}-{secrets.token_hex(4)}.robocal"))
+            temporary.append(_temporary(target))
             write_through(temporary[-1], content.encode("utf-8") if isinstance(content, str) else content, "xb")
         gone = [home / name for name in remove if name not in files and (home / name).is_file()]
         with _block_interrupts():
@@ -94,6 +94,10 @@ def write_files(
     return targets
 
 
+def _temporary(target: Path) -> Path:
+    return target.with_name(f".{target.name}.{os.getpid()}-{secrets.token_hex(4)}.robocal")
+
+
 def refuse_unwritable(target: Path) -> None:
     """Raises FileError where something stands that no file can replace."""
     if target.is_dir():
@@ -105,12 +109,8 @@ def refuse_unwritable(target: Path) -> None:
 
 def _make_folder(folder: Path) -> list[Path]:
     """Makes a folder with its parents; returns those that are new, innermost first."""
-    missing: list[Path] = []
     try:
-        at = folder
-        while not at.exists():
-            missing.append(at)
-            at = at.parent
+        missing = [at for at in (folder, *folder.parents) if not at.exists()]
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(f"the folder cannot be made: {reason_of(error)}", file=folder) from None
@@ -132,8 +132,8 @@ def _runs(pid: int) -> bool:
         os.kill(pid, 0)
     except (ProcessLookupError, OverflowError):
         return False
-    except OSError:
-        return True
+    except OSError:  # it is another user's
+        pass
     return True
 
 
@@ -150,7 +150,7 @@ def _replace_all(
             old.append((target, _back_up(target, source.name) if several else None))
             os.replace(source, target)
         for target in gone:
-            old.append((target, _back_up(target, f".{target.name}.{os.getpid()}-{secrets.token_hex(4)}.robocal")))
+            old.append((target, _back_up(target, _temporary(target).name)))
             target.unlink()
     except OSError:
         for target, before in old:

@@ -303,8 +303,8 @@ def _scalar(node: Any, path: Path_, file: object) -> Any:
 
 def _refuse_strange(node: Any, path: Path_, file: object, *, lines: bool = False) -> None:
     if forbidden_character(node.value, lines=lines):
-        where = {"file": file, "row": node.start_mark.line + 1, "key": path_text(path)}
-        raise FormatError(FORBIDDEN, **where, found=node.value, expected="one line of text")
+        row, key = node.start_mark.line + 1, path_text(path)
+        raise FormatError(FORBIDDEN, file=file, row=row, key=key, found=node.value, expected="one line of text")
 
 
 def quote(text: str) -> str:
