@@ -21,8 +21,8 @@ import numpy as np
 
 from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, one_of
-from robocal.files.digits import last_digits
 from robocal.files.text import FORBIDDEN, MEGABYTE, forbidden_character, harmless, meant, read_text
+from robocal.files.units import last_digits
 
 __all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
 
@@ -172,7 +172,7 @@ class CsvTable:
         return out
 
     def digits(self, columns: Sequence[str | int]) -> Array:
-        """What one unit in the last digit of each number means, (rows, columns): `digits.last_digits`."""
+        """What one unit in the last digit of each number means, (rows, columns): `units.last_digits`."""
         cells = [self._columns[self.find(c)] for c in columns]
         if not cells:
             return np.empty((len(self), 0))

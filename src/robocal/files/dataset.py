@@ -25,7 +25,6 @@ from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, Instrum
 from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.kind import Around, KindFile
 from robocal.files.kinds.registry import readers_of
-from robocal.files.leaving import Excluded, LeftOut, split_list
 from robocal.files.notation import TableNotation, table_notation
 from robocal.files.onething import new_distances, one_thing, refuse_again, target_remarks
 from robocal.files.orientation import frame_vector
@@ -33,7 +32,7 @@ from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
 from robocal.files.text import InputFile, discreet, meant
 from robocal.files.units import UNITS, Units
-from robocal.files.unread import Unread, left_over, unread_remarks
+from robocal.files.unread import Excluded, LeftOut, Unread, left_over, split_list, unread_remarks
 from robocal.files.yamlio import YamlDocument, load
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model
@@ -75,7 +74,7 @@ def read_datasets(
     exclude: Sequence[str] = (),
 ) -> Reading:
     """Several data files for one identification; instruments that nobody named are kept apart. `exclude` names rows that
-    are left out (`files.leaving`). Raises as `read_dataset`."""
+    are left out (`files.unread`). Raises as `read_dataset`."""
     if not paths:
         raise FormatError("no data files are given", expected="at least one")
     total: Reading | None = None

@@ -133,9 +133,8 @@ def changes(
         if not isinstance(base, int | float) or same(float(base), value):
             continue
         if len(path) == 2 and given.get(name) is None:
-            out[(name,)] = (
-                f"[{', '.join(number(u.from_si(v)) for p, v, u in row_numbers(new, rule, units) if p[0] == name)}]"
-            )
+            parts = (number(u.from_si(v)) for p, v, u in row_numbers(new, rule, units) if p[0] == name)
+            out[(name,)] = f"[{', '.join(parts)}]"
         else:
             out[path] = unit.from_si(value)
     return out
@@ -159,9 +158,8 @@ def show_row(row: Mapping[str, object], rule: Convention, units: Units) -> str:
         elif (name, 0) in shown and isinstance(value, Sequence):
             words.append(f"{name}: [{', '.join(shown[(name, i)] for i in range(len(value)))}]")
         elif isinstance(value, Sequence):
-            words.append(
-                f"{name}: [{', '.join(_show_step(e, shown[(name, i, 'value')]) for i, e in enumerate(value))}]"
-            )
+            steps = (_show_step(e, shown[(name, i, "value")]) for i, e in enumerate(value))
+            words.append(f"{name}: [{', '.join(steps)}]")
     return "{" + ", ".join(words) + "}"
 
 
