@@ -221,10 +221,10 @@ def missing_key_remarks(rows: Sequence[Row], rule: Convention, document: YamlDoc
         values = tuple(f"{key}: {_default(rule, key, i)}" for key in keys)
         name = str(rows[i].get("name") or f"j{i + 1}")
         out.append(_remark(document, ("joints", i), f"joint {name}", keys, values))
-    return (*out, *_steps(rows, document))
+    return (*out, *_unstated_steps(rows, document))
 
 
-def _steps(rows: Sequence[Row], document: YamlDocument) -> Iterator[Remark]:
+def _unstated_steps(rows: Sequence[Row], document: YamlDocument) -> Iterator[Remark]:
     """The same for the transforms of rows that list them: one without a value is none, but for the joint's own."""
     listed = [
         (("joints", i, "elements", k), step)
