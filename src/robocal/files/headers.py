@@ -23,14 +23,8 @@ __all__ = [
 
 # Columns of a configuration that have a meaning, and their SI unit.
 CONFIGURATION = {
-    "id": "",
-    "time": "s",
-    "temperature": "K",
-    "payload": "kg",
-    "approach": "1",
-    "direction": "1",
-    "place": "1",
-}
+    "id": "", "time": "s", "temperature": "K", "payload": "kg", "approach": "1", "direction": "1", "place": "1",
+}  # fmt: skip
 PER_JOINT = ("approach", "torque")  # columns that exist once per joint, as approach.j2
 IDS = ("id", "configuration", "pose_id")
 SIGMAS = (("sx", "sy", "sz"), ("sigma_x", "sigma_y", "sigma_z"), ("std_x", "std_y", "std_z"))

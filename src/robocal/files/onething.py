@@ -113,9 +113,6 @@ def refuse_again(made: DataSet, hashes: Mapping[str, str], known: dict[tuple[obj
         values = obs.value.tobytes(), where, names, b"" if obs.target is None else obs.target.tobytes()
         key = (hashes.get(obs.source), obs.kind, *values)
         if key in known:
-            message, found = (
-                "the same measurements are given twice",
-                f"as in {known[key].parent.name}/{known[key].name}",
-            )
-            raise FormatError(message, file=obs.source, found=found, expected="every data file once")
+            found, expected = f"as in {known[key].parent.name}/{known[key].name}", "every data file once"
+            raise FormatError("the same measurements are given twice", file=obs.source, found=found, expected=expected)
         known[key] = Path(obs.source)

@@ -7,28 +7,35 @@ report.html is not recorded, for `report` writes it again. Files with other name
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, FiniteFloat
 
 from robocal.errors import FileError, InputError, nearest
 from robocal.files.covariance import COVARIANCE
 from robocal.files.csvtable import CsvTable, csv_columns, csv_text, read_csv
-from robocal.files.layerfile import LAYER
+from robocal.files.plain import plain
 from robocal.files.result import Result, read_result
-from robocal.files.text import harmless, read_bytes
+from robocal.files.schema import FileModel, validate
+from robocal.files.text import FORBIDDEN, forbidden_part, harmless, read_bytes
 from robocal.files.writing import JOURNAL, LEFT, write_files
+from robocal.files.yamlio import read_json
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
 if TYPE_CHECKING:
     from robocal.apply.accuracy import AccuracyMap
+    from robocal.prove.nongeometric.layer import Layer
 
 __all__ = [
     "ACCURACY",
-    "MAP_COLUMNS",
+    "LAYER",
     "PARTS",
     "REPORT",
     "RESIDUALS",
@@ -39,16 +46,17 @@ __all__ = [
     "accuracy_columns",
     "accuracy_text",
     "find_run",
+    "layer_text",
     "obstacle",
     "open_run",
     "read_accuracy",
+    "read_layer",
     "read_residuals",
-    "residual_text",
     "write_run",
 ]
 
 RESULT, RESIDUALS, REPORT, ACCURACY = "result.json", "residuals.csv", "report.html", "accuracy_map.csv"
-ROBOTS = ("calibrated.yaml", "calibrated.urdf")
+ROBOTS, LAYER = ("calibrated.yaml", "calibrated.urdf"), "layer.json"
 PARTS = (*ROBOTS, RESIDUALS, COVARIANCE, ACCURACY, LAYER)  # what result.json records
 
 
@@ -229,16 +237,10 @@ MAP_COLUMNS = ("slice", "x_mm", "y_mm", "z_mm", "side_mm", "nominal_error_mm", "
 
 def accuracy_columns(found: AccuracyMap) -> dict[str, list[Any]]:
     """The columns of accuracy_map.csv."""
-    rows = [
-        (
-            s.name,
-            *(1e3 * s.centre[i]).tolist(),
-            *(1e3 * float(v) for v in (s.side, s.error[i], s.band[i])),
-            int(s.count[i]),
-        )
-        for s in found.slices
-        for i in range(len(s.centre))
-    ]
+    rows: list[tuple[Any, ...]] = []
+    for s in found.slices:
+        numbers = 1e3 * np.column_stack([s.centre, np.full(len(s.centre), s.side), s.error, s.band])
+        rows += [(s.name, *row, int(n)) for row, n in zip(numbers.tolist(), s.count, strict=True)]
     return {name: [row[at] for row in rows] for at, name in enumerate(MAP_COLUMNS)}
 
 
@@ -253,3 +255,46 @@ def read_accuracy(path: str | os.PathLike[str]) -> dict[str, list[Any]]:
     table = read_csv(path, separator=",")
     numbers = {name: table.numbers([name])[:, 0].tolist() for name in MAP_COLUMNS[1:]}
     return {"slice": list(table.texts("slice")), **numbers}
+
+
+# --- layer.json: a residual layer as plain numbers, in SI, angles in rad ---
+
+
+class LayerModel(FileModel):
+    """layer.json as it is written: `points` are joint values, `weights` what each adds: correction = k(q, points) weights, in base axes;
+    see `prove.nongeometric.layer` for k. The first three columns are in m, the others, where there are any, a rotation vector."""
+
+    robocal: Literal[1]
+    frame: Literal["base"]
+    joints: list[str]
+    turning: list[bool]
+    lengths: list[Annotated[FiniteFloat, Field(gt=0)]]
+    size: list[Annotated[FiniteFloat, Field(gt=0)]]
+    noise: FiniteFloat = Field(gt=0)
+    points: list[list[FiniteFloat]]
+    weights: list[list[FiniteFloat]]
+
+
+def layer_text(layer: Layer) -> str:
+    """The text of layer.json."""
+    told = plain({name: getattr(layer, name) for name in LayerModel.model_fields if hasattr(layer, name)})
+    return json.dumps({"robocal": 1, "frame": "base", **told}, allow_nan=False) + "\n"
+
+
+def read_layer(path: str | os.PathLike[str]) -> Layer:
+    """Reads a layer.json. Raises FileError or FormatError."""
+    from robocal.prove.nongeometric.layer import Layer
+
+    document = read_json(path, "this is not a residual layer", "an object with the key robocal")
+    if (strange := forbidden_part(document.data)) is not None:
+        document.fail(FORBIDDEN, (strange[0],), found=strange[1])
+    model = validate(LayerModel, document)
+    n, d = len(model.joints), len(model.size)
+    shapes = {len(model.turning), len(model.lengths), *(len(p) for p in model.points)}
+    document.insist(d in (3, 6), "a correction has 3 numbers or 6", ("size",), found=d)
+    whole = shapes == {n} and {len(w) for w in model.weights} == {d} and len(model.points) == len(model.weights)
+    document.insist(whole, "numbers are missing", expected=f"{n} per point and {d} per weight")
+    return Layer(
+        tuple(model.joints), tuple(model.turning), np.array(model.points), np.array(model.weights),
+        np.array(model.size), np.array(model.lengths), model.noise,
+    )  # fmt: skip

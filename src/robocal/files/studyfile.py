@@ -268,9 +268,8 @@ def _check(out: Mapping[str, Any], of: str, document: YamlDocument) -> None:
         document.insist(good, message, tuple(key.split(".")), found=out.get(key), expected=expected)
 
     file, count, arm = out["poses.file"], out["poses.count"], of == "identification"
-    insist(
-        (file is None) != (count is None), "poses are a list, or a number of random poses", "poses", "file, or count"
-    )
+    one = (file is None) != (count is None)
+    insist(one, "poses are a list, or a number of random poses", "poses", "file, or count")
     insist(count is None or 1 <= count <= 1_000_000, "no such number of poses", "poses.count", "1 or more")
     for key, usual in (("poses.choose", "random"), ("poses.tests", None)):
         insist(arm or out[key] == usual, "only poses of arms are planned", key, "of: identification")

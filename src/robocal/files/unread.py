@@ -77,9 +77,8 @@ def unread_remarks(found: Iterable[Unread]) -> tuple[Remark, ...]:
             both = tuple(c for c in before.columns if c in one.columns)
             one = Unread(one.file, both, tuple(dict.fromkeys((*before.known, *one.known))))
         files[one.file] = one
-    return tuple(
-        remark_unknown_names(Code.COLUMNS_UNREAD, one.file, _guesses(one)) for one in files.values() if one.columns
-    )
+    some = (one for one in files.values() if one.columns)
+    return tuple(remark_unknown_names(Code.COLUMNS_UNREAD, one.file, _guesses(one)) for one in some)
 
 
 def remark_unknown_names(code: str, file: object, found: Mapping[str, str | None]) -> Remark:
@@ -87,15 +86,9 @@ def remark_unknown_names(code: str, file: object, found: Mapping[str, str | None
     found = {word if len(word) <= LONG else f"{word[: LONG - 3]}...": near for word, near in found.items()}
     missed = {word: near for word, near in found.items() if near is not None}
     order = [*missed, *(word for word in found if word not in missed)]
-    more = len(order) - SHOWN
-    return Remark.of(
-        code,
-        file=str(file),
-        names=tuple(order[:SHOWN]),
-        more=more if more > 0 else None,
-        near=tuple(list(missed.values())[:SHOWN]) or None,
-        misspelt=tuple(list(missed)[:SHOWN]) or None,
-    )
+    names, more = tuple(order[:SHOWN]), max(len(order) - SHOWN, 0) or None
+    near, misspelt = (tuple(words)[:SHOWN] or None for words in (missed.values(), missed))
+    return Remark.of(code, file=str(file), names=names, more=more, near=near, misspelt=misspelt)
 
 
 def _guesses(one: Unread) -> dict[str, str | None]:

@@ -141,33 +141,31 @@ def urdf_text(chain: Chain) -> tuple[str, tuple[Remark, ...]]:
         child = f"{joint.name}_link"
         lines += _joint(joint, parent, child, point - at, axis)
         at, parent = point, child
-    lines += [
-        '  <link name="tool"/>',
-        '  <joint name="tool_fixed" type="fixed">',
-        f"    <parent link={quoteattr(parent)}/>",
-        '    <child link="tool"/>',
-        f'    <origin xyz="{_three(tool[:3, 3] - at)}" rpy="{_three(to_rpy(tool[:3, :3]))}"/>',
-        "  </joint>",
-        "</robot>",
-    ]
+    lines += [*_link("tool_fixed", "fixed", parent, "tool", tool[:3, 3] - at, to_rpy(tool[:3, :3])), "</robot>"]
     limited = any(math.isfinite(j.upper) or j.type == "prismatic" for j in chain.joints)
     return "\n".join(lines) + "\n", (Remark.of(Code.URDF_PLACEHOLDERS),) if limited else ()
 
 
 def _joint(joint: Joint, parent: str, child: str, xyz: Array, axis: Array) -> list[str]:
-    """The lines of a link and of the joint that moves it."""
+    """The lines of a link and of the joint that moves it about or along an axis."""
     bounded = math.isfinite(joint.lower) and math.isfinite(joint.upper)
     kind = "continuous" if joint.type == "revolute" and not bounded else joint.type
     low, high = (joint.lower, joint.upper) if bounded else (-1e3, 1e3)
-    limit = [f'    <limit lower="{number(low)}" upper="{number(high)}" effort="0" velocity="0"/>']
+    more = [f'    <axis xyz="{_three(axis)}"/>']
+    if kind != "continuous":
+        more.append(f'    <limit lower="{number(low)}" upper="{number(high)}" effort="0" velocity="0"/>')
+    return _link(joint.name, kind, parent, child, xyz, np.zeros(3), *more)
+
+
+def _link(name: str, kind: str, parent: str, child: str, xyz: Array, rpy: Array, *more: str) -> list[str]:
+    """The lines of a link and of the joint above it."""
     return [
         f"  <link name={quoteattr(child)}/>",
-        f"  <joint name={quoteattr(joint.name)} type={quoteattr(kind)}>",
+        f"  <joint name={quoteattr(name)} type={quoteattr(kind)}>",
         f"    <parent link={quoteattr(parent)}/>",
         f"    <child link={quoteattr(child)}/>",
-        f'    <origin xyz="{_three(xyz)}" rpy="0 0 0"/>',
-        f'    <axis xyz="{_three(axis)}"/>',
-        *(limit if kind != "continuous" else []),
+        f'    <origin xyz="{_three(xyz)}" rpy="{_three(rpy)}"/>',
+        *more,
         "  </joint>",
     ]
 
