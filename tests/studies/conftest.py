@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from studies.specs import ARM, EXAMPLES, TEXT
 
-from robocal.files.listing import listing_text
+from robocal.files.display import listing_text
 from robocal.files.pose_table import joint_program
 from robocal.files.robot import open_robot
 from robocal.files.units import Units

@@ -125,8 +125,7 @@ def edit(text: str, changes: Mapping[Path_, float | str], path: object = None) -
     """
     root = _compose(text, path)
     splices: list[tuple[int, int, str]] = []
-    added: dict[int, list[tuple[str, str]]] = {}
-    owners: dict[int, Any] = {}
+    added: dict[int, tuple[Any, list[tuple[str, str]]]] = {}
     for where, value in changes.items():
         key, node, rest = _find(root, where)
         shown = value if isinstance(value, str) else number(value)
@@ -137,12 +136,10 @@ def edit(text: str, changes: Mapping[Path_, float | str], path: object = None) -
         elif not rest and (node.id == "scalar" or node.flow_style):
             splices.append((node.start_mark.index, node.end_mark.index, shown))
         elif len(rest) == 1 and node.id == "mapping" and isinstance(rest[0], str):
-            added.setdefault(id(node), []).append((rest[0], shown))
-            owners[id(node)] = node
+            added.setdefault(id(node), (node, []))[1].append((rest[0], shown))
         else:
             raise FormatError("no value can be written here", file=path, key=path_text(where))
-    for key, pairs in added.items():
-        splices.append(_insertion(text, owners[key], pairs))
+    splices += [_insertion(text, node, pairs) for node, pairs in added.values()]
     # From the back, and at one place the later change first, so that all positions stay true and all orders are kept.
     for _, (start, end, new) in sorted(enumerate(splices), key=lambda s: (s[1][0], s[0]), reverse=True):
         text = text[:start] + new + text[end:]
@@ -166,8 +163,7 @@ def _insertion(text: str, node: Any, pairs: list[tuple[str, str]]) -> tuple[int,
             empty = value.start_mark.index == value.end_mark.index
             at = text.find("\n", (name if empty else value).end_mark.index)
             end = len(text) if at < 0 else at
-            if end and text[end - 1 : end] == "\r":
-                end -= 1
+            end -= end > 0 and text[end - 1] == "\r"
             return end, end, "".join(newline + " " * column + line for line in block)
     at = node.value[0][0].start_mark.index
     return at, at, "".join(line + newline + " " * column for line in block)
@@ -209,8 +205,6 @@ def _compose(text: str, path: object) -> Any:
     yaml.Parser = Inspected
     try:
         root = yaml.compose(text)
-    except FormatError:
-        raise
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         problem = error.problem or error.context or "malformed"

@@ -122,7 +122,7 @@ def details(made: Outcome[StudyOutputs]) -> Iterator[Section]:
 
 def sections(made: Outcome[StudyOutputs]) -> Iterator[Section]:
     """Root mean square, mean and scatter of every output at every point, and what theory foretells."""
-    from robocal.files.listing import in_units
+    from robocal.files.display import in_units
     from robocal.files.units import Units
     from robocal.verbs.study.result import table_of
 
