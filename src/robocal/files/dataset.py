@@ -126,10 +126,11 @@ def read_dataset(
         given = {**model.configuration, "group": ColumnModel(column=int(group) if group.isdecimal() else group)}
         model = model.model_copy(update={"configuration": given})
     files += [InputFile(t.path, t.sha256) for t in tables]
-    name = _frame_name(model, place, tables[0].path, chain, taken, document)
+    reader = RowReader(model, tables[0], chain, document)
+    name = _frame_name(reader, place, taken)
     own = Excluded(model.exclude, "exclude", place)
     words = (own,) if exclude is None else (own, exclude)
-    parts = [_read_rows(RowReader(model, table, chain, document), reads, name, words) for table in tables]
+    parts = [_read_rows(replace(reader, table=table), reads, name, words) for table in tables]
     own.finish()
     total = sum(parts[1:], start=parts[0])
     described = dict.fromkeys((*model.targets, *getattr(model, "places", ())), place)
@@ -225,16 +226,15 @@ def _owners(machine: Model) -> set[str]:
     return {n.rpartition(".")[0] for n in machine.table.names}
 
 
-def _frame_name(
-    model: DataModel, place: Path, csv: Path, chain: Model, taken: set[str] | frozenset[str], document: YamlDocument
-) -> str:
+def _frame_name(reader: RowReader, place: Path, taken: set[str] | frozenset[str]) -> str:
     """The instrument's name: as stated, else the file's, made unlike any owner of a parameter."""
-    owners = _owners(chain)
+    model, csv, owners = reader.model, reader.table.path, _owners(reader.machine)
     given = model.frame.name if isinstance(model, FramedModel) else None
     if given is not None:
         if given in owners:
             expected = f"a name other than {', '.join(owners)}"
-            document.fail("this name belongs to the robot", ("frame", "name"), found=given, expected=expected)
+            at = ("frame", "name")
+            reader.document.fail("this name belongs to the robot", at, found=given, expected=expected)
         return given
     stem = csv.stem if place.stem.lower() in ("data", "dataset") else place.stem
     name = re.sub(r"\W+", "_", stem).strip("_") or model.kind
