@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
@@ -20,20 +19,20 @@ __all__ = ["UNSAID", "new_distances", "one_thing", "refuse_again", "target_remar
 
 UNSAID = "unsaid"  # the option of a number of which its file says no more than the name
 NUMBERS = ("values", "free")
-T = TypeVar("T")
 
 
 def one_thing(data: DataSet) -> DataSet:
     """The data with what is said of a name in any file said of it in all; who contradicts whom is not decided here."""
     said = {f.name: f for obs in data.observations for f in _frames(obs) if f.described}
 
-    def resolve(value: T) -> T:
-        """A frame, or several, as whoever describes them does."""
-        if isinstance(value, Frame):
-            return value if value.described else said.get(value.name, value)
+    def resolve(frame: Frame) -> Frame:
+        """A frame as whoever describes it does."""
+        return frame if frame.described else said.get(frame.name, frame)
+
+    def resolve_option(value: object) -> object:
         if isinstance(value, tuple) and value and all(isinstance(v, Frame) for v in value):
-            return tuple(map(resolve, value))  # type: ignore[return-value]
-        return value
+            return tuple(map(resolve, value))
+        return resolve(value) if isinstance(value, Frame) else value
 
     numbers = {
         key: {k: obs.options[k] for k in NUMBERS if k in obs.options}
@@ -43,10 +42,11 @@ def one_thing(data: DataSet) -> DataSet:
     }
     renewed = []
     for obs in data.observations:
-        options = {k: resolve(v) for k, v in obs.options.items() if k != UNSAID}
+        options = {k: resolve_option(v) for k, v in obs.options.items() if k != UNSAID}
         for key in _owners(obs) if UNSAID in obs.options else ():
             options |= numbers.get(key, {})
-        renewed.append(replace(obs, frame=resolve(obs.frame), targets=resolve(obs.targets), options=options))
+        frame = None if obs.frame is None else resolve(obs.frame)
+        renewed.append(replace(obs, frame=frame, targets=tuple(map(resolve, obs.targets)), options=options))
     return DataSet(data.configurations, tuple(renewed))
 
 
