@@ -272,8 +272,8 @@ def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Fr
         frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details))
     if cells is None:
         if len(frames) > 1:
-            message, expected = "several targets, and no column that says which", "target: {column: ...}"
-            around.document.fail(message, ("target",), expected=expected)
+            message = "several targets, and no column that says which"
+            around.document.fail(message, ("target",), expected="target: {column: ...}")
         return tuple(frames), np.zeros(len(table), dtype=np.int64)
     order = {f.name: i for i, f in enumerate(frames)}
     for row, cell in enumerate(cells):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -130,7 +131,9 @@ def _one(dataset: DataSet) -> tuple[Observations, tuple[Frame, ...]]:
         return first, ()
     which = np.concatenate([np.full(len(o), i, dtype=float) for i, o in enumerate(same)])
     arrays = {key: [getattr(o, key) for o in same] for key in ("configuration", "value", "sigma", "target")}
-    joined = {k: None if any(v is None for v in parts) else np.concatenate(parts) for k, parts in arrays.items()}
+    joined: dict[str, Any] = {
+        k: None if any(v is None for v in parts) else np.concatenate(parts) for k, parts in arrays.items()
+    }
     extra = {k: np.concatenate([o.extra[k] for o in same]) for k in first.extra} | {"place of row": which}
     return replace(first, extra=extra, rows=None, used=None, **joined), tuple(places)
 

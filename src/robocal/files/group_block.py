@@ -67,8 +67,8 @@ def read_groups(chain: Chain, document: YamlDocument, units: Units) -> Chain:
         good = model.prior is None or model.prior > 0
         document.insist(good, NO_SIGMA, (*at, "prior"), found=model.prior, expected="a number above 0")
         for i, link in enumerate(model.links or ()):
-            place, mass = (*at, "links", i, "mass"), link.mass
-            document.insist(mass > 0, "a mass is above 0", place, found=mass, expected="kg")
+            mass, path = link.mass, (*at, "links", i, "mass")
+            document.insist(mass > 0, "a mass is above 0", path, found=mass, expected="kg")
         try:
             chain = add(chain, name, _options(name, model, units, document, at))
             chain = _set_values(chain, chain.groups[-1], model.values, units, document, at)
@@ -195,7 +195,7 @@ def plain_options(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def parse_options(plain: Mapping[str, Any]) -> dict[str, Any]:
     """The inverse of `plain_options`."""
-    out = {k: tuple(v) if isinstance(v, list | tuple) else v for k, v in plain.items()}
+    out: dict[str, Any] = {k: tuple(v) if isinstance(v, list | tuple) else v for k, v in plain.items()}
     if "links" in out:
         out["links"] = tuple(Load(m["joint"], m["mass"], tuple(m["com"])) for m in out["links"])
     for key in ("harmonics", "range"):

@@ -99,8 +99,8 @@ def _absent(joints: Sequence[UrdfJoint], path: Path) -> Iterator[Remark]:
         if limit is not None and joint.type in ("revolute", "prismatic"):
             keys = tuple(word for word in ("lower", "upper") if word not in limit.attributes)
             if keys:
-                facts = {"joint": f"joint {joint.name}", "keys": keys, "values": tuple(f"{key}: 0" for key in keys)}
-                yield Remark.of(Code.KEYS_UNSTATED, file=str(path), row=limit.row, **facts)
+                name, values = f"joint {joint.name}", tuple(f"{key}: 0" for key in keys)
+                yield Remark.of(Code.KEYS_UNSTATED, file=str(path), row=limit.row, joint=name, keys=keys, values=values)
     yield from missing_key_remarks(rows, CONVENTIONS["urdf"], YamlDocument(path, "", "", {}, lines))
 
 
