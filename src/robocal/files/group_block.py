@@ -20,7 +20,6 @@ from robocal.arms.chain import Chain, Group
 from robocal.arms.gravity_load import Load
 from robocal.arms.groups import GROUPS, add, rule_of
 from robocal.errors import ModelError, nearest
-from robocal.files.robot import NO_SIGMA
 from robocal.files.schema import FileModel, Triple, validate
 from robocal.files.units import UNITS, Units, number, parse_unit
 from robocal.files.yamlio import Path_, YamlDocument, path_text
@@ -64,8 +63,9 @@ def read_groups(chain: Chain, document: YamlDocument, units: Units) -> Chain:
         at: Path_ = ("groups", name)
         document.insist_known(name, GROUPS, "unknown group", at)
         model = validate(GroupModel, document, {} if given is None else given, at)
-        good = model.prior is None or model.prior > 0
-        document.insist(good, NO_SIGMA, (*at, "prior"), found=model.prior, expected="a number above 0")
+        prior, path = model.prior, (*at, "prior")
+        good, expected = prior is None or prior > 0, "a number above 0"
+        document.insist(good, "a prior is a standard deviation", path, found=prior, expected=expected)
         for i, link in enumerate(model.links or ()):
             mass, path = link.mass, (*at, "links", i, "mass")
             document.insist(mass > 0, "a mass is above 0", path, found=mass, expected="kg")

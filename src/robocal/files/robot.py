@@ -82,9 +82,6 @@ class Robot:
         return self.units.of(self.chain.table[name].unit)
 
 
-NO_SIGMA = "a prior is a standard deviation"
-
-
 class CalibrateModel(FileModel):
     """What is to be identified: groups (symbols, owners) or single names. Of parameters that the data cannot tell apart,
     those in `prefer` are kept, the first named before the others."""
@@ -199,7 +196,7 @@ def _calibrate(arm: Chain, model: RobotModel, units: Units, document: YamlDocume
     priors: dict[str, float | None] = {}
     for word, sigma in wanted.prior.items():
         path = ("calibrate", "prior", word)
-        document.insist(sigma > 0, NO_SIGMA, path, found=sigma, expected="a number above 0")
+        document.insist(sigma > 0, "a prior is a standard deviation", path, found=sigma, expected="a number above 0")
         if si := {"length": "m", "angle": "rad"}.get(word):
             names = tuple(n for n in arm.geometric if n in free and table[n].unit == si and n not in priors)
         else:
