@@ -127,7 +127,7 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Listing:
-    """What a verb lists, one row for each pose, cable, target: the CSV (`files.listing`), the document, the table on the terminal, on a
+    """What a verb lists, one row for each pose, cable, target: the CSV (`files.display`), the document, the table on the terminal, on a
     page and in a notebook (`report.sections.listed`) are made from it."""
 
     columns: tuple[Column, ...]

@@ -123,8 +123,8 @@ def test_every_page_is_linked():
 
 def test_robot_and_data_files_in_the_format_page_are_valid(tmp_path):
     from robocal.files.dataset import read_dataset
+    from robocal.files.pose_table import read_region
     from robocal.files.robot import read_robot
-    from robocal.files.working_region import read_region
 
     robot, data, region = blocks("docs/files.md", "yaml")
     (tmp_path / "robot.yaml").write_text(robot)

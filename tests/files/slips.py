@@ -132,7 +132,7 @@ def quicker(monkeypatch: Any) -> None:
     """All readers take documents by `quick`."""
     for module in ("robot", "cable.cable_robot"):
         monkeypatch.setattr(f"robocal.files.{module}.parse", quick)
-    for module in ("dataset", "working_region"):
+    for module in ("dataset", "pose_table"):
         monkeypatch.setattr(f"robocal.files.{module}.load", lambda path: quick(read_text(path)))
 
 

@@ -21,10 +21,9 @@ from robocal.files import csvtable, yamlio
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.csvtable import csv_text, read_csv
 from robocal.files.dataset import read_dataset
-from robocal.files.names import harmless, meant
 from robocal.files.result import read_result
 from robocal.files.robot import parse_robot, read_robot
-from robocal.files.text import Source
+from robocal.files.text import Source, harmless, meant
 from robocal.files.yamlio import parse
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark

@@ -8,9 +8,8 @@ import pytest
 from killing import FOREIGN, count_calls, judge, killed_at, readable
 
 from robocal.errors import FileError
-from robocal.files.journal import JOURNAL, announce
 from robocal.files.text import read_text
-from robocal.files.writing import write_files, write_text
+from robocal.files.writing import JOURNAL, announce, write_files, write_text
 
 OLD = {"a.txt": b"old a", "b.txt": b"old b", "gone.txt": b"old c"}
 NEW = {"a.txt": "new a", "b.txt": "new b", "d.txt": "new d"}

@@ -21,9 +21,8 @@ from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.pose_lists import read_cable_lengths, read_platform_poses
 from robocal.files.dataset import Reading, read_datasets
 from robocal.files.offset_file import read_offsets
-from robocal.files.pose_table import read_poses
+from robocal.files.pose_table import read_poses, read_region
 from robocal.files.targets import read_targets
-from robocal.files.working_region import read_region
 from robocal.files.yamlio import parse
 
 

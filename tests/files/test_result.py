@@ -26,7 +26,7 @@ from robocal.files.result import (
     read_result,
     schema,
 )
-from robocal.files.run_documents import RESIDUAL_COLUMNS, write_run
+from robocal.files.runfolder import RESIDUAL_COLUMNS, write_run
 
 SCHEMA = Path(__file__).parents[2] / "docs" / "result.schema.json"
 RESIDUALS = {

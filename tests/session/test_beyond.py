@@ -12,8 +12,8 @@ from run_folders import earlier
 
 from robocal.arms.groups import add
 from robocal.errors import FormatError, ModelError
-from robocal.files.layerfile import layer_text
 from robocal.files.robot import open_robot
+from robocal.files.runfolder import layer_text
 from robocal.prove.nongeometric.layer import learn
 from robocal.remarks.code import Code
 from robocal.session.inputs import open_arm

@@ -14,7 +14,7 @@ from cli.runs import Ran, files, robocal, small
 from run_folders import earlier
 
 from robocal.files import orientation
-from robocal.files.listing import listing_text
+from robocal.files.display import listing_text
 from robocal.files.robot import describe, open_robot
 from robocal.files.targets import read_targets
 from robocal.geometry import so3

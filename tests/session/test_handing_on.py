@@ -17,9 +17,8 @@ from robocal.arms.conventions import chain
 from robocal.errors import ModelError
 from robocal.files.csvtable import csv_text
 from robocal.files.plain import plain
-from robocal.files.residuals import read_residuals
 from robocal.files.robot import describe
-from robocal.files.run_documents import RESIDUAL_COLUMNS
+from robocal.files.runfolder import RESIDUAL_COLUMNS, read_residuals
 from robocal.files.templates import convention_chain
 from robocal.files.text import Source
 from robocal.files.urdf import read_urdf

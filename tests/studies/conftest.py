@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from studies.specs import ARM, EXAMPLES, TEXT
 
-from robocal.files.pose_table import poses_text
+from robocal.files.display import listing_text
+from robocal.files.pose_table import joint_program
 from robocal.files.robot import open_robot
+from robocal.files.units import Units
 from robocal.planning.candidates import joint_range
 
 
@@ -26,6 +28,8 @@ def arm(tmp_path):
     chain, rng = open_robot("rv-2aj").chain, np.random.default_rng(0)
     for name, many in (("tests.csv", 8), ("listed.csv", 30)):
         q = rng.uniform(*joint_range(chain).T, (many, len(chain.joints)))
-        (tmp_path / name).write_text(poses_text(chain, [f"p{i}" for i in range(many)], q, range(many)))
+        (tmp_path / name).write_text(
+            listing_text(joint_program(chain, [f"p{i}" for i in range(many)], q, range(many)), Units())
+        )
     (tmp_path / "study.yaml").write_text(ARM)
     return tmp_path / "study.yaml"

@@ -18,8 +18,8 @@ from studies.specs import TEXT, conducted, of
 
 from robocal._version import __version__
 from robocal.errors import FileError
-from robocal.files.alone import alone
 from robocal.files.studyfile import read_study
+from robocal.files.writing import alone
 from robocal.studies.run import parts_of
 from robocal.studies.work import chunks, do, pack
 
@@ -126,7 +126,7 @@ def test_a_disk_without_locks_is_no_other_process(tmp_path, monkeypatch):
     def flock(*_):
         raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
 
-    monkeypatch.setattr("robocal.files.alone.fcntl.flock", flock)
+    monkeypatch.setattr("robocal.files.writing.fcntl.flock", flock)
     with pytest.raises(FileError, match="cannot be locked: no locks available"), alone(tmp_path / "parts"):
         pass
 

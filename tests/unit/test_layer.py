@@ -9,7 +9,7 @@ import pytest
 from unit.arm_data import arm, measured, true_arm
 
 from robocal.errors import FormatError
-from robocal.files.layerfile import layer_text, read_layer
+from robocal.files.runfolder import layer_text, read_layer
 from robocal.fit.baseline import baseline
 from robocal.fit.fit import fit
 from robocal.fit.options import Options

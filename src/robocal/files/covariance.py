@@ -13,9 +13,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sized
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -23,12 +22,10 @@ from pydantic import FiniteFloat
 
 from robocal._types import Array
 from robocal.diagnose.scatter import WhitenedRows
-from robocal.errors import FormatError
 from robocal.estimate.uncertainty import Total
 from robocal.files.plain import plain
 from robocal.files.schema import FileModel, validate
-from robocal.files.text import read_json
-from robocal.files.yamlio import YamlDocument
+from robocal.files.yamlio import YamlDocument, read_json
 
 __all__ = ["COVARIANCE", "Knowledge", "covariance_text", "read_covariance"]
 
@@ -141,76 +138,68 @@ def _plain(value: object) -> str:
 
 def read_covariance(path: str | os.PathLike[str]) -> Knowledge:
     """Reads a covariance.json. Raises FileError, or FormatError naming line or key."""
-    source, data = read_json(path, "not a covariance", "an object")
-    model = validate(CovarianceModel, YamlDocument(source.path, source.text, source.sha256, data))
+    document = read_json(path, "not a covariance", "an object")
+    model = validate(CovarianceModel, document)
     n = len(model.names)
-    for key in ("units", "values", "nominal", "expected"):
-        _length(source.path, key, len(getattr(model, key)), n)
+    for key in ("units", "values", "nominal", "expected", "noise", "response"):
+        _length(document, key, [getattr(model, key)], n)
     matrices = {}
     for key in ("noise", "response"):
         rows = getattr(model, key)
-        _length(source.path, key, len(rows), n)
-        for row in rows:
-            _length(source.path, key, len(row), n)
+        _length(document, key, rows, n)
         matrices[key] = np.array(rows, dtype=float).reshape(n, n)
-    _sound(source.path, model, matrices)
+    _sound(document, model, matrices)
     total = Total(
         tuple(model.names), matrices["noise"], matrices["response"], np.array(model.expected),
         float("inf") if model.dof is None else model.dof,
     )  # fmt: skip
-    for pair in model.joints or ():
-        _length(source.path, "joints", len(pair), 2)
+    _length(document, "joints", model.joints or (), 2)
     joints = None if model.joints is None else np.array(model.joints, dtype=float).reshape(-1, 2)
     values, nominal = (dict(zip(model.names, v, strict=True)) for v in (model.values, model.nominal))
-    rows = None if model.rows is None else _read_rows(source.path, model.rows, model.names)
+    rows = None if model.rows is None else _read_rows(document, model.rows, model.names)
     return Knowledge(total, values, nominal, joints, model.conditions, model.measurement, model.placed, rows)
 
 
-def _sound(path: Path, model: CovarianceModel, matrices: Mapping[str, Array]) -> None:
+def _sound(document: YamlDocument, model: CovarianceModel, matrices: Mapping[str, Array]) -> None:
     """Raises FormatError for what no covariance is: names twice, a matrix that is not symmetric, a variance below 0, a whole that
     is not the sum of its parts."""
     if len(set(model.names)) < len(model.names):
         twice = next(n for n in model.names if model.names.count(n) > 1)
-        raise FormatError("a name is given twice", file=path, key="names", found=twice)
-    if model.dof is not None and not model.dof > 0:
-        raise FormatError(
-            "not a number of degrees of freedom", file=path, key="dof", found=model.dof, expected="above 0"
-        )
-    for name, low in (("expected", model.expected), ("measurement", list(model.measurement.values()))):
-        if min(low, default=0.0) < 0:
-            raise FormatError("a standard deviation below 0", file=path, key=name, found=min(low))
+        document.fail("a name is given twice", ("names",), found=twice)
+    good = model.dof is None or model.dof > 0
+    document.insist(good, "not a number of degrees of freedom", ("dof",), found=model.dof, expected="above 0")
+    for name, sigmas in (("expected", model.expected), ("measurement", model.measurement.values())):
+        low = min(sigmas, default=0.0)
+        document.insist(low >= 0, "a standard deviation below 0", (name,), found=low)
     n = len(model.names)
-    whole = np.array([row for row in model.covariance if len(row) == n], dtype=float)
-    _length(path, "covariance", len(whole), n)
+    rows = [row for row in model.covariance if len(row) == n]
+    _length(document, "covariance", [rows], n)
+    whole = np.array(rows, dtype=float).reshape(n, n)
     response = matrices["response"] * np.array(model.expected)
     made = matrices["noise"] + response @ response.T
-    for name, matrix in (("noise", matrices["noise"]), ("covariance", whole.reshape(n, n))):
-        size = np.sqrt(np.abs(np.diag(matrix)))
+
+    def beyond(matrix: Array, share: float, of: Array) -> bool:
+        size = np.sqrt(np.abs(np.diag(of)))
+        return bool((abs(matrix) > share * np.outer(size, size) + TINY).any())
+
+    for name, matrix in (("noise", matrices["noise"]), ("covariance", whole)):
         if (np.diag(matrix) < 0).any():
-            worst = model.names[int(np.argmin(np.diag(matrix)))]
-            raise FormatError("a variance below 0", file=path, key=name, found=worst)
-        if (abs(matrix - matrix.T) > CLOSE * np.outer(size, size) + TINY).any():
-            raise FormatError("the matrix is not symmetric", file=path, key=name)
-        if (abs(matrix) > (1 + CLOSE) * np.outer(size, size) + TINY).any():
-            raise FormatError("a correlation beyond 1", file=path, key=name)
-    size = np.sqrt(np.abs(np.diag(made)))
-    if (abs(whole.reshape(n, n) - made) > CLOSE * np.outer(size, size) + TINY).any():
-        raise FormatError("the covariance is not that of noise and response", file=path, key="covariance")
+            document.fail("a variance below 0", (name,), found=model.names[int(np.argmin(np.diag(matrix)))])
+        document.insist(not beyond(matrix - matrix.T, CLOSE, matrix), "the matrix is not symmetric", (name,))
+        document.insist(not beyond(matrix, 1 + CLOSE, matrix), "a correlation beyond 1", (name,))
+    message = "the covariance is not that of noise and response"
+    document.insist(not beyond(whole - made, CLOSE, made), message, ("covariance",))
 
 
-def _read_rows(path: Path, rows: RowsModel, names: list[str]) -> WhitenedRows:
+def _read_rows(document: YamlDocument, rows: RowsModel, names: list[str]) -> WhitenedRows:
     count, wide = len(rows.residual), len(rows.joints[0]) if rows.joints else 0
-    _length(path, "rows.place", len(rows.place), count)
-    _length(path, "rows.jacobian", len(rows.jacobian), count)
-    for row in rows.jacobian:
-        _length(path, "rows.jacobian", len(row), len(rows.names))
-    for place in rows.joints:
-        _length(path, "rows.joints", len(place), wide)
+    _length(document, "rows.place", [rows.place], count)
+    _length(document, "rows.jacobian", [rows.jacobian], count)
+    _length(document, "rows.jacobian", rows.jacobian, len(rows.names))
+    _length(document, "rows.joints", rows.joints, wide)
     unknown = [n for n in rows.names if n not in names]
-    if unknown or not all(0 <= p < len(rows.joints) for p in rows.place) or not min(rows.spread, rows.enlarged) > 0:
-        raise FormatError(
-            "rows that do not belong to these names", file=path, key="rows", found=unknown[:3] or "a place"
-        )
+    good = not unknown and all(0 <= p < len(rows.joints) for p in rows.place) and min(rows.spread, rows.enlarged) > 0
+    document.insist(good, "rows that do not belong to these names", ("rows",), found=unknown[:3] or "a place")
     return WhitenedRows(
         tuple(rows.names), np.array(rows.joints, dtype=float), np.array(rows.place, dtype=np.int64),
         np.array(rows.jacobian, dtype=float), np.array(rows.residual, dtype=float), rows.spread, rows.enlarged,
@@ -218,8 +207,7 @@ def _read_rows(path: Path, rows: RowsModel, names: list[str]) -> WhitenedRows:
     )  # fmt: skip
 
 
-def _length(path: Path, key: str, found: int, expected: int) -> None:
-    if found != expected:
-        raise FormatError(
-            "wrong number of values", file=path, key=key, found=found, expected=f"{expected}, as in names"
-        )
+def _length(document: YamlDocument, key: str, lists: Iterable[Sized], size: int) -> None:
+    """Raises FormatError for the first of some lists that is not of this size."""
+    for found in map(len, lists):
+        document.insist(found == size, "wrong number of values", (key,), found=found, expected=f"{size}, as in names")

@@ -21,9 +21,8 @@ import numpy as np
 
 from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, one_of
-from robocal.files.digits import last_digits
-from robocal.files.names import FORBIDDEN, forbidden_character, harmless, meant
-from robocal.files.text import MEGABYTE, read_text
+from robocal.files.text import FORBIDDEN, MEGABYTE, forbidden_character, harmless, meant, read_text
+from robocal.files.units import last_digits
 
 __all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
 
@@ -31,6 +30,7 @@ _COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 SIZE_LIMIT, ROW_LIMIT, CELL_LIMIT = 20 * MEGABYTE, 500_000, 3_000_000  # what is read within seconds and 1 GB
 MISSING = ("", "nan", "na")  # how tables write a cell that nobody filled
 SKIP = "csv: {missing: skip} in the data file, which leaves such rows out"
+ANNOUNCE = "a data file can announce them, csv: {separator: ..., decimal: ','}"
 SEPARATORS = {";": "';'", "\t": "a tab", ",": "','", " ": "a space", "|": "'|'"}
 
 
@@ -74,10 +74,8 @@ class CsvTable:
         if rows.all():
             raise FormatError("every row is left out", file=self.path, expected="at least one row")
         kept = np.flatnonzero(~rows)
-        gone = {name for name, out in zip(ids or (), rows, strict=False) if out}
-        return replace(
-            self, lines=self.lines[kept], cells=tuple(self.cells[i] for i in kept), gone=self.gone | frozenset(gone)
-        )
+        gone = self.gone | {name for name, out in zip(ids or (), rows, strict=False) if out}
+        return replace(self, lines=self.lines[kept], cells=tuple(self.cells[i] for i in kept), gone=gone)
 
     @property
     def _or_skip(self) -> str:
@@ -106,25 +104,19 @@ class CsvTable:
         nearest."""
         if isinstance(column, int):
             if not 0 <= column < self.width:
-                raise self.fail(
-                    "there is no such column", column=column, expected=f"0 to {self.width - 1}, counted from zero"
-                )
+                expected = f"0 to {self.width - 1}, counted from zero"
+                raise self.fail("there is no such column", column=column, expected=expected)
             self.asked.add(column)
             return column
         plain = _split_unit(column)[0]
         hits = [i for i, name in enumerate(self.names) if name in (column, plain)]
         if len(hits) > 1:
-            raise FormatError(
-                "several columns have this name",
-                file=self.path,
-                row=self.head,
-                column=column,
-                found=f"columns {', '.join(map(str, hits))}, counted from zero",
-                expected="a separate name for every column that is read",
-            )
+            message, expected = "several columns have this name", "a separate name for every column that is read"
+            found = f"columns {', '.join(map(str, hits))}, counted from zero"
+            raise FormatError(message, file=self.path, row=self.head, column=column, found=found, expected=expected)
+        if not hits and not self.names:
+            raise self.fail("the file has no header", column=column, expected="column numbers, counted from zero")
         if not hits:
-            if not self.names:
-                raise self.fail("the file has no header", column=column, expected="column numbers, counted from zero")
             raise self.fail("there is no such column", column=column, **one_of(plain, self.names))
         self.asked.add(hits[0])
         return hits[0]
@@ -164,10 +156,8 @@ class CsvTable:
         for i, column in enumerate(columns):
             at = self.find(column)
             cells = self._columns[at]
-            if self.skip:
-                lacking = [k for k, cell in enumerate(cells) if _missing(cell)]
-                if lacking:
-                    raise MissingCells(np.array(lacking))
+            if self.skip and (lacking := [k for k, cell in enumerate(cells) if _missing(cell)]):
+                raise MissingCells(np.array(lacking))
             every = "".join(cells)
             try:
                 if ("." if self.decimal != "." else "_") in every:
@@ -182,14 +172,11 @@ class CsvTable:
         return out
 
     def digits(self, columns: Sequence[str | int]) -> Array:
-        """What one unit in the last digit of each number means, (rows, columns): `digits.last_digits`."""
-        at = [self.find(c) for c in columns]
-        if not at:
+        """What one unit in the last digit of each number means, (rows, columns): `units.last_digits`."""
+        cells = [self._columns[self.find(c)] for c in columns]
+        if not cells:
             return np.empty((len(self), 0))
-        plain = self.decimal == "."
-        return last_digits(
-            [c if plain else [v.replace(self.decimal, ".") for v in c] for c in map(self._columns.__getitem__, at)]
-        )
+        return last_digits([c if self.decimal == "." else [v.replace(self.decimal, ".") for v in c] for c in cells])
 
     def _bad_cell(self, at: int) -> FormatError:
         """The error for the first cell of a column that is not a finite number."""
@@ -230,11 +217,8 @@ def read_csv(
     source = read_text(path, limit=SIZE_LIMIT)
     text = source.text.replace("\r\n", "\n").replace("\r", "\n")
     _refuse_more("rows", text.count("\n"), ROW_LIMIT, source.path)
-    kept = [
-        (i, line)
-        for i, line in enumerate(text.split("\n"), start=1)
-        if line.strip(" \t;,|") and not line.lstrip().startswith("#")
-    ]
+    numbered = enumerate(text.split("\n"), start=1)
+    kept = [(i, line) for i, line in numbered if line.strip(" \t;,|") and not line.lstrip().startswith("#")]
     if not kept:
         raise FormatError("the file has no rows", file=source.path)
     chosen = separator if separator is not None else _guess(kept[0][1])
@@ -248,9 +232,8 @@ def read_csv(
         while first and not first[-1]:
             first.pop()
         if not any(re.search(r"[^\d\s.,;eE+-]", cell) for cell in first):
-            raise FormatError(
-                "there is no header in the first row", file=source.path, row=kept[0][0], expected="csv: {header: false}"
-            )
+            message, expected = "there is no header in the first row", "csv: {header: false}"
+            raise FormatError(message, file=source.path, row=kept[0][0], expected=expected)
         parts = [_split_unit(cell) for cell in first]
         names, units = tuple(p[0] for p in parts), tuple(p[1] for p in parts)
         rows, lines = rows[1:], lines[1:]
@@ -258,9 +241,8 @@ def read_csv(
         units = (None,) * (len(rows[0]) - (len(rows[0]) > 1 and not rows[0][-1].strip()))
     if not rows:
         raise FormatError("the file has a header but no rows", file=source.path)
-    cells = tuple(
-        _fit(row, len(units), int(line), source.path, chosen, decimal) for row, line in zip(rows, lines, strict=True)
-    )
+    width, described = len(units), (source.path, chosen, decimal)
+    cells = tuple(_fit(row, width, int(line), *described) for row, line in zip(rows, lines, strict=True))
     head = kept[0][0] if header else None
     return CsvTable(source.path, source.sha256, names, units, lines, cells, decimal, head=head)
 
@@ -272,7 +254,7 @@ def _refuse_more(what: str, found: int, most: int, path: Path) -> None:
 
 def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
     """The text of a CSV: commas, one line per row, quoted where a cell needs it; text that a spreadsheet would run as a
-    formula gets an apostrophe before it (`files.names`)."""
+    formula gets an apostrophe before it (`files.text`)."""
     return _written([harmless(cell) for cell in row] for row in (header, *rows))
 
 
@@ -308,9 +290,7 @@ def _guess(line: str) -> str:
 def _split(kept: list[tuple[int, str]], separator: str, path: Path) -> list[list[str]]:
     """The cells of every line; a quoted field must end on its line."""
     options: dict[str, Any] = {"delimiter": separator, "skipinitialspace": True, "strict": True}
-    texts = [line for _, line in kept]
-    if separator == " ":
-        texts = [line.strip() for line in texts]
+    texts = [line.strip() if separator == " " else line for _, line in kept]
     try:
         rows = list(csv.reader(texts, **options))
         if len(rows) == len(texts):
@@ -331,11 +311,8 @@ def _fit(row: list[str], width: int, line: int, path: Path, separator: str, deci
     while len(row) > width and not row[-1].strip():
         row = row[:-1]
     if len(row) != width:
-        name = SEPARATORS.get(separator, repr(separator))
-        expected = f"{width} columns, separated by {name}"
+        expected = f"{width} columns, separated by {SEPARATORS.get(separator, repr(separator))}"
         if separator == "," and decimal == "." and len(row) > width:
-            expected += (
-                " (are there decimal commas? a data file can announce them, csv: {separator: ..., decimal: ','})"
-            )
+            expected += f" (are there decimal commas? {ANNOUNCE})"
         raise FormatError("wrong number of columns", file=path, row=line, found=len(row), expected=expected)
     return tuple(row)

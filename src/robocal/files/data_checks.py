@@ -33,6 +33,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["alternatives", "suspicions"]
 
 TURN = 2 * math.pi  # tolerance: none, a turn is exact
+SWAPPED = {"rad": UNITS["deg"], "deg": UNITS["rad"]}
 BULK = (10, 90)  # per cent of the values that are there in any case
 
 
@@ -45,17 +46,12 @@ def suspicions(
     turning = tuple(i for i, j in enumerate(joints_of(chain)) if j.type != "prismatic")
     found = _angles(joints[:, turning], limits_of(chain)[list(turning)], angle) if turning else None
     if found:
-        other, reason = found
-        out.append(
-            OtherUnit("joints", obs.source, angle.name, other.name, other.factor / angle.factor, reason, turning)
-        )
+        out.append(_other("joints", obs, angle, *found, turning))
     if length is not None and len(obs) >= SPREAD_ROWS:
         spread = float(np.linalg.norm(np.ptp(obs.value[:, :3], axis=0)))
         # One number that was mistyped makes no unit: what most of them spread over decides on one that is too large.
         bulk = float(np.linalg.norm(np.ptp(np.percentile(obs.value[:, :3], BULK, axis=0), axis=0)))
-        geometry = sum(
-            abs(p.value) for p in chain.table.rows if p.unit == "m" and p.name.rpartition(".")[0] not in ("base",)
-        )
+        geometry = sum(abs(p.value) for p in chain.table.rows if p.unit == "m" and p.name.rpartition(".")[0] != "base")
         geometry += sum(float(np.ptp(joints[:, i])) for i, j in enumerate(joints_of(chain)) if j.type == "prismatic")
         moved = float(np.ptp(joints, axis=0).max(initial=0.0)) > SPREAD_MOVED
         reason = Remark.of(Code.SPREAD_UNLIKE, spread=spread, reach=geometry)
@@ -65,8 +61,7 @@ def suspicions(
         elif 0 < spread < geometry / SPREAD_SMALL and moved:
             other_unit = {"mm": "m", "um": "mm", "cm": "m"}.get(length.name)
         if other_unit:
-            unit = UNITS[other_unit]
-            out.append(OtherUnit("position", obs.source, length.name, unit.name, unit.factor / length.factor, reason))
+            out.append(_other("position", obs, length, UNITS[other_unit], reason))
     return tuple(out)
 
 
@@ -78,34 +73,33 @@ def alternatives(
     out = []
     turning = tuple(i for i, j in enumerate(joints_of(chain)) if j.type != "prismatic")
     reason = Remark.of(Code.AS_STATED_UNFIT)
-    other = {"rad": UNITS["deg"], "deg": UNITS["rad"]}.get(angle.name)
+    other = SWAPPED.get(angle.name)
     if turning and other is not None:
-        out.append(
-            OtherUnit("joints", obs.source, angle.name, other.name, other.factor / angle.factor, reason, turning)
-        )
+        out.append(_other("joints", obs, angle, other, reason, turning))
     if length is not None and section:
-        for unit in (UNITS[n] for n in ("mm", "m", "cm", "inch") if n != length.name):
-            out.append(OtherUnit(section, obs.source, length.name, unit.name, unit.factor / length.factor, reason))
+        units = (UNITS[n] for n in ("mm", "m", "cm", "inch") if n != length.name)
+        out += [_other(section, obs, length, unit, reason) for unit in units]
     return tuple(out)
 
 
+def _other(
+    section: str, obs: Observations, stated: Unit, unit: Unit, reason: Remark, joints: tuple[int, ...] = ()
+) -> OtherUnit:
+    return OtherUnit(section, obs.source, stated.name, unit.name, unit.factor / stated.factor, reason, joints)
+
+
 def _angles(q: Array, limits: Array, unit: Unit) -> tuple[Unit, Remark] | None:
-    other = {"rad": UNITS["deg"], "deg": UNITS["rad"]}.get(unit.name)
+    other = SWAPPED.get(unit.name)
     if other is None or not q.size:
         return None
     largest, swapped = float(np.abs(q).max()), q * (other.factor / unit.factor)
     share = float(np.mean(outside(q, limits).any(axis=1)))
     mended = not outside(swapped, limits).any()
-    if unit.name == "rad" and (
-        largest > RADIANS_TURNS * TURN or (share > RADIANS_OUTSIDE and mended and largest > TURN)
-    ):
+    turned = largest > RADIANS_TURNS * TURN or (share > RADIANS_OUTSIDE and mended and largest > TURN)
+    if unit.name == "rad" and turned:
         return other, Remark.of(Code.LARGEST_ANGLE, largest=largest, unit="rad")
     # Degrees that never leave one radian's worth of turn: a robot that is measured moves further.
-    if (
-        unit.name == "deg"
-        and np.ptp(q, axis=0).max() < DEGREES_RANGE
-        and largest < DEGREES_RANGE
-        and np.ptp(swapped, axis=0).max() > DEGREES_MOVED
-    ):
+    still = max(np.ptp(q, axis=0).max(), largest) < DEGREES_RANGE
+    if unit.name == "deg" and still and np.ptp(swapped, axis=0).max() > DEGREES_MOVED:
         return other, Remark.of(Code.LARGEST_ANGLE, largest=math.degrees(largest), unit="deg")
     return None

@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, FiniteFloat
 
 from robocal.errors import one_of
-from robocal.files.leaving import split_list
 from robocal.files.orientation import FORMS
 from robocal.files.schema import Columns, FileModel, FrameModel, Name, UnitsModel, Version, refuse
+from robocal.files.unread import split_list
 
 __all__ = [
     "ColumnModel",

@@ -18,24 +18,21 @@ from robocal.diagnose.check_registry import ROWS, When, run
 from robocal.diagnose.hypotheses.reading import OtherUnit
 from robocal.diagnose.rows.table import TableContext
 from robocal.errors import FormatError, one_of
-from robocal.files.configurations import nowhere, read_configurations, remarks_on_columns
-from robocal.files.csvtable import CsvTable, MissingCells, read_csv
+from robocal.files.configurations import RowReader, nowhere, read_configurations, remarks_on_columns
+from robocal.files.csvtable import MissingCells, read_csv
 from robocal.files.data_checks import alternatives, suspicions
 from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, TargetModel
-from robocal.files.frame_block import frame_vector
 from robocal.files.headers import self_description, vocabulary
-from robocal.files.kinds.kind import Around, KindFile, Values
+from robocal.files.kinds.kind import Around, KindFile
 from robocal.files.kinds.registry import readers_of
-from robocal.files.leaving import Excluded, LeftOut, split_list
-from robocal.files.names import meant
 from robocal.files.notation import TableNotation, table_notation
 from robocal.files.onething import new_distances, one_thing, refuse_again, target_remarks
-from robocal.files.outside import discreet
+from robocal.files.orientation import frame_vector
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
-from robocal.files.text import InputFile
-from robocal.files.units import UNITS, Unit, Units
-from robocal.files.unread import Unread, left_over, unread_remarks
+from robocal.files.text import InputFile, discreet, meant
+from robocal.files.units import UNITS, Units
+from robocal.files.unread import Excluded, LeftOut, Unread, left_over, split_list, unread_remarks
 from robocal.files.yamlio import YamlDocument, load
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model
@@ -62,18 +59,10 @@ class Reading:
 
     def __add__(self, other: Reading) -> Reading:
         """Two readings as one; the units are the first one's."""
-        return replace(
-            self,
-            dataset=self.dataset + other.dataset,
-            files=(*self.files, *(f for f in other.files if f not in self.files)),
-            warnings=self.warnings + other.warnings,
-            suspicions=self.suspicions + other.suspicions,
-            alternatives=self.alternatives + other.alternatives,
-            notations=self.notations + other.notations,
-            left_out=self.left_out + other.left_out,
-            unread=self.unread + other.unread,
-            described={**other.described, **self.described},
-        )
+        lists = ("dataset", "warnings", "suspicions", "alternatives", "notations", "left_out", "unread")
+        sums = {name: getattr(self, name) + getattr(other, name) for name in lists}
+        files = (*self.files, *(f for f in other.files if f not in self.files))
+        return replace(self, files=files, described={**other.described, **self.described}, **sums)
 
 
 def read_datasets(
@@ -85,7 +74,7 @@ def read_datasets(
     exclude: Sequence[str] = (),
 ) -> Reading:
     """Several data files for one identification; instruments that nobody named are kept apart. `exclude` names rows that
-    are left out (`files.leaving`). Raises as `read_dataset`."""
+    are left out (`files.unread`). Raises as `read_dataset`."""
     if not paths:
         raise FormatError("no data files are given", expected="at least one")
     total: Reading | None = None
@@ -124,45 +113,41 @@ def read_dataset(
     place = path if isinstance(path, Path) else Path(path)
     if place.suffix.lower() in (".yaml", ".yml"):
         document = load(place)
-        reader = _reader(kind or document.data.get("kind"), document, chain)
-        model = validate(reader.model, document)
+        reads = _kind_file(kind or document.data.get("kind"), document, chain)
+        model = validate(reads.model, document)
         tables = [read_csv(place.parent / name, **model.csv.style) for name in model.file]
         files = [InputFile(place, document.sha256)]
     else:
         tables, files = [read_csv(place)], []
         document = YamlDocument(place, "", "", self_description(tables[0], chain, kind))
-        reader = _reader(document.data["kind"], document, chain)
-        model = validate(reader.model, document)
+        reads = _kind_file(document.data["kind"], document, chain)
+        model = validate(reads.model, document)
     if group is not None:
         given = {**model.configuration, "group": ColumnModel(column=int(group) if group.isdecimal() else group)}
         model = model.model_copy(update={"configuration": given})
     files += [InputFile(t.path, t.sha256) for t in tables]
-    name = _frame_name(model, place, tables[0].path, chain, taken, document)
+    reader = RowReader(model, tables[0], chain, document)
+    name = _frame_name(reader, place, taken)
     own = Excluded(model.exclude, "exclude", place)
-    parts = [_read_rows(model, table, chain, reader, document, name, (own, exclude)) for table in tables]
+    words = (own,) if exclude is None else (own, exclude)
+    parts = [_read_rows(replace(reader, table=table), reads, name, words) for table in tables]
     own.finish()
     total = sum(parts[1:], start=parts[0])
     described = dict.fromkeys((*model.targets, *getattr(model, "places", ())), place)
     return replace(total, path=place, files=tuple(files), described=described)
 
 
-def _read_rows(
-    model: DataModel, table: CsvTable, chain: Model, kind: KindFile, document: YamlDocument, name: str,
-    exclude: Sequence[Excluded | None],
-) -> Reading:  # fmt: skip
+def _read_rows(reader: RowReader, kind: KindFile, name: str, exclude: Sequence[Excluded]) -> Reading:
     """A table without the rows that are left out: those that were named, and where the file says so, those that lack
     something."""
-    table = replace(table, skip=model.csv.missing == "skip")
-    given = model.configuration.get("id")
+    table = replace(reader.table, skip=reader.model.csv.missing == "skip")
+    given = reader.model.configuration.get("id")
     at = None if given is None else table.find(given.column)
 
     def ids() -> list[str] | None:
         return None if at is None else [meant(row[at].strip()) for row in table.cells]
 
-    out = np.zeros(len(table), dtype=bool)
-    for some in exclude:
-        if some is not None:
-            out |= some.rows(table, ids())
+    out = np.any([words.rows(table, ids()) for words in exclude], axis=0)
     left = []
     if out.any():
         left.append(LeftOut(table.path, tuple(map(int, table.lines[out])), "excluded"))
@@ -170,7 +155,7 @@ def _read_rows(
     missing: list[int] = []
     while True:
         try:
-            made = _read_table(model, table, chain, kind, document, name)
+            made = _read_table(replace(reader, table=table), kind, name)
             break
         except MissingCells as lacking:
             rows = np.zeros(len(table), dtype=bool)
@@ -180,28 +165,29 @@ def _read_rows(
     if missing:
         left.append(LeftOut(table.path, tuple(sorted(missing)), "missing"))
     said = (*(o.remark for o in left), *made.warnings)
-    return replace(made, left_out=tuple(left), warnings=said, unread=(left_over(table, vocabulary(chain)),))
+    return replace(made, left_out=tuple(left), warnings=said, unread=(left_over(table, vocabulary(reader.machine)),))
 
 
-def _reader(kind: object, document: YamlDocument, machine: Model) -> KindFile:
+def _kind_file(kind: object, document: YamlDocument, machine: Model) -> KindFile:
     known = readers_of(machine)
     if kind is None:
         document.fail("a key is missing", ("kind",), expected=", ".join(known))
-    if not isinstance(kind, str) or kind not in known:
-        document.fail("unknown kind", ("kind",), found=kind, **one_of(kind, known))
-    return known[kind]
+    document.insist_known(kind, tuple(known), "unknown kind", ("kind",))
+    return known[str(kind)]
 
 
-def _read_table(
-    model: DataModel, table: CsvTable, chain: Model, kind: KindFile, document: YamlDocument, name: str
-) -> Reading:
+def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
+    model, table, chain, document = reader.model, reader.table, reader.machine, reader.document
     values = kind.read(model, table, document)
-    places = read_configurations(model, table, chain, document)
-    units = _units(model, values, places.angle, document)
-    targets, target = _targets(model, table, kind, chain, name, units, document)
-    owners = _owners(chain) | {t.name for t in targets}
+    places = read_configurations(reader)
+    # Frames and targets are in the units that are stated, else in those of the measurements.
+    units = Units(values.length or UNITS["m"], values.angle or places.angle)
+    units = units if model.units is None else read_units(model.units, document)
+    owners = frozenset(_owners(chain))
+    targets, target = _targets(model, kind, Around(table, document, units, name, owners | {name}))
     frame = _instrument(model.frame, name, units) if isinstance(model, FramedModel) else None
-    around = Around(table, document, units, name, frozenset(owners | ({name} if frame else set())))
+    owners |= {t.name for t in targets} | ({name} if frame else set())
+    around = Around(table, document, units, name, owners)
     observations = []
     parts = kind.parts(model, values, around)
     known = [p for p in parts if p.nowhere]
@@ -212,47 +198,27 @@ def _read_table(
         kept = np.flatnonzero(np.isin(part.rows, places.measuring)) if part.targeted else np.arange(len(part.rows))
         rows, read = part.rows[kept], part.values.take(kept)
         second = None if part.kind or places.second is None else places.second[rows]
-        observations.append(
-            Observations(
-                part.kind or kind.name,
-                np.array([next(alone)]) if part.nowhere else places.first[rows],
-                read.value,
-                read.sigma,
-                frame,
-                targets if part.targeted else (),
-                target[rows] if part.targeted and target is not None else None,
-                read.extra,
-                read.options,
-                model.group or part.group or ("" if frame else name),
-                source=str(table.path),
-                rows=None if part.nowhere else table.lines[rows],
-                second=second,
-                digits=read.digits,
-            )
-        )
+        where = np.array([next(alone)]) if part.nowhere else places.first[rows]
+        seen = target[rows] if part.targeted and target is not None else None
+        group = model.group or part.group or ("" if frame else name)
+        obs = Observations(
+            part.kind or kind.name, where, read.value, read.sigma, frame, targets if part.targeted else (), seen,
+            read.extra, read.options, group, str(table.path), None if part.nowhere else table.lines[rows], second,
+            digits=read.digits,
+        )  # fmt: skip
+        observations.append(obs)
     warnings = remarks_on_columns(model, document)
     data = DataSet(configurations, tuple(observations))
     rows_read = TableContext(chain, data, joints=places.joints, lines=table.lines, file=str(table.path))
     warnings += tuple(f.remark for f in run(When.FILE, rows_read, ROWS))
-    length = values.length if kind.located else None
-    first = observations[0]
+    read_as = (observations[0], places.joints, chain, places.angle)
     return Reading(
-        DataSet(configurations, tuple(o for o in observations if len(o))),
-        table.path,
-        (),
-        warnings,
-        suspicions(first, places.joints, chain, places.angle, length),
+        DataSet(configurations, tuple(o for o in observations if len(o))), table.path, (), warnings,
+        suspicions(*read_as, values.length if kind.located else None),
         Units(values.length or units.length, places.angle),
-        alternatives(first, places.joints, chain, places.angle, values.length, kind.lengths),
-        (table_notation(model, table, chain, document, places.angle, values.length),),
-    )
-
-
-def _units(model: DataModel, values: Values, angle: Unit, document: YamlDocument) -> Units:
-    """The units of frames and targets: as stated, else those in which the measurements are."""
-    if model.units is not None:
-        return read_units(model.units, document)
-    return Units(values.length or UNITS["m"], values.angle or angle)
+        alternatives(*read_as, values.length, kind.lengths),
+        (table_notation(reader, places.angle, values.length),),
+    )  # fmt: skip
 
 
 def _owners(machine: Model) -> set[str]:
@@ -260,16 +226,15 @@ def _owners(machine: Model) -> set[str]:
     return {n.rpartition(".")[0] for n in machine.table.names}
 
 
-def _frame_name(
-    model: DataModel, place: Path, csv: Path, chain: Model, taken: set[str] | frozenset[str], document: YamlDocument
-) -> str:
+def _frame_name(reader: RowReader, place: Path, taken: set[str] | frozenset[str]) -> str:
     """The instrument's name: as stated, else the file's, made unlike any owner of a parameter."""
-    owners = _owners(chain)
+    model, csv, owners = reader.model, reader.table.path, _owners(reader.machine)
     given = model.frame.name if isinstance(model, FramedModel) else None
     if given is not None:
         if given in owners:
             expected = f"a name other than {', '.join(owners)}"
-            document.fail("this name belongs to the robot", ("frame", "name"), found=given, expected=expected)
+            at = ("frame", "name")
+            reader.document.fail("this name belongs to the robot", at, found=given, expected=expected)
         return given
     stem = csv.stem if place.stem.lower() in ("data", "dataset") else place.stem
     name = re.sub(r"\W+", "_", stem).strip("_") or model.kind
@@ -286,17 +251,15 @@ def _instrument(given: InstrumentModel, name: str, units: Units) -> Frame:
     return Frame(name, frame_vector(given, units), given.free_flags(True), given.mount, expected, given.has_details)
 
 
-def _targets(
-    model: DataModel, table: CsvTable, kind: KindFile, chain: Model, frame: str, units: Units, document: YamlDocument
-) -> tuple[tuple[Frame, ...], Ints | None]:
+def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Frame, ...], Ints | None]:
     """The targets and which one each row sees (None: the tool itself)."""
+    table, units = around.table, around.units
     models: Mapping[str, FrameModel] = model.targets
     cells = table.texts(model.target.column) if model.target is not None else None
     if not models and cells is not None:
         models = {name: TargetModel() for name in dict.fromkeys(cells)}
     if not models:
         return (), None
-    around = Around(table, document, units, frame, frozenset(_owners(chain) | {frame}))
     frames = []
     for name, given in models.items():
         around.refuse_taken(name, ("targets", name))
@@ -309,9 +272,8 @@ def _targets(
         frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details))
     if cells is None:
         if len(frames) > 1:
-            document.fail(
-                "several targets, and no column that says which", ("target",), expected="target: {column: ...}"
-            )
+            message = "several targets, and no column that says which"
+            around.document.fail(message, ("target",), expected="target: {column: ...}")
         return tuple(frames), np.zeros(len(table), dtype=np.int64)
     order = {f.name: i for i, f in enumerate(frames)}
     for row, cell in enumerate(cells):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -40,34 +41,33 @@ def table_text(dataset: DataSet, chain: Mechanism, units: Units | None = None, *
         raise ModelError("a table needs joint values", found="free poses")
     headers, columns = ["configuration"], [[c.ids[i] for i in obs.configuration]]
 
+    def add_names(header: str, cells: list[str]) -> None:
+        headers.append(header)
+        columns.append(cells)
+
     def add(name: str, unit: Unit, values: Array) -> None:
-        headers.append(name if unit.name == "1" else f"{name} [{unit.name}]")
         shown = unit.from_si(values)
         if not digits and unit.si in ("m", "rad"):
             shown = np.round(shown, max(0, round(math.log10(unit.factor / 1e-7))))
-        columns.append([number(v) for v in shown.tolist()])
+        add_names(name if unit.name == "1" else f"{name} [{unit.name}]", [number(v) for v in shown.tolist()])
 
     for prefix, index in (("", obs.configuration), ("second.", obs.second)):
         for i, joint in enumerate(chain.joints if index is not None else ()):
             unit = units.length if joint.type == "prismatic" else units.angle
             add(f"{prefix}{joint.name}", unit, c.joints[index, i])
     if obs.second is not None:
-        headers.append("second")
-        columns.append([c.ids[i] for i in obs.second])
+        add_names("second", [c.ids[i] for i in obs.second])
     if len(places) > 1:
-        headers.append("place")
-        columns.append([places[i].name for i in obs.extra["place of row"].astype(int)])
+        add_names("place", [places[i].name for i in obs.extra["place of row"].astype(int)])
     for name, unit, values in _kind(obs).write(_bare(obs), units).columns:
         add(name, unit, values)
     for name in _writable_columns(c):
         if np.isfinite(c.columns[name][obs.configuration]).all():
             add(name, _unit_of(name), c.columns[name][obs.configuration])
     if c.groups is not None:
-        headers.append("group")
-        columns.append([c.groups[i] for i in obs.configuration])
+        add_names("group", [c.groups[i] for i in obs.configuration])
     if obs.target is not None and obs.targets:
-        headers.append("target")
-        columns.append([obs.targets[t].name for t in obs.target])
+        add_names("target", [obs.targets[t].name for t in obs.target])
     return csv_text(headers, zip(*columns, strict=True))
 
 
@@ -75,13 +75,9 @@ def data_text(dataset: DataSet, chain: Mechanism, file: str, units: Units | None
     """The data.yaml for a CSV that `table_text` made, with frames, places and targets."""
     units = units or Units()
     obs, places = _one(dataset)
-    lines = [
-        "robocal: 1",
-        f"kind: {obs.kind}",
-        f"file: {quote(file)}",
-        f"units: {{length: {units.length.name}, angle: {units.angle.name}}}",
-        f"joints: {{columns: {yaml_names(names_of(chain))}}}",
-    ]
+    lines = ["robocal: 1", f"kind: {obs.kind}", f"file: {quote(file)}"]
+    lines.append(f"units: {{length: {units.length.name}, angle: {units.angle.name}}}")
+    lines.append(f"joints: {{columns: {yaml_names(names_of(chain))}}}")
     if obs.second is not None:
         lines.append(f"second: {{columns: {yaml_names([f'second.{n}' for n in names_of(chain)])}, id: second}}")
     if obs.group and obs.frame is None and not places:
@@ -93,9 +89,8 @@ def data_text(dataset: DataSet, chain: Mechanism, file: str, units: Units | None
         lines += ["places:", *(f"  {frame_line(p, units)}" for p in places), "place: place"]
     lines += _between(dataset.observations[1:], units)
     if obs.frame is not None:
-        lines.append(
-            f"frame: {{name: {quote(obs.frame.name)}, {frame_keys(obs.frame, units)}, mount: {obs.frame.mount}}}"
-        )
+        name, frame = quote(obs.frame.name), frame_keys(obs.frame, units)
+        lines.append(f"frame: {{name: {name}, {frame}, mount: {obs.frame.mount}}}")
     if obs.targets:
         lines += ["targets:", *(f"  {frame_line(t, units, mount=True)}" for t in obs.targets), "target: target"]
     known = _writable_columns(dataset.configurations)
@@ -135,33 +130,23 @@ def _one(dataset: DataSet) -> tuple[Observations, tuple[Frame, ...]]:
     if not places:
         return first, ()
     which = np.concatenate([np.full(len(o), i, dtype=float) for i, o in enumerate(same)])
-    known = all(o.sigma is not None for o in same)
-    joined = replace(
-        first,
-        configuration=np.concatenate([o.configuration for o in same]),
-        value=np.concatenate([o.value for o in same]),
-        sigma=np.concatenate([o.sigma for o in same if o.sigma is not None]) if known else None,
-        target=None if first.target is None else np.concatenate([o.target for o in same if o.target is not None]),
-        extra={k: np.concatenate([o.extra[k] for o in same]) for k in first.extra} | {"place of row": which},
-        rows=None,
-        used=None,
-    )
-    return joined, tuple(places)
+    arrays = {key: [getattr(o, key) for o in same] for key in ("configuration", "value", "sigma", "target")}
+    joined: dict[str, Any] = {
+        k: None if any(v is None for v in parts) else np.concatenate(parts) for k, parts in arrays.items()
+    }
+    extra = {k: np.concatenate([o.extra[k] for o in same]) for k in first.extra} | {"place of row": which}
+    return replace(first, extra=extra, rows=None, used=None, **joined), tuple(places)
 
 
 def _between(rest: Sequence[Observations], units: Units) -> list[str]:
     """The known distances between two places."""
-    out = []
+    out, unit = [], units.length
     for obs in rest:
         ends = obs.options.get("ends")
-        if not isinstance(ends, tuple):
-            continue
-        unit = units.length
-        sigma = "" if obs.sigma is None else f", sigma: {number(unit.from_si(float(obs.sigma[0, 0])))}"
-        distance = number(unit.from_si(float(obs.value[0, 0])))
-        out.append(
-            f"  - {{places: {yaml_names([e.name for e in ends])}, distance: {distance}, unit: {unit.name}{sigma}}}"
-        )
+        if isinstance(ends, tuple):
+            sigma = "" if obs.sigma is None else f", sigma: {number(unit.from_si(float(obs.sigma[0, 0])))}"
+            names, distance = yaml_names([e.name for e in ends]), number(unit.from_si(float(obs.value[0, 0])))
+            out.append(f"  - {{places: {names}, distance: {distance}, unit: {unit.name}{sigma}}}")
     return ["between:", *out] if out else []
 
 

@@ -3,22 +3,27 @@
 `to_display(Part, found)` makes a Part of whatever has the names of its fields (the same class in SI, or another): every number by what it
 is (`robocal.quantities`) in the unit in force, which a field of the part names; parts within parts, remarks as data, a tuple of
 numbers as the part whose fields they are. What has another name, or is no copy, is given beside it; nothing is left to a default.
+
+A listing becomes a CSV: names with their units in the headers, in the units of a file.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass
-from types import NoneType, UnionType
+from dataclasses import dataclass, fields, is_dataclass, replace
+from types import NoneType, SimpleNamespace, UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
+
+from robocal.files.csvtable import csv_text
 from robocal.files.opened_file import Speaks
 from robocal.files.parts import RemarkPart
-from robocal.files.units import UNITS, Unit, Units
-from robocal.quantities import AMOUNT, DISPLAY, MEAN, OWN, VALUE
+from robocal.files.units import UNITS, Unit, Units, number
+from robocal.quantities import AMOUNT, DISPLAY, MEAN, OWN, VALUE, Column, Listing
 
-__all__ = ["display_unit", "to_display"]
+__all__ = ["display_unit", "in_units", "listing_text", "to_display"]
 
 P = TypeVar("P")
 MM_AND_DEG = Units()
@@ -48,18 +53,13 @@ def to_display(part: type[P], found: object, speaks: Speaks = MM_AND_DEG, /, **b
 def _build_part(part: type[P], found: object, scope: _Scope, beside: dict[str, Any]) -> P:
     plan = _PLANS.get(part) or _PLANS.setdefault(part, _plan(part))
     if isinstance(found, tuple):
-        found = _Tuple(dict(zip(plan, found, strict=True)))
+        found = SimpleNamespace(**dict(zip(plan, found, strict=True)))
     if (own := plan.get("unit")) in (DISPLAY, OWN):
         si = getattr(found, "unit", scope.unit.si)
         scope = _Scope(scope.units, scope.units.of(si) if own is OWN else display_unit(si))
         beside = {"unit": scope.unit.name, **beside}
     told = {name: convert(getattr(found, name), scope) for name, convert in plan.items() if name not in beside}
     return part(**told, **beside)
-
-
-class _Tuple:
-    def __init__(self, named: dict[str, Any]) -> None:
-        self.__dict__.update(named)
 
 
 def _plan(part: type[Any]) -> dict[str, Any]:
@@ -105,3 +105,43 @@ def _mean(value: Any, scope: _Scope) -> float:
 
 def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+# --- listings ---------------------------------------------------------------------------------------------------------------
+
+SI = ("m", "rad", "N", "kg", "1/N", "N/m")  # what a file has a unit of its own for
+
+
+def in_units(listing: Listing, units: Speaks) -> Listing:
+    """The same with every number that is in SI in the unit of a file."""
+    return Listing(tuple(_convert(c, units) if c.unit in SI else c for c in listing.columns))
+
+
+def _convert(column: Column, units: Speaks) -> Column:
+    unit = units.of(column.unit)
+    # One by one where some are not known: an array of such is no array of numbers.
+    values = [None if v is None else unit.from_si(np.asarray(v, float)).tolist() for v in column.plain]
+    return replace(column, unit=unit.name, values=values)
+
+
+def listing_text(listing: Listing, units: Speaks | None = None) -> str:
+    """The text of the CSV, in the units of a file where these are given; what is not known is an empty cell."""
+    rounded = Listing(tuple(_round(c) if c.si_decimals is not None else c for c in listing.columns))
+    shown = rounded if units is None else in_units(rounded, units)
+    cells = [[_cell(v, column) for v in column.plain] for column in shown.columns]
+    return csv_text([column.header for column in shown.columns], list(zip(*cells, strict=True)))
+
+
+def _round(column: Column) -> Column:
+    return replace(column, values=np.round(np.asarray(column.values, float), column.si_decimals or 0))
+
+
+def _cell(value: Any, column: Column) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if not isinstance(value, float):
+        return str(value)
+    value = value if column.decimals is None else round(value, column.decimals)
+    return number(value if column.digits >= 15 else float(f"{value:.{column.digits}g}"))

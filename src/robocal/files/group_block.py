@@ -11,6 +11,7 @@ Priors and values are in the file's units (what is per kelvin or per newton metr
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 from pydantic import Field, FiniteFloat
@@ -18,7 +19,7 @@ from pydantic import Field, FiniteFloat
 from robocal.arms.chain import Chain, Group
 from robocal.arms.gravity_load import Load
 from robocal.arms.groups import GROUPS, add, rule_of
-from robocal.errors import ModelError, nearest, one_of
+from robocal.errors import ModelError, nearest
 from robocal.files.schema import FileModel, Triple, validate
 from robocal.files.units import UNITS, Units, number, parse_unit
 from robocal.files.yamlio import Path_, YamlDocument, path_text
@@ -56,20 +57,18 @@ class GroupModel(FileModel):
 def read_groups(chain: Chain, document: YamlDocument, units: Units) -> Chain:
     """The chain with the groups that a robot.yaml states under `groups:`, at their values. Raises FormatError."""
     stated = document.data["groups"]
-    if not isinstance(stated, dict):
-        document.fail("not a mapping", ("groups",), found=stated, expected="{eccentricity: {...}, ...}")
+    mapping = isinstance(stated, dict)
+    document.insist(mapping, "not a mapping", ("groups",), found=stated, expected="{eccentricity: {...}, ...}")
     for name, given in stated.items():
         at: Path_ = ("groups", name)
-        if name not in GROUPS:
-            document.fail("unknown group", at, found=name, **one_of(name, GROUPS))
+        document.insist_known(name, GROUPS, "unknown group", at)
         model = validate(GroupModel, document, {} if given is None else given, at)
-        if model.prior is not None and model.prior <= 0:
-            document.fail(
-                "a prior is a standard deviation", (*at, "prior"), found=model.prior, expected="a number above 0"
-            )
+        prior, path = model.prior, (*at, "prior")
+        good, expected = prior is None or prior > 0, "a number above 0"
+        document.insist(good, "a prior is a standard deviation", path, found=prior, expected=expected)
         for i, link in enumerate(model.links or ()):
-            if link.mass <= 0:
-                document.fail("a mass is above 0", (*at, "links", i, "mass"), found=link.mass, expected="kg")
+            mass, path = link.mass, (*at, "links", i, "mass")
+            document.insist(mass > 0, "a mass is above 0", path, found=mass, expected="kg")
         try:
             chain = add(chain, name, _options(name, model, units, document, at))
             chain = _set_values(chain, chain.groups[-1], model.values, units, document, at)
@@ -83,29 +82,18 @@ def read_groups(chain: Chain, document: YamlDocument, units: Units) -> Chain:
 
 def _options(name: str, model: GroupModel, units: Units, document: YamlDocument, at: Path_) -> dict[str, Any]:
     """What was stated, in SI."""
-    out = model.model_dump(exclude={"values"}, exclude_none=True)
+    out = parse_options(model.model_dump(exclude={"values"}, exclude_none=True))
     if "prior" in out:
         out["prior"] = units.of(rule_of(name).unit).to_si(out["prior"])
-    if model.links is not None:
-        out["links"] = tuple(Load(m.joint, m.mass, tuple(units.length.to_si(v) for v in m.com)) for m in model.links)  # type: ignore[arg-type]
+    if "links" in out:
+        out["links"] = tuple(replace(m, at=tuple(units.length.to_si(v) for v in m.at)) for m in out["links"])
     if model.reference is not None:
         out["reference"] = _temperature(model.reference, document, (*at, "reference"))
-    for key in ("joints", "gravity"):
-        if key in out:
-            out[key] = tuple(out[key])
-    if model.range is not None:
-        out["range"] = {j: _range(v, units, document, (*at, "range", j)) for j, v in model.range.items()}
-    if isinstance(model.harmonics, dict):
-        out["harmonics"] = {j: tuple(v) for j, v in model.harmonics.items()}
-    elif model.harmonics is not None:
-        out["harmonics"] = tuple(model.harmonics)
+    for joint, given in (model.range or {}).items():
+        ordered = len(given) == 2 and given[0] < given[1]
+        document.insist(ordered, "not a range", (*at, "range", joint), found=given, expected="[lower, upper]")
+        out["range"][joint] = tuple(units.angle.to_si(v) for v in given)
     return out
-
-
-def _range(given: list[float], units: Units, document: YamlDocument, at: Path_) -> tuple[float, float]:
-    if len(given) != 2 or not given[0] < given[1]:
-        document.fail("not a range", at, found=given, expected="[lower, upper]")
-    return units.angle.to_si(given[0]), units.angle.to_si(given[1])
 
 
 def _temperature(given: float | str, document: YamlDocument, at: Path_) -> float:
@@ -125,9 +113,8 @@ def _set_values(
     si = {}
     for name, value in values.items():
         if name not in group.parameters:
-            path = (*at, "values", name)
             near = nearest(name, group.parameters)
-            document.fail("no parameter of this group", path, found=name, suggestion=near)
+            document.fail("no parameter of this group", (*at, "values", name), found=name, suggestion=near)
         si[name] = units.of(chain.table[name].unit).to_si(value)
     return chain.with_values(si)
 
@@ -179,8 +166,7 @@ def group_changes(document: YamlDocument, chain: Chain, units: Units) -> dict[Pa
     out: dict[Path_, float | str] = {}
     if not isinstance(stated, dict):
         if chain.groups:
-            lines = group_lines(chain, units)
-            out["groups",] = "\n" + "\n".join(lines[1:])
+            out["groups",] = "\n" + "\n".join(group_lines(chain, units)[1:])
         return out
     for group in chain.groups:
         at: Path_ = ("groups", group.name)
@@ -209,9 +195,7 @@ def plain_options(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def parse_options(plain: Mapping[str, Any]) -> dict[str, Any]:
     """The inverse of `plain_options`."""
-    out: dict[str, Any] = {
-        k: tuple(v) if isinstance(v, Sequence) and not isinstance(v, str) else v for k, v in plain.items()
-    }
+    out: dict[str, Any] = {k: tuple(v) if isinstance(v, list | tuple) else v for k, v in plain.items()}
     if "links" in out:
         out["links"] = tuple(Load(m["joint"], m["mass"], tuple(m["com"])) for m in out["links"])
     for key in ("harmonics", "range"):

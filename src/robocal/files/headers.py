@@ -16,7 +16,6 @@ __all__ = [
     "PER_JOINT",
     "configuration_columns",
     "joint_columns",
-    "matrices",
     "row_names",
     "self_description",
     "vocabulary",
@@ -24,14 +23,8 @@ __all__ = [
 
 # Columns of a configuration that have a meaning, and their SI unit.
 CONFIGURATION = {
-    "id": "",
-    "time": "s",
-    "temperature": "K",
-    "payload": "kg",
-    "approach": "1",
-    "direction": "1",
-    "place": "1",
-}
+    "id": "", "time": "s", "temperature": "K", "payload": "kg", "approach": "1", "direction": "1", "place": "1",
+}  # fmt: skip
 PER_JOINT = ("approach", "torque")  # columns that exist once per joint, as approach.j2
 IDS = ("id", "configuration", "pose_id")
 SIGMAS = (("sx", "sy", "sz"), ("sigma_x", "sigma_y", "sigma_z"), ("std_x", "std_y", "std_z"))
@@ -48,22 +41,18 @@ def joint_columns(table: CsvTable, chain: Model) -> list[str]:
     n = len(joints_of(chain))
     if not n:
         return []
-    for names in (
-        names_of(chain),
-        *(tuple(f"{stem}{i}" for i in range(1, n + 1)) for stem in ("q", "j", "q_", "joint_", "joint")),
-    ):
+    numbered = (tuple(f"{stem}{i}" for i in range(1, n + 1)) for stem in ("q", "j", "q_", "joint_", "joint"))
+    for names in (names_of(chain), *numbered):
         if all(name in table.names for name in names):
             stem = names[-1].rstrip("0123456789")
             last = names[-1].removeprefix(stem)
             following = f"{stem}{int(last) + 1}" if last and names[0].startswith(stem) else ""
             if following and following in table.names:
-                raise table.fail(
-                    "wrong number of joint columns", found=f"{following} as well", expected=f"{n} for {chain.name}"
-                )
+                found, expected = f"{following} as well", f"{n} for {chain.name}"
+                raise table.fail("wrong number of joint columns", found=found, expected=expected)
             return list(names)
-    expected = (
-        f"{n} columns {names_of(chain)[0]} to {names_of(chain)[-1]} or q1 to q{n}, or a data file that names them"
-    )
+    own = f"{names_of(chain)[0]} to {names_of(chain)[-1]}"
+    expected = f"{n} columns {own} or q1 to q{n}, or a data file that names them"
     raise table.fail("there are no columns for the joints", found=", ".join(table.names), expected=expected)
 
 
@@ -80,11 +69,6 @@ def row_names(table: CsvTable, what: str) -> tuple[str, ...]:
     return names
 
 
-def cables_of(machine: Model) -> tuple[str, ...]:
-    """The names of a machine's cables; none of an arm."""
-    return machine.parts.get("cable", ())
-
-
 def vocabulary(chain: Model) -> tuple[str, ...]:
     """Every header that has a meaning in some table of this arm."""
     joints = names_of(chain)
@@ -94,7 +78,7 @@ def vocabulary(chain: Model) -> tuple[str, ...]:
     others = [n for sections in OTHERS.values() for _, names, spread in sections for n in (*names, *spread)]
     located = [n for names in groups for n in names]
     known = (*IDS, *CONFIGURATION, "group", "target", "second", *located, *others)
-    return tuple(dict.fromkeys((*known, *joints, *numbered, *each, *cables_of(chain))))
+    return tuple(dict.fromkeys((*known, *joints, *numbered, *each, *chain.parts.get("cable", ()))))
 
 
 def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[str, Any]:
@@ -105,12 +89,12 @@ def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[st
         out["joints"] = {"columns": joints}
     second = [f"second.{name}" for name in joints]
     two = bool(joints) and _first(table, (second,)) is not None
-    cables = cables_of(chain)
+    cables = chain.parts.get("cable", ())
     if cables and kind in (None, "lengths") and all(name in table.names for name in cables):
         found: dict[str, Any] | None = {"kind": "lengths", "lengths": {"columns": list(cables)}}
     else:
         found = _other(table, two) if kind is None or kind in OTHERS else None
-    out |= found if found is not None else _position_headers(table, two, kind)
+    out |= _position_headers(table, two, kind) if found is None else found
     if two:
         out["second"] = {"columns": second}
     if "target" in table.names:
@@ -132,6 +116,14 @@ def matrices(table: CsvTable) -> list[str]:
     """The prefixes of columns that hold a matrix: NAME_00 to NAME_22."""
     stems = [n.removesuffix("_00") for n in table.names if n.endswith("_00")]
     return [n for n in stems if f"{n}_22" in table.names]
+
+
+def matrix_header(table: CsvTable, what: str, expected: str) -> dict[str, Any]:
+    """What a data file would say of the one matrix of a table. Raises FormatError where several could be `what`."""
+    prefixes = matrices(table)
+    if len(prefixes) > 1:
+        raise table.fail(f"several columns could be {what}", found=", ".join(prefixes), expected=expected)
+    return {"columns": prefixes[0], "form": "matrix"}
 
 
 # Kinds whose columns need no frame or place to be described: their key, columns and sigmas, from the most telling one.
@@ -163,12 +155,7 @@ def _position_headers(table: CsvTable, two: bool, kind: str | None) -> dict[str,
     turn = next(((list(c), f) for c, f in TURNS if _first(table, (c,), least=2)), None)
     prefixes = matrices(table)
     if prefixes and turn is None:
-        if len(prefixes) > 1:
-            found = ", ".join(prefixes)
-            raise table.fail(
-                "several columns could be the measured pose", found=found, expected="a data file that names one"
-            )
-        out["orientation"] = {"columns": prefixes[0], "form": "matrix"}
+        out["orientation"] = matrix_header(table, "the measured pose", "a data file that names one")
     elif turn is not None:
         out["orientation"] = {"columns": turn[0], "form": turn[1]}
     if position:

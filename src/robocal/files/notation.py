@@ -13,14 +13,13 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.files import orientation
+from robocal.files.configurations import RowReader
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import DataModel, OrientationModel
+from robocal.files.datamodel import OrientationModel
 from robocal.files.headers import joint_columns
 from robocal.files.kinds.pose import PositionModel, matrix_columns, place_columns
 from robocal.files.units import UNITS, Unit
-from robocal.files.yamlio import YamlDocument
 from robocal.geometry import so3
-from robocal.measure.machine import Model
 
 __all__ = ["Form", "TableNotation", "table_notation"]
 
@@ -59,11 +58,10 @@ class TableNotation:
     described: Mapping[str, Any] = field(default_factory=dict)
 
 
-def table_notation(
-    model: DataModel, table: CsvTable, chain: Model, document: YamlDocument, angle: Unit, length: Unit | None
-) -> TableNotation:
+def table_notation(reader: RowReader, angle: Unit, length: Unit | None) -> TableNotation:
     """How a table speaks that was read already."""
-    columns = model.joints.columns if model.joints.columns is not None else joint_columns(table, chain)
+    model, table, document = reader.model, reader.table, reader.document
+    columns = model.joints.columns if model.joints.columns is not None else joint_columns(table, reader.machine)
     headers = [table.unit(c) for c in columns]
     stated = model.joints.unit
     units = [h or (stated[i] if isinstance(stated, list) else stated) or angle.name for i, h in enumerate(headers)]

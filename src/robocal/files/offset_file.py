@@ -66,30 +66,19 @@ def _table(offsets: Sequence[Offset], robot: str, notes: Sequence[str]) -> str:
 
 def _ros(offsets: Sequence[Offset], robot: str, notes: Sequence[str]) -> str:
     """A parameter file of ROS 2, for whichever node reads the joints; rad and m, as REP 103 has it."""
-    lines = [
-        f"# Joint offsets of {robot}, in rad and m: {FED}.",
-        *(f"# {line}" for line in notes),
-        "/**:",
-        "  ros__parameters:",
-        "    joint_offsets:",
-    ]
+    lines = [f"# {line}" for line in (f"Joint offsets of {robot}, in rad and m: {FED}.", *notes)]
+    lines += ["/**:", "  ros__parameters:", "    joint_offsets:"]
     return "\n".join([*lines, *(f"      {quote(o.joint)}: {_real(o.value)}" for o in offsets)]) + "\n"
 
 
 def _xacro(offsets: Sequence[Offset], robot: str, notes: Sequence[str]) -> str:
     """Properties to be included by a xacro, which adds them to the joints' zero positions; rad and m."""
     said = (f"Joint offsets of {robot}, in rad and m: model position = joint value + offset.", *notes)
-    lines = [
-        '<?xml version="1.0"?>',
-        *(f"<!-- {line.replace('--', '- -')} -->" for line in said),
-        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">',
-        *(
-            f"  <xacro:property name={quoteattr(f'{o.joint}{SUFFIX}')} value={quoteattr(_real(o.value))}/>"
-            for o in offsets
-        ),
-        "</robot>",
-    ]
-    return "\n".join(lines) + "\n"
+    lines = ['<?xml version="1.0"?>', *(f"<!-- {line.replace('--', '- -')} -->" for line in said)]
+    lines.append('<robot xmlns:xacro="http://www.ros.org/wiki/xacro">')
+    for o in offsets:
+        lines.append(f"  <xacro:property name={quoteattr(f'{o.joint}{SUFFIX}')} value={quoteattr(_real(o.value))}/>")
+    return "\n".join([*lines, "</robot>"]) + "\n"
 
 
 def _real(value: float) -> str:
@@ -98,11 +87,8 @@ def _real(value: float) -> str:
     return text if any(c in text for c in ".e") else f"{text}.0"
 
 
-OFFSETS: dict[str, Callable[[Sequence[Offset], str, Sequence[str]], str]] = {
-    "offsets": _table,
-    "ros": _ros,
-    "xacro": _xacro,
-}
+Write = Callable[[Sequence[Offset], str, Sequence[str]], str]
+OFFSETS: dict[str, Write] = {"offsets": _table, "ros": _ros, "xacro": _xacro}
 
 
 # --- reading --------------------------------------------------------------------------------------------------------
@@ -127,11 +113,10 @@ def read_offsets(path: str | os.PathLike[str], chain: Chain) -> OffsetFile:
 
 def _joint(chain: Chain, name: str, file: Path, row: int | None) -> Joint:
     """The robot's joint of this name. Raises FormatError."""
-    found = next((j for j in chain.joints if j.name == name), None)
-    if found is None:
+    if name not in chain.joint_names:
         known = one_of(name, chain.joint_names)
         raise FormatError("the robot has no such joint", file=file, row=row, found=name, **known)
-    return found
+    return chain.joints[chain.joint_names.index(name)]
 
 
 def _from_table(source: Source, chain: Chain) -> tuple[dict[str, float], tuple[Remark, ...]]:
@@ -166,8 +151,8 @@ def _from_ros(source: Source, chain: Chain) -> dict[str, float]:
     for name, value in table.items():
         path = (node, "ros__parameters", "joint_offsets", name)
         _joint(chain, str(name), source.path, document.row(path))
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            document.fail("not a finite number", path, found=value, expected="an offset in rad or m")
+        finite = not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
+        document.insist(finite, "not a finite number", path, found=value, expected="an offset in rad or m")
         out[str(name)] = float(value)
     return out
 

@@ -24,6 +24,16 @@ NUMBERS = ("values", "free")
 def one_thing(data: DataSet) -> DataSet:
     """The data with what is said of a name in any file said of it in all; who contradicts whom is not decided here."""
     said = {f.name: f for obs in data.observations for f in _frames(obs) if f.described}
+
+    def resolve(frame: Frame) -> Frame:
+        """A frame as whoever describes it does."""
+        return frame if frame.described else said.get(frame.name, frame)
+
+    def resolve_option(value: object) -> object:
+        if isinstance(value, tuple) and value and all(isinstance(v, Frame) for v in value):
+            return tuple(map(resolve, value))
+        return resolve(value) if isinstance(value, Frame) else value
+
     numbers = {
         key: {k: obs.options[k] for k in NUMBERS if k in obs.options}
         for obs in data.observations
@@ -32,14 +42,11 @@ def one_thing(data: DataSet) -> DataSet:
     }
     renewed = []
     for obs in data.observations:
-        options = {k: _resolve_frames(v, said) for k, v in obs.options.items() if k != UNSAID}
+        options = {k: resolve_option(v) for k, v in obs.options.items() if k != UNSAID}
         for key in _owners(obs) if UNSAID in obs.options else ():
             options |= numbers.get(key, {})
-        frame = (
-            None if obs.frame is None else said.get(obs.frame.name, obs.frame) if not obs.frame.described else obs.frame
-        )
-        targets = tuple(f if f.described else said.get(f.name, f) for f in obs.targets)
-        renewed.append(replace(obs, frame=frame, targets=targets, options=options))
+        frame = None if obs.frame is None else resolve(obs.frame)
+        renewed.append(replace(obs, frame=frame, targets=tuple(map(resolve, obs.targets)), options=options))
     return DataSet(data.configurations, tuple(renewed))
 
 
@@ -49,15 +56,6 @@ def _frames(obs: Observations) -> Iterator[Frame]:
     yield from obs.targets
     for value in obs.options.values():
         yield from (v for v in (value if isinstance(value, tuple) else (value,)) if isinstance(v, Frame))
-
-
-def _resolve_frames(value: object, said: dict[str, Frame]) -> object:
-    """A frame, or several, as whoever describes them does."""
-    if isinstance(value, Frame):
-        return value if value.described else said.get(value.name, value)
-    if isinstance(value, tuple) and value and all(isinstance(v, Frame) for v in value):
-        return tuple(_resolve_frames(v, said) for v in value)
-    return value
 
 
 def _owners(obs: Observations) -> Iterator[tuple[str, str]]:
@@ -115,10 +113,6 @@ def refuse_again(made: DataSet, hashes: Mapping[str, str], known: dict[tuple[obj
         values = obs.value.tobytes(), where, names, b"" if obs.target is None else obs.target.tobytes()
         key = (hashes.get(obs.source), obs.kind, *values)
         if key in known:
-            raise FormatError(
-                "the same measurements are given twice",
-                file=obs.source,
-                found=f"as in {known[key].parent.name}/{known[key].name}",
-                expected="every data file once",
-            )
+            found, expected = f"as in {known[key].parent.name}/{known[key].name}", "every data file once"
+            raise FormatError("the same measurements are given twice", file=obs.source, found=found, expected=expected)
         known[key] = Path(obs.source)

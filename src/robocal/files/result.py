@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
-from robocal.errors import FormatError
 from robocal.files.evidence_parts import (
     Comparison,
     GroupTried,
@@ -24,10 +23,9 @@ from robocal.files.evidence_parts import (
     ScaleSummary,
     WorkingRange,
 )
-from robocal.files.names import FORBIDDEN, forbidden_part
 from robocal.files.parts import InputHash, Number, RemarkPart, RowsLeftOut
 from robocal.files.plain import json_text, plain
-from robocal.files.text import read_json
+from robocal.files.text import FORBIDDEN, forbidden_part
 from robocal.prove.statistics import Coverage, Stages, Statistic
 from robocal.quantities import Amount, DisplayUnit, OwnUnit, Value
 
@@ -157,9 +155,8 @@ class IdentifiabilitySummary:
 class AngleResiduals(Stages):
     """Orientation errors."""
 
-    all_rows: AngleResiduals | None = (
-        None  # the same with the gross rows that no mean above counts; null where there are none
-    )
+    # The same with the gross rows that no mean above counts; null where there are none.
+    all_rows: AngleResiduals | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,9 +233,8 @@ class Provenance:
 class Result:
     """result.json."""
 
-    __pydantic_config__: ClassVar[dict[str, str]] = {
-        "extra": "forbid"
-    }  # its reader refuses unknown keys, of its parts too
+    # Its reader refuses unknown keys, of its parts too.
+    __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
 
     robocal: Literal[1] = 1
     robot: RobotSummary
@@ -286,17 +282,15 @@ def schema() -> dict[str, Any]:
 
 def read_result(path: str | os.PathLike[str]) -> Result:
     """Reads a result.json. Raises FileError, or FormatError naming line or key."""
-    source, data = read_json(path, "this is not a result", "an object with the key robocal")
-    if data.get("robocal") != 1:
-        raise FormatError(
-            "this is not a result", file=source.path, key="robocal", found=data.get("robocal"), expected="1"
-        )
-    if (strange := forbidden_part(data)) is not None:
-        raise FormatError(FORBIDDEN, file=source.path, key=strange[0], found=strange[1])
     from robocal.files.schema import validate  # pydantic: for reading alone
-    from robocal.files.yamlio import YamlDocument
+    from robocal.files.yamlio import read_json
 
-    return validate(Result, YamlDocument(source.path, source.text, source.sha256, plain(data)))
+    document = read_json(path, "this is not a result", "an object with the key robocal")
+    version = document.data.get("robocal")
+    document.insist(version == 1, "this is not a result", ("robocal",), found=version, expected="1")
+    if (strange := forbidden_part(document.data)) is not None:
+        document.fail(FORBIDDEN, (strange[0],), found=strange[1])
+    return validate(Result, replace(document, data=plain(document.data)))
 
 
 if __name__ == "__main__":

@@ -19,13 +19,12 @@ from pydantic import Field, FiniteFloat
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
-from robocal.errors import FormatError, ModelError, nearest
-from robocal.files.frame_block import frame_changes, frame_vector
-from robocal.files.robot_rows import changes, read_row, show_row
+from robocal.errors import FormatError, ModelError
+from robocal.files.orientation import frame_changes, frame_vector
+from robocal.files.robot_rows import changes, complete_rows, missing_key_remarks, read_row, show_row
 from robocal.files.schema import FileModel, FrameModel, UnitsModel, Version, validate
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
-from robocal.files.units import UNITS, Unit, Units, number, parse_unit, same
-from robocal.files.unstated import complete_rows, missing_key_remarks
+from robocal.files.units import UNITS, Unit, Units, number, same
 from robocal.files.yamlio import Path_, YamlDocument, add_stamp, edit, parse, quote
 from robocal.parameters import ParameterTable
 from robocal.remarks.code import Code
@@ -146,12 +145,8 @@ def parse_robot(source: Source) -> Robot:
         document.fail("this is a cable robot, and an arm is needed", ("kind",), found="cable", expected=expected)
     model = validate(RobotModel, document)
     units = read_units(model.units, document)
-    if model.convention not in CONVENTIONS:
-        guess = nearest(model.convention, CONVENTIONS)
-        known = ", ".join(CONVENTIONS)
-        document.fail("unknown convention", ("convention",), found=model.convention, expected=known, suggestion=guess)
-    if not model.joints:
-        document.fail("a robot needs a joint", ("joints",), found=[])
+    document.insist_known(model.convention, CONVENTIONS, "unknown convention", ("convention",))
+    document.insist(model.joints, "a robot needs a joint", ("joints",), found=[])
     rule = CONVENTIONS[model.convention]
     made = [read_row(row, ("joints", i), rule, units, document) for i, row in enumerate(model.joints)]
     frames = {owner: frame_vector(getattr(model, owner), units) for owner in ("base", "tool")}
@@ -173,81 +168,64 @@ def parse_robot(source: Source) -> Robot:
 
 def read_units(model: UnitsModel, document: YamlDocument, at: Path_ = ("units",)) -> Units:
     """units: {length, angle} as units. Raises FormatError with the nearest name."""
-    found = []
-    for word, si in (("length", "m"), ("angle", "rad")):
-        path = (*at, word)
-        where = {"file": document.path, "row": document.row(path), "key": ".".join(str(p) for p in path)}
-        found.append(parse_unit(getattr(model, word), si, **where))  # type: ignore[arg-type]
-    return Units(*found)
+    return Units(document.unit(model.length, "m", (*at, "length")), document.unit(model.angle, "rad", (*at, "angle")))
 
 
 def _calibrate(arm: Chain, model: RobotModel, units: Units, document: YamlDocument) -> ParameterTable:
     """The table with its free flags, priors and bounds."""
-    wanted = model.calibrate or CalibrateModel()
-    table = arm.table
-    at = ("calibrate", "free")
+    wanted, table = model.calibrate or CalibrateModel(), arm.table
+
+    def match(word: str, *at: str | int) -> tuple[str, ...]:
+        return _match(table, word, ("calibrate", *at), document)
+
     if wanted.free is None:
         free = {n for n in arm.usual if not n.startswith(("tool.", "base."))}
     else:
-        free = {n for i, word in enumerate(wanted.free) for n in _match(table, word, (*at, i), document)}
+        free = {n for i, word in enumerate(wanted.free) for n in match(word, "free", i)}
     for owner, frame, default in (("base", model.base, False), ("tool", model.tool, True)):
-        flags = (frame or FrameModel()).free_flags(default)
-        free |= {
-            n for n, flag in zip((n for n in table.names if n.startswith(f"{owner}.")), flags, strict=True) if flag
-        }
+        flags, own = (frame or FrameModel()).free_flags(default), [n for n in table.names if n.startswith(f"{owner}.")]
+        free |= {n for n, flag in zip(own, flags, strict=True) if flag}
     free |= {n for group in arm.groups for n in group.parameters}
-    free -= {n for i, word in enumerate(wanted.fixed) for n in _match(table, word, ("calibrate", "fixed", i), document)}
+    free -= {n for i, word in enumerate(wanted.fixed) for n in match(word, "fixed", i)}
     table = table.with_free(free)
     rank: dict[str, int] = {}
     for i, word in enumerate(wanted.prefer):
-        for n in _match(table, word, ("calibrate", "prefer", i), document):
+        for n in match(word, "prefer", i):
             rank.setdefault(n, len(wanted.prefer) - i)
     table = table.with_preferences(rank)
     priors: dict[str, float | None] = {}
     for word, sigma in wanted.prior.items():
         path = ("calibrate", "prior", word)
-        if sigma <= 0:
-            document.fail("a prior is a standard deviation", path, found=sigma, expected="a number above 0")
-        si = {"length": "m", "angle": "rad"}.get(word)
-        names = (
-            [n for n in arm.geometric if n in free and table[n].unit == si]
-            if si
-            else _match(table, word, path, document)
-        )
-        priors.update({n: units.of(table[n].unit).to_si(sigma) for n in names if not si or n not in priors})
+        document.insist(sigma > 0, "a prior is a standard deviation", path, found=sigma, expected="a number above 0")
+        if si := {"length": "m", "angle": "rad"}.get(word):
+            names = tuple(n for n in arm.geometric if n in free and table[n].unit == si and n not in priors)
+        else:
+            names = match(word, "prior", word)
+        priors.update({n: units.of(table[n].unit).to_si(sigma) for n in names})
     table = table.with_priors(priors)
     for word, pair in wanted.bounds.items():
         path = ("calibrate", "bounds", word)
-        if len(pair) != 2 or pair[0] >= pair[1]:
-            document.fail("wrong bounds", path, found=pair, expected="[lower, upper]")
-        names = _match(table, word, path, document)
+        ordered = len(pair) == 2 and pair[0] < pair[1]
+        document.insist(ordered, "wrong bounds", path, found=pair, expected="[lower, upper]")
+        names = match(word, "bounds", word)
         for n in names:
-            nominal = units.of(table[n].unit).from_si(table[n].value)
-            if not pair[0] <= float(number(nominal)) <= pair[1]:
-                document.fail(
-                    f"these bounds exclude the nominal value of {n}",
-                    path,
-                    found=pair,
-                    expected=f"bounds around {number(nominal)}",
-                )
+            nominal = number(units.of(table[n].unit).from_si(table[n].value))
+            message, expected = f"these bounds exclude the nominal value of {n}", f"bounds around {nominal}"
+            document.insist(pair[0] <= float(nominal) <= pair[1], message, path, found=pair, expected=expected)
         low, high = ({n: units.of(table[n].unit).to_si(v) for n in names} for v in pair)
-        table = ParameterTable(
-            tuple(replace(p, lower=low[p.name], upper=high[p.name]) if p.name in low else p for p in table.rows),
-            table.together,
-        )
+        made = (replace(p, lower=low[p.name], upper=high[p.name]) if p.name in low else p for p in table.rows)
+        table = ParameterTable(tuple(made), table.together)
     return table
 
 
 def _match(table: ParameterTable, word: str, at: Path_, document: YamlDocument) -> tuple[str, ...]:
     """Names that a word selects; a bare symbol speaks of joints only, never of base, home or tool."""
-    owners = {n.rpartition(".")[0] for n in table.names}
     try:
         hits = table.match([word])
     except ModelError as error:
-        document.fail(
-            error.message, at, found=word, expected="a parameter, a symbol or a joint", suggestion=error.suggestion
-        )
-    if word in owners or word in table:
+        expected = "a parameter, a symbol or a joint"
+        document.fail(error.message, at, found=word, expected=expected, suggestion=error.suggestion)
+    if word in table or word in {n.rpartition(".")[0] for n in table.names}:
         return hits
     return tuple(n for n in hits if n.rpartition(".")[0] not in ("base", "home", "tool")) or hits
 
@@ -271,8 +249,7 @@ def _doubts(arm: Chain, units: Units, document: YamlDocument) -> tuple[Remark, .
     for p in arm.table.rows:
         if p.unit == "rad" and abs(p.value) > 2.01 * math.pi:
             shown, unit = units.angle.from_si(p.value), units.angle.name
-            turn = Remark.of(Code.OVER_A_TURN, file=str(document.path), parameter=p.name, value=shown, unit=unit)
-            out.append(turn)
+            out.append(Remark.of(Code.OVER_A_TURN, file=str(document.path), parameter=p.name, value=shown, unit=unit))
             break
     return tuple(out)
 

@@ -6,7 +6,7 @@ pydantic finds the fault; the words are ours: key path, line, what was found, wh
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Any, NoReturn, TypeVar
 
 from pydantic import (
@@ -21,8 +21,8 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from robocal.errors import nearest
-from robocal.files.names import forbidden_character
+from robocal.errors import nearest, one_of
+from robocal.files.text import forbidden_character
 from robocal.files.yamlio import Path_, YamlDocument
 from robocal.parameters import FRAME_SYMBOLS
 
@@ -46,9 +46,8 @@ _ADAPTERS: dict[type[Any], TypeAdapter[Any]] = {}
 
 def refuse(message: str, *, found: object = None, expected: object = None, suggestion: str | None = None) -> NoReturn:
     """Raised inside a validator: becomes a FormatError at the key that is being checked."""
-    raise PydanticCustomError(
-        "robocal", "{message}", {"message": message, "found": found, "expected": expected, "suggestion": suggestion}
-    )
+    facts = {"message": message, "found": found, "expected": expected, "suggestion": suggestion}
+    raise PydanticCustomError("robocal", "{message}", facts)
 
 
 class FileModel(BaseModel):
@@ -59,15 +58,9 @@ class FileModel(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _check_keys(cls, data: Any) -> Any:
-        if isinstance(data, dict):
-            for key in data:
-                if key not in cls.model_fields:
-                    known = list(cls.model_fields)
-                    raise PydanticCustomError(
-                        "unknown_key",
-                        "unknown key",
-                        {"key": key, "known": ", ".join(known), "suggestion": nearest(str(key), known)},
-                    )
+        for key in data if isinstance(data, dict) else ():
+            if key not in cls.model_fields:
+                raise PydanticCustomError("unknown_key", "unknown key", {"key": key, **one_of(key, cls.model_fields)})
         return data
 
 
@@ -124,17 +117,13 @@ def _explain(fault: ErrorDetails, document: YamlDocument, at: Path_) -> NoReturn
         _explain(_likeliest(context["error"].errors(include_url=False)), document, path)
     if kind == "missing":
         document.fail("a key is missing", path)
+    facts = {word: context.get(word) for word in ("expected", "suggestion")}
     if kind == "unknown_key":
-        document.fail(
-            "unknown key", (*path, context["key"]), expected=context["known"], suggestion=context["suggestion"]
-        )
+        document.fail("unknown key", (*path, context["key"]), **facts)
     if kind == "unexpected_keyword_argument":
         document.fail("unknown key", path)
     if kind == "robocal":
-        seen = context["found"] if context["found"] is not None else found
-        document.fail(
-            context["message"], path, found=seen, expected=context["expected"], suggestion=context["suggestion"]
-        )
+        document.fail(context["message"], path, found=found if context["found"] is None else context["found"], **facts)
     if found is None:
         document.fail("the value is empty", path, expected=WORDS.get(kind))
     if kind == "literal_error":
@@ -166,16 +155,13 @@ def _name(value: str) -> str:
 Name = Annotated[str, AfterValidator(_name)]
 
 
-def _size(count: int) -> Callable[[list[float]], list[float]]:
-    def check(value: list[float]) -> list[float]:
-        if len(value) != count:
-            refuse(f"{len(value)} numbers instead of {count}", found=value, expected=f"a list of {count} numbers")
-        return value
-
-    return check
+def _three(value: list[float]) -> list[float]:
+    if len(value) != 3:
+        refuse(f"{len(value)} numbers instead of 3", found=value, expected="a list of 3 numbers")
+    return value
 
 
-Triple = Annotated[list[FiniteFloat], AfterValidator(_size(3))]
+Triple = Annotated[list[FiniteFloat], AfterValidator(_three)]
 
 
 def _columns(value: Any) -> Any:
@@ -195,13 +181,8 @@ def _free(value: Any) -> Any:
     parts: Sequence[Any] = value if isinstance(value, list) else [value]
     for part in parts:
         if part not in FRAME_SYMBOLS:
-            guess = nearest(str(part), FRAME_SYMBOLS)
-            refuse(
-                "not a part of a frame",
-                found=part,
-                expected=f"true, false, or a list of {', '.join(FRAME_SYMBOLS)}",
-                suggestion=guess,
-            )
+            expected = f"true, false, or a list of {', '.join(FRAME_SYMBOLS)}"
+            refuse("not a part of a frame", found=part, expected=expected, suggestion=nearest(str(part), FRAME_SYMBOLS))
     return list(parts)
 
 

@@ -6,12 +6,13 @@ import copy
 import itertools
 import math
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from robocal._version import __version__
-from robocal.errors import InputError, nearest, one_of
+from robocal.errors import InputError, nearest
 from robocal.estimate.criteria import CRITERIA
 from robocal.estimate.losses import LOSSES
 from robocal.files.cable.caspr import CABLES, bodies_of
@@ -151,6 +152,7 @@ OUTPUTS = {
     "cable-calibration": (("anchors", "zeros"), ()),
     "identification": (("improved", "before", "after"), ("elsewhere", "coverage")),
 }
+CONSTANT = ("sweep", "outputs", "seed", "trials", "chunk", "robocal", "kind", "of")  # keys that no sweep varies
 CHUNKS = {"cable-calibration": 500, "identification": 20}
 # key of a setting -> SI unit
 QUANTITIES = {
@@ -166,17 +168,15 @@ def read_study(path: str | os.PathLike[str]) -> Study:
     plain = validate(StudyModel, document)
     names, values = list(plain.sweep), list(plain.sweep.values())
     for name, some in zip(names, values, strict=True):
-        if not some:
-            document.fail("nothing to vary", ("sweep", name), found=some, expected="a list of values")
-        words = [_words(v) for v in some]
-        if len(set(words)) < len(words):
-            document.fail("a value is given twice", ("sweep", name), found=", ".join(words), expected="each once")
+        at, words = ("sweep", name), [_words(v) for v in some]
+        document.insist(some, "nothing to vary", at, found=some, expected="a list of values")
+        once = len(set(words)) == len(words)
+        document.insist(once, "a value is given twice", at, found=", ".join(words), expected="each once")
     many = math.prod(map(len, values))
     for word, found, most in (("sweep", many, POINTS), ("trials", plain.trials, TRIALS)):
-        if not 1 <= found <= most:
-            document.fail("too many or none", (word,), found=found, expected=f"1 to {most}")
-    if plain.chunk is not None and plain.chunk < 1:
-        document.fail("not a number of trials", ("chunk",), found=plain.chunk, expected="1 or more")
+        document.insist(1 <= found <= most, "too many or none", (word,), found=found, expected=f"1 to {most}")
+    usable = plain.chunk is None or plain.chunk >= 1
+    document.insist(usable, "not a number of trials", ("chunk",), found=plain.chunk, expected="1 or more")
     points = []
     # What is within comes after what holds it, in whichever order they are written.
     inward = sorted(range(len(names)), key=lambda i: names[i].count("."))
@@ -187,8 +187,7 @@ def read_study(path: str | os.PathLike[str]) -> Study:
             _apart(names, dict(zip(names, chosen, strict=True)), names[i], document)
             _put(raw, names[i], chosen[i], document)
         points.append(Point(tuple(zip(names, map(_words, chosen), strict=True)), _settings(raw, document, source.path)))
-    if plain.seed < 0:
-        document.fail("a seed must not be negative", ("seed",), found=plain.seed, expected="0 or more")
+    document.insist(plain.seed >= 0, "a seed must not be negative", ("seed",), found=plain.seed, expected="0 or more")
     chunk = plain.chunk or CHUNKS[plain.of]
     # What decides the numbers: the robots and lists as they are now, not only what they are called.
     named = [name for p in points for name in p.files]
@@ -198,9 +197,8 @@ def read_study(path: str | os.PathLike[str]) -> Study:
         "robots": [read.get(r, r) for r in dict.fromkeys(named)],
     }  # fmt: skip
     text = json_text({**told, "points": [{k: v for k, v in p.settings if k != "robot"} for p in points]})
-    return Study(
-        source.path, plain.of, tuple(points), plain.trials, chunk, plain.seed, text, source.sha256, tuple(read.items())
-    )
+    decided = (plain.of, tuple(points), plain.trials, chunk, plain.seed, text)
+    return Study(source.path, *decided, source.sha256, tuple(read.items()))
 
 
 def _words(value: Any) -> str:
@@ -215,22 +213,20 @@ def _apart(names: list[str], chosen: dict[str, Any], name: str, document: YamlDo
         value = chosen.get(".".join(way[:i]))
         for key in (*way[i:], last):
             value = value.get(key) if isinstance(value, dict) else None
-        if value is not None:
-            document.fail("a value is given twice", ("sweep", name), found=".".join(way[:i]), expected="each once")
+        found = ".".join(way[:i])
+        document.insist(value is None, "a value is given twice", ("sweep", name), found=found, expected="each once")
 
 
 def _put(raw: dict[str, Any], name: str, value: Any, document: YamlDocument) -> None:
     """Sets the value at a key path such as `poses.count`."""
-    at = raw
+    at, place = raw, ("sweep", name)
     *way, last = name.split(".")
-    if name in ("sweep", "outputs", "seed", "trials", "chunk", "robocal", "kind", "of"):
-        document.fail(
-            "this key cannot be varied", ("sweep", name), expected="robot, poses.count, noise.length, residual, ..."
-        )
+    expected = "robot, poses.count, noise.length, residual, ..."
+    document.insist(name not in CONSTANT, "this key cannot be varied", place, expected=expected)
     for key in way:
         at = at.setdefault(key, {})
-        if not isinstance(at, dict):
-            document.fail("no such key to vary", ("sweep", name), found=name, expected="a key of this file")
+        known = isinstance(at, dict)
+        document.insist(known, "no such key to vary", place, found=name, expected="a key of this file")
     at[last] = copy.deepcopy(value)  # another key of the sweep may vary what is within
 
 
@@ -239,11 +235,10 @@ def _settings(raw: dict[str, Any], document: YamlDocument, path: Path) -> tuple[
     for key in FOREIGN[model.of]:
         part, _, name = key.partition(".")
         if part in raw and (not name or name in (raw[part] or {})):
-            place = (part, name) if name else (part,)
-            document.fail("not a key of this kind of study", place, found=key, expected=f"what `of: {model.of}` knows")
+            expected = f"what `of: {model.of}` knows"
+            document.fail("not a key of this kind of study", tuple(key.split(".")), found=key, expected=expected)
     beside = path.parent / model.robot
-    robot = str(beside) if beside.is_file() else model.robot
-    out: dict[str, Any] = {"robot": robot, "residual": model.residual}
+    out: dict[str, Any] = {"robot": str(beside) if beside.is_file() else model.robot, "residual": model.residual}
     for part in ("poses", "noise", "bias", "errors", "options", "gross"):
         for name, value in vars(getattr(model, part)).items():
             key = f"{part}.{name}"
@@ -253,65 +248,54 @@ def _settings(raw: dict[str, Any], document: YamlDocument, path: Path) -> tuple[
                 except InputError as error:
                     document.fail(error.message, (part, name), found=error.found, expected=error.expected)
             out[key] = value
-    if (out["poses.file"] is None) == (out["poses.count"] is None):
-        document.fail("poses are a list, or a number of random poses", ("poses",), expected="file, or count")
-    if out["poses.count"] is not None and not 1 <= out["poses.count"] <= 1_000_000:
-        document.fail("no such number of poses", ("poses", "count"), found=out["poses.count"], expected="1 or more")
+    _check(out, model.of, document)
     for key in ("poses.file", "poses.tests"):
         if out[key] is not None:
             out[key] = str(path.parent / out[key])
-    _plannable(model, document)
     out["outputs"] = _outputs(model, document)
     along = out["bias.along"]
-    if len(along) != 3 or not 0 < math.hypot(*along) < math.inf:
-        document.fail("not a direction", ("bias", "along"), found=along, expected="three numbers, such as [0, 0, 1]")
     out["bias.along"] = tuple(v / math.hypot(*along) for v in along)
-    if not 0 <= out["gross.share"] <= 1:
-        document.fail("a share", ("gross", "share"), found=out["gross.share"], expected="0 to 1")
     if model.of == "cable-calibration":
         for key in (f"{of}.{what}" for of in ("noise", "bias") for what in ("length", "position", "orientation")):
             out[key] = out[key] or 0.0
-        if out["poses.count"] is not None and (out["poses.shift"] is None or out["poses.turn"] is None):
-            document.fail("random poses need their range", ("poses",), expected="shift: 0.7 m, turn: 15 deg")
-    _able(model, document)
     return tuple(out.items())
 
 
-def _able(model: StudyModel, document: YamlDocument) -> None:
-    """Raises FormatError for options that no identification of a study has."""
-    options = model.options
-    for name, found, known in (("method", options.method, METHODS), ("loss", options.loss, tuple(LOSSES))):
-        if found not in known:
-            document.fail(f"no such {name} in a study", ("options", name), found=found, **one_of(found, known))
-    share = options.hold_out
-    if share is not None and not 0 <= share <= HELD_OUT:
-        document.fail("a share", ("options", "hold_out"), found=share, expected=f"0 to {HELD_OUT}")
+def _check(out: Mapping[str, Any], of: str, document: YamlDocument) -> None:
+    """Raises FormatError for settings of which no study can be made."""
+
+    def insist(good: object, message: str, key: str, expected: str) -> None:
+        document.insist(good, message, tuple(key.split(".")), found=out.get(key), expected=expected)
+
+    file, count, arm = out["poses.file"], out["poses.count"], of == "identification"
+    one = (file is None) != (count is None)
+    insist(one, "poses are a list, or a number of random poses", "poses", "file, or count")
+    insist(count is None or 1 <= count <= 1_000_000, "no such number of poses", "poses.count", "1 or more")
+    for key, usual in (("poses.choose", "random"), ("poses.tests", None)):
+        insist(arm or out[key] == usual, "only poses of arms are planned", key, "of: identification")
+    document.insist_known(out["poses.criterion"], CRITERIA, "unknown criterion", ("poses", "criterion"))
+    if out["poses.choose"] == "planned" and (count is None or count > MOST):
+        at, found = ("poses", "count"), file if count is None else count
+        document.fail("no such number of planned poses", at, found=found, expected=f"count, 1 to {MOST}")
+    along, share, held_out = out["bias.along"], out["gross.share"], out["options.hold_out"]
+    good = len(along) == 3 and 0 < math.hypot(*along) < math.inf
+    insist(good, "not a direction", "bias.along", "three numbers, such as [0, 0, 1]")
+    insist(0 <= share <= 1, "a share", "gross.share", "0 to 1")
+    if not arm and count is not None:
+        ranged = None not in (out["poses.shift"], out["poses.turn"])
+        insist(ranged, "random poses need their range", "poses", "shift: 0.7 m, turn: 15 deg")
+    for name, known in (("method", METHODS), ("loss", LOSSES)):
+        document.insist_known(out[f"options.{name}"], known, f"no such {name} in a study", ("options", name))
+    insist(held_out is None or 0 <= held_out <= HELD_OUT, "a share", "options.hold_out", f"0 to {HELD_OUT}")
 
 
 def _outputs(model: StudyModel, document: YamlDocument) -> tuple[str, ...]:
     """Raises FormatError for outputs that no trial has."""
     usual, more = OUTPUTS[model.of]
-    chosen = usual if model.outputs is None else tuple(model.outputs)
-    wrong = next((name for name in chosen if name not in (*usual, *more)), None)
+    chosen, known = usual if model.outputs is None else tuple(model.outputs), (*usual, *more)
+    wrong = next((name for name in chosen if name not in known), None)
     if wrong is not None or not chosen or len(set(chosen)) < len(chosen):
-        document.fail(
-            "no such outputs", ("outputs",), found=wrong or list(chosen), expected=f"some of {', '.join((*usual, *more))}",
-            suggestion=nearest(wrong, (*usual, *more)) if wrong else None,
-        )  # fmt: skip
+        facts = {"found": wrong or list(chosen), "expected": f"some of {', '.join(known)}"}
+        suggestion = nearest(wrong, known) if wrong else None
+        document.fail("no such outputs", ("outputs",), **facts, suggestion=suggestion)
     return chosen
-
-
-def _plannable(model: StudyModel, document: YamlDocument) -> None:
-    """Raises FormatError for poses that `plan` cannot choose."""
-    poses = model.poses
-    for key, plain in (("choose", "random"), ("tests", None)):
-        if model.of != "identification" and (found := getattr(poses, key)) != plain:
-            document.fail("only poses of arms are planned", ("poses", key), found=found, expected="of: identification")
-    if poses.criterion not in CRITERIA:
-        document.fail(
-            "unknown criterion", ("poses", "criterion"), found=poses.criterion, **one_of(poses.criterion, CRITERIA)
-        )
-    if poses.choose == "planned" and (poses.count is None or poses.count > MOST):
-        found = poses.file if poses.count is None else poses.count
-        expected = f"count, 1 to {MOST}"
-        document.fail("no such number of planned poses", ("poses", "count"), found=found, expected=expected)

@@ -20,14 +20,23 @@ from robocal.apply.compensate import STATUS, Compensation, Targets
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError
 from robocal.files import orientation
-from robocal.files.configurations import joint_values, read_recorded, remarks_on_columns
+from robocal.files.configurations import RowReader, remarks_on_columns
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import OrientationModel
-from robocal.files.headers import CONFIGURATION, PER_JOINT, configuration_columns, joint_columns, matrices, vocabulary
+from robocal.files.headers import (
+    CONFIGURATION,
+    PER_JOINT,
+    POSITIONS,
+    TURNS,
+    configuration_columns,
+    joint_columns,
+    matrices,
+    matrix_header,
+    vocabulary,
+)
 from robocal.files.kinds.pose import PositionModel, read_pose, read_position
-from robocal.files.outside import discreet
 from robocal.files.schema import validate
-from robocal.files.text import InputFile
+from robocal.files.text import InputFile, discreet
 from robocal.files.units import UNITS, Unit, Units
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import YamlDocument, load
@@ -36,12 +45,6 @@ from robocal.quantities import Column, Listing
 
 __all__ = ["TargetFile", "compensation_listing", "read_targets"]
 
-POSITIONS = (("x", "y", "z"), ("px", "py", "pz"))
-TURNS = (
-    (("qx", "qy", "qz", "qw"), "quaternion_xyzw"),
-    (("qw", "qx", "qy", "qz"), "quaternion_wxyz"),
-    (("rx", "ry", "rz"), "rotation_vector"),
-)
 IDS = ("id", "configuration", "pose_id", "target", "name")
 # What targets have a use for.
 READ = {*IDS, *CONFIGURATION, *PER_JOINT, *(n for c in POSITIONS for n in c), *(n for c, _ in TURNS for n in c)}
@@ -63,7 +66,7 @@ class TargetFile:
     units: Units
     orientation: OrientationModel | None
     names: tuple[str, ...]
-    files: tuple[InputFile, ...]
+    files: tuple[InputFile, ...] = ()
 
 
 @discreet
@@ -72,27 +75,24 @@ def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
     place = path if isinstance(path, Path) else Path(path)
     if place.suffix.lower() in (".yaml", ".yml"):
         document = load(place)
-        if document.data.get("kind", "targets") != "targets":
-            found = document.data["kind"]
-            document.fail("this is not a file of targets", ("kind",), found=found, expected="targets")
+        kind = document.data.get("kind", "targets")
+        document.insist(kind == "targets", "this is not a file of targets", ("kind",), found=kind, expected="targets")
         model = validate(TargetsModel, document)
-        if len(model.file) != 1:
-            document.fail("one table holds the targets", ("file",), found=model.file, expected="one file name")
+        one = len(model.file) == 1
+        document.insist(one, "one table holds the targets", ("file",), found=model.file, expected="one file name")
         table = read_csv(place.parent / model.file[0], **model.csv.style)
         files = [InputFile(place, document.sha256)]
     else:
         table, files = read_csv(place), []
         document = YamlDocument(place, "", "", _self_description(table))
         model = validate(TargetsModel, document)
-    made = _targets(model, table, chain, document, tuple(files))
+    made = _targets(model, RowReader(model, table, chain, document))
     known = vocabulary(chain)
     # Where a table of measurements serves as targets, what they say of noise and instruments belongs there.
     silent = [n for n in known if n.partition(".")[0] not in READ and n not in chain.joint_names]
-    said = (
-        *remarks_on_columns(model, document),
-        *unread_remarks([left_over(table, (*IDS, *known), (*silent, "rank"))]),
-    )
-    return replace(made, files=(*made.files, InputFile(table.path, table.sha256, said)))
+    said = remarks_on_columns(model, document)
+    said += unread_remarks([left_over(table, (*IDS, *known), (*silent, "rank"))])
+    return replace(made, files=(*files, InputFile(table.path, table.sha256, said)))
 
 
 def _self_description(table: CsvTable) -> dict[str, Any]:
@@ -106,34 +106,28 @@ def _self_description(table: CsvTable) -> dict[str, Any]:
     if turn and position:
         out["orientation"] = {"columns": turn[0], "form": turn[1]}
     elif prefixes and (position or f"{prefixes[0]}_03" in table.names):
-        if len(prefixes) > 1:
-            found = ", ".join(prefixes)
-            raise table.fail("several columns could be the target", found=found, expected="a YAML file that names one")
-        out["orientation"] = {"columns": prefixes[0], "form": "matrix"}
+        out["orientation"] = matrix_header(table, "the target", "a YAML file that names one")
     return out | {"configuration": configuration_columns(table, IDS)}
 
 
-def _targets(
-    model: TargetsModel, table: CsvTable, chain: Chain, document: YamlDocument, files: tuple[InputFile, ...]
-) -> TargetFile:
-    cartesian = model.position is not None or model.orientation is not None
-    q, angle = _joints(model, table, chain, document, needed=not cartesian)
+def _targets(model: TargetsModel, reader: RowReader) -> TargetFile:
+    table, cartesian = reader.table, model.position is not None or model.orientation is not None
+    q, angle = _joints(reader, needed=not cartesian)
     position = rotation = None
     length = UNITS["mm"]
     names: tuple[str, ...] = ("rx", "ry", "rz")
     if cartesian:
         read = read_position if model.orientation is None else read_pose
-        values = read(model, table, document)
+        values = read(model, table, reader.document)
         length, angle = values.length or length, values.angle or angle
         position = values.value[:, :3]
         if model.orientation is not None:
             rotation = so3.exp(values.value[:, 3:])
             names = _column_names(model.orientation, table)
-    extra, _ = read_recorded(model, table, chain, document)
+    targets = Targets(position, rotation, q, reader.recorded()[0])
     named = "id" in model.configuration
     ids = table.texts(model.configuration["id"].column) if named else tuple(f"row {line}" for line in table.lines)
-    units = Units(length, angle or UNITS["deg"])
-    return TargetFile(Targets(position, rotation, q, extra), ids, units, model.orientation, names, files)
+    return TargetFile(targets, ids, Units(length, angle or UNITS["deg"]), model.orientation, names)
 
 
 def _column_names(model: OrientationModel, table: CsvTable) -> tuple[str, ...]:
@@ -147,20 +141,18 @@ def _column_names(model: OrientationModel, table: CsvTable) -> tuple[str, ...]:
     return tuple(f"r{i + 1}" for i in range(wanted))
 
 
-def _joints(
-    model: TargetsModel, table: CsvTable, chain: Chain, document: YamlDocument, *, needed: bool
-) -> tuple[Array | None, Unit | None]:
+def _joints(reader: RowReader, *, needed: bool) -> tuple[Array | None, Unit | None]:
     """Joint values (m, n), where there are any, and the unit of the angles."""
-    given = model.joints
+    given = reader.model.joints
     if given.columns is None:
         try:
-            given = given.model_copy(update={"columns": joint_columns(table, chain)})
+            given = given.model_copy(update={"columns": joint_columns(reader.table, reader.machine)})
         except FormatError as error:
             if needed:
                 expected = f"x [mm], y [mm], z [mm], or joint columns: {error.expected}"
-                raise table.fail("there are no targets", found=error.found, expected=expected) from None
+                raise reader.table.fail("there are no targets", found=error.found, expected=expected) from None
             return None, None
-    return joint_values(given, table, chain, document, ("joints",))[:2]
+    return reader.joints(given, "joints")[:2]
 
 
 def compensation_listing(

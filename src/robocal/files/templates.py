@@ -72,23 +72,15 @@ def templates(
     keys = "\n".join(f"  {key.name} ({key.quantity}): {key.meaning}".rstrip(": ") for key in rule.keys)
     comment = ROBOT.format(length=length, angle=angle, convention=rule.name, formula=rule.formula, keys=keys)
     own = [length if j.type == "prismatic" else angle for j in arm.joints]
-    words = {
-        "kind": kind,
-        "file": "measurements.csv",
-        "joints": ", ".join(quote(name) for name in arm.joint_names),
-        "joint_unit": own[0] if len(set(own)) == 1 else f"[{', '.join(own)}]",
-        "length": length,
-        "angle": angle,
-    }
+    shared = {"length": length, "angle": angle, "joint_unit": own[0] if len(set(own)) == 1 else f"[{', '.join(own)}]"}
     example = _example(arm, kind, rows, units) if example is None else example
     near, ball = (units.length.from_si(v) for v in (0.5, 0.015))
-    own_keys = READERS[kind].template.format(
-        length=length, angle=angle, joint_unit=words["joint_unit"], near=", ".join([f"{near:g}"] * 3), ball=f"{ball:g}",
-        second=", ".join(quote(f"second.{name}") for name in arm.joint_names),
-    )  # fmt: skip
+    joints, second = (", ".join(quote(f"{of}{name}") for name in arm.joint_names) for of in ("", "second."))
+    near_place = ", ".join([f"{near:g}"] * 3)
+    keys_of_kind = READERS[kind].template.format(**shared, near=near_place, ball=f"{ball:g}", second=second)
     return {
         "robot.yaml": describe(arm, units, comment=comment),
-        "data.yaml": DATA.format(**words, own=own_keys),
+        "data.yaml": DATA.format(**shared, kind=kind, file="measurements.csv", joints=joints, own=keys_of_kind),
         "measurements.csv": TABLE + table_text(example, arm, units, digits=False),
     }
 

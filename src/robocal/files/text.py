@@ -1,20 +1,47 @@
-"""Reading text safely: what every format here stands on. Writing is in `writing`."""
+"""Reading text safely: what every format here stands on. Writing is in `writing`.
+
+What may not stand in a name, wherever names come from: they are written into terminals, CSV, YAML for ROS, URDF and HTML, and come
+back from there. Control characters move the cursor of a terminal or change its colours, line breaks end a line of YAML, embeddings of
+the other writing direction show a name as another one. Raw ones are refused when a text file is read (`decode`), those that YAML, JSON
+and XML spell as escapes when these are understood.
+
+A spreadsheet runs a cell that begins with = + - or @ as a formula. CSV are written so that it takes them for text, and are read so that
+a name comes back as it went.
+
+Tables that a data file names outside its own folder are read like any other, but no error repeats what they say (`discreet`). A data
+file may come from a stranger, and name any file that its reader can open. A CSV in another folder is a good reason to look there; a file
+that is none must not come back line by line in messages.
+"""
 
 from __future__ import annotations
 
+import functools
 import hashlib
-import json
 import os
+import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
-from robocal.errors import FileError, FormatError, nearest, reason_of
-from robocal.files.journal import guard
-from robocal.files.names import forbidden_character
+from robocal.errors import CONTROL, FileError, FormatError, InputError, nearest, reason_of
+from robocal.files.writing import guard
 from robocal.remarks.remark import Remark
 
-__all__ = ["InputFile", "MemoryFile", "Source", "line_of", "read_bytes", "read_json", "read_text"]
+__all__ = [
+    "FORBIDDEN",
+    "InputFile",
+    "MemoryFile",
+    "Source",
+    "discreet",
+    "forbidden_character",
+    "forbidden_part",
+    "harmless",
+    "line_of",
+    "meant",
+    "read_bytes",
+    "read_text",
+]
 
 MEGABYTE = 1 << 20
 FILE_LIMIT = 64 * MEGABYTE
@@ -109,25 +136,9 @@ def decode(data: bytes, path: object) -> str:
             raise FileError("a byte 0 inside the text", file=path, row=row, expected="a text file in UTF-8")
     strange = forbidden_character(text, lines=True)
     if strange is not None:
-        row = line_of(text, strange.start())
-        raise FormatError(
-            "a control character inside the text", file=path, row=row, found=strange[0], expected="plain text"
-        )
+        message, row = "a control character inside the text", line_of(text, strange.start())
+        raise FormatError(message, file=path, row=row, found=strange[0], expected="plain text")
     return text
-
-
-def read_json(path: str | os.PathLike[str], otherwise: str, expected: str) -> tuple[Source, dict[str, Any]]:
-    """A JSON file and its object. Raises FileError, or FormatError naming the line; `otherwise` is said of what is no object."""
-    source = read_text(path)
-    try:
-        data = json.loads(source.text)
-    except json.JSONDecodeError as error:
-        raise FormatError(f"not valid JSON: {error.msg}", file=source.path, row=error.lineno) from None
-    except (RecursionError, ValueError):
-        raise FormatError("not valid JSON", file=source.path) from None
-    if not isinstance(data, dict):
-        raise FormatError(otherwise, file=source.path, found=type(data).__name__, expected=expected)
-    return source, data
 
 
 def line_of(text: str, index: int) -> int:
@@ -156,3 +167,96 @@ def _neighbour(path: Path) -> str | None:
 
 def _megabytes(size: int) -> str:
     return f"{size // MEGABYTE} MB"
+
+
+# --- names ------------------------------------------------------------------------------------------------------------------
+
+FORBIDDEN = "a control character or line break inside a name or text"
+FREE_TEXT = ("source", "provenance")  # keys whose texts may have several lines
+_BUT_LINES = re.compile(CONTROL.pattern.replace(r"\x00-\x1f", r"\x00-\x08\x0b\x0c\x0e-\x1f"))
+_SUSPECT = frozenset("'=+@-")  # what a cell begins with that is worth a look
+_FORMULA = re.compile("'*[=+@-]")
+_MEANT = re.compile("'+[=+@-]")
+
+
+def forbidden_character(text: str, *, lines: bool = False) -> re.Match[str] | None:
+    """The first character that no name may have; with `lines`, line breaks and tabs may stand."""
+    return (_BUT_LINES if lines else CONTROL).search(text)
+
+
+def forbidden_part(data: Any) -> tuple[str, str] | None:
+    """Of plain mappings, lists and texts, the key and the text in which such a character stands."""
+    stack: list[tuple[str, Any, bool]] = [("", data, False)]
+    while stack:
+        at, value, lines = stack.pop()
+        if isinstance(value, dict):
+            for key, part in value.items():
+                if forbidden_character(key):
+                    return at, key
+                stack.append((f"{at}.{key}" if at else key, part, lines or key in FREE_TEXT))
+        elif isinstance(value, list):
+            stack += [(f"{at}[{i}]", part, lines) for i, part in enumerate(value) if not isinstance(part, int | float)]
+        elif isinstance(value, str) and forbidden_character(value, lines=lines):
+            return at, value
+    return None
+
+
+def harmless(cell: object) -> object:
+    """A cell as a spreadsheet takes it for what it is: before a text that it would run stands an apostrophe."""
+    if not isinstance(cell, str) or cell[:1] not in _SUSPECT or not _FORMULA.match(cell) or _is_number(cell):
+        return cell
+    return f"'{cell}"
+
+
+def meant(cell: str) -> str:
+    """The name that `harmless` was given."""
+    return cell[1:] if _MEANT.match(cell) else cell
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+# --- files outside of a folder ----------------------------------------------------------------------------------------------
+
+P = ParamSpec("P")
+R = TypeVar("R")
+F = TypeVar("F", bound="str | os.PathLike[str] | Source")
+
+
+def discreet(read: Callable[Concatenate[F, P], R]) -> Callable[Concatenate[F, P], R]:
+    """A reader whose errors about a file outside the folder of the one that it was given say where and why, not what they
+    found."""
+
+    @functools.wraps(read)
+    def reading(given: F, /, *args: P.args, **options: P.kwargs) -> R:
+        try:
+            return read(given, *args, **options)
+        except InputError as error:
+            place = given.path if isinstance(given, Source) else Path(given)
+            if error.file is None or error.file == str(place) or not _outside(Path(error.file), place):
+                raise
+            column = error.column if _names_column(error.column, place) else None
+            expected = f"what {place.name} describes; what it says is not repeated, for it lies outside that folder"
+            raise type(error)(error.message, file=error.file, row=error.row, column=column, expected=expected) from None
+
+    return reading
+
+
+def _outside(table: Path, described: Path) -> bool:
+    try:
+        return not table.resolve().is_relative_to(described.parent.resolve())
+    except (OSError, ValueError, RuntimeError):  # a loop of links, a byte 0
+        return True
+
+
+def _names_column(column: str | int | None, described: Path) -> bool:
+    """Whether the describing file itself names a column; a header of the table is what the table says."""
+    try:
+        return isinstance(column, int) or (column is not None and column in described.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False

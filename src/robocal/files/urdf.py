@@ -16,10 +16,10 @@ from pathlib import Path
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
+from robocal.files.robot_rows import missing_key_remarks
 from robocal.files.text import Source
 from robocal.files.units import number, same
 from robocal.files.unread import near_miss, remark_unknown_names
-from robocal.files.unstated import missing_key_remarks
 from robocal.files.urdftree import (
     MOVING,
     RESERVED,
@@ -80,10 +80,8 @@ def _unknown(joint: UrdfJoint) -> Iterator[tuple[str, str | None]]:
         if node.tag not in WORDS:
             yield f"<{node.tag}>", near_miss(node.tag, [w for w in WORDS if w not in there])
             continue
-        for name in node.attributes:
-            if name not in WORDS[node.tag]:
-                near = near_miss(name, [w for w in WORDS[node.tag] if w not in node.attributes])
-                yield f"{node.tag} {name}", near
+        for name in (n for n in node.attributes if n not in WORDS[node.tag]):
+            yield f"{node.tag} {name}", near_miss(name, [w for w in WORDS[node.tag] if w not in node.attributes])
 
 
 def _absent(joints: Sequence[UrdfJoint], path: Path) -> Iterator[Remark]:
@@ -93,8 +91,7 @@ def _absent(joints: Sequence[UrdfJoint], path: Path) -> Iterator[Remark]:
         lines["joints", i] = joint.node.row
         origin, axis, limit = (joint.node.child(word) for word in ("origin", "axis", "limit"))
         row: dict[str, object] = {"name": joint.name, "type": MOVING.get(joint.type, "fixed")}
-        for key in ("xyz", "rpy"):
-            row[key] = None if origin is None else origin.attributes.get(key)
+        row |= {key: None if origin is None else origin.attributes.get(key) for key in ("xyz", "rpy")}
         # A fixed joint has no axis to state, a continuous one no limits.
         row["axis"] = (None if axis is None else axis.attributes.get("xyz")) if joint.type in MOVING else "none"
         row["limits"] = limit if joint.type in ("revolute", "prismatic") else "none"
@@ -102,9 +99,8 @@ def _absent(joints: Sequence[UrdfJoint], path: Path) -> Iterator[Remark]:
         if limit is not None and joint.type in ("revolute", "prismatic"):
             keys = tuple(word for word in ("lower", "upper") if word not in limit.attributes)
             if keys:
-                values = tuple(f"{key}: 0" for key in keys)
-                where, name = (str(path), limit.row), f"joint {joint.name}"
-                yield Remark.of(Code.KEYS_UNSTATED, file=where[0], row=where[1], joint=name, keys=keys, values=values)
+                name, values = f"joint {joint.name}", tuple(f"{key}: 0" for key in keys)
+                yield Remark.of(Code.KEYS_UNSTATED, file=str(path), row=limit.row, joint=name, keys=keys, values=values)
     yield from missing_key_remarks(rows, CONVENTIONS["urdf"], YamlDocument(path, "", "", {}, lines))
 
 
@@ -139,17 +135,14 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
             notes = (Remark.of(Code.TIP_CHOSEN, file=str(source.path), tip=tip),)
     for word, name in (("base", base), ("tip", tip)):
         if name is not None and name not in links:
-            raise FormatError(
-                "there is no such link", file=source.path, key=word, found=name, suggestion=nearest(name, links)
-            )
+            near = nearest(name, links)
+            raise FormatError("there is no such link", file=source.path, key=word, found=name, suggestion=near)
     path: list[UrdfJoint] = []
     at = tip
     while at != (base or start):
         if at not in into:
-            expected = f"a link above {tip}"
-            raise FormatError(
-                "the tip is not connected to the base", file=source.path, key="base", found=base, expected=expected
-            )
+            message, expected = "the tip is not connected to the base", f"a link above {tip}"
+            raise FormatError(message, file=source.path, key="base", found=base, expected=expected)
         path.insert(0, into[at])
         at = into[at].parent
     made = [_row(j) for j in path]
@@ -161,7 +154,7 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
         arm = chain(name, "urdf", made, source=str(source.path.name), meta={"file": str(source.path)})
     except ModelError as error:
         raise error.of_file(source.path) from None
-    still = {j.owner for j in path if j.type == "fixed"}
+    still = {owner_of(j.node) for j in path if j.type == "fixed"}
     free = [n for n in arm.usual if n.rpartition(".")[0] not in still]
     return UrdfArm(replace(arm, table=arm.table.with_free(free)), base or start, tip, notes)
 
@@ -214,8 +207,7 @@ def _start_tag(data: bytes, start: int) -> tuple[dict[str, tuple[int, int]], int
     name = re.compile(rb"<[^\s/>]+").match(data, start)
     at = name.end() if name else start
     while True:
-        close = re.compile(rb"\s*/?>").match(data, at)
-        if close:
+        if close := re.compile(rb"\s*/?>").match(data, at):
             return spans, close.end()
         found = _ATTRIBUTE.search(data, at)
         if found is None:
@@ -231,19 +223,17 @@ def _row(joint: UrdfJoint) -> dict[str, object]:
         found = mimic.attributes.get("joint")
         mimic.fail("a mimic joint on the chain", key=f"joint {joint.name}", found=found, expected="another tip")
     if joint.type not in (*MOVING, "fixed"):
-        expected = "revolute, continuous, prismatic, fixed"
-        key = f"joint {joint.name}"
+        key, expected = f"joint {joint.name}", "revolute, continuous, prismatic, fixed"
         joint.node.fail("a chain cannot contain this joint", key=key, found=joint.type, expected=expected)
     origin, axis, limit = (joint.node.child(word) for word in ("origin", "axis", "limit"))
-    row: dict[str, object] = {"name": joint.owner, "type": MOVING.get(joint.type, "fixed")}
-    row["xyz"] = _triple(origin, "xyz", (0.0, 0.0, 0.0), joint)
-    row["rpy"] = _triple(origin, "rpy", (0.0, 0.0, 0.0), joint)
+    row: dict[str, object] = {"name": owner_of(joint.node), "type": MOVING.get(joint.type, "fixed")}
+    row |= {word: _floats(origin, word, (0.0, 0.0, 0.0), joint) for word in ("xyz", "rpy")}
     if joint.type in MOVING:
-        row["axis"] = direction = _triple(axis, "xyz", (1.0, 0.0, 0.0), joint)
+        row["axis"] = direction = _floats(axis, "xyz", (1.0, 0.0, 0.0), joint)
         if not any(direction):
             (axis or joint.node).fail("the axis has no direction", key=f"joint {joint.name} axis", found=direction)
     if limit is not None and joint.type in ("revolute", "prismatic"):
-        low, high = (_number(limit, word, joint) for word in ("lower", "upper"))
+        (low,), (high,) = (_floats(limit, word, (0.0,), joint) for word in ("lower", "upper"))
         if low > high:
             key = f"joint {joint.name} limit"
             limit.fail("limits in the wrong order", key=key, found=[low, high], expected="lower, upper")
@@ -251,22 +241,16 @@ def _row(joint: UrdfJoint) -> dict[str, object]:
     return row
 
 
-def _number(node: Node, name: str, joint: UrdfJoint) -> float:
-    return _floats(node.attributes.get(name, "0"), 1, node, f"joint {joint.name} {node.tag} {name}")[0]
-
-
-def _triple(node: Node | None, name: str, default: tuple[float, ...], joint: UrdfJoint) -> list[float]:
+def _floats(node: Node | None, name: str, default: tuple[float, ...], joint: UrdfJoint) -> list[float]:
+    """The numbers of an attribute, as many as its default has."""
     if node is None or name not in node.attributes:
         return list(default)
-    return _floats(node.attributes[name], 3, node, f"joint {joint.name} {node.tag} {name}")
-
-
-def _floats(text: str, count: int, node: Node, key: str) -> list[float]:
+    text, count = node.attributes[name], len(default)
     try:
         values = [float(word) for word in text.split()]
     except ValueError:
         values = []
     if len(values) != count or not all(math.isfinite(v) for v in values):
         expected = "a finite number" if count == 1 else f"{count} finite numbers"
-        node.fail("not a valid attribute", key=key, found=text, expected=expected)
+        node.fail("not a valid attribute", key=f"joint {joint.name} {node.tag} {name}", found=text, expected=expected)
     return values

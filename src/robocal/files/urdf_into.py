@@ -67,25 +67,22 @@ def urdf_into(
             wanted = tool
         else:
             wanted = now @ origins[name]
-        vector = se3.to_vector(np.linalg.inv(now) @ wanted)
-        if np.abs(np.linalg.inv(now) @ wanted - origins[name]).max() > 1e-15:
-            changed |= {f"{name}.{s}": float(v) for s, v in zip(FRAME_SYMBOLS, vector, strict=True)}
+        made = np.linalg.inv(now) @ wanted
+        if np.abs(made - origins[name]).max() > 1e-15:
+            changed |= {f"{name}.{s}": float(v) for s, v in zip(FRAME_SYMBOLS, se3.to_vector(made), strict=True)}
         now = wanted
     text, _ = edit_urdf(urdf.text, urdf.chain, changed)
-    gap, turn = _apart(now, tool)
-    notes: tuple[Remark, ...] = ()
-    if gap > LOST[0] or turn > LOST[1]:
-        notes = (Remark.of(Code.URDF_TOOL_OFF, file=into, gap=Quantity(gap), angle=Quantity(turn, "rad")),)
-    return text, notes
+    gap = float(np.linalg.norm(now[:3, 3] - tool[:3, 3]))
+    turn = float(np.linalg.norm(so3.log(now[:3, :3] @ tool[:3, :3].T)))
+    if gap <= LOST[0] and turn <= LOST[1]:
+        return text, ()
+    return text, (Remark.of(Code.URDF_TOOL_OFF, file=into, gap=Quantity(gap), angle=Quantity(turn, "rad")),)
 
 
 def _comparable(chain: Chain, urdf: Robot) -> tuple[Array, Array, Array, Array]:
     """Axes, points and tool of the model, and the axes of the URDF, when the URDF is of this robot. Raises ModelError."""
-    mine = [(j.type, j.name) for j in chain.joints]
-    theirs = [(j.type, j.name) for j in urdf.chain.joints]
-    if [t for t, _ in mine] != [t for t, _ in theirs]:
-        found = ", ".join(f"{n} ({t})" for t, n in theirs)
-        expected = ", ".join(f"{n} ({t})" for t, n in mine)
+    if [j.type for j in chain.joints] != [j.type for j in urdf.chain.joints]:
+        expected, found = (", ".join(f"{j.name} ({j.type})" for j in arm.joints) for arm in (chain, urdf.chain))
         raise ModelError("the URDF has other joints than the model", key="--into", found=found, expected=expected)
     axes, points, gain, tool = axes_at_zero(chain)
     if np.abs(gain - 1).max() > 1e-12:
@@ -97,12 +94,10 @@ def _comparable(chain: Chain, urdf: Robot) -> tuple[Array, Array, Array, Array]:
         away = points[i] - points2[i] if joint.type == "revolute" else np.zeros(3)
         gap = float(np.linalg.norm(away - axes2[i] * (axes2[i] @ away)))
         if gap > OTHER[0] or angle > OTHER[1]:
-            raise ModelError(
-                "this axis lies elsewhere in the URDF: another robot, another base, or joints with another zero",
-                key=joint.name,
-                found=f"{1e3 * gap:.3g} mm and {np.degrees(angle):.3g} deg apart",
-                expected=f"at most {1e3 * OTHER[0]:g} mm and {np.degrees(OTHER[1]):.2g} deg",
-            )
+            message = "this axis lies elsewhere in the URDF: another robot, another base, or joints with another zero"
+            found = f"{1e3 * gap:.3g} mm and {np.degrees(angle):.3g} deg apart"
+            expected = f"at most {1e3 * OTHER[0]:g} mm and {np.degrees(OTHER[1]):.2g} deg"
+            raise ModelError(message, key=joint.name, found=found, expected=expected)
     return axes, points, tool, axes2
 
 
@@ -128,11 +123,6 @@ def _orient_to_tool(frame: Array, axis: Array, tool: Array) -> Array:
     return out
 
 
-def _apart(a: Array, b: Array) -> tuple[float, float]:
-    turn = so3.log(a[:3, :3] @ b[:3, :3].T)
-    return float(np.linalg.norm(a[:3, 3] - b[:3, 3])), float(np.linalg.norm(turn))
-
-
 def urdf_text(chain: Chain) -> tuple[str, tuple[Remark, ...]]:
     """The URDF of an arm and notes on it. Raises ModelError when a joint's gain is not 1, which a URDF cannot say."""
     axes, points, gains, tool = axes_at_zero(chain)
@@ -144,42 +134,38 @@ def urdf_text(chain: Chain) -> tuple[str, tuple[Remark, ...]]:
     lines = ['<?xml version="1.0"?>', "<!-- Written by robocal. Joint values are those of the model; lengths in m. -->"]
     lines += [f"<robot name={quoteattr(chain.name)}>", '  <link name="base_link"/>']
     at, parent = np.zeros(3), "base_link"
-    for i, joint in enumerate(chain.joints):
-        turning = joint.type == "revolute"
-        axis = axes[i]
+    for joint, axis, of in zip(chain.joints, axes, points, strict=True):
         # Any point of the axis will do; the nearest is the plainest, and no common normal of near-parallel axes is
         # sought, which could lie anywhere.
-        point = points[i] + axis * (axis @ (at - points[i])) if turning else at
+        point = of + axis * (axis @ (at - of)) if joint.type == "revolute" else at
         child = f"{joint.name}_link"
         lines += _joint(joint, parent, child, point - at, axis)
         at, parent = point, child
-    lines += [
-        '  <link name="tool"/>',
-        '  <joint name="tool_fixed" type="fixed">',
-        f"    <parent link={quoteattr(parent)}/>",
-        '    <child link="tool"/>',
-        f'    <origin xyz="{_three(tool[:3, 3] - at)}" rpy="{_three(to_rpy(tool[:3, :3]))}"/>',
-        "  </joint>",
-        "</robot>",
-    ]
+    lines += [*_link("tool_fixed", "fixed", parent, "tool", tool[:3, 3] - at, to_rpy(tool[:3, :3])), "</robot>"]
     limited = any(math.isfinite(j.upper) or j.type == "prismatic" for j in chain.joints)
     return "\n".join(lines) + "\n", (Remark.of(Code.URDF_PLACEHOLDERS),) if limited else ()
 
 
 def _joint(joint: Joint, parent: str, child: str, xyz: Array, axis: Array) -> list[str]:
-    """The lines of a link and of the joint that moves it."""
+    """The lines of a link and of the joint that moves it about or along an axis."""
     bounded = math.isfinite(joint.lower) and math.isfinite(joint.upper)
     kind = "continuous" if joint.type == "revolute" and not bounded else joint.type
     low, high = (joint.lower, joint.upper) if bounded else (-1e3, 1e3)
-    limit = [f'    <limit lower="{number(low)}" upper="{number(high)}" effort="0" velocity="0"/>']
+    more = [f'    <axis xyz="{_three(axis)}"/>']
+    if kind != "continuous":
+        more.append(f'    <limit lower="{number(low)}" upper="{number(high)}" effort="0" velocity="0"/>')
+    return _link(joint.name, kind, parent, child, xyz, np.zeros(3), *more)
+
+
+def _link(name: str, kind: str, parent: str, child: str, xyz: Array, rpy: Array, *more: str) -> list[str]:
+    """The lines of a link and of the joint above it."""
     return [
         f"  <link name={quoteattr(child)}/>",
-        f"  <joint name={quoteattr(joint.name)} type={quoteattr(kind)}>",
+        f"  <joint name={quoteattr(name)} type={quoteattr(kind)}>",
         f"    <parent link={quoteattr(parent)}/>",
         f"    <child link={quoteattr(child)}/>",
-        f'    <origin xyz="{_three(xyz)}" rpy="0 0 0"/>',
-        f'    <axis xyz="{_three(axis)}"/>',
-        *(limit if kind != "continuous" else []),
+        f'    <origin xyz="{_three(xyz)}" rpy="{_three(rpy)}"/>',
+        *more,
         "  </joint>",
     ]
 

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from robocal.errors import FormatError, nearest, one_of
-from robocal.files.names import FORBIDDEN, forbidden_character
-from robocal.files.text import Source
+from robocal.files.text import FORBIDDEN, Source, forbidden_character
 
 __all__ = [
     "MOVING",
@@ -72,14 +71,10 @@ class UrdfJoint:
     child: str
     node: Node
 
-    @property
-    def owner(self) -> str:
-        """The owner of its parameters: its name, unless that is a frame's."""
-        return f"{self.name}_joint" if self.name in RESERVED else self.name
-
 
 def owner_of(node: Node) -> str:
-    name = node.attributes.get("name", "")
+    """The owner of a joint's parameters: its name, unless that is a frame's."""
+    name = node.attribute("name")
     return f"{name}_joint" if name in RESERVED else name
 
 
@@ -125,12 +120,8 @@ def check_xacro(root: Node, source: Source) -> None:
     for node in _walk(root):
         if node.tag.startswith("xacro:") or any(re.search(r"\$[{(]", v) for v in node.attributes.values()):
             stem = source.path.name.removesuffix(".xacro").removesuffix(".urdf")
-            command = (
-                f"xacro {stem}.urdf.xacro > {stem}.urdf"
-                if source.path.name.endswith(".urdf.xacro")
-                else f"xacro {stem}.xacro > {stem}.urdf"
-            )
-            node.fail("this is a xacro source, not a URDF", expected=f"its expansion: {command}")
+            name = f"{stem}.urdf.xacro" if source.path.name.endswith(".urdf.xacro") else f"{stem}.xacro"
+            node.fail("this is a xacro source, not a URDF", expected=f"its expansion: xacro {name} > {stem}.urdf")
 
 
 def links_of(root: Node) -> dict[str, Node]:

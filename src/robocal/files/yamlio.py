@@ -6,25 +6,27 @@ small file becomes a big one or runs code. Every value remembers its line.
 
 from __future__ import annotations
 
+import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NoReturn
 
 from robocal._version import __version__
-from robocal.errors import FormatError
-from robocal.files.names import FORBIDDEN, forbidden_character
-from robocal.files.text import MEGABYTE, Source, line_of, read_text
+from robocal.errors import FormatError, one_of
+from robocal.files.text import FORBIDDEN, MEGABYTE, Source, forbidden_character, line_of, read_text
 from robocal.files.units import Unit, number, parse_unit
 
-__all__ = ["YamlDocument", "add_stamp", "edit", "load", "parse", "path_text", "quote"]
+__all__ = ["YamlDocument", "add_stamp", "edit", "load", "parse", "path_text", "quote", "read_json"]
 
 SIZE_LIMIT = MEGABYTE
 DEPTH_LIMIT = 30
 NODE_LIMIT = 40_000  # events of the parser: three seconds
+# What the parser answers to some malformed files, beside errors of its own making.
+MALFORMED = (ValueError, TypeError, AttributeError, LookupError, AssertionError, NotImplementedError)
 
 CALIBRATED = "# Calibrated by robocal"
 
@@ -53,6 +55,16 @@ class YamlDocument:
         """Raises FormatError at a key path of this file."""
         raise FormatError(message, file=self.path, row=self.row(path), key=path_text(path) or None, **facts)
 
+    def insist(self, good: object, message: str, path: Path_ = (), **facts: Any) -> None:
+        """Raises FormatError at a key path of this file where what has to be so is not."""
+        if not good:
+            self.fail(message, path, **facts)
+
+    def insist_known(self, word: object, known: Collection[str], message: str, path: Path_) -> None:
+        """Raises FormatError at a key path for a word that is none of the known ones, with the nearest of them."""
+        if word not in known:
+            self.fail(message, path, found=word, **one_of(word, known))
+
     def unit(self, name: object, si: str | None, path: Path_, key: str = "") -> Unit:
         """The unit that is stated at a key path. Raises FormatError."""
         return parse_unit(name, si, file=self.path, row=self.row(path), key=key or path_text(path))
@@ -77,10 +89,24 @@ def parse(source: Source) -> YamlDocument:
     lines: dict[Path_, int] = {}
     data = _build(root, (), lines, source.path)
     if not isinstance(data, dict):
-        raise FormatError(
-            "the file is not a mapping", file=source.path, found=_kind(data), expected="lines such as `name: value`"
-        )
+        found = "a list" if isinstance(data, list) else "a text" if isinstance(data, str) else "a single value"
+        expected = "lines such as `name: value`"
+        raise FormatError("the file is not a mapping", file=source.path, found=found, expected=expected)
     return YamlDocument(source.path, source.text, source.sha256, data, lines)
+
+
+def read_json(path: str | os.PathLike[str], otherwise: str, expected: str) -> YamlDocument:
+    """A JSON file and its object. Raises FileError, or FormatError naming the line; `otherwise` is said of what is no object."""
+    source = read_text(path)
+    try:
+        data = json.loads(source.text)
+    except json.JSONDecodeError as error:
+        raise FormatError(f"not valid JSON: {error.msg}", file=source.path, row=error.lineno) from None
+    except (RecursionError, ValueError):
+        raise FormatError("not valid JSON", file=source.path) from None
+    if not isinstance(data, dict):
+        raise FormatError(otherwise, file=source.path, found=type(data).__name__, expected=expected)
+    return YamlDocument(source.path, source.text, source.sha256, data)
 
 
 def add_stamp(text: str, origin: str, count: int) -> str:
@@ -99,8 +125,7 @@ def edit(text: str, changes: Mapping[Path_, float | str], path: object = None) -
     """
     root = _compose(text, path)
     splices: list[tuple[int, int, str]] = []
-    added: dict[int, list[tuple[str, str]]] = {}
-    owners: dict[int, Any] = {}
+    added: dict[int, tuple[Any, list[tuple[str, str]]]] = {}
     for where, value in changes.items():
         key, node, rest = _find(root, where)
         shown = value if isinstance(value, str) else number(value)
@@ -111,12 +136,10 @@ def edit(text: str, changes: Mapping[Path_, float | str], path: object = None) -
         elif not rest and (node.id == "scalar" or node.flow_style):
             splices.append((node.start_mark.index, node.end_mark.index, shown))
         elif len(rest) == 1 and node.id == "mapping" and isinstance(rest[0], str):
-            added.setdefault(id(node), []).append((rest[0], shown))
-            owners[id(node)] = node
+            added.setdefault(id(node), (node, []))[1].append((rest[0], shown))
         else:
             raise FormatError("no value can be written here", file=path, key=path_text(where))
-    for key, pairs in added.items():
-        splices.append(_insertion(text, owners[key], pairs))
+    splices += [_insertion(text, node, pairs) for node, pairs in added.values()]
     # From the back, and at one place the later change first, so that all positions stay true and all orders are kept.
     for _, (start, end, new) in sorted(enumerate(splices), key=lambda s: (s[1][0], s[0]), reverse=True):
         text = text[:start] + new + text[end:]
@@ -140,8 +163,7 @@ def _insertion(text: str, node: Any, pairs: list[tuple[str, str]]) -> tuple[int,
             empty = value.start_mark.index == value.end_mark.index
             at = text.find("\n", (name if empty else value).end_mark.index)
             end = len(text) if at < 0 else at
-            if end and text[end - 1 : end] == "\r":
-                end -= 1
+            end -= end > 0 and text[end - 1] == "\r"
             return end, end, "".join(newline + " " * column + line for line in block)
     at = node.value[0][0].start_mark.index
     return at, at, "".join(line + newline + " " * column for line in block)
@@ -183,29 +205,16 @@ def _compose(text: str, path: object) -> Any:
     yaml.Parser = Inspected
     try:
         root = yaml.compose(text)
-    except FormatError:
-        raise
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         problem = error.problem or error.context or "malformed"
-        raise FormatError(
-            f"not valid YAML: {problem}", file=path, row=None if mark is None else mark.line + 1
-        ) from None
+        row = None if mark is None else mark.line + 1
+        raise FormatError(f"not valid YAML: {problem}", file=path, row=row) from None
     except ReaderError as error:
         row = line_of(text, error.position) if isinstance(error.position, int) else None
-        raise FormatError(
-            "a control character that YAML does not allow", file=path, row=row, found=str(error.character)
-        ) from None
-    except (
-        YAMLError,
-        ValueError,
-        TypeError,
-        AttributeError,
-        LookupError,
-        AssertionError,
-        NotImplementedError,
-    ) as error:
-        # The parser answers some malformed files with errors of its own making.
+        message = "a control character that YAML does not allow"
+        raise FormatError(message, file=path, row=row, found=str(error.character)) from None
+    except (YAMLError, *MALFORMED) as error:
         first = (str(error).strip() or type(error).__name__).splitlines()[0]
         raise FormatError(f"not valid YAML: {first}", file=path) from None
     if root is None:
@@ -280,30 +289,20 @@ def _scalar(node: Any, path: Path_, file: object) -> Any:
         if tag == "bool":
             return text.lower() == "true"
     except ValueError:
-        raise FormatError(
-            "not a number", file=file, row=node.start_mark.line + 1, key=path_text(path), found=text
-        ) from None
+        row = node.start_mark.line + 1
+        raise FormatError("not a number", file=file, row=row, key=path_text(path), found=text) from None
     _refuse_strange(node, path, file, lines=path[-1:] == ("source",))
     return None if tag == "null" else text
 
 
 def _refuse_strange(node: Any, path: Path_, file: object, *, lines: bool = False) -> None:
-    found = forbidden_character(node.value, lines=lines)
-    if found is not None:
-        row = node.start_mark.line + 1
-        raise FormatError(
-            FORBIDDEN, file=file, row=row, key=path_text(path), found=node.value, expected="one line of text"
-        )
-
-
-def _kind(data: object) -> str:
-    return "a list" if isinstance(data, list) else "a text" if isinstance(data, str) else "a single value"
+    if forbidden_character(node.value, lines=lines):
+        row, key = node.start_mark.line + 1, path_text(path)
+        raise FormatError(FORBIDDEN, file=file, row=row, key=key, found=node.value, expected="one line of text")
 
 
 def quote(text: str) -> str:
     """A text as a YAML scalar: plain when it is one harmless word or phrase, else in double quotes."""
-    import json
-
     plain = text.strip() == text and text and all(c.isalnum() or c in " _-./" for c in text) and text[0].isalpha()
     if plain and text.lower() not in ("true", "false", "null", "yes", "no", "on", "off"):
         return text

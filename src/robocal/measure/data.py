@@ -76,6 +76,21 @@ class Configurations:
         """Where poses of their own start, frame vectors (m, 6): at the identity where nothing is said."""
         return np.zeros((len(self), 6)) if self.start is None else self.start
 
+    def __add__(self, other: Configurations) -> Configurations:
+        """The ones after the others, kept apart; a column that only one of them has is NaN in the other."""
+        n, m = len(self), len(other)
+        nan_a, nan_b = np.full(n, np.nan), np.full(m, np.nan)
+        names = {**self.columns, **other.columns}
+        columns = {k: np.concatenate([self.columns.get(k, nan_a), other.columns.get(k, nan_b)]) for k in names}
+        joints = _stack(self.joints, other.joints, n, m, np.nan)
+        # Free poses start at the identity where nothing is said.
+        start = _stack(self.start, other.start, n, m, 0.0)
+        labels = None
+        if self.groups is not None or other.groups is not None:
+            labels = (self.groups or ("",) * n) + (other.groups or ("",) * m)
+        digits = _stack(self.digits, other.digits, n, m, 0.0)
+        return Configurations(self.ids + other.ids, joints, columns, start, labels, digits)
+
     def take(self, index: Ints) -> Configurations:
         """A subset, in the given order."""
         columns = {k: v[index] for k, v in self.columns.items()}
@@ -183,19 +198,9 @@ class DataSet:
 
     def __add__(self, other: DataSet) -> DataSet:
         """Two data sets as one; configurations are kept apart."""
-        a, b = self.configurations, other.configurations
-        nan_a, nan_b = np.full(len(a), np.nan), np.full(len(b), np.nan)
-        names = {**a.columns, **b.columns}
-        columns = {k: np.concatenate([a.columns.get(k, nan_a), b.columns.get(k, nan_b)]) for k in names}
-        joints = _stack(a.joints, b.joints, len(a), len(b), np.nan)
-        # Free poses start at the identity where nothing is said.
-        start = _stack(a.start, b.start, len(a), len(b), 0.0)
-        moved = tuple(o.renumber(len(a) + np.arange(len(b))) for o in other.observations)
-        labels = None
-        if a.groups is not None or b.groups is not None:
-            labels = (a.groups or ("",) * len(a)) + (b.groups or ("",) * len(b))
-        digits = _stack(a.digits, b.digits, len(a), len(b), 0.0)
-        return DataSet(Configurations(a.ids + b.ids, joints, columns, start, labels, digits), self.observations + moved)
+        numbers = len(self.configurations) + np.arange(len(other.configurations))
+        moved = tuple(o.renumber(numbers) for o in other.observations)
+        return DataSet(self.configurations + other.configurations, self.observations + moved)
 
 
 def _stack(a: Array | None, b: Array | None, rows_a: int, rows_b: int, absent: float) -> Array | None:

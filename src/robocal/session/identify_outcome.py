@@ -20,13 +20,18 @@ from robocal.apply.accuracy import accuracy_map
 from robocal.errors import ModelError
 from robocal.files import evidence_parts as evidence
 from robocal.files import result as files
-from robocal.files.accuracy_map import accuracy_columns, accuracy_text
 from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
 from robocal.files.display import to_display
-from robocal.files.layerfile import LAYER, layer_text
 from robocal.files.parts import unique_remarks
-from robocal.files.run_documents import RESIDUAL_COLUMNS, write_run
-from robocal.files.runfolder import ACCURACY
+from robocal.files.runfolder import (
+    ACCURACY,
+    LAYER,
+    RESIDUAL_COLUMNS,
+    accuracy_columns,
+    accuracy_text,
+    layer_text,
+    write_run,
+)
 from robocal.fit.estimators import describe_end, estimator
 from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.parameters import FRAME_SYMBOLS

@@ -13,9 +13,8 @@ from robocal._types import Array
 from robocal.errors import FileError, FormatError
 from robocal.estimate.uncertainty import radius
 from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
-from robocal.files.layerfile import LAYER
 from robocal.files.robot import Robot
-from robocal.files.runfolder import open_run
+from robocal.files.runfolder import LAYER, open_run
 from robocal.files.targets import read_targets
 from robocal.files.text import InputFile, read_text
 from robocal.geometry import so3

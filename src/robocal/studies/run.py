@@ -15,9 +15,8 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.errors import FileError, InputError
-from robocal.files.alone import LOCK
 from robocal.files.studyfile import Study
-from robocal.files.writing import write_text
+from robocal.files.writing import LOCK, write_text
 from robocal.progress import Watch
 from robocal.studies.cluster import Cluster, on_cluster
 from robocal.studies.work import Work, chunks, do, drawn, trials_of, unpack
@@ -55,7 +54,7 @@ def conduct(
 ) -> StudyOutputs:
     """Runs what is missing of a study, in so many processes or on a cluster; chunks are kept beside `result` until all are there.
 
-    Who calls has the folder of the chunks for itself (`files.alone`). Raises FileError where chunks of another study, or without
+    Who calls has the folder of the chunks for itself (`files.writing.alone`). Raises FileError where chunks of another study, or without
     `resume` any, are in the way, and InputError for what cannot be opened and where workers die again and again.
     """
     parts = parts_of(result)

@@ -43,7 +43,7 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Prediction]:
     """Predicts what a CSV asks for; `output` gets the same as a CSV. Raises InputError."""
-    from robocal.files.listing import listing_text
+    from robocal.files.display import listing_text
     from robocal.files.writing import refuse_existing, write_text
     from robocal.session.inputs import open_machine
 

@@ -24,9 +24,7 @@ class Options(BaseOptions):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Path]:
     """Writes the page of a run folder. Raises FileError or FormatError."""
     from robocal.errors import FileError
-    from robocal.files.accuracy_map import read_accuracy
-    from robocal.files.residuals import read_residuals
-    from robocal.files.runfolder import ACCURACY, REPORT, RESIDUALS, open_run
+    from robocal.files.runfolder import ACCURACY, REPORT, RESIDUALS, open_run, read_accuracy, read_residuals
     from robocal.files.writing import write_text
     from robocal.report.identified import report
 

@@ -19,8 +19,7 @@ from robocal.errors import FileError, FormatError, ModelError, nearest
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.casprtree import CasprNode, parse_caspr, unheld, unread_elements
 from robocal.files.cable.values import CableUnits
-from robocal.files.outside import discreet
-from robocal.files.text import ROBOT_LIMIT, InputFile, Source, read_text
+from robocal.files.text import ROBOT_LIMIT, InputFile, Source, discreet, read_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 

@@ -12,8 +12,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from robocal.errors import FormatError
-from robocal.files.names import FORBIDDEN, forbidden_character
-from robocal.files.text import Source, line_of
+from robocal.files.text import FORBIDDEN, Source, forbidden_character, line_of
 from robocal.files.unread import near_miss, remark_unknown_names
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark

@@ -13,7 +13,6 @@ from pydantic import Field
 
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, ScalarModel, SecondModel, ValueModel
-from robocal.files.frame_block import frame_vector
 from robocal.files.kinds.kind import (
     XYZ,
     Around,
@@ -26,6 +25,7 @@ from robocal.files.kinds.kind import (
     show_scalar,
 )
 from robocal.files.kinds.places import PlaceModel, frame_line
+from robocal.files.orientation import frame_vector
 from robocal.files.schema import Name
 from robocal.files.units import Units
 from robocal.files.yamlio import YamlDocument

@@ -15,8 +15,8 @@ from pydantic import BeforeValidator, Field, FiniteFloat
 from robocal._types import Ints
 from robocal.errors import one_of
 from robocal.files.datamodel import ColumnModel, DataModel, Sigma, column_model
-from robocal.files.frame_block import frame_vector
 from robocal.files.kinds.kind import Around, Part, Values
+from robocal.files.orientation import frame_vector
 from robocal.files.schema import FileModel, FrameModel, Name, refuse
 from robocal.files.units import Units, number
 from robocal.files.yamlio import quote

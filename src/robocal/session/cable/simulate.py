@@ -21,7 +21,7 @@ from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import length_columns, read_platform_poses
 from robocal.files.cable.show import describe_cable
 from robocal.files.cable.write import render_cable
-from robocal.files.listing import listing_text
+from robocal.files.display import listing_text
 from robocal.files.units import number
 from robocal.geometry import se3
 from robocal.measure.base import synthesise

@@ -10,7 +10,7 @@ import numpy as np
 
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.listing import in_units
+from robocal.files.display import in_units
 from robocal.quantities import Column, Listing, UnitValue, unit_value
 from robocal.report.sections import Section, Text, figure, listing_table, quiet
 

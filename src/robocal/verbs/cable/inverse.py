@@ -53,7 +53,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ar
     from robocal.cables.cable_lengths import inverse
     from robocal.files.cable.cable_robot import read_cable
     from robocal.files.cable.pose_lists import length_columns, read_platform_poses, tension_columns
-    from robocal.files.listing import in_units, listing_text
+    from robocal.files.display import in_units, listing_text
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
     from robocal.remarks.code import Code

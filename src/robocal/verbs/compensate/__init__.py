@@ -52,7 +52,7 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Compensated]:
     """Compensates targets; a folder gets compensated.csv and compensation.json. Raises InputError."""
-    from robocal.files.listing import listing_text
+    from robocal.files.display import listing_text
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing, write_files
     from robocal.verbs.compensate.result import compensate_targets

@@ -15,10 +15,10 @@ from robocal.arms.chain import Chain
 from robocal.diagnose.limits import LEAP, SINGULAR_BELOW
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
-from robocal.files.layerfile import LAYER
 from robocal.files.parts import Document, Origin, provenance_of
 from robocal.files.plain import plain
 from robocal.files.robot import Robot
+from robocal.files.runfolder import LAYER
 from robocal.files.targets import TargetFile, compensation_listing, read_targets
 from robocal.files.text import InputFile
 from robocal.files.units import numbers_of

@@ -25,12 +25,12 @@ from robocal.errors import ModelError
 from robocal.files import evidence_parts as files
 from robocal.files.display import to_display
 from robocal.files.group_block import plain_options
-from robocal.files.leaving import LeftOut
 from robocal.files.parts import RowsLeftOut, provenance_of
 from robocal.files.plain import plain
 from robocal.files.result import Provenance
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
+from robocal.files.unread import LeftOut
 from robocal.fit.estimators import ESTIMATORS, estimator
 from robocal.fit.noise import apply_noise
 from robocal.fit.options import JointRegion, Options
@@ -104,7 +104,7 @@ def working_range(
     own = _written(robot)
     if given is None or given == MEASURED:
         return (region_of_limits(robot.chain, data) if own else None), ()
-    from robocal.files.working_region import read_region
+    from robocal.files.pose_table import read_region
 
     found = read_region(Path(given), robot.chain)
     name = f"region of {Path(given).name}"

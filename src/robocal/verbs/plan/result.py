@@ -11,7 +11,7 @@ import numpy as np
 from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.files.datawrite import data_text, table_text
-from robocal.files.listing import listing_text
+from robocal.files.display import listing_text
 from robocal.files.parts import Document, Origin, provenance_of
 from robocal.files.pose_table import joint_program, read_poses
 from robocal.files.robot import Robot

@@ -57,10 +57,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[St
     """Runs a study; the file holds every output of every trial, the .json beside it what is said of them. Raises InputError."""
     import os
 
-    from robocal.files.alone import alone
     from robocal.files.plain import json_text, plain
     from robocal.files.studyfile import read_study
-    from robocal.files.writing import refuse_existing, refuse_unwritable, write_files
+    from robocal.files.writing import alone, refuse_existing, refuse_unwritable, write_files
     from robocal.report.page import page
     from robocal.studies.run import clear, conduct, parts_of
     from robocal.verbs.study.result import document, missing_trials, written
@@ -123,7 +122,7 @@ def details(made: Outcome[StudyOutputs]) -> Iterator[Section]:
 
 def sections(made: Outcome[StudyOutputs]) -> Iterator[Section]:
     """Root mean square, mean and scatter of every output at every point, and what theory foretells."""
-    from robocal.files.listing import in_units
+    from robocal.files.display import in_units
     from robocal.files.units import Units
     from robocal.verbs.study.result import table_of
 

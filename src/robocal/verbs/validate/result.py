@@ -23,10 +23,8 @@ from numpy.typing import NDArray
 
 from robocal.apply.iso9283 import Standard, standard
 from robocal.errors import FormatError
-from robocal.files.layerfile import LAYER, read_layer
 from robocal.files.parts import Document, Origin, provenance_of
-from robocal.files.residuals import read_residuals
-from robocal.files.runfolder import RESIDUALS, Run, find_run
+from robocal.files.runfolder import LAYER, RESIDUALS, Run, find_run, read_layer, read_residuals
 from robocal.files.text import InputFile
 from robocal.measure.base import problem
 from robocal.measure.data import DataSet, fingerprints

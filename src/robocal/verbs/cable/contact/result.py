@@ -16,7 +16,7 @@ from robocal.cables.workspace import Demand
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.pose_lists import pose_columns, read_platform_poses
-from robocal.files.listing import listing_text
+from robocal.files.display import listing_text
 from robocal.files.parts import CableDocument
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile

@@ -14,7 +14,7 @@ from robocal._types import Array
 from robocal.cables.forward import Forward, forward
 from robocal.cables.gradient import pose_covariance
 from robocal.files.cable.pose_lists import pose_columns, read_cable_lengths
-from robocal.files.listing import in_units, listing_text
+from robocal.files.display import in_units, listing_text
 from robocal.files.parts import CableDocument
 from robocal.files.text import InputFile
 from robocal.quantities import Column, Listing

@@ -17,7 +17,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.pose_lists import read_platform_poses
-from robocal.files.listing import in_units, listing_text
+from robocal.files.display import in_units, listing_text
 from robocal.files.parts import CableDocument
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
