@@ -15,8 +15,8 @@ from robocal.estimate.terms import Residuals
 from robocal.fit.misfit import errors
 from robocal.fit.options import Options
 from robocal.geometry import se3, so3
-from robocal.measure.angular import angles, wrap
 from robocal.measure.base import kind_of, problem, synthesise
+from robocal.measure.bearing import angles, wrap
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.swivel import across
 from robocal.prove.identify import identify

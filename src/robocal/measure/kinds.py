@@ -1,25 +1,10 @@
-"""The measurement kinds that exist: one line each, with the module of this package that is loaded when the kind is met."""
+"""The measurement kinds that exist: one line each. Its module in this package, of the same name, is loaded when a kind is met."""
 
 from __future__ import annotations
 
-__all__ = ["MODULES", "NAMES"]
+__all__ = ["NAMES"]
 
-MODULES = {
-    "position": "pose",
-    "pose": "pose",
-    "spherical": "angular",
-    "bearing": "angular",
-    "range": "distance",
-    "distance": "distance",
-    "displacement": "pose",
-    "relative_pose": "pose",
-    "point": "contact",
-    "plane": "contact",
-    "sphere": "contact",
-    "pixels": "pixels",
-    "inclination": "angular",
-    "lengths": "lengths",
-    "load": "load",
-    "swivel": "swivel",
-}
-NAMES = tuple(sorted(MODULES))
+NAMES = tuple(
+    "bearing displacement distance inclination lengths load pixels plane point pose position range relative_pose sphere spherical "
+    "swivel".split()
+)

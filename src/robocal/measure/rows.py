@@ -19,7 +19,7 @@ from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.carriers import Carrier, join_blocks, locals_of
 from robocal.measure.data import Frame, Observations
-from robocal.measure.kinds import MODULES, NAMES
+from robocal.measure.kinds import NAMES
 from robocal.parameters import Parameter
 
 __all__ = [
@@ -275,29 +275,33 @@ class Kinds(Mapping[str, Kind]):
     """Kinds by name: those of this package, whose modules are loaded when they are met, and whatever else was registered."""
 
     def __init__(self) -> None:
-        self.met: dict[str, Kind] = {}
+        self._met: dict[str, Kind] = {}
+
+    def enter(self, kind: Kind) -> None:
+        """Makes a kind known under its name."""
+        self._met[kind.name] = kind
 
     def __getitem__(self, name: str) -> Kind:
-        if name not in self.met and name in MODULES:
-            import_module(f"robocal.measure.{MODULES[name]}")
-        return self.met[name]
+        if name not in self._met and name in NAMES:
+            import_module(f"robocal.measure.{name}")
+        return self._met[name]
 
     def __contains__(self, name: object) -> bool:
-        return name in NAMES or name in self.met
+        return name in NAMES or name in self._met
 
     def __iter__(self) -> Iterator[str]:
-        return iter(dict.fromkeys((*NAMES, *self.met)))
+        return iter(dict.fromkeys((*NAMES, *self._met)))
 
     def __len__(self) -> int:
-        return len({*NAMES, *self.met})
+        return len({*NAMES, *self._met})
 
 
 KINDS: Kinds = Kinds()
 
 
 def register(kind: Kind) -> Kind:
-    """Makes a kind known under its name; one line behind its rows, and one in `measure/kinds.py`."""
-    KINDS.met[kind.name] = kind
+    """Makes a kind known under its name; one line at the end of its file, and one in `measure/kinds.py`."""
+    KINDS.enter(kind)
     return kind
 
 

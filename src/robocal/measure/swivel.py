@@ -16,7 +16,7 @@ import numpy as np
 from robocal._types import Array, Ints
 from robocal.cables.geometry import WHEEL, CableRobot
 from robocal.errors import ModelError
-from robocal.measure.angular import wrap
+from robocal.measure.bearing import wrap
 from robocal.measure.builder import Builder
 from robocal.measure.cable.platform_rows import ENDS, PlatformRows, cable_names, cable_robot_of, material_parameters
 from robocal.measure.data import Observations

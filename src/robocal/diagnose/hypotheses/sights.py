@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from robocal._types import Array, Ints
 from robocal.geometry import se3, so3
-from robocal.measure.angular import directions
+from robocal.measure.bearing import directions
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Mechanism
 from robocal.parameters import FRAME_SYMBOLS

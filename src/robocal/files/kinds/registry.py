@@ -6,19 +6,32 @@ from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 
 from robocal.files.kinds.kind import KindFile
-from robocal.measure import kinds
+from robocal.measure.kinds import NAMES
 from robocal.measure.machine import Model
 
 __all__ = ["READERS", "reader_of", "readers_of"]
 
-# Kinds of machines that have such parts alone, with the module in this package that reads and writes each.
+# The module in this package that reads and writes each kind; the name of the kind in capitals is its KindFile.
+MODULES = {
+    "position": "pose",
+    "pose": "pose",
+    "spherical": "angular",
+    "bearing": "angular",
+    "range": "range",
+    "distance": "distance",
+    "displacement": "pose",
+    "relative_pose": "pose",
+    "point": "contact",
+    "plane": "contact",
+    "sphere": "contact",
+    "pixels": "pixels",
+}
+# Those of machines that have such parts alone.
 OF_PARTS: dict[str, dict[str, str]] = {
     "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "angular"}
 }
-# All other kinds; the name of a kind in capitals is its KindFile.
-MODULES = {k: v for k, v in kinds.MODULES.items() if not any(k in own for own in OF_PARTS.values())} | {
-    "range": "range"
-}
+# Whatever else is a kind has a module of its own name.
+MODULES |= {name: name for name in NAMES if not any(name in own for own in (MODULES, *OF_PARTS.values()))}
 
 
 class Readers(Mapping[str, KindFile]):

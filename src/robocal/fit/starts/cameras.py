@@ -14,7 +14,7 @@ from robocal._types import Array
 from robocal.fit.starts.frames import poses
 from robocal.fit.starts.target_rows import TargetRows, frame_values, start
 from robocal.geometry import se3, so3
-from robocal.measure.angular import directions
+from robocal.measure.bearing import directions
 from robocal.measure.pixels import rays
 
 __all__ = ["resect"]

@@ -16,7 +16,7 @@ import numpy as np
 from robocal._types import Array
 from robocal.fit.starts.target_rows import TargetRows, frame_values, start
 from robocal.geometry import fits, se3, so3
-from robocal.measure.angular import directions
+from robocal.measure.bearing import directions
 
 __all__ = ["hand_eye", "point_start", "poses", "relative_hand"]
 

@@ -17,8 +17,8 @@ from robocal._types import Array
 from robocal.fit.starts.target_rows import TargetRows, frame_values, start
 from robocal.geometry import fits, se3, so3
 from robocal.measure.builder import place_of
-from robocal.measure.contact import normals
 from robocal.measure.data import Frame
+from robocal.measure.plane import normals
 
 __all__ = ["cube", "pivot", "reach"]
 
