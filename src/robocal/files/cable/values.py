@@ -14,9 +14,16 @@ from robocal.errors import one_of
 from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import Path_, YamlDocument, path_text
 
-__all__ = ["CableUnits", "CableValues"]
+__all__ = ["MATERIALS", "CableUnits", "CableValues"]
 
 KEYS = ("value", "unit", "source", "assumed")
+# What a cable is made of: its key in robot.yaml -> the field of CableRobot, and its unit in SI.
+MATERIALS = {
+    "tension": ("limits", "N"),
+    "elasticity": ("elasticity", "1/N"),
+    "density": ("density", "N/m"),
+    "diameter": ("diameter", "m"),
+}
 
 
 @dataclass(frozen=True)
