@@ -17,12 +17,11 @@ import numpy as np
 from robocal._types import Array
 from robocal.cables.geometry import COMMON, PLATFORM, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
-from robocal.errors import FileError, ModelError, nearest
-from robocal.files.cable.cable_model import CableModel, CableRobotModel, CommonModel, PlatformModel, PulleyModel
+from robocal.errors import FileError, ModelError, one_of
+from robocal.files.cable.cable_model import MATERIALS, CableModel, CableRobotModel, CableUnits, CableValues, CommonModel
 from robocal.files.cable.cablefile import CableFile, robot_remarks
 from robocal.files.cable.caspr import read_caspr
 from robocal.files.cable.published import read_published
-from robocal.files.cable.values import MATERIALS, CableUnits, CableValues
 from robocal.files.schema import validate
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.units import Unit
@@ -33,6 +32,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["parse_cable", "read_cable"]
 
 Place = tuple[Path_, Unit]
+EYELET = (0.0, np.array([0.0, 0.0, 1.0]))  # a pulley of no radius
 PARAMETERS = {"pulley": WHEEL, "elasticity": (STRETCH,)}  # keys of a cable, and the parameters that they are
 
 
@@ -76,7 +76,7 @@ def read_cable(path: str | os.PathLike[str]) -> CableFile:
     document = parse(source)
     if not {"robocal", "kind"} & set(document.data) and "frame_anchors" in document.data:
         return read_published(document)
-    return _read_model(source, document)
+    return _read_model(document)
 
 
 def _not_a_folder(place: Path) -> NoReturn:
@@ -89,14 +89,13 @@ def _not_a_folder(place: Path) -> NoReturn:
 
 def parse_cable(source: Source) -> CableFile:
     """The same from the text of a robot.yaml. Raises FormatError with file, line and key of whatever is wrong."""
-    return _read_model(source, parse(source))
+    return _read_model(parse(source))
 
 
-def _read_model(source: Source, document: YamlDocument) -> CableFile:
+def _read_model(document: YamlDocument) -> CableFile:
     if document.data.get("kind") in (None, "arm") and "joints" in document.data:
-        document.fail(
-            "this is an arm", ("kind",), found="arm", expected="a cable robot: kind: cable, frame_anchors, ..."
-        )
+        expected = "a cable robot: kind: cable, frame_anchors, ..."
+        document.fail("this is an arm", ("kind",), found="arm", expected=expected)
     model = validate(CableRobotModel, document)
     units = CableUnits(
         *(document.unit(getattr(model.units, f.name), f.default.si, ("units", f.name)) for f in fields(CableUnits))
@@ -110,7 +109,7 @@ def _read_model(source: Source, document: YamlDocument) -> CableFile:
         *_idle(rows, {"frame": ("a", frame), "platform": ("b", platform)}, document),
         *_missing_zero(rows, document),
     )
-    return CableFile(robot, units, source.path, source.text, source.sha256, "yaml", warnings, places)
+    return CableFile(robot, units, document.path, document.text, document.sha256, "yaml", warnings, places)
 
 
 def _anchors(document: YamlDocument, key: str, values: CableValues) -> Anchors:
@@ -131,12 +130,10 @@ def _pair_anchors(model: CableRobotModel, document: YamlDocument, sides: Mapping
     if given is None:
         many = [len(anchors) for anchors in sides.values()]
         if many[0] != many[1]:
-            document.fail(
-                "the numbers of frame anchors and platform anchors differ, and no cables connect them",
-                ("frame_anchors",),
-                found=f"{many[0]} frame anchors, {many[1]} platform anchors",
-                expected="as many of one as of the other, or cables: [{frame: NAME, platform: NAME}, ...]",
-            )
+            found = f"{many[0]} frame anchors, {many[1]} platform anchors"
+            expected = "as many of one as of the other, or cables: [{frame: NAME, platform: NAME}, ...]"
+            message = "the numbers of frame anchors and platform anchors differ, and no cables connect them"
+            document.fail(message, ("frame_anchors",), found=found, expected=expected)
         given = [CableModel()] * many[0]
     out: list[CableRow] = []
     for i, own in enumerate(given):
@@ -144,23 +141,18 @@ def _pair_anchors(model: CableRobotModel, document: YamlDocument, sides: Mapping
         for letter, (key, anchors) in zip("ab", sides.items(), strict=True):
             wanted = getattr(own, key)
             if wanted is None and i >= len(anchors):
-                found, expected = f"{len(anchors)} {key} anchors for {len(given)} cables", f"{key}: NAME in every cable"
-                document.fail(
-                    f"cable {i + 1} has no {key} anchor",
-                    ("cables", i),
-                    found=found,
-                    expected=f"as many {key}_anchors as cables, or {expected}",
-                )
+                found = f"{len(anchors)} {key} anchors for {len(given)} cables"
+                expected = f"as many {key}_anchors as cables, or {key}: NAME in every cable"
+                document.fail(f"cable {i + 1} has no {key} anchor", ("cables", i), found=found, expected=expected)
             name = list(anchors)[i] if wanted is None else str(wanted)
             if name not in anchors:
-                expected, near = ", ".join(anchors), nearest(name, anchors)
-                at = ("cables", i, key)
-                document.fail(f"no such {key} anchor", at, found=wanted, expected=expected, suggestion=near)
+                at, facts = ("cables", i, key), one_of(name, anchors)
+                document.fail(f"no such {key} anchor", at, found=wanted, **facts)
             ends[letter] = anchors[name]
         name = own.name or f"c{i + 1}"
         if any(name == row.name for row in out):
             document.fail("this name is given twice", ("cables", i, "name"), found=name)
-        out.append(CableRow(own, model.every_cable or CommonModel(), ("cables", i), name, ends))
+        out.append(CableRow(own, model.every_cable, ("cables", i), name, ends))
     return out
 
 
@@ -181,7 +173,7 @@ def _missing_zero(rows: list[CableRow], document: YamlDocument) -> Iterator[Rema
 
 
 def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) -> CableRobot:
-    document, body = values.document, model.platform or PlatformModel()
+    document = values.document
     zeros = [0.0 if row.own.zero is None else values.number(row.own.zero, (*row.at, "zero"), "m") for row in rows]
     known = _materials(rows, values)
     for key, what, read, si in (
@@ -189,7 +181,7 @@ def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) ->
         ("inertia", "inertia", values.matrix, "kg m2"),
         ("centre_of_mass", "com", values.vector, "m"),
     ):
-        if (raw := getattr(body, key)) is not None:
+        if (raw := getattr(model.platform, key)) is not None:
             known[what] = read(raw, ("platform", key), si)
     robot = cable_robot(
         model.name,
@@ -250,20 +242,11 @@ def _materials(rows: list[CableRow], values: CableValues) -> dict[str, Any]:
             message = f"the {key} is given for some cables only"
             values.document.fail(message, missing[0].at, found=f"none for {names}", expected=expected)
         out[what] = np.array(found)
-    wheels = [_pulley(raw, at, values) for raw, at in (row.material("pulley") for row in rows)]
-    if any(row.material("pulley")[0] is not None for row in rows):
-        out["pulleys"] = Pulleys(np.array([radius for radius, _ in wheels]), np.array([axis for _, axis in wheels]))
+    wheels = [raw and raw.numbers(at, values) for raw, at in (row.material("pulley") for row in rows)]
+    if any(wheels):
+        each = [wheel or EYELET for wheel in wheels]
+        out["pulleys"] = Pulleys(np.array([radius for radius, _ in each]), np.array([axis for _, axis in each]))
     return out
-
-
-def _pulley(model: PulleyModel | None, at: Path_, values: CableValues) -> tuple[float, Array]:
-    """Radius and axis; an eyelet is a pulley of no radius."""
-    if model is None:
-        return 0.0, np.array([0.0, 0.0, 1.0])
-    axis = values.vector(model.axis, (*at, "axis"), "1")
-    if not axis.any():
-        values.document.fail("an axis needs a direction", (*at, "axis"), found=model.axis, expected="not all zero")
-    return values.number(model.radius, (*at, "radius"), "m"), axis
 
 
 def _name_paths(rows: list[CableRow]) -> dict[str, str]:
@@ -292,13 +275,12 @@ def _places(model: CableRobotModel, rows: list[CableRow], values: CableValues) -
             note(f"{row.name}.{letter}", end.raw, end.at, axes="xyz")
         if "cables" in values.document.data:
             out[f"{row.name}.l0"] = values.place(row.own.zero, (*row.at, "zero"), "m")
-    every = (COMMON, model.every_cable or CommonModel(), ("every_cable",))
-    for whose, said, where in (*((row.name, row.own, row.at) for row in rows), every):
+    of_cables = ((row.name, row.own, row.at) for row in rows)
+    for whose, said, where in (*of_cables, (COMMON, model.every_cable, ("every_cable",))):
         note(f"{whose}.{STRETCH}", said.elasticity, (*where, "elasticity"), "1/N")
         if said.pulley is not None:
             note(f"{whose}.radius", said.pulley.radius, (*where, "pulley", "radius"))
             note(f"{whose}.n", said.pulley.axis, (*where, "pulley", "axis"), "1", "xyz")
-    body = model.platform or PlatformModel()
-    note(f"{PLATFORM}.mass", body.mass, ("platform", "mass"), "kg")
-    note(f"{PLATFORM}.c", body.centre_of_mass, ("platform", "centre_of_mass"), axes="xyz")
+    note(f"{PLATFORM}.mass", model.platform.mass, ("platform", "mass"), "kg")
+    note(f"{PLATFORM}.c", model.platform.centre_of_mass, ("platform", "centre_of_mass"), axes="xyz")
     return out

@@ -10,8 +10,8 @@ from typing import Self
 from robocal.cables.check import check
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
+from robocal.files.cable.cable_model import CableUnits
 from robocal.files.cable.pose_lists import COLUMNS
-from robocal.files.cable.values import CableUnits
 from robocal.files.text import InputFile
 from robocal.files.units import Unit
 from robocal.files.yamlio import Path_, YamlDocument, path_text

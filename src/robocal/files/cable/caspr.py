@@ -16,9 +16,9 @@ from robocal.cables.check import PRINTED, check
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FileError, FormatError, ModelError, nearest
+from robocal.files.cable.cable_model import CableUnits
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.casprtree import CasprNode, parse_caspr, unheld, unread_elements
-from robocal.files.cable.values import CableUnits
 from robocal.files.outside import discreet
 from robocal.files.text import ROBOT_LIMIT, InputFile, Source, read_text
 from robocal.remarks.code import Code

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from robocal.cables.geometry import cable_robot
+from robocal.files.cable.cable_model import CableUnits, CableValues
 from robocal.files.cable.cablefile import CableFile, robot_remarks
-from robocal.files.cable.values import CableUnits, CableValues
 from robocal.files.schema import FileModel, validate
 from robocal.files.yamlio import YamlDocument
 
