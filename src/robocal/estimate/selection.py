@@ -134,7 +134,7 @@ def exchange(
     return best, accepted
 
 
-def limit(blocks: Array, count: int, criterion: Criterion, known: Array, *, rounds: int = 150) -> float | None:
+def limit(blocks: Array, count: int, criterion: Criterion, known: Array, *, rounds: int = 80) -> float | None:
     """No `count` of the candidates have a larger value than this; None for a criterion whose slope is not known."""
     m, d, n = blocks.shape
     flat = blocks.reshape(m * d, n)

@@ -213,7 +213,8 @@ def _body(links: CasprNode, name: str) -> dict[str, Any]:
     xx, yy, zz, xy, xz, yz = (tensor.one(f"I{k}").numbers(1)[0] for k in ("xx", "yy", "zz", "xy", "xz", "yz"))
     if (tensor.optional("ref") or "com").lower() != "com":
         tensor.fail("the inertia is about another point", found=tensor.optional("ref"), expected="com")
-    inertia, doubts = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), []
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    doubts: list[Remark] = []
     known: dict[str, Any] = {"degrees": degrees, "plane": plane, "doubts": doubts}
     if degrees == "3R3T" or _solid(inertia):
         known["inertia"] = inertia
