@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -98,14 +98,14 @@ def _read_model(document: YamlDocument) -> CableFile:
         document.fail("this is an arm", ("kind",), found="arm", expected=expected)
     model = validate(CableRobotModel, document)
     units = CableUnits(
-        *(document.unit(getattr(model.units, f.name), f.default.si, ("units", f.name)) for f in fields(CableUnits))
+        **{what: document.unit(name, getattr(CableUnits, what).si, ("units", what)) for what, name in model.units}
     )
     values = CableValues(document, units)
     frame, platform = (_anchors(document, f"{side}_anchors", values) for side in ("frame", "platform"))
     rows = _pair_anchors(model, document, {"frame": frame, "platform": platform})
     robot, places = _robot(model, rows, values), _places(model, rows, values)
     warnings = (
-        *robot_remarks(robot, document),
+        *robot_remarks(robot, document, {}),
         *_idle(rows, {"frame": ("a", frame), "platform": ("b", platform)}, document),
         *_missing_zero(rows, document),
     )
@@ -183,16 +183,9 @@ def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) ->
     ):
         if (raw := getattr(model.platform, key)) is not None:
             known[what] = read(raw, ("platform", key), si)
-    robot = cable_robot(
-        model.name,
-        *(np.array([row.ends[letter].point for row in rows]).reshape(-1, 3) for letter in "ab"),
-        zeros,
-        names=[row.name for row in rows],
-        shared=_shared(rows),
-        degrees=model.degrees,
-        plane=model.plane,
-        **known,
-    )
+    a, b = (np.array([row.ends[letter].point for row in rows]).reshape(-1, 3) for letter in "ab")
+    known |= {"degrees": model.degrees, "plane": model.plane, "names": [row.name for row in rows]}
+    robot = cable_robot(model.name, a, b, zeros, shared=_shared(rows), **known)
     said = _name_paths(rows)
     sources = {name: values.sources[at] for name, at in said.items() if at in values.sources}
     assumed = tuple(name for name, at in said.items() if at in values.assumed)

@@ -114,10 +114,8 @@ def open_caspr(source: Source, cable_set: str | None = None) -> Caspr:
     robot = cable_robot(name.removesuffix(CABLES), [r.a for r in rows], [r.b for r in rows], **known)
     _plane(robot, home, cables)
     odd = (*(doubt.of_file(source.path) for doubt in doubts), *unread_elements(top), *unread_elements(bodies))
-    file = CableFile(
-        robot, CableUnits(), source.path, source.text, source.sha256, "caspr", (*odd, *_robot_remarks(robot, chosen, links)),
-        beside=(InputFile(beside, its.sha256),),
-    )  # fmt: skip
+    warnings, read = (*odd, *_robot_remarks(robot, chosen, links)), (InputFile(beside, its.sha256),)
+    file = CableFile(robot, CableUnits(), source.path, source.text, source.sha256, "caspr", warnings, beside=read)
     names = tuple(node.attributes.get("name", "") for node in chosen.children)
     return Caspr(file, called, others, names, tuple(_unheld(called, others, home, top, bodies)))
 
@@ -158,18 +156,16 @@ def _plane(robot: CableRobot, home: np.ndarray, cables: CasprNode) -> None:
     across = [i for i in range(3) if robot.planar and i not in robot.axes]
     off = (home - robot.a.mean(axis=0))[across]
     if (np.abs(off) > OFF).any():
-        cables.fail(
-            "the planar body does not move in the plane of its frame anchors",
-            found=f"{float(off[0]):.4g} m beside it",
-            expected=f"the {'xyz'[across[0]]} of <parent><location> at the anchors' mean",
-        )
+        found = f"{float(off[0]):.4g} m beside it"
+        expected = f"the {'xyz'[across[0]]} of <parent><location> at the anchors' mean"
+        cables.fail("the planar body does not move in the plane of its frame anchors", found=found, expected=expected)
 
 
 def _open(source: Source, expected: str) -> tuple[CasprNode, CasprNode]:
     """The whole tree, and its element of this tag. Raises FormatError."""
     top = parse_caspr(source)
     # Bodies stand in <links>, or since 2017 one level down.
-    found = top.one(expected) if top.tag == "bodies_system" and expected == "links" else top
+    found = top.one(expected) if (top.tag, expected) == ("bodies_system", "links") else top
     if found.tag == "robot":
         found.fail("this is a URDF of an arm, and a cable robot is needed", expected="kind: cable, or CASPR's XML")
     if found.tag != expected:
@@ -245,10 +241,8 @@ def _cable(node: CasprNode, com: np.ndarray) -> Cable:
         node.fail(f"a cable robot pulls on cables: {why}", expected="<cable_ideal> or <cable_linear_spring>")
     ends = node.one("attachments").every()
     if len(ends) != 2 or ends[1].tag != "attachment" or ends[0].tag not in ("attachment", "base_rotating_pulley"):
-        found, expected = (
-            ", ".join(f"<{end.tag}>" for end in ends),
-            "an <attachment> or <base_rotating_pulley>, and an <attachment>",
-        )
+        found = ", ".join(f"<{end.tag}>" for end in ends)
+        expected = "an <attachment> or <base_rotating_pulley>, and an <attachment>"
         node.fail("a cable runs from the base straight to the body", found=found, expected=expected)
     links = [0 if end.tag == "base_rotating_pulley" else end.one("link").numbers(1)[0] for end in ends]
     if links != [0, 1]:

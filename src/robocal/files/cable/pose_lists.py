@@ -25,7 +25,7 @@ from robocal.cables.check import FAR
 from robocal.cables.geometry import CableRobot
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.headers import IDS, row_names
-from robocal.files.kinds.kind import column_units
+from robocal.files.kinds.kind import column_units, unit_rows
 from robocal.files.orientation import quaternion
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import YamlDocument
@@ -55,7 +55,6 @@ __all__ = [
 QUATERNION = ("qx", "qy", "qz", "qw")
 AWAY = (0.01, np.radians(1.0))  # m and rad across what a platform can do: more than an instrument is off
 DIGITS = 9  # of a length in m: a nanometre
-UNIT = 2e-2  # from a length of one: what rounding to two digits leaves
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 # What columns of lists are called, and so no cable.
 COLUMNS = (
@@ -92,10 +91,8 @@ def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> Cabl
         raise table.fail("the orientation is given twice", column=given[0], expected="rx, ry, rz or qx, qy, qz, qw")
     elif given:
         place = _columns(table, FRAME_SYMBOLS[:3], ("m",) * 3)
-        q = _columns(table, QUATERNION, ("1",) * 4)
-        norm = np.linalg.norm(q, axis=1)
-        table.insist(np.abs(norm - 1) < UNIT, QUATERNION, "not a unit quaternion", norm, expected="a length of 1")
-        poses = se3.compose(quaternion(q / norm[:, None]), place)
+        q = unit_rows(_columns(table, QUATERNION, ("1",) * 4), table, QUATERNION, "quaternion")
+        poses = se3.compose(quaternion(q), place)
     else:
         poses = se3.from_vector(_columns(table, FRAME_SYMBOLS, ("m", "m", "m", "rad", "rad", "rad")))
     place, expected = poses[:, :3, 3], f"within {FAR:g} m"

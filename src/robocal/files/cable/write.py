@@ -28,10 +28,8 @@ def _body(robot: CableRobot) -> dict[str, float]:
     """Mass and centre of mass by the names that they have where load cells tell them."""
     if robot.mass is None:
         return {}
-    return {
-        f"{PLATFORM}.mass": float(robot.mass),
-        **{f"{PLATFORM}.c{s}": float(v) for s, v in zip("xyz", robot.com, strict=True)},
-    }
+    com = {f"{PLATFORM}.c{s}": float(v) for s, v in zip("xyz", robot.com, strict=True)}
+    return {f"{PLATFORM}.mass": float(robot.mass)} | com
 
 
 def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
@@ -59,12 +57,9 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
             continue  # another cable's, who shares its anchor
         first = owner.setdefault(path, name)
         if first != name and not same(after_values[first], after_values[name]):
-            raise ModelError(
-                f"{first} and {name} are one anchor in the file and cannot be at two places",
-                file=file.path,
-                key=path_text(path),
-                expected="a separate anchor for every cable",
-            )
+            message = f"{first} and {name} are one anchor in the file and cannot be at two places"
+            expected = "a separate anchor for every cable"
+            raise ModelError(message, file=file.path, key=path_text(path), expected=expected)
         if name in changed:
             out[path] = unit.from_si(changed[name])
     text = edit(file.text, out, file.path)

@@ -31,6 +31,7 @@ from robocal.files.kinds.kind import (
     Values,
     scalar,
     show_scalar,
+    unit_rows,
 )
 from robocal.files.schema import FileModel, FrameModel, Name, refuse
 from robocal.files.units import UNITS, Units, number
@@ -127,7 +128,7 @@ def place_frames(
 ) -> dict[str, Frame]:
     """The places of a file by name; `names` are those that are needed. Raises FormatError for one that is described
     nowhere while others are."""
-    known: Mapping[str, PlaceModel] = model.places or {name: PlaceModel() for name in names}
+    known = model.places or {name: PlaceModel() for name in names}
     for name in names:
         if name not in known:
             around.document.fail("unknown place", ("places",), found=name, **one_of(name, known))
@@ -244,14 +245,10 @@ def read_plane(model: PlaneModel, table: CsvTable, document: YamlDocument) -> Va
         document.fail("planes are stated twice", ("cube",), expected="cube, or normal and offset")
     extra: dict[str, Array] = {}
     if model.normal is not None:
-        given = model.normal
-        names = list(NORMAL) if given.columns is None else given.columns
+        names = list(NORMAL) if model.normal.columns is None else model.normal.columns
         if len(names) != 3:
             document.fail("wrong number of columns", ("normal", "columns"), found=len(names), expected="3: nx, ny, nz")
-        normal = table.numbers(names)
-        size = np.linalg.norm(normal, axis=1)
-        table.insist(np.abs(size - 1) <= 2e-2, names, "not a unit normal", size, expected="a length of 1")
-        extra["normal"] = normal / size[:, None]
+        extra["normal"] = unit_rows(table.numbers(names), table, names, "normal")
     if model.offset is not None:
         stated = ValueModel(columns=[model.offset.column], unit=model.offset.unit)
         extra["offset"] = OFFSET.numbers(stated, table, document)[0][:, 0]
@@ -262,24 +259,18 @@ def read_plane(model: PlaneModel, table: CsvTable, document: YamlDocument) -> Va
 
 def _faces(cube: CubeModel, table: CsvTable) -> Array:
     cells = table.texts(cube.column)
-    out = np.empty((len(table), 3))
-    for row, cell in enumerate(cells):
-        word = cell if cell[:1] in "+-" else f"+{cell}"
-        if word not in FACES:
-            label = table.label(table.find(cube.column))
-            raise table.fail("not a face of a cube", row, label, found=cell, **one_of(cell, FACES))
-        out[row] = FACES[word]
-    return out
+    words = [cell if cell[:1] in "+-" else f"+{cell}" for cell in cells]
+    if (row := next((i for i, word in enumerate(words) if word not in FACES), None)) is not None:
+        label, found = table.label(table.find(cube.column)), cells[row]
+        raise table.fail("not a face of a cube", row, label, found=found, **one_of(found, FACES))
+    return np.array([FACES[word] for word in words])
 
 
 def _with_distances(model: PointModel, values: Values, around: Around) -> Sequence[Part]:
     """One part for every place, and one distance for every pair that is a known distance apart."""
-    out, frames, touched = [], {}, {}
-    for part, known in each_place(model, values, XYZ, around):
-        out.append(part)
-        frames.update(known)
-        touched[part.group] = int(part.rows[0])
-    return [*out, *between(model.between, frames, touched, around)]
+    parts, known = zip(*each_place(model, values, XYZ, around), strict=True)
+    touched = {part.group: int(part.rows[0]) for part in parts}
+    return [*parts, *between(model.between, known[0], touched, around)]
 
 
 def sphere_parts(model: SphereModel, values: Values, around: Around) -> Sequence[Part]:
@@ -326,16 +317,16 @@ place: place    # the column that names the socket; one socket: {{name: socket, 
 # places: {{a: {{xyz: [{near}]}}}}    # roughly where they stand; by default unknown
 # between: {{places: [a, b], distance: 50, sigma: 0.01, unit: {length}}}    # sockets a known distance apart
 """
-POINT = KindFile("point", PointModel, read_point, write_contact, POINT_KEYS, XYZ, _with_distances, XYZ)
+POINT = KindFile(PointModel, read_point, write_contact, POINT_KEYS, XYZ, _with_distances, XYZ)
 SPHERE_KEYS = """contact: {{unit: {length}, sigma: 0.01}}    # how well the probe touches
 place: place    # the column that names the sphere; one sphere: {{name: sphere, xyz: [...]}}
 radius: {{name: sphere, value: {ball}, unit: {length}, free: false}}    # sphere and probe together; unknown: free: true
 # between: {{places: [a, b], distance: 300, sigma: 0.01, unit: {length}}}    # centres a known distance apart: the scale
 """
-SPHERE = KindFile("sphere", SphereModel, read_point, write_contact, SPHERE_KEYS, XYZ, sphere_parts, XYZ)
+SPHERE = KindFile(SphereModel, read_point, write_contact, SPHERE_KEYS, XYZ, sphere_parts, XYZ)
 PLANE_KEYS = """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball touches
 place: place    # the column that names the plane; one plane: {{name: plate}}
 # radius: {{name: ball, value: 5, unit: {length}, free: false}}    # of the ball on the tool; default: the tool's point touches
 # cube: {{column: face, edge: 100}}    # faces +x, -x, +y, ... of a datum cube, whose centre is the place
 """
-PLANE = KindFile("plane", PlaneModel, read_plane, write_contact, PLANE_KEYS, XYZ, plane_parts, FULL)
+PLANE = KindFile(PlaneModel, read_plane, write_contact, PLANE_KEYS, XYZ, plane_parts, FULL)

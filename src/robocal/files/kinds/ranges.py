@@ -73,13 +73,8 @@ def read_bearing(model: BearingModel, table: CsvTable, document: YamlDocument) -
     """Azimuth and elevation (k, 2) in rad."""
     value, sigma, units = ANGLES.numbers(model.bearing, table, document)
     named, elevation = model.bearing.columns or ANGLES.names, value[:, 1]
-    table.insist(
-        np.abs(elevation) <= RIGHT,
-        named[1:],
-        "an elevation beyond a quarter turn",
-        units[1].from_si(elevation),
-        expected="elevation above the horizon; a zenith distance is to be converted",
-    )
+    found, expected = units[1].from_si(elevation), "elevation above the horizon; a zenith distance is to be converted"
+    table.insist(abs(elevation) <= RIGHT, named[1:], "an elevation beyond a quarter turn", found, expected=expected)
     return Values(value, sigma, angle=units[0])
 
 
@@ -98,8 +93,8 @@ def read_inclination(model: InclinationModel, table: CsvTable, document: YamlDoc
     """Inclinations (k, 2) in rad."""
     value, sigma, units = TILTS.numbers(model.inclination, table, document)
     named = model.inclination.columns or TILTS.names
-    table.insist(abs(value) <= RIGHT, named, "an inclination beyond a quarter turn", units[0].from_si(value),
-                 expected="-90 to 90 degrees above the horizon")  # fmt: skip
+    found, expected = units[0].from_si(value), "-90 to 90 degrees above the horizon"
+    table.insist(abs(value) <= RIGHT, named, "an inclination beyond a quarter turn", found, expected=expected)
     return Values(value, sigma, angle=units[0])
 
 
@@ -117,20 +112,20 @@ def write_spherical(obs: Observations, units: Units) -> KindOutput:
 BEARING_KEYS = """bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.002}}    # elevation above the horizon
 frame: {{name: theodolite, free: true}}    # one data file for each theodolite, with a frame of its own
 """
-BEARING = KindFile("bearing", BearingModel, read_bearing, ANGLES.write, BEARING_KEYS, XYZ)
+BEARING = KindFile(BearingModel, read_bearing, ANGLES.write, BEARING_KEYS, XYZ)
 SPHERICAL_KEYS = """range: {{columns: [range], unit: {length}, sigma: 0.01}}
 bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.001}}    # elevation above the horizon
 frame: {{name: tracker, free: true}}    # where the tracker stands is found from the data
 # zero: {{name: prism, value: 0, unit: {length}, free: false}}    # is added to the range; unknown: free: true
 """
 SPHERICAL = KindFile(
-    "spherical", SphericalModel, read_spherical, write_spherical, SPHERICAL_KEYS, XYZ, spherical_parts, lengths="range"
+    SphericalModel, read_spherical, write_spherical, SPHERICAL_KEYS, XYZ, spherical_parts, lengths="range"
 )
 INCLINATION_KEYS = """inclination: {{columns: [tilt_x, tilt_y], unit: {angle}, sigma: 0.05}}    # of the sensor's x and y above the horizon
 # target: {{name: level, free: [rx, ry, rz]}}    # how the sensor sits on the platform, where that is not known
 """
 TURNED = (False, False, False, True, True, True)
-INCLINATION = KindFile("inclination", InclinationModel, read_inclination, TILTS.write, INCLINATION_KEYS, TURNED)
+INCLINATION = KindFile(InclinationModel, read_inclination, TILTS.write, INCLINATION_KEYS, TURNED)
 
 
 BAR = QuantityColumns("distance", ("distance",), ("s_distance",))
@@ -172,9 +167,7 @@ def distance_parts(model: DistanceModel, values: Values, around: Around) -> Sequ
     ends = tuple(_end(n, e, around) for n, e in model.ends.items())
     if ends and not any(f.mount == "tool" for f in ends):
         around.document.fail("no end of the bar moves with the arm", ("ends",), expected="mount: tool for one end")
-    values = values.with_options({"ends": ends} if ends else {}).with_options(
-        scalar(model.length, "m", "length", around)
-    )
+    values = values.with_options(({"ends": ends} if ends else {}) | scalar(model.length, "m", "length", around))
     return [Part(np.arange(len(values.value)), values, targeted=not ends)]
 
 
@@ -192,11 +185,9 @@ def _end(name: str, given: EndModel, around: Around) -> Frame:
 def write_distance(obs: Observations, units: Units) -> KindOutput:
     """One column, the ends and the length."""
     ends = obs.options.get("ends", ())
-    lines = (
-        ["ends:", *(f"  {frame_line(e, units, mount=True)}" for e in ends)] if isinstance(ends, tuple) and ends else []
-    )
-    lines = [BAR.line(obs), *lines, *show_scalar("length", obs.options, units.length)]
-    return KindOutput(BAR.columns(obs, units), tuple(lines))
+    each = [f"  {frame_line(e, units, mount=True)}" for e in ends] if isinstance(ends, tuple) else []
+    lines = (BAR.line(obs), *(["ends:", *each] if each else []), *show_scalar("length", obs.options, units.length))
+    return KindOutput(BAR.columns(obs, units), lines)
 
 
 DISTANCE_KEYS = """distance: {{columns: [distance], unit: {length}, sigma: 0.005}}    # a fixed bar: {{unit: {length}, sigma: 0.005}}
@@ -206,7 +197,7 @@ ends:    # a bar between two configurations has no ends, but `second: {{columns:
 # length: {{name: bar, value: 300, unit: {length}, free: false}}    # is added to the reading; unknown: free: true
 """
 DISTANCE = KindFile(
-    "distance", DistanceModel, read_distance, write_distance, DISTANCE_KEYS, XYZ, distance_parts, lengths="distance"
+    DistanceModel, read_distance, write_distance, DISTANCE_KEYS, XYZ, distance_parts, lengths="distance"
 )
 
 
@@ -244,9 +235,9 @@ def read_range(model: RangeModel, table: CsvTable, document: YamlDocument) -> Va
         document.fail("not a speed", ("medium", "speed"), found=model.medium.speed, expected="m/s, above 0")
     names = ["range"] if model.range.columns is None else model.range.columns
     units = [_unit(model, name, table, document) for name in names]
-    value = table.numbers(names) * np.array([u.factor for u in units])
-    table.insist(value > 0, names, "a range must be above 0", value / np.array([u.factor for u in units]))
-    given = model.range
+    factors, given = np.array([u.factor for u in units]), model.range
+    value = table.numbers(names) * factors
+    table.insist(value > 0, names, "a range must be above 0", value / factors)
     if isinstance(given.sigma, SigmaModel):
         # A sigma column may speak of time or of length on its own.
         spread = [_unit(model, c, table, document, units[0]) for c in given.sigma.columns]
@@ -271,24 +262,17 @@ def _unit(
         document.fail("the unit is missing", ("range", "unit"), column=label, expected="us, s, mm, m, ...")
     told = None if stated is None else document.unit(stated, None, ("range", "unit"))
     found = agree_unit(told, header, None, table, label)
-    if found.si == "s":
-        return Unit(found.name, "m", found.factor * model.medium.speed)
-    if found.si != "m":
+    if found.si not in ("m", "s"):
         expected = "a time or a length"
         document.fail("the unit is of another quantity", ("range", "unit"), found=found.name, expected=expected)
-    return found
+    return found if found.si == "m" else Unit(found.name, "m", found.factor * model.medium.speed)
 
 
 def range_parts(model: RangeModel, values: Values, around: Around) -> Sequence[Part]:
     """One part for every receiver; they share the medium."""
     medium = model.medium
-    options: dict[str, object] = {
-        "medium": medium.name,
-        "speed": medium.speed,
-        "values": {"speed": medium.speed, "delay": around.units.length.to_si(medium.delay)},
-        "free": medium.free,
-    }
-    values = values.with_options(options)
+    numbers = {"speed": medium.speed, "delay": around.units.length.to_si(medium.delay)}
+    values = values.with_options({"medium": medium.name, "speed": medium.speed, "values": numbers, "free": medium.free})
     if values.value.shape[1] == 1:
         return [p for p, _ in each_place(model, values, XYZ, around)]
     if model.place is not None:
@@ -322,4 +306,4 @@ place: place    # the column that names the receiver of a row
 # places: {{r1: {{xyz: [{near}]}}}}    # roughly where they stand; by default unknown
 medium: {{name: air, speed: 343, delay: 0, free: [speed]}}    # m/s; what a time was, or is, multiplied by
 """
-RANGE = KindFile("range", RangeModel, read_range, write_range, RANGE_KEYS, XYZ, range_parts, XYZ, lengths="range")
+RANGE = KindFile(RangeModel, read_range, write_range, RANGE_KEYS, XYZ, range_parts, XYZ, lengths="range")
