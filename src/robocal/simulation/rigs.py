@@ -221,14 +221,9 @@ def _contacts(frames: Callable[[Scene], list[Frame]], width: int, options: dict[
     return rig
 
 
-def _sockets(s: Scene) -> list[Frame]:
-    """Two sockets."""
-    return [_spot(n, p) for n, p in zip("ab", _reachable_places(s, 2, 0.3), strict=True)]
-
-
-def _spheres(s: Scene) -> list[Frame]:
-    """Two spheres."""
-    return [_spot(f"sphere{i + 1}", p) for i, p in enumerate(_reachable_places(s, 2, 0.3))]
+def _spots(*names: str) -> Callable[[Scene], list[Frame]]:
+    """Sockets or spheres of these names."""
+    return lambda s: [_spot(n, p) for n, p in zip(names, _reachable_places(s, len(names), 0.3), strict=True)]
 
 
 def _plates(s: Scene) -> list[Frame]:
@@ -277,6 +272,7 @@ def _camera(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
     return _where(s.q), (replace(obs, frame=frame, extra={"point": np.tile(corner, (m, 1))}, options=options),)
 
 
+RUBY: dict[str, object] = {"radius": "ruby", "values": {"radius": 0.015}, "free": ()}
 RIGS: dict[str, Rig] = {
     "position": _rig_with_frame("m", "m", "m", name="tracker"),
     "pose": _rig_with_frame("m", "m", "m", "rad", "rad", "rad", name="tracker"),
@@ -286,9 +282,9 @@ RIGS: dict[str, Rig] = {
     "distance": _bar,
     "displacement": _pairs("m", "m", "m", framed=True),
     "relative_pose": _pairs("m", "m", "m", "rad", "rad", "rad", framed=False),
-    "point": _apart(_contacts(_sockets, 3)),
+    "point": _apart(_contacts(_spots("a", "b"), 3)),
     "plane": _contacts(_plates, 1),
-    "sphere": _apart(_contacts(_spheres, 1, {"radius": "ruby", "values": {"radius": 0.015}, "free": ()})),
+    "sphere": _apart(_contacts(_spots("sphere1", "sphere2"), 1, RUBY)),
     "pixels": _camera,
 }
 CONTACTS = ("point", "plane", "sphere")
