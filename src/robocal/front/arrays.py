@@ -63,8 +63,9 @@ def robot(name: Data, *, base: str | None = None, tip: str | None = None) -> Arm
 def path(name: Data) -> str:
     """A name or path as text. Raises ModelError for anything else."""
     if not isinstance(name, str | os.PathLike):
-        expected = "a name of the catalogue, or a path"
-        raise ModelError("this names no robot", found=type(name).__name__, expected=expected)
+        raise ModelError(
+            "this names no robot", found=type(name).__name__, expected="a name of the catalogue, or a path"
+        )
     return os.fspath(name)
 
 
