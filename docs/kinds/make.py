@@ -24,8 +24,7 @@ from robocal.prove.identification import Options
 from robocal.prove.identify import identify
 from robocal.session.simulated_robot import Errors, sample_joints
 from robocal.session.simulator import true_model
-from robocal.simulation.hiding import hidden
-from robocal.simulation.rigs import FINE, Instrument, measure
+from robocal.simulation.rigs import FINE, Instrument, hidden, measure
 
 HERE = Path(__file__).parent
 ARMS = {"irb-120": "six axes (IRB 120)", "fr3": "seven axes (FR3)"}

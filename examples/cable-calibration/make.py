@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.files.cable.cable_robot import read_cable
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 from robocal.geometry import se3, so3
 from robocal.measure.swivel import across, swivels
 

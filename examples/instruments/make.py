@@ -20,8 +20,7 @@ from robocal.files.kinds.registry import READERS
 from robocal.files.robot import describe
 from robocal.files.units import Units
 from robocal.session.simulated_robot import Errors, sample_joints, true_chain
-from robocal.simulation.hiding import hidden
-from robocal.simulation.rigs import FINE, Instrument, measure
+from robocal.simulation.rigs import FINE, Instrument, hidden, measure
 
 HERE = Path(__file__).parent
 ARM, POSES = "irb-120", {"pixels": 30, "point": 60, "plane": 60, "sphere": 60, "bearing": 60, "distance": 60}

@@ -11,7 +11,7 @@ from cables.cable_robots import box
 from cli.runs import files, robocal
 from listings import rows_of
 
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 
 VERBS = ("inverse", "forward", "tension")
 WITHOUT_LIST = ("workspace", "poses")

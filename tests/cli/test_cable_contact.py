@@ -19,7 +19,7 @@ from robocal.cables.geometry import cable_robot
 from robocal.cables.interference import distances
 from robocal.cables.pulley import Pulleys
 from robocal.files.cable.cable_robot import read_cable
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 from robocal.geometry import so3
 
 LAVAL = Path(__file__).parents[2] / "examples" / "cable-laval" / "robot.yaml"

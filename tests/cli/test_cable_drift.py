@@ -15,7 +15,7 @@ from cli.runs import robocal
 from cli.test_cable_identify import LENGTHS, POSES, table
 from listings import rows_of
 
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 
 
 @pytest.fixture(scope="module")

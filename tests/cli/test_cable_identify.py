@@ -10,7 +10,7 @@ from cables.cable_robots import box
 from cli.runs import robocal
 
 from robocal.files.cable.cable_robot import read_cable
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 from robocal.files.runfolder import read_residuals
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations

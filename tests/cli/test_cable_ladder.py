@@ -12,7 +12,7 @@ from cli.runs import robocal
 
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.pose_lists import read_platform_poses
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 
 
 @pytest.fixture(scope="module")

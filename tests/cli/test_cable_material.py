@@ -16,7 +16,7 @@ from robocal.cables.pulley import Pulleys
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.files.cable.cable_robot import read_cable
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 from robocal.geometry import se3
 
 NOISE, PLACE, TURN = 3e-4, 2e-4, 2e-4

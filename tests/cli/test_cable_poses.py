@@ -16,7 +16,7 @@ from robocal.cables.geometry import cable_robot
 from robocal.cables.interference import first_contact, hull
 from robocal.cables.pulley import Pulleys
 from robocal.files.cable.cable_robot import read_cable
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 from robocal.files.units import UNITS
 from robocal.geometry import se3, so3
 

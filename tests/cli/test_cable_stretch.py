@@ -12,7 +12,7 @@ from cli.test_cable_identify import LENGTHS, POSES, table
 
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 from robocal.geometry import se3
 
 NOISE = 3e-4

@@ -17,7 +17,7 @@ from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import capacity_margin, distribute, missing_wrench
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.pose_lists import WRENCH, read_platform_poses
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 
 POSES = """id,x [mm],y [mm],z [mm],rx [deg],ry [deg],rz [deg]
 low,100,-200,900,0,0,0

@@ -15,7 +15,7 @@ from listings import lengths_of, rows_of
 
 from robocal.cables.geometry import cable_robot
 from robocal.files.cable.cable_robot import read_cable
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

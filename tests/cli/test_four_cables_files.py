@@ -10,7 +10,7 @@ from cables.four import LENGTH, SWIVEL, TILT, measured, robots
 from cli.runs import robocal
 from cli.test_cable_identify import LENGTHS, table
 
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 
 TURNED = """robocal: 1
 kind: swivel

@@ -14,7 +14,7 @@ from cli.test_cable_identify import LENGTHS, POSES, table
 
 from robocal.cables.geometry import cable_robot
 from robocal.files.cable.cable_robot import read_cable
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 
 SHARED = {f"c{j}.b{s}": f"c{i}.b{s}" for i, j in ((1, 5), (2, 6)) for s in "xyz"}
 

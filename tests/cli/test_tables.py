@@ -16,7 +16,7 @@ from rich.text import Text
 
 from robocal.cli.tables import PlainTable
 from robocal.cli.terminal import Terminal
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 
 WIDTHS = (60, 80, 120)
 NUMBER = re.compile(r"[+-]?\d[\d.]*(?:e[+-]?\d+)?")

@@ -11,7 +11,7 @@ from cables.precise import measured
 from cli.runs import robocal
 from cli.test_cable_identify import LENGTHS, POSES, table
 
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 
 
 @pytest.fixture(scope="module")

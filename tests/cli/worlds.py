@@ -25,7 +25,7 @@ from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import InputError
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.pose_lists import read_platform_poses
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
 from robocal.files.templates import convention_chain, templates

@@ -10,8 +10,7 @@ from cables.cable_robots import PUBLISHED, published
 
 from robocal.errors import FileError, FormatError, ModelError
 from robocal.files.cable.cable_robot import parse_cable, read_cable
-from robocal.files.cable.show import describe_cable
-from robocal.files.cable.write import render_cable
+from robocal.files.cable.write import describe_cable, render_cable
 from robocal.files.text import Source
 
 ROBOT = """\

@@ -22,7 +22,7 @@ from rich.console import Console
 import robocal as rc
 from robocal.cli.draw import drawn
 from robocal.errors import Cancelled, InputError, ModelError
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 from robocal.front.verb_result import Found
 from robocal.report.page import page
 from robocal.verbs.option import entries

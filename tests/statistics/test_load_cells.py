@@ -18,7 +18,7 @@ from sizes import size
 from robocal.cables.geometry import cable_robot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
-from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import describe_cable
 from robocal.geometry import se3
 from robocal.measure.data import Observations
 from robocal.prove.identify import identify

@@ -107,7 +107,7 @@ class Pool:
             improved = sum(swaps) > 0
         return best, accepted
 
-    def limit(self, count: int, *, rounds: int = 150) -> float | None:
+    def limit(self, count: int, *, rounds: int = 80) -> float | None:
         """No `count` of the candidates have a larger value than this; None for a criterion whose slope is not known."""
         m, d, n = self.blocks.shape
         flat = self.blocks.reshape(m * d, n)

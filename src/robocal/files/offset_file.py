@@ -17,7 +17,7 @@ from robocal.files.csvtable import csv_text, read_csv
 from robocal.files.text import Source, read_text
 from robocal.files.units import Unit, number, parse_unit
 from robocal.files.unread import left_over, unread_remarks
-from robocal.files.urdftree import parse_tree
+from robocal.files.urdftree import Node
 from robocal.files.yamlio import parse, quote
 from robocal.geometry.path.program import Joint
 from robocal.remarks.remark import Remark
@@ -159,7 +159,7 @@ def _from_ros(source: Source, chain: Chain) -> dict[str, float]:
 
 def _from_xacro(source: Source, chain: Chain) -> dict[str, float]:
     out: dict[str, float] = {}
-    for node in parse_tree(source.text, source.path).children:
+    for node in Node.parse(source.text, source.path).children:
         name = node.attributes.get("name", "")
         if node.tag != "xacro:property" or not name.endswith(SUFFIX):
             continue

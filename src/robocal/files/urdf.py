@@ -30,7 +30,6 @@ from robocal.files.urdftree import (
     links_of,
     longest,
     owner_of,
-    parse_tree,
     root_of,
 )
 from robocal.files.yamlio import Path_, YamlDocument
@@ -120,7 +119,7 @@ class UrdfArm:
 def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None) -> UrdfArm:
     """The chain from link `base` (default the root) to link `tip` (default the end of the longest chain). Raises
     FormatError."""
-    root = parse_tree(source.text, source.path)
+    root = Node.parse(source.text, source.path)
     check_xacro(root, source)
     if root.tag != "robot":
         root.fail("this is not a URDF", found=f"<{root.tag}>", expected="<robot>")
@@ -165,7 +164,7 @@ def edit_urdf(text: str, arm: Chain, changed: Mapping[str, float]) -> tuple[str,
     owners = {n.rpartition(".")[0] for n in arm.table.names} - set(RESERVED)
     origin = {f"{o}.{s}" for o in owners for s in FRAME_SYMBOLS}
     left_out = tuple(n for n in changed if n not in origin)
-    root = parse_tree(text, None)
+    root = Node.parse(text, None)
     nodes = {owner_of(n): n for n in root.children if n.tag == "joint"}
     splices: list[tuple[int, int, bytes]] = []
     for row in rows(arm.with_values({n: v for n, v in changed.items() if n in origin})):

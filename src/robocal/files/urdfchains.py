@@ -16,7 +16,7 @@ from robocal.errors import FormatError, InputError
 from robocal.files.robot import Robot
 from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
-from robocal.files.urdftree import MOVING, UrdfJoint, joints_of, links_of, parse_tree
+from robocal.files.urdftree import MOVING, Node, UrdfJoint, joints_of, links_of
 from robocal.measure.data import DataSet
 
 __all__ = ["Other", "Reread", "option", "other_chains", "other_links"]
@@ -33,7 +33,7 @@ def other_chains(robot: Robot, *, base_free: bool = True, tip_free: bool = True)
     if robot.format != "urdf" or robot.path is None:
         return
     source = Source(robot.path, robot.text.lstrip("\ufeff"), robot.sha256)
-    tree = parse_tree(source.text, source.path)
+    tree = Node.parse(source.text, source.path)
     into = {j.child: j for j in joints_of(tree, links_of(tree))}
     seen = {_key(_way(robot.root, robot.tip, into), robot.root, robot.tip, base_free, tip_free)}
     ways = [(base, tip, way) for tip in into for base, way in _above(tip, into)]

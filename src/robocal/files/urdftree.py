@@ -1,6 +1,6 @@
-"""A URDF as a tree of elements, and its links and joints as a tree of links; every complaint names the line.
+"""XML as a tree of elements, and links and joints of a URDF as a tree of links; every complaint names the line.
 
-The file is read by expat with document types refused, so no entity can expand. Positions of start tags are kept as
+A URDF is read by expat with document types refused, so no entity can expand. Positions of start tags are kept as
 byte offsets.
 """
 
@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, ClassVar, NoReturn, Self, TypeVar
 
 from robocal.errors import FormatError, nearest, one_of
 from robocal.files.text import FORBIDDEN, Source, forbidden_character
@@ -25,8 +25,8 @@ __all__ = [
     "links_of",
     "longest",
     "owner_of",
-    "parse_tree",
     "root_of",
+    "walk",
 ]
 
 MOVING = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
@@ -34,18 +34,63 @@ TYPES = (*MOVING, "fixed", "floating", "planar")
 RESERVED = ("base", "tool", "home", "1")
 
 
-@dataclass
+@dataclass(eq=False)
 class Node:
-    """An element of `file`: its start tag begins at byte `start`, on line `row`."""
+    """An element of `file`: its start tag begins at byte `start`, on line `row`. `REFUSED` is what no file may have, as the handler
+    of expat, and what is said of it."""
+
+    REFUSED: ClassVar[tuple[str, str]] = ("StartDoctypeDeclHandler", "a document type (<!DOCTYPE>) is not accepted")
 
     tag: str
     attributes: dict[str, str]
     start: int
     row: int
     file: Path | None
-    children: list[Node] = field(default_factory=list)
+    children: list[Self] = field(default_factory=list)
 
-    def child(self, tag: str) -> Node | None:
+    @classmethod
+    def parse(cls, text: str, path: Path | None) -> Self:
+        """The outermost element of a text. Raises FormatError for malformed XML and for what is refused."""
+        from xml.parsers import expat
+
+        parser = expat.ParserCreate("utf-8")
+        stack: list[Self] = []
+        top: list[Self] = []
+        pieces: dict[Self, list[str]] = {}
+
+        def begin(tag: str, attributes: dict[str, str]) -> None:
+            node = cls(tag, attributes, parser.CurrentByteIndex, parser.CurrentLineNumber, path)
+            for name, value in attributes.items():
+                if forbidden_character(value):
+                    node.fail(FORBIDDEN, key=f"<{tag} {name}>", found=value)
+            (stack[-1].children if stack else top).append(node)
+            stack.append(node)
+
+        def on_text(text: str) -> None:
+            if stack:
+                pieces.setdefault(stack[-1], []).append(text)
+
+        def end(_: str) -> None:
+            node = stack.pop()
+            node.end("".join(pieces.pop(node, ())))
+
+        def refuse(*_: Any) -> NoReturn:
+            raise FormatError(cls.REFUSED[1], file=path, row=parser.CurrentLineNumber)
+
+        parser.StartElementHandler = begin
+        parser.EndElementHandler = end
+        parser.CharacterDataHandler = on_text
+        setattr(parser, cls.REFUSED[0], refuse)
+        try:
+            parser.Parse(text.encode("utf-8"), True)
+        except expat.ExpatError as error:
+            raise FormatError(f"not valid XML: {expat.ErrorString(error.code)}", file=path, row=error.lineno) from None
+        return top[0]
+
+    def end(self, text: str) -> None:
+        """Takes the text between the tags; a URDF says nothing by it."""
+
+    def child(self, tag: str) -> Self | None:
         """The first child of this tag."""
         return next((c for c in self.children if c.tag == tag), None)
 
@@ -59,6 +104,9 @@ class Node:
     def fail(self, message: str, **facts: Any) -> NoReturn:
         """Raises FormatError at this element."""
         raise FormatError(message, file=self.file, row=self.row, **facts)
+
+
+N = TypeVar("N", bound=Node)
 
 
 @dataclass(frozen=True)
@@ -78,36 +126,8 @@ def owner_of(node: Node) -> str:
     return f"{name}_joint" if name in RESERVED else name
 
 
-def parse_tree(text: str, path: Path | None) -> Node:
-    """The tree of elements. Raises FormatError for malformed XML and for a document type."""
-    from xml.parsers import expat
-
-    parser = expat.ParserCreate("utf-8")
-    stack: list[Node] = []
-    top: list[Node] = []
-
-    def begin(tag: str, attributes: dict[str, str]) -> None:
-        node = Node(tag, attributes, parser.CurrentByteIndex, parser.CurrentLineNumber, path)
-        for name, value in attributes.items():
-            if forbidden_character(value):
-                node.fail(FORBIDDEN, key=f"<{tag} {name}>", found=value)
-        (stack[-1].children if stack else top).append(node)
-        stack.append(node)
-
-    def refuse(*_: Any) -> NoReturn:
-        raise FormatError("a document type (<!DOCTYPE>) is not accepted", file=path, row=parser.CurrentLineNumber)
-
-    parser.StartElementHandler = begin
-    parser.EndElementHandler = lambda tag: stack.pop()
-    parser.StartDoctypeDeclHandler = refuse
-    try:
-        parser.Parse(text.encode("utf-8"), True)
-    except expat.ExpatError as error:
-        raise FormatError(f"not valid XML: {expat.ErrorString(error.code)}", file=path, row=error.lineno) from None
-    return top[0]
-
-
-def _walk(node: Node) -> Iterator[Node]:
+def walk(node: N) -> Iterator[N]:
+    """An element and all inside, in the order of the file: depth is the file's, which a call in a call could not follow."""
     stack = [node]
     while stack:
         at = stack.pop()
@@ -117,7 +137,7 @@ def _walk(node: Node) -> Iterator[Node]:
 
 def check_xacro(root: Node, source: Source) -> None:
     """A xacro source must be expanded first; a leftover namespace in an expanded file is harmless."""
-    for node in _walk(root):
+    for node in walk(root):
         if node.tag.startswith("xacro:") or any(re.search(r"\$[{(]", v) for v in node.attributes.values()):
             stem = source.path.name.removesuffix(".xacro").removesuffix(".urdf")
             name = f"{stem}.urdf.xacro" if source.path.name.endswith(".urdf.xacro") else f"{stem}.xacro"

@@ -117,19 +117,17 @@ def measurements(
     q, p = _numbers(joints, "joints"), _numbers(position, "position", 3)
     turn = units[2] if len(units) > 2 else "rad"
     table = {f"q{i + 1} [{_unit(units[0], 'rad', 'm')}]": q[:, i] for i in range(q.shape[1])}
-    table |= _three(("x", "y", "z"), p, _unit(units[1], "m"), len(q), "position")
+    table |= _three("", p, _unit(units[1], "m"), len(q), "position")
     if sigma is not None:
-        table |= _three(("sx", "sy", "sz"), _spread(sigma, len(q), "sigma"), units[1], len(q), "sigma")
+        table |= _three("s", _spread(sigma, len(q), "sigma"), units[1], len(q), "sigma")
     if rotation_vector is not None:
         r = _numbers(rotation_vector, "rotation_vector", 3)
-        table |= _three(("rx", "ry", "rz"), r, _unit(turn, "rad"), len(q), "rotation_vector")
+        table |= _three("r", r, _unit(turn, "rad"), len(q), "rotation_vector")
         if turn_sigma is not None:
-            spread = _spread(turn_sigma, len(q), "turn_sigma")
-            table |= _three(("srx", "sry", "srz"), spread, turn, len(q), "turn_sigma")
+            table |= _three("sr", _spread(turn_sigma, len(q), "turn_sigma"), turn, len(q), "turn_sigma")
     elif turn_sigma is not None:
-        raise FormatError(
-            "rotations that were not given have no sigma", column="turn_sigma", expected="rotation_vector"
-        )
+        message = "rotations that were not given have no sigma"
+        raise FormatError(message, column="turn_sigma", expected="rotation_vector")
     for name, values in (columns or {}).items():
         given = np.asarray(values)
         if given.shape != (len(q),):
@@ -145,10 +143,8 @@ def table(columns: Mapping[str, ArrayLike] | Any) -> Measurements:
     data frame (anything with `__dataframe__`: pandas, polars, pyarrow). Raises FormatError for columns of different lengths."""
     if not isinstance(columns, Mapping):
         if not hasattr(columns, "__dataframe__"):
-            kind = type(columns).__name__
-            raise FormatError(
-                "this is no table", found=kind, expected="a data frame, or a mapping of columns by header"
-            )
+            expected = "a data frame, or a mapping of columns by header"
+            raise FormatError("this is no table", found=type(columns).__name__, expected=expected)
         names = list(columns.__dataframe__().column_names())
         if (twice := next((n for n in names if names.count(n) > 1), None)) is not None:
             raise FormatError("two columns have this header", column=str(twice), expected="each header once")
@@ -193,22 +189,21 @@ def _spread(given: ArrayLike, rows: int, name: str) -> Array:
     try:
         return np.broadcast_to(_require_unmasked(given, name).astype(float), (rows, 3))
     except (TypeError, ValueError):
-        raise FormatError(
-            "wrong shape", column=name, found=np.shape(given), expected=f"a number, (3,) or ({rows}, 3)"
-        ) from None
+        expected = f"a number, (3,) or ({rows}, 3)"
+        raise FormatError("wrong shape", column=name, found=np.shape(given), expected=expected) from None
 
 
-def _three(names: tuple[str, str, str], values: Array, unit: str, rows: int, what: str) -> dict[str, Array]:
+def _three(stem: str, values: Array, unit: str, rows: int, what: str) -> dict[str, Array]:
     if len(values) != rows:
         raise FormatError("wrong number of rows", column=what, found=len(values), expected=f"{rows}, as many as joints")
-    return {f"{n} [{unit}]": values[:, i] for i, n in enumerate(names)}
+    return {f"{stem}{axis} [{unit}]": values[:, i] for i, axis in enumerate("xyz")}
 
 
 def _text(table: Mapping[str, NDArray[Any]]) -> str:
     """The table as CSV, every number with all of its digits."""
     from robocal.files.csvtable import csv_text
 
-    columns = [
-        [repr(float(v)) if isinstance(v, float | np.floating) else v for v in c.tolist()] for c in table.values()
-    ]
-    return csv_text(tuple(table), zip(*columns, strict=True))
+    rows = zip(*(c.tolist() for c in table.values()), strict=True)
+    return csv_text(
+        tuple(table), [[repr(float(v)) if isinstance(v, float | np.floating) else v for v in r] for r in rows]
+    )

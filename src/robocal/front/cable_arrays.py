@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,7 +46,8 @@ class CableArm:
 
         Raises ModelError for poses at which a cable has no length, and for what the robot's file does not know.
         """
-        return inverse(self.model.robot, _poses(poses), _numbers(tension, "tension"), sag=sag)[0]
+        held = None if tension is None else _numbers(tension, "tension")
+        return inverse(self.model.robot, _poses(poses), held, sag=sag)[0]
 
     def forward(
         self,
@@ -62,13 +63,12 @@ class CableArm:
 
         sigma () or (m,) in m is the noise of a length; `starts` further starts look for other poses. Raises ModelError.
         """
-        noise = _numbers(sigma, "sigma")
+        noise = None if sigma is None else _numbers(sigma, "sigma")
         if noise is not None and not (noise > 0).all():
             raise FormatError("a noise is a standard deviation", column="sigma", found=sigma, expected="above 0")
-        rng = np.random.default_rng(seed)
-        held = _numbers(tension, "tension")
-        given: dict[str, Any] = {"tension": held, "sag": sag, "sigma": noise, "starts": starts, "rng": rng}
-        return forward(self.model.robot, _numbers(lengths, "lengths"), **given)
+        held = None if tension is None else _numbers(tension, "tension")
+        given: dict[str, Any] = {"sag": sag, "starts": starts, "rng": np.random.default_rng(seed)}
+        return forward(self.model.robot, _numbers(lengths, "lengths"), tension=held, sigma=noise, **given)
 
     def tension(self, poses: ArrayLike, *, wrench: ArrayLike = (0.0,) * 6, method: str = METHOD) -> Distribution:
         """Tensions (k, m) in N that hold the platform's weight and a wrench (6,) or (k, 6) in N and N m at its origin, base
@@ -117,16 +117,10 @@ def robot(path: str | os.PathLike[str]) -> CableArm:
     return CableArm(name, read_cable(name))
 
 
-@overload
-def _numbers(given: None, name: str) -> None: ...
-@overload
-def _numbers(given: ArrayLike, name: str) -> Array: ...
-@overload
-def _numbers(given: ArrayLike | None, name: str) -> Array | None: ...
-def _numbers(given: ArrayLike | None, name: str) -> Array | None:
-    """An array, or None as it is. Raises FormatError where these are no numbers."""
+def _numbers(given: ArrayLike, name: str) -> Array:
+    """An array. Raises FormatError where these are no numbers."""
     try:
-        return None if given is None else np.asarray(given, dtype=float)
+        return np.asarray(given, dtype=float)
     except (TypeError, ValueError):
         raise FormatError("these are no numbers", column=name, expected="an array") from None
 
@@ -139,9 +133,8 @@ def _poses(given: ArrayLike) -> Array:
     out = out.reshape(-1, 4, 4)
     turn = out[:, :3, :3]
     off = np.abs(turn @ turn.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
-    bad = (
-        (off > RIGID) | (np.linalg.det(turn) < 0) | (np.abs(out[:, 3] - [0, 0, 0, 1]).max(axis=1, initial=0.0) > RIGID)
-    )
+    last = np.abs(out[:, 3] - [0, 0, 0, 1]).max(axis=1, initial=0.0)
+    bad = (off > RIGID) | (np.linalg.det(turn) < 0) | (last > RIGID)
     if bad.any():
         expected = "rigid motions: orthonormal axes, determinant 1, last row 0 0 0 1"
         raise FormatError("this is no pose", column="poses", row=int(bad.argmax()), expected=expected)

@@ -47,21 +47,10 @@ def docstring_of(path: str) -> str:
     """The docstring of a verb: what it does, every option with unit, range and default, what it raises."""
     module = import_module(f"robocal.verbs.{path}")
     about = inspect.cleandoc(module.Options.__doc__ or "").split("\n\n\b")[0]
-    lines = [
-        about,
-        "",
-        *(f"{e.python}: {_option_text(e)}" for e in entries(module.Options)),
-        WATCH,
-        "",
-        "Raises InputError.",
-    ]
-    return "\n".join(lines)
-
-
-def _option_text(entry: OptionField) -> str:
-    if isinstance(entry.facts, Arg):
-        return entry.facts.help.rstrip(".") + "."
-    return entry.facts.text
+    said = {e.python: e.facts for e in entries(module.Options)}
+    texts = {name: f.help.rstrip(".") + "." if isinstance(f, Arg) else f.text for name, f in said.items()}
+    lines = (f"{name}: {text}" for name, text in texts.items())
+    return "\n".join([about, "", *lines, WATCH, "", "Raises InputError."])
 
 
 def _parameter(entry: OptionField) -> inspect.Parameter:
@@ -84,9 +73,8 @@ def _links(given: dict[str, Any], told: dict[str, OptionField]) -> dict[str, Any
     if len({(a.base, a.tip) for a in arms}) > 1 or not isinstance(given.get("robot"), Arm):
         found = ", ".join(f"{a.opened} from {a.base} to {a.tip}" for a in arms)
         if any(a.base or a.tip for a in arms):
-            raise ModelError(
-                "links are the same for every robot of a call", found=found, expected="files, and base= and tip="
-            )
+            message = "links are the same for every robot of a call"
+            raise ModelError(message, found=found, expected="files, and base= and tip=")
         return given
     return {"base": arms[0].base, "tip": arms[0].tip} | given
 
@@ -95,8 +83,7 @@ def _value(entry: OptionField, given: Any) -> Any:
     """A value as the options want it: words and numbers as they are; several in a tuple; robots, tables and runs as files."""
     if entry.several:
         alone = not isinstance(given, Iterable) or isinstance(given, str | os.PathLike | Found | Mapping)
-        many = (given,) if alone else given
-        return tuple(_one(entry, v) for v in many)
+        return tuple(_one(entry, v) for v in ((given,) if alone else given))
     return None if given is None and not entry.required else _one(entry, given)
 
 
@@ -107,9 +94,8 @@ def _one(entry: OptionField, given: Any) -> Any:
         return given.file
     if isinstance(given, Found):
         if not given.written:
-            raise ModelError(
-                "this was not written", key=entry.python, expected="output=FOLDER, or save(FOLDER) and the folder"
-            )
+            expected = "output=FOLDER, or save(FOLDER) and the folder"
+            raise ModelError("this was not written", key=entry.python, expected=expected)
         given = given.written[0].parent
     if isinstance(entry.facts, Arg) and not isinstance(given, str | os.PathLike):
         expected = "a file, rc.table(...), rc.measurements(...), a robot, or what identify gave and wrote"

@@ -24,7 +24,7 @@ from robocal.cables.geometry import EXPECTED, CableRobot, straight
 from robocal.cables.gradient import by_parameters
 from robocal.errors import ModelError
 from robocal.estimate.selection import Design, Pool
-from robocal.planning.design import Blocks, criterion_and_blocks, predict_sigma, sum_information
+from robocal.planning.design import Blocks, choose_best, predict_sigma, sum_information
 from robocal.progress import Watch
 
 __all__ = ["MeasurementNoise", "PoseChoice", "cable_blocks", "choose"]
@@ -33,7 +33,6 @@ DEFAULT = ("ax", "ay", "az", "l0")
 LEAST, MOST = 1e-9, 1e3  # noise that can be computed with, m and rad
 DRAWS = 25
 OPEN = 1e-9  # of the best seen direction: what no pose tells
-LIMIT_ROUNDS = 80
 
 
 @dataclass(frozen=True)
@@ -82,22 +81,15 @@ def choose(
     """
     noise, rng = noise or MeasurementNoise(), rng or np.random.default_rng(0)
     if not 1 <= count <= len(poses):
-        raise ModelError(
-            "so many poses cannot be chosen", key="count", found=count, expected=f"1 to {len(poses)}, those of the list"
-        )
+        expected = f"1 to {len(poses)}, those of the list"
+        raise ModelError("so many poses cannot be chosen", key="count", found=count, expected=expected)
     b = cable_blocks(robot, poses, noise)
-    measure, seen = criterion_and_blocks(b, criterion, count)
-    pool = Pool(seen.candidates, measure, seen.known, watch=watch)
-    design = pool.select(count)
-    ranked = design.chosen[Pool(seen.candidates[design.chosen], measure, seen.known).greedy(count)]
-    best = pool.limit(count, rounds=LIMIT_ROUNDS)
+    design, measure, seen = choose_best(b, criterion, count, watch)
+    best = Pool(seen.candidates, measure, seen.known).limit(count)
     draws = [_errors(b, rng.permutation(len(poses))[:count]) for _ in range(DRAWS)]
-    expected = {
-        "chosen": _errors(b, ranked),
-        "random": {what: float(np.median([d[what] for d in draws])) for what in draws[0]},
-        "all": _errors(b, np.arange(len(poses))),
-    }
-    return PoseChoice(np.asarray(ranked), design, best, criterion, b.names, noise, expected)
+    at_random = {what: float(np.median([d[what] for d in draws])) for what in draws[0]}
+    left = {"chosen": _errors(b, design.chosen), "random": at_random, "all": _errors(b, np.arange(len(poses)))}
+    return PoseChoice(design.chosen, design, best, criterion, b.names, noise, left)
 
 
 def cable_blocks(robot: CableRobot, poses: Array, noise: MeasurementNoise) -> Blocks:
@@ -106,12 +98,8 @@ def cable_blocks(robot: CableRobot, poses: Array, noise: MeasurementNoise) -> Bl
     Candidates (k, m, n) are whitened, in units of EXPECTED; tests (k, 3, n) are the position in m that a controller without
     redundancy checks reads from its lengths, -L^+ J dtheta. Raises ModelError for noise that is none.
     """
-    for name, value, least in (
-        ("length", noise.length, LEAST),
-        ("position", noise.position, 0.0),
-        ("orientation", noise.orientation, 0.0),
-    ):
-        if not least <= value <= MOST:
+    for name, least in (("length", LEAST), ("position", 0.0), ("orientation", 0.0)):
+        if not least <= (value := getattr(noise, name)) <= MOST:
             raise ModelError(f"noise of a {name}", found=value, expected=f"{least:g} to {MOST:g}, in m or rad")
     names = _free(robot)
     rows = list(robot.axes)
@@ -138,19 +126,16 @@ def _alone(robot: CableRobot, gradient: Array, j: Array, names: tuple[str, ...],
     """What encoders alone tell: of every pose what its lengths say beside where it is; parameters that stay open are held."""
     m, d = gradient.shape[1:]
     if m <= d:
-        raise ModelError(
-            "encoders alone tell nothing of a robot that has no more cables than freedoms", found=f"{m} cables for {d} freedoms",
-            expected="measured poses, or more cables",
-        )  # fmt: skip
+        message = "encoders alone tell nothing of a robot that has no more cables than freedoms"
+        raise ModelError(message, found=f"{m} cables for {d} freedoms", expected="measured poses, or more cables")
     beside = np.linalg.svd(gradient, full_matrices=True)[0][:, :, d:].swapaxes(1, 2)
     whitened = beside @ j / length
     stacked = whitened.reshape(-1, len(names))
     r, order = scipy.linalg.qr(stacked, mode="r", pivoting=True)
     size = np.abs(np.diag(r))
     seen = np.sort(order[: int((size > OPEN * size[0]).sum())])
-    return Blocks(
-        tuple(names[i] for i in seen), whitened[..., seen], _tests(robot, gradient, j[..., seen]), np.eye(len(seen))
-    )
+    tests = _tests(robot, gradient, j[..., seen])
+    return Blocks(tuple(names[i] for i in seen), whitened[..., seen], tests, np.eye(len(seen)))
 
 
 def _free(robot: CableRobot) -> tuple[str, ...]:
@@ -167,9 +152,6 @@ def _errors(b: Blocks, chosen: Ints) -> dict[str, float]:
     variance = np.diag(np.linalg.inv(m)) * EXPECTED**2
     symbol = np.array([name.rpartition(".")[2] for name in b.names])
     groups = {"a": ("ax", "ay", "az"), "b": ("bx", "by", "bz"), "l0": ("l0",)}
-    out = {
-        what: float(np.sqrt(variance[np.isin(symbol, letters)].mean()))
-        for what, letters in groups.items()
-        if np.isin(symbol, letters).any()
-    }
+    of = {what: variance[np.isin(symbol, letters)] for what, letters in groups.items()}
+    out = {what: float(np.sqrt(v.mean())) for what, v in of.items() if len(v)}
     return out | {"position": float(np.sqrt((predict_sigma(b.tests, m) ** 2).mean()))}

@@ -72,13 +72,8 @@ def observe(template: Template, q: Array, ids: tuple[str, ...], columns: Mapping
     out = []
     for obs in template:
         k = len(obs)
-        rows = np.tile(np.arange(k), m)
-        made = obs.take(rows)
-        out.append(
-            replace(
-                made, configuration=np.repeat(np.arange(m), k), value=np.zeros_like(made.value), rows=None, used=None
-            )
-        )
+        made, at = obs.take(np.tile(np.arange(k), m)), np.repeat(np.arange(m), k)
+        out.append(replace(made, configuration=at, value=np.zeros_like(made.value), rows=None, used=None))
     held = {k: np.full(m, float(np.nanmedian(v))) for k, v in columns.items() if np.isfinite(v).any()}
     return DataSet(Configurations(ids, q, held), tuple(out))
 
@@ -122,12 +117,10 @@ def draw(
             break
     if total < min(count, FEWEST):
         hardest = max(refused, key=lambda name: refused[name])
-        raise ModelError(
-            "hardly any configuration is inside the region",
-            key=hardest,
-            found=f"{total} of {tried} drawn; {hardest} refuses {100 * refused[hardest] / tried:.3g} %",
-            expected=f"at least {min(count, FEWEST)}: a wider region, or a list of poses",
-        )
+        refusals = f"{total} of {tried} drawn; {hardest} refuses {100 * refused[hardest] / tried:.3g} %"
+        expected = f"at least {min(count, FEWEST)}: a wider region, or a list of poses"
+        message = "hardly any configuration is inside the region"
+        raise ModelError(message, key=hardest, found=refusals, expected=expected)
     return np.concatenate(found)[:count]
 
 
@@ -138,14 +131,11 @@ def margins(
     ids = tuple(str(i) for i in range(len(q)))
     data = observe(template, q, ids, columns or {})
     out: dict[str, Array] = {}
-    c = data.configurations
-    table = build(chain, data).table
-    builder = Builder(chain, table, c)
-    x = table.values[None]
+    c, table = data.configurations, build(chain, data).table
+    builder, x = Builder(chain, table, c), table.values[None]
     if region.box is not None or region.floor is not None or region.pedestal is not None:
         tip = chain.pose(q, c.columns)[:, :3, 3]
-        flange = _flange(chain, builder, len(q), x)
-        points = np.stack([tip, flange])
+        points = np.stack([tip, _flange(chain, builder, len(q), x)])
         if region.box is not None:
             inside = np.minimum(tip - region.box[0], np.asarray(region.box[1]) - tip)
             out["box"] = inside.min(axis=1)

@@ -21,20 +21,14 @@ from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion, criterion_of, information
+from robocal.estimate.selection import Design, Pool
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.planning.candidates import Template, observe
+from robocal.progress import Watch
 
-__all__ = [
-    "Blocks",
-    "blocks",
-    "criterion_and_blocks",
-    "observable_directions",
-    "predict_sigma",
-    "sum_information",
-    "within",
-]
+__all__ = ["Blocks", "blocks", "choose_best", "criterion_and_blocks", "predict_sigma", "sum_information"]
 
 DECIMETRE = 0.1
 ALIGNED = "aligned to"  # no parameter of a file can have this name
@@ -95,13 +89,10 @@ def blocks(
     target = _without(later, gauge)
     # All targets of a pose, averaged.
     target = target.reshape(len(tests), -1, width)[..., keep] / np.sqrt(max(1, len(point.targets)))
+    names = tuple(n for n, k in zip(made.free, keep, strict=True) if k)
+    known = known[np.ix_(keep, keep)] + np.eye(len(names))
     # The tests are in metres: their rows were divided by a sigma of 1 m.
-    return Blocks(
-        tuple(n for n, k in zip(made.free, keep, strict=True) if k),
-        np.ascontiguousarray(candidates[..., keep]),
-        np.ascontiguousarray(target),
-        known[np.ix_(keep, keep)] + np.eye(int(keep.sum())),
-    )
+    return Blocks(names, np.ascontiguousarray(candidates[..., keep]), np.ascontiguousarray(target), known)
 
 
 def _point(template: Template) -> Observations:
@@ -131,37 +122,30 @@ def predict_sigma(tests: Array, m: Array) -> Array:
     return np.asarray(np.sqrt(np.einsum("tdi,ij,tdj->t", tests, c, tests, optimize=True)))
 
 
-def observable_directions(b: Blocks, count: int) -> Array:
-    """Directions (n, r) that `count` poses of average worth would know better than what is expected beforehand."""
-    average = information(b.candidates).mean(axis=0) * count + b.known - np.eye(len(b.names))
-    values, vectors = np.linalg.eigh(average)
-    return np.asarray(vectors[:, values > 1.0])
-
-
-def within(b: Blocks, directions: Array) -> Blocks:
-    """The same with only these directions of the parameters unknown."""
-    return replace(
-        b,
-        names=tuple(f"direction {i}" for i in range(directions.shape[1])),
-        candidates=np.ascontiguousarray(b.candidates @ directions),
-        tests=np.ascontiguousarray(b.tests @ directions),
-        known=directions.T @ b.known @ directions,
-    )
-
-
 def criterion_and_blocks(b: Blocks, name: str, count: int) -> tuple[Criterion, Blocks]:
     """The criterion and the blocks that it looks at: where the weakest direction decides, only those that can be
     seen. Raises ModelError for an unknown one, and where nothing can be seen."""
     criterion = criterion_of(name, len(b.names), b.tests)
     if not criterion.weakest:
         return criterion, b
-    directions = observable_directions(b, count)
+    # Directions (n, r) that so many poses of average worth would know better than what is expected beforehand.
+    average = information(b.candidates).mean(axis=0) * count + b.known - np.eye(len(b.names))
+    values, vectors = np.linalg.eigh(average)
+    directions = vectors[:, values > 1.0]
     if not directions.shape[1]:
-        raise ModelError(
-            "so few poses show nothing above the noise", key="count", found=f"{count} poses", expected="more poses"
-        )
-    seen = within(b, directions)
-    return criterion_of(name, len(seen.names), seen.tests), seen
+        message, found = "so few poses show nothing above the noise", f"{count} poses"
+        raise ModelError(message, key="count", found=found, expected="more poses")
+    names = tuple(f"direction {i}" for i in range(directions.shape[1]))
+    candidates, tests = (np.ascontiguousarray(each @ directions) for each in (b.candidates, b.tests))
+    return criterion_of(name, len(names), tests), Blocks(names, candidates, tests, directions.T @ b.known @ directions)
+
+
+def choose_best(b: Blocks, name: str, count: int, watch: Watch | None) -> tuple[Design, Criterion, Blocks]:
+    """The best `count` candidates by a criterion, the most telling first; with the criterion, and the blocks that it looks at."""
+    criterion, seen = criterion_and_blocks(b, name, count)
+    design = Pool(seen.candidates, criterion, seen.known, watch=watch).select(count)
+    order = Pool(seen.candidates[design.chosen], criterion, seen.known).greedy(count)
+    return replace(design, chosen=design.chosen[order]), criterion, seen
 
 
 def sum_information(b: Blocks, chosen: Sequence[int]) -> Array:

@@ -12,7 +12,7 @@ The foretold accuracy is that of the model's parameters under the noise that is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,7 +25,7 @@ from robocal.estimate.selection import Design, Pool
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import Region, Template, draw, margins
-from robocal.planning.design import Blocks, blocks, criterion_and_blocks, predict_sigma, sum_information
+from robocal.planning.design import Blocks, blocks, choose_best, criterion_and_blocks, predict_sigma, sum_information
 from robocal.planning.route import short_path, travel
 from robocal.progress import Watch
 
@@ -36,7 +36,8 @@ BEYOND = 15  # poses foretold beyond the design
 MOST = 60  # poses, when nobody says how many
 RANDOM = 12  # random sets to compare with
 DOUBTS = 6  # perturbed models
-LIMIT_ROUNDS = 80
+# What poses (m, n) would tell at a model with these values.
+Linearise = Callable[[Array, Mapping[str, float] | None], Blocks]
 
 
 @dataclass(frozen=True)
@@ -133,33 +134,34 @@ def plan(
     else:
         names, q = listed
         if options.region != Region():
-            inside = (
-                np.min([np.asarray(v) for v in margins(at, template, options.region, q, columns).values()], axis=0) >= 0
-            )
+            inside = np.min([*margins(at, template, options.region, q, columns).values()], axis=0) >= 0
             names, q = tuple(n for n, i in zip(names, inside, strict=True) if i), q[inside]
     for key, poses in (("candidates", q), ("tests", q if tests is None else tests)):
         if not len(poses):
             raise ModelError("there are no poses", key=key, expected="at least one inside the region")
     if tests is None:
         tests = draw(at, template, options.task or options.region, options.tests, rng, columns=columns)
-    b = blocks(model, template, q, tests, measured=measured, values=values, columns=columns)
+    judged = tests
+
+    def linearise(q: Array, values: Mapping[str, float] | None) -> Blocks:
+        return blocks(model, template, q, judged, measured=measured, values=values, columns=columns)
+
+    b = linearise(q, values)
     count, path_to = _how_many(b, options, watch)
-    criterion, seen = criterion_and_blocks(b, options.criterion, count)
-    pool = Pool(seen.candidates, criterion, seen.known, watch=watch)
-    design = pool.select(count)
-    ranked = design.chosen[Pool(seen.candidates[design.chosen], criterion, seen.known).greedy(count)]
+    design, criterion, seen = choose_best(b, options.criterion, count, watch)
+    ranked = design.chosen
     forecast = _forecast(b, ranked, _further(seen, criterion, ranked), rng)
     enough = (path_to or forecast).enough(options.worth, options.accuracy)
     if watch:
         watch({"stage": "asking how good it could be"})
-    best = pool.limit(count, rounds=LIMIT_ROUNDS)
+    best = Pool(seen.candidates, criterion, seen.known).limit(count)
     if watch:
         watch({"stage": "trying perturbed models"})
-    doubts = _doubts(model, template, q[ranked], tests, measured, values, columns, rng)
+    doubts = _doubts(model, linearise, q[ranked], values or {}, rng)
     middle = np.linalg.norm(q[ranked] - q.mean(axis=0), axis=1)
     path = short_path(travel(model, q[ranked]), int(np.argmin(middle)))
     return Plan(
-        q[ranked], tuple(names[i] for i in ranked), path, Design(ranked, design.value, design.start, design.start_value, design.exchanges),
+        q[ranked], tuple(names[i] for i in ranked), path, design,
         forecast, enough, best, doubts, q, tests, b.names, options.criterion, template,
         0 if measured is None else len(measured.configurations),
     )  # fmt: skip
@@ -170,17 +172,15 @@ def _plannable(template: Template, listed: bool) -> None:
         if obs.second is not None:
             raise ModelError("this kind compares two configurations, and poses are planned one by one", found=obs.kind)
         if kind_of(obs).contact and not listed:
-            raise ModelError(
+            message, expected = (
                 "the machine has to touch something, so poses cannot be drawn",
-                found=obs.kind,
-                expected="a list of poses that touch it (--candidates)",
+                "a list of poses that touch it",
             )
+            raise ModelError(message, found=obs.kind, expected=f"{expected} (--candidates)")
         if kind_of(obs).contact and len(template) > 1:
-            raise ModelError(
-                "a pose touches one place, so one place is planned for at a time",
-                found=", ".join(o.label for o in template),
-                expected="one place",
-            )
+            places = ", ".join(o.label for o in template)
+            message = "a pose touches one place, so one place is planned for at a time"
+            raise ModelError(message, found=places, expected="one place")
 
 
 def _how_many(b: Blocks, options: PlanOptions, watch: Watch | None) -> tuple[int, Forecast | None]:
@@ -209,30 +209,20 @@ def _forecast(b: Blocks, ranked: Ints, further: list[int], rng: np.random.Genera
     at_random = np.full(len(error), np.nan)
     if rng is not None:
         sets = [rng.permutation(len(b.candidates))[: len(order)] for _ in range(RANDOM)]
-        every = [
-            [predict_sigma(b.tests, sum_information(b, list(s[:k]))).mean() for k in range(len(order) + 1)]
-            for s in sets
-        ]
+        counts = range(len(order) + 1)
+        every = [[predict_sigma(b.tests, sum_information(b, list(s[:k]))).mean() for k in counts] for s in sets]
         at_random = np.median(every, axis=0)
     return Forecast(np.arange(len(error)), error.mean(axis=1), np.quantile(error, 0.95, axis=1), np.asarray(at_random))
 
 
 def _doubts(
-    model: Chain,
-    template: Template,
-    q: Array,
-    tests: Array,
-    measured: DataSet | None,
-    values: Mapping[str, float] | None,
-    columns: Mapping[str, Array],
-    rng: np.random.Generator,
+    model: Chain, linearise: Linearise, q: Array, values: Mapping[str, float], rng: np.random.Generator
 ) -> Array:
     """The mean foretold error of a design at models that are off as far as is expected, (DOUBTS,)."""
     out = []
     geometric = [p for p in model.table.rows if p.free and p.name in set(model.geometric)]
-    here = {p.name: (values or {}).get(p.name, p.value) for p in geometric}
     for _ in range(DOUBTS):
-        moved = {p.name: here[p.name] + p.scale * rng.standard_normal() for p in geometric}
-        b = blocks(model, template, q, tests, measured=measured, values={**(values or {}), **moved}, columns=columns)
+        moved = {p.name: values.get(p.name, p.value) + p.scale * rng.standard_normal() for p in geometric}
+        b = linearise(q, {**values, **moved})
         out.append(predict_sigma(b.tests, sum_information(b, list(range(len(q))))).mean())
     return np.array(out)

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 from robocal.arms.chain import Chain
 from robocal.errors import FileError
-from robocal.files.causes.refusals import data_remarks
+from robocal.files.causes import data_remarks
 from robocal.files.dataset import read_datasets
 from robocal.files.robot import Robot, describe, open_robot, render_robot
 from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run

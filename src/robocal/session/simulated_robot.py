@@ -21,8 +21,7 @@ from robocal.files.text import Source
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import joint_range
 from robocal.session.simulator import Errors, Request, Simulator, parse_frame
-from robocal.simulation.hiding import hidden
-from robocal.simulation.rigs import CONTACTS, FINE, RIGS, Instrument, measure
+from robocal.simulation.rigs import CONTACTS, FINE, RIGS, Instrument, hidden, measure
 
 __all__ = ["ArmSimulator", "Errors", "Instrument", "measure", "sample_joints"]
 

@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
-__all__ = ["CONTACTS", "FINE", "RIGS", "STANDS", "Instrument", "measure"]
+__all__ = ["CONTACTS", "FINE", "RIGS", "STANDS", "Instrument", "hidden", "measure"]
 
 ROUNDS, STEPS = 30, 40
 
@@ -52,10 +52,8 @@ def touch(truth: Chain, blank: Observations, near: Array, rng: np.random.Generat
         left = left[~done]
         if not len(left):
             return out
-    raise ModelError(
-        "the simulated arm hardly reaches what it should touch", found=f"{len(left)} of {k} contacts failed",
-        expected="wider joint limits",
-    )  # fmt: skip
+    message, found = "the simulated arm hardly reaches what it should touch", f"{len(left)} of {k} contacts failed"
+    raise ModelError(message, found=found, expected="wider joint limits")
 
 
 def _values(truth: Chain, blank: Observations, q: Array) -> Array:
@@ -108,10 +106,13 @@ class Scene:
         """Where the tool comes, (m, 3)."""
         return np.asarray(self.truth.pose(self.q)[:, :3, 3])
 
-    def sigma(self, rows: int, *unit: str) -> Array:
-        """Standard deviations (rows, d) of columns in m, rad or px."""
+    def blank(self, *unit: str, rows: Ints | None = None) -> Observations:
+        """What the instrument reads in columns of m, rad or px at these rows, by default once at each configuration; nothing is read
+        yet."""
         size = {"m": self.instrument.noise, "rad": self.instrument.angle_noise, "px": 0.2}
-        return np.tile([size[u] for u in unit], (rows, 1))
+        at = np.arange(len(self.q)) if rows is None else rows
+        value, sigma = np.zeros((len(at), len(unit))), np.tile([size[u] for u in unit], (len(at), 1))
+        return Observations(self.instrument.kind, at, value, sigma)
 
     def frame(self, name: str, free: tuple[bool, ...] = (True,) * 6, *, away: float = 0.0) -> Frame | None:
         """The instrument's frame, at least `away` times the arm's reach from it."""
@@ -137,10 +138,7 @@ def _rig_with_frame(*unit: str, name: str, away: float = 0.0) -> Rig:
     """One row per configuration by an instrument with a frame."""
 
     def rig(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
-        m = len(s.q)
-        frame = s.frame(name, away=away)
-        obs = Observations(s.instrument.kind, np.arange(m), np.zeros((m, len(unit))), s.sigma(m, *unit), frame)
-        return _where(s.q), (obs,)
+        return _where(s.q), (replace(s.blank(*unit), frame=s.frame(name, away=away)),)
 
     return rig
 
@@ -156,10 +154,8 @@ def _pairs(*unit: str, framed: bool) -> Rig:
         frame = s.frame("camera", (False, False, False, True, True, True)) if framed else None
         if frame is not None:
             frame = replace(frame, value=(0.0, 0.0, 0.0, *frame.value[3:]))
-        obs = Observations(
-            s.instrument.kind, np.arange(m), np.zeros((m, len(unit))), s.sigma(m, *unit), frame,
-            second=np.arange(m, 2 * m), group="" if framed else "odometry",
-        )  # fmt: skip
+        group = "" if framed else "odometry"
+        obs = replace(s.blank(*unit), frame=frame, second=np.arange(m, 2 * m), group=group)
         return Configurations(one.ids + two.ids, both), (obs,)
 
     return rig
@@ -172,35 +168,23 @@ def _spot(name: str, at: Array) -> Frame:
 
 def _ranges(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
     """Four receivers around the arm, not in one plane, in air of a speed that is not quite nominal."""
-    m = len(s.q)
     centre, size = s.places.mean(axis=0), 1.3 * float(np.linalg.norm(s.places - s.places.mean(axis=0), axis=1).max())
     corners = np.array([(1, 1, -0.6), (-1, 1, 0.9), (-1, -1, -0.4), (1, -1, 1.1)]) * size / 1.5
     out = []
     for i, corner in enumerate(corners + centre):
         place, values = _spot(f"r{i + 1}", corner), {"speed": 343.0, "delay": 0.0}
         options = {"place": place, "medium": "air", "speed": 343.0, "values": values, "free": ()}
-        out.append(
-            Observations("range", np.arange(m), np.zeros((m, 1)), s.sigma(m, "m"), options=options, group=place.name)
-        )
+        out.append(replace(s.blank("m"), options=options, group=place.name))
     return _where(s.q), tuple(out)
 
 
 def _bar(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
     """A draw-wire or telescopic bar from a socket in front of the arm to its tool."""
-    m = len(s.q)
-    socket = _spot("socket", _beside(s))
-    ball = Frame("ball", (0.0,) * 6, (False,) * 6, "tool")
-    obs = Observations(
-        "distance", np.arange(m), np.zeros((m, 1)), s.sigma(m, "m"), options={"ends": (socket, ball)}, group="bar"
-    )
-    return _where(s.q), (obs,)
-
-
-def _beside(s: Scene) -> Array:
-    """A place at the edge of where the tool comes."""
     middle = s.places.mean(axis=0)
     out = s.places - middle
-    return np.asarray(middle + 1.1 * out[np.argmax(np.linalg.norm(out, axis=1))])
+    socket = _spot("socket", middle + 1.1 * out[np.argmax(np.linalg.norm(out, axis=1))])
+    ball = Frame("ball", (0.0,) * 6, (False,) * 6, "tool")
+    return _where(s.q), (replace(s.blank("m"), options={"ends": (socket, ball)}, group="bar"),)
 
 
 def _reachable_places(s: Scene, count: int, apart: float) -> list[Array]:
@@ -218,20 +202,18 @@ def _reachable_places(s: Scene, count: int, apart: float) -> list[Array]:
     return [np.round(o, 3) for o in out]
 
 
-def _contacts(kind: str, frames: Callable[[Scene], list[Frame]], options: dict[str, object] | None = None) -> Rig:
+def _contacts(frames: Callable[[Scene], list[Frame]], width: int, options: dict[str, object] | None = None) -> Rig:
     """The arm touches one place after the other, each from many configurations."""
 
     def rig(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
         places = frames(s)
         share = np.array_split(np.arange(len(s.q)), len(places))
-        width = 3 if kind == "point" else 1
         parts, q = [], np.empty_like(s.q)
         for place, rows in zip(places, share, strict=True):
             if not len(rows):
                 continue
             mine = {**(options or {}), "place": place}
-            blank = Observations(kind, rows, np.zeros((len(rows), width)), s.sigma(len(rows), *["m"] * width),
-                                 options=mine, group=place.name)  # fmt: skip
+            blank = replace(s.blank(*["m"] * width, rows=rows), options=mine, group=place.name)
             q[rows] = touch(s.truth, replace(blank, configuration=np.arange(len(rows))), s.q, s.rng)
             parts.append(blank)
         return _where(q), tuple(parts)
@@ -239,14 +221,9 @@ def _contacts(kind: str, frames: Callable[[Scene], list[Frame]], options: dict[s
     return rig
 
 
-def _sockets(s: Scene) -> list[Frame]:
-    """Two sockets."""
-    return [_spot(n, p) for n, p in zip("ab", _reachable_places(s, 2, 0.3), strict=True)]
-
-
-def _spheres(s: Scene) -> list[Frame]:
-    """Two spheres."""
-    return [_spot(f"sphere{i + 1}", p) for i, p in enumerate(_reachable_places(s, 2, 0.3))]
+def _spots(*names: str) -> Callable[[Scene], list[Frame]]:
+    """Sockets or spheres of these names."""
+    return lambda s: [_spot(n, p) for n, p in zip(names, _reachable_places(s, len(names), 0.3), strict=True)]
 
 
 def _plates(s: Scene) -> list[Frame]:
@@ -271,9 +248,8 @@ def _apart(rig: Rig) -> Rig:
         assert isinstance(a, Frame) and isinstance(b, Frame)
         far = float(np.linalg.norm(np.subtract(a.value[:3], b.value[:3])))
         label = f"{a.name}-{b.name}"
-        distance = Observations(
-            "distance", np.array([len(where)]), np.array([[far]]), s.sigma(1, "m"), options={"ends": ends}, group=label
-        )
+        one = replace(s.blank("m", rows=np.array([len(where)])), kind="distance", options={"ends": ends}, group=label)
+        distance = replace(one, value=np.array([[far]]))
         nothing = np.full(where.joints.shape[1], np.nan)
         return Configurations((*where.ids, label), np.vstack([where.joints, nothing])), (*parts, distance)
 
@@ -291,15 +267,12 @@ def _camera(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
     looks = se3.compose(np.stack([right, np.cross(forward, right), forward], axis=1), eye)
     frame = Frame("camera", tuple(float(v) for v in se3.to_vector(se3.inverse(looks))), (True,) * 6)
     corner = 0.06 * np.array([(-1.0, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)])
-    m = len(s.q)
-    obs = Observations(
-        "pixels", np.repeat(np.arange(m), 4), np.zeros((4 * m, 2)), s.sigma(4 * m, "px", "px"), frame,
-        extra={"point": np.tile(corner, (m, 1))},
-        options={"camera": "lens", "intrinsics": CAMERA, "free": ()},
-    )  # fmt: skip
-    return _where(s.q), (obs,)
+    m, options = len(s.q), {"camera": "lens", "intrinsics": CAMERA, "free": ()}
+    obs = s.blank("px", "px", rows=np.repeat(np.arange(m), 4))
+    return _where(s.q), (replace(obs, frame=frame, extra={"point": np.tile(corner, (m, 1))}, options=options),)
 
 
+RUBY: dict[str, object] = {"radius": "ruby", "values": {"radius": 0.015}, "free": ()}
 RIGS: dict[str, Rig] = {
     "position": _rig_with_frame("m", "m", "m", name="tracker"),
     "pose": _rig_with_frame("m", "m", "m", "rad", "rad", "rad", name="tracker"),
@@ -309,9 +282,9 @@ RIGS: dict[str, Rig] = {
     "distance": _bar,
     "displacement": _pairs("m", "m", "m", framed=True),
     "relative_pose": _pairs("m", "m", "m", "rad", "rad", "rad", framed=False),
-    "point": _apart(_contacts("point", _sockets)),
-    "plane": _contacts("plane", _plates),
-    "sphere": _apart(_contacts("sphere", _spheres, {"radius": "ruby", "values": {"radius": 0.015}, "free": ()})),
+    "point": _apart(_contacts(_spots("a", "b"), 3)),
+    "plane": _contacts(_plates, 1),
+    "sphere": _apart(_contacts(_spots("sphere1", "sphere2"), 1, RUBY)),
     "pixels": _camera,
 }
 CONTACTS = ("point", "plane", "sphere")
@@ -327,9 +300,32 @@ def measure(
     exact = rng is None or not (instrument.noise > 0 and instrument.angle_noise > 0)
     quiet = replace(instrument, noise=0.0, angle_noise=0.0) if exact else instrument
     where, blank = RIGS[instrument.kind](Scene(truth, q, quiet, np.random.default_rng(scene)))
-    if exact:
-        blank = tuple(replace(o, sigma=None) for o in blank)
-    data = DataSet(where, blank)
-    if instrument.kind in CONTACTS:
-        return data
-    return synthesise(truth, data, None if exact else rng)
+    data = DataSet(where, tuple(replace(o, sigma=None) for o in blank) if exact else blank)
+    return data if instrument.kind in CONTACTS else synthesise(truth, data, None if exact else rng)
+
+
+# --- as a user hands it in ---------------------------------------------------------------------------------------------
+
+NOWHERE = (0.0,) * 6
+# Kinds whose instrument has a frame; without one it stands in base coordinates, which is a frame that is known.
+FRAMED = ("position", "pose", "spherical", "bearing", "displacement", "pixels")
+
+
+def hidden(data: DataSet) -> DataSet:
+    """A simulated data set as a user would hand it in: the place of every frame that is to be found is at zero."""
+    out = []
+    for obs in data.observations:
+        options = dict(obs.options)
+        if isinstance(place := options.get("place"), Frame):
+            options["place"] = _unknown(place)
+        if isinstance(ends := options.get("ends"), tuple):
+            options["ends"] = tuple(map(_unknown, ends))
+        frame = None if obs.frame is None else _unknown(obs.frame)
+        if frame is None and obs.kind in FRAMED:
+            frame = Frame("world", free=(False,) * 6)
+        out.append(replace(obs, frame=frame, options=options))
+    return DataSet(data.configurations, tuple(out))
+
+
+def _unknown(frame: Frame) -> Frame:
+    return replace(frame, value=NOWHERE) if frame.mount == "base" and any(frame.free) else frame

@@ -27,8 +27,7 @@ from robocal.prove.decision import Decision, decide
 from robocal.prove.identification import Identification
 from robocal.prove.identify import identify
 from robocal.prove.verdict import verdict_of
-from robocal.simulation.hiding import hidden
-from robocal.simulation.rigs import STANDS, Instrument, measure
+from robocal.simulation.rigs import STANDS, Instrument, hidden, measure
 
 __all__ = ["ArmTrials", "coverage"]
 

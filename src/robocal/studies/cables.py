@@ -66,10 +66,8 @@ class CableTrials:
         seen_lists(pose, off, lengths, self.bias, self.sigma, self.numbers, seen)
         found = per_cable(self.robot, seen, lengths, residual=self.point["residual"])
         a, z = found.anchors - self.robot.a, found.zeros - self.robot.zeros
-        good = found.converged.all(axis=1)
-        anchors, zeros = np.sqrt((a**2).mean(axis=(1, 2))), np.sqrt((z**2).mean(axis=1))
-        found_of = {"anchors": anchors, "zeros": zeros}
-        return {name: np.where(good, found_of[name], np.nan) for name in self.outputs}
+        errors = {"anchors": np.sqrt((a**2).mean(axis=(1, 2))), "zeros": np.sqrt((z**2).mean(axis=1))}
+        return {name: np.where(found.converged.all(axis=1), errors[name], np.nan) for name in self.outputs}
 
     def theory(self, rng: np.random.Generator) -> dict[str, float]:
         """The same by linear theory: root mean squares over trials."""

@@ -94,10 +94,8 @@ def _ready(study: Study) -> None:
 def _enter(study: Study, parts: Path, resume: bool) -> None:
     about = parts / ABOUT
     if about.is_file() and about.read_bytes() != study.text.encode("utf-8"):
-        raise FileError(
-            "chunks of another study, or of another version, are here", file=parts,
-            expected="--force without --resume to begin anew, or another -o",
-        )  # fmt: skip
+        expected = "--force without --resume to begin anew, or another -o"
+        raise FileError("chunks of another study, or of another version, are here", file=parts, expected=expected)
     if parts.is_dir() and any(parts.glob("*.npz")) and not resume:
         expected = "--resume to go on, or --force to begin anew"
         raise FileError("this study was interrupted", file=parts, expected=expected)

@@ -88,8 +88,9 @@ def _name_point(setting: Setting) -> Iterator[None]:
     except ModelError as error:
         at = ", ".join(f"{k}: {v}" for k, v in setting.point.varied)
         message = error.message + (f" (at {at})" if at else "")
-        place, found, expected = setting.path, error.found, error.expected
-        raise FormatError(message, file=place, key=error.key, found=found, expected=expected) from None
+        raise FormatError(
+            message, file=setting.path, key=error.key, found=error.found, expected=error.expected
+        ) from None
 
 
 def trials_of(study: Study, point: int) -> Any:

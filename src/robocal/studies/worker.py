@@ -32,10 +32,8 @@ class Worker:
 
     def __init__(self) -> None:
         env = {**os.environ, **dict.fromkeys(THREADS, "1")}
-        self.process = subprocess.Popen(
-            [sys.executable, "-P", "-c", BEGIN, *sys.path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env,
-            start_new_session=True,
-        )  # fmt: skip
+        command, pipe = [sys.executable, "-P", "-c", BEGIN, *sys.path], subprocess.PIPE
+        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, env=env, start_new_session=True)
 
     def ask(self, work: Work) -> None:
         """Has a chunk done. Raises Died where the process ended, and whatever the trials raised."""
@@ -75,22 +73,15 @@ def _receive(stream: IO[bytes]) -> Any:
 
 def serve() -> None:
     """Works until no request comes, or no reader is left."""
-    with contextlib.suppress(BrokenPipeError):
-        _serve()
-
-
-def _serve() -> None:
     questions, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever prints does not speak between the lines
-    while True:
-        try:
+    with contextlib.suppress(BrokenPipeError, EOFError):
+        while True:
             work = _receive(questions)
-        except EOFError:
-            return
-        try:
-            do(work)
-            if not gc.get_freeze_count():
-                gc.freeze()  # what one chunk needed the next one needs: it is not looked through for garbage again and again
-            _send(answers, None)
-        except Exception as error:
-            _send(answers, error)
+            try:
+                do(work)
+                if not gc.get_freeze_count():
+                    gc.freeze()  # what one chunk needed the next one needs: it is not looked through for garbage again and again
+                _send(answers, None)
+            except Exception as error:
+                _send(answers, error)

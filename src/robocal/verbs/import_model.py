@@ -54,7 +54,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ca
     robot.yaml can be, and writes nothing then."""
     from robocal.errors import ModelError
     from robocal.files.cable.caspr import open_caspr
-    from robocal.files.cable.show import describe_cable
+    from robocal.files.cable.write import describe_cable
     from robocal.files.text import ROBOT_LIMIT, read_text
     from robocal.files.writing import refuse_existing
     from robocal.session.cable.statics_options import cable_document, robot_inputs

@@ -1,12 +1,24 @@
-"""What robot.yaml with `kind: cable` may say: its keys. Values are read by `values.py`."""
+"""What robot.yaml with `kind: cable` may say: its keys, and its values.
+
+A value is a plain number or list, or `{value, unit, source, assumed}` where one of these is to be said of it alone.
+"""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+import math
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
 
+import numpy as np
+from pydantic import BeforeValidator
+
+from robocal._types import Array
+from robocal.errors import one_of
 from robocal.files.schema import FileModel, Name, Version
+from robocal.files.units import UNITS, Unit
+from robocal.files.yamlio import Path_, YamlDocument, path_text
 
-__all__ = ["CableModel", "CableRobotModel", "CableUnitsModel", "CommonModel", "PlatformModel", "PulleyModel"]
+__all__ = ["MATERIALS", "CableModel", "CableRobotModel", "CableUnits", "CableValues", "CommonModel"]
 
 
 class CableUnitsModel(FileModel):
@@ -23,6 +35,13 @@ class PulleyModel(FileModel):
 
     radius: Any
     axis: Any
+
+    def numbers(self, at: Path_, values: CableValues) -> tuple[float, Array]:
+        """Radius in m, and axis (3,). Raises FormatError."""
+        axis = values.vector(self.axis, (*at, "axis"), "1")
+        if not axis.any():
+            values.document.fail("an axis needs a direction", (*at, "axis"), found=self.axis, expected="not all zero")
+        return values.number(self.radius, (*at, "radius"), "m"), axis
 
 
 class CommonModel(FileModel):
@@ -58,6 +77,9 @@ class CableCalibrateModel(FileModel):
     free: list[str]
 
 
+OrEmpty = BeforeValidator(lambda value: {} if value is None else value)
+
+
 class CableRobotModel(FileModel):
     """robot.yaml with `kind: cable` as a mapping."""
 
@@ -70,7 +92,108 @@ class CableRobotModel(FileModel):
     frame_anchors: Any
     platform_anchors: Any
     cables: list[CableModel] | None = None
-    every_cable: CommonModel | None = None
-    platform: PlatformModel | None = None
+    every_cable: Annotated[CommonModel, OrEmpty] = CommonModel()
+    platform: Annotated[PlatformModel, OrEmpty] = PlatformModel()
     calibrate: CableCalibrateModel | None = None
     source: str | None = None
+
+
+KEYS = ("value", "unit", "source", "assumed")
+# What a cable is made of: its key in robot.yaml -> the field of CableRobot, and its unit in SI.
+MATERIALS = {
+    "tension": ("limits", "N"),
+    "elasticity": ("elasticity", "1/N"),
+    "density": ("density", "N/m"),
+    "diameter": ("diameter", "m"),
+}
+
+
+@dataclass(frozen=True)
+class CableUnits:
+    """The units in which a file speaks; what is made of several follows from them."""
+
+    length: Unit = UNITS["m"]
+    angle: Unit = UNITS["deg"]
+    force: Unit = UNITS["N"]
+    mass: Unit = UNITS["kg"]
+
+    def of(self, si: str) -> Unit:
+        """The unit for a quantity whose SI unit is `si`."""
+        length, force, mass = self.length, self.force, self.mass
+        made = {
+            "m": length,
+            "rad": self.angle,
+            "N": force,
+            "kg": mass,
+            "1/N": Unit(f"1/{force.name}", si, 1 / force.factor),
+            "N/m": Unit(f"{force.name}/{length.name}", si, force.factor / length.factor),
+            "kg m2": Unit(f"{mass.name} {length.name}2", si, mass.factor * length.factor**2),
+        }
+        return made.get(si, UNITS["1"])
+
+
+@dataclass
+class CableValues:
+    """Reads values at key paths into SI and notes which were said to come from somewhere, or to be assumed."""
+
+    document: YamlDocument
+    units: CableUnits
+    sources: dict[str, str] = field(default_factory=dict)
+    assumed: list[str] = field(default_factory=list)
+
+    def number(self, raw: Any, at: Path_, si: str) -> float:
+        """One number. Raises FormatError."""
+        value, unit, path = self._open(raw, at, si)
+        return self._one(value, path, unit)
+
+    def vector(self, raw: Any, at: Path_, si: str, size: int = 3) -> Array:
+        """A list of `size` numbers. Raises FormatError."""
+        value, unit, path = self._open(raw, at, si)
+        return np.array(self._list(value, path, unit, size))
+
+    def matrix(self, raw: Any, at: Path_, si: str) -> Array:
+        """Three lists of three numbers. Raises FormatError."""
+        value, unit, path = self._open(raw, at, si)
+        if not isinstance(value, list) or len(value) != 3:
+            self.document.fail("wrong shape", path, found=value, expected="three lists of three numbers")
+        return np.array([self._list(row, (*path, i), unit, 3) for i, row in enumerate(value)])
+
+    def place(self, raw: Any, at: Path_, si: str) -> tuple[Path_, Unit]:
+        """Where a value stands, and its unit: what writing back needs."""
+        _, unit, path = self._open(raw, at, si)
+        return path, unit
+
+    def _open(self, raw: Any, at: Path_, si: str) -> tuple[Any, Unit, Path_]:
+        unit = self.units.of(si)
+        if not isinstance(raw, dict):
+            return raw, unit, at
+        for key in raw:
+            if key not in KEYS:
+                self.document.fail("unknown key", (*at, key), **one_of(key, KEYS))
+        if "value" not in raw:
+            self.document.fail("a key is missing", (*at, "value"), expected="{value: ..., source: ..., assumed: true}")
+        if raw.get("unit") is not None:
+            where = (*at, "unit")
+            unit = self.document.unit(raw["unit"], si, where)
+        if not isinstance(raw.get("source", ""), str):
+            self.document.fail("not a text", (*at, "source"), found=raw["source"], expected="a text")
+        if not isinstance(raw.get("assumed", False), bool):
+            self.document.fail("not true or false", (*at, "assumed"), found=raw["assumed"], expected="true or false")
+        name = path_text(at)
+        if raw.get("source"):
+            self.sources[name] = raw["source"]
+        if raw.get("assumed") and name not in self.assumed:
+            self.assumed.append(name)
+        return raw["value"], unit, (*at, "value")
+
+    def _list(self, value: Any, at: Path_, unit: Unit, size: int) -> list[float]:
+        if not isinstance(value, list) or len(value) != size:
+            self.document.fail("wrong shape", at, found=value, expected=f"a list of {size} numbers")
+        return [self._one(v, (*at, i), unit) for i, v in enumerate(value)]
+
+    def _one(self, value: Any, at: Path_, unit: Unit) -> float:
+        bad = isinstance(value, bool) or not isinstance(value, int | float)
+        if bad or not math.isfinite(value):
+            expected = "a finite number" + ("" if unit.name == "1" else f" in {unit.name}")
+            self.document.fail("not a finite number", at, found=value, expected=expected)
+        return unit.to_si(float(value))

@@ -10,14 +10,14 @@ from typing import Self
 from robocal.cables.check import check
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
+from robocal.files.cable.cable_model import CableUnits
 from robocal.files.cable.pose_lists import COLUMNS
-from robocal.files.cable.values import CableUnits
 from robocal.files.text import InputFile
 from robocal.files.units import Unit
 from robocal.files.yamlio import Path_, YamlDocument, path_text
 from robocal.remarks.remark import Remark
 
-__all__ = ["CableFile", "place_of", "robot_remarks"]
+__all__ = ["CableFile", "robot_remarks"]
 
 Place = tuple[Path_, Unit]
 
@@ -57,27 +57,23 @@ class CableFile:
         return self.robot.sources.get("", "")
 
 
-def robot_remarks(
-    robot: CableRobot, document: YamlDocument, where: Mapping[str, Path_] | None = None
-) -> tuple[Remark, ...]:
+def robot_remarks(robot: CableRobot, document: YamlDocument, where: Mapping[str, Path_]) -> tuple[Remark, ...]:
     """What `cables.check` says of a robot, located in its file; `where` says under which keys another format has mass,
     tension and whatever else it has for all cables at once."""
     for name in robot.cables:
         if name in COLUMNS or set(name) & set("[]"):
-            document.fail(
-                "not a usable name for a cable: lists have a column of this name",
-                place_of(f"{name}.name", robot, document, where or {}),
-                found=name,
-                expected="one that is no column of a list (id, x, rx, fx, margin, ...) and has no brackets",
-            )
+            message = "not a usable name for a cable: lists have a column of this name"
+            expected = "one that is no column of a list (id, x, rx, fx, margin, ...) and has no brackets"
+            at = _place_of(f"{name}.name", robot, document, where)
+            document.fail(message, at, found=name, expected=expected)
     try:
         return tuple(doubt.of_file(document.path) for doubt in check(robot))
     except ModelError as error:
-        path = place_of(str(error.key), robot, document, where or {})
+        path = _place_of(str(error.key), robot, document, where)
         raise error.of_file(document.path, row=document.row(path), key=path_text(path) or error.key) from None
 
 
-def place_of(key: str, robot: CableRobot, document: YamlDocument, where: Mapping[str, Path_]) -> Path_:
+def _place_of(key: str, robot: CableRobot, document: YamlDocument, where: Mapping[str, Path_]) -> Path_:
     """The key path that a complaint of the model speaks of."""
     owner, _, what = key.partition(".")
     if (what or key) in where:

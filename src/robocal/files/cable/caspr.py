@@ -6,6 +6,7 @@ other chains, muscles and springs that nobody drives are other machines, and are
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,9 +17,9 @@ from robocal.cables.check import PRINTED, check
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FileError, FormatError, ModelError, nearest
+from robocal.files.cable.cable_model import CableUnits
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.casprtree import CasprNode, parse_caspr, unheld, unread_elements
-from robocal.files.cable.values import CableUnits
 from robocal.files.text import ROBOT_LIMIT, InputFile, Source, discreet, read_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -81,9 +82,8 @@ def read_caspr(source: Source) -> CableFile:
 def open_caspr(source: Source, cable_set: str | None = None) -> Caspr:
     """The same with what its files say beside it, of any of its cable sets by name. Raises FileError or FormatError."""
     if not source.text.lstrip("\ufeff \t\r\n").startswith("<"):
-        raise FormatError(
-            "this is not XML, but a model of CASPR must be", file=source.path, expected="a file X_cables.xml"
-        )
+        message = "this is not XML, but a model of CASPR must be"
+        raise FormatError(message, file=source.path, expected="a file X_cables.xml")
     top, cables = _open(source, "cables")
     name = source.path.name
     if not name.endswith(CABLES):
@@ -93,7 +93,7 @@ def open_caspr(source: Source, cable_set: str | None = None) -> Caspr:
         raise FileError("the file of the bodies is not beside that of the cables", file=beside, found="nothing")
     its = read_text(beside, limit=ROBOT_LIMIT)
     bodies, links = _open(its, "links")
-    body = _body(links)
+    body = _body(links, beside.name)
     doubts, home = body.pop("doubts"), body.pop("home")
     chosen, others = _chosen(cables, cable_set)
     rows = [_cable(node, body["com"]) for node in chosen.every()]
@@ -108,17 +108,15 @@ def open_caspr(source: Source, cable_set: str | None = None) -> Caspr:
             doubts.append(Remark.of(Code.SAID_OF_SOME, what=what))
     if any(row.pulley[0] > 0 for row in rows):
         known["pulleys"] = Pulleys(*(np.array([row.pulley[i] for row in rows]) for i in (0, 1)))
-    called = chosen.attribute("id") or ""
+    called = chosen.optional("id") or ""
     known["sources"] = {"": f"CASPR, {name}{f' (cable set {called})' if called else ''} and {beside.name}"}
     robot = cable_robot(name.removesuffix(CABLES), [r.a for r in rows], [r.b for r in rows], **known)
     _plane(robot, home, cables)
     odd = (*(doubt.of_file(source.path) for doubt in doubts), *unread_elements(top), *unread_elements(bodies))
-    file = CableFile(
-        robot, CableUnits(), source.path, source.text, source.sha256, "caspr", (*odd, *_robot_remarks(robot, chosen, links)),
-        beside=(InputFile(beside, its.sha256),),
-    )  # fmt: skip
+    warnings, read = (*odd, *_robot_remarks(robot, chosen, links)), (InputFile(beside, its.sha256),)
+    file = CableFile(robot, CableUnits(), source.path, source.text, source.sha256, "caspr", warnings, beside=read)
     names = tuple(node.attributes.get("name", "") for node in chosen.children)
-    return Caspr(file, called, others, names, _unheld(file, chosen, others, home, top, bodies))
+    return Caspr(file, called, others, names, tuple(_unheld(called, others, home, top, bodies)))
 
 
 def bodies_of(cables: Path) -> Path:
@@ -138,21 +136,18 @@ def _robot_remarks(robot: CableRobot, chosen: CasprNode, links: CasprNode) -> tu
 
 
 def _unheld(
-    file: CableFile, chosen: CasprNode, others: tuple[str, ...], home: np.ndarray, top: CasprNode, bodies: CasprNode
-) -> tuple[Remark, ...]:
+    called: str, others: tuple[str, ...], home: np.ndarray, top: CasprNode, bodies: CasprNode
+) -> Iterator[Remark]:
     """Remarks on what a robot.yaml cannot hold: the other cable sets, where the body's coordinates are counted from, and
     whatever else is said that has no key."""
-    out = []
     if others:
-        words = chosen.attributes.get("id", "")
-        out.append(Remark.of(Code.CABLE_SETS_ASIDE, file=str(file.path), chosen=words, others=others))
+        yield Remark.of(Code.CABLE_SETS_ASIDE, file=str(top.file), chosen=called, others=others)
     if home.any():
-        x, y, z = (float(v) for v in home)  # m, as in the model and in the robot.yaml that is made of it
-        out.append(Remark.of(Code.COUNTED_FROM_ELSEWHERE, file=str(bodies.file), x=x, y=y, z=z))
+        x, y, z = map(float, home)  # m, as in the model and in the robot.yaml that is made of it
+        yield Remark.of(Code.COUNTED_FROM_ELSEWHERE, file=str(bodies.file), x=x, y=y, z=z)
     for tree in (top, bodies):
         if names := unheld(tree):
-            out.append(Remark.of(Code.NO_KEY_FOR, file=str(tree.file), names=names))
-    return tuple(out)
+            yield Remark.of(Code.NO_KEY_FOR, file=str(tree.file), names=names)
 
 
 def _plane(robot: CableRobot, home: np.ndarray, cables: CasprNode) -> None:
@@ -160,18 +155,16 @@ def _plane(robot: CableRobot, home: np.ndarray, cables: CasprNode) -> None:
     across = [i for i in range(3) if robot.planar and i not in robot.axes]
     off = (home - robot.a.mean(axis=0))[across]
     if (np.abs(off) > OFF).any():
-        cables.fail(
-            "the planar body does not move in the plane of its frame anchors",
-            found=f"{float(off[0]):.4g} m beside it",
-            expected=f"the {'xyz'[across[0]]} of <parent><location> at the anchors' mean",
-        )
+        found = f"{float(off[0]):.4g} m beside it"
+        expected = f"the {'xyz'[across[0]]} of <parent><location> at the anchors' mean"
+        cables.fail("the planar body does not move in the plane of its frame anchors", found=found, expected=expected)
 
 
 def _open(source: Source, expected: str) -> tuple[CasprNode, CasprNode]:
     """The whole tree, and its element of this tag. Raises FormatError."""
     top = parse_caspr(source)
     # Bodies stand in <links>, or since 2017 one level down.
-    found = top.one(expected) if top.tag == "bodies_system" and expected == "links" else top
+    found = top.one(expected) if (top.tag, expected) == ("bodies_system", "links") else top
     if found.tag == "robot":
         found.fail("this is a URDF of an arm, and a cable robot is needed", expected="kind: cable, or CASPR's XML")
     if found.tag != expected:
@@ -182,10 +175,10 @@ def _open(source: Source, expected: str) -> tuple[CasprNode, CasprNode]:
 def _chosen(cables: CasprNode, name: str | None) -> tuple[CasprNode, tuple[str, ...]]:
     """The set of this name, and the names of the others; without a name the set that is called the default, or the only one
     where none is."""
-    default = cables.attribute("default_cable_set")
+    default = cables.optional("default_cable_set")
     wanted = default if name is None else name
     sets = cables.all("cable_set")
-    found = sets if wanted is None and len(sets) == 1 else [s for s in sets if s.attribute("id") == wanted]
+    found = sets if wanted is None and len(sets) == 1 else [s for s in sets if s.optional("id") == wanted]
     for other in sets:
         other.aside = other not in found
     names = [s.attributes.get("id", "") for s in sets]
@@ -197,37 +190,35 @@ def _chosen(cables: CasprNode, name: str | None) -> tuple[CasprNode, tuple[str, 
     return found[0], tuple(n for s, n in zip(sets, names, strict=True) if s is not found[0])
 
 
-def _body(links: CasprNode) -> dict[str, Any]:
-    """Degrees of freedom, mass, centre of mass, inertia about it; where the body stands at zero, and what is odd."""
+def _body(links: CasprNode, name: str) -> dict[str, Any]:
+    """Degrees of freedom, mass, centre of mass, inertia about it; where the body stands at zero, and what is odd in the file `name`."""
     bodies = [b for b in links.every() if b.tag.startswith("link")]
     if len(bodies) != 1 or bodies[0].tag != "link_rigid":
         found = ", ".join(f"{len(links.all(tag))} <{tag}>" for tag in sorted({b.tag for b in bodies})) or "none"
         links.fail("a platform is one rigid body; arms and other chains of bodies are not read", found=found,
                    expected="one <link_rigid>")  # fmt: skip
     body = bodies[0]
-    if body.all("joint"):
-        joint = body.one("joint").attribute("type") or ""
-    else:
-        joint = body.one("joint_type").text.strip()
+    of_old = not body.all("joint")  # until 2017
+    joint = body.one("joint_type").text.strip() if of_old else body.one("joint").optional("type") or ""
     if joint not in JOINTS:
         body.fail("this joint is not that of a cable robot's platform", found=joint, expected=", ".join(JOINTS))
     degrees, plane = JOINTS[joint]
     physical = body.one("physical")
     tensor = physical.one("inertia")
     xx, yy, zz, xy, xz, yz = (tensor.one(f"I{k}").numbers(1)[0] for k in ("xx", "yy", "zz", "xy", "xz", "yz"))
-    if (tensor.attribute("ref") or "com").lower() != "com":
-        tensor.fail("the inertia is about another point", found=tensor.attribute("ref"), expected="com")
-    inertia, doubts = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), []
-    if degrees != "3R3T" and not _solid(inertia):
-        # A planar model needs one moment only, and zeros are written for the others.
-        doubts.append(Remark.of(Code.INERTIA_OF_NO_BODY, row=tensor.row, bodies=tensor.file.name))
-        known: dict[str, Any] = {}
+    if (tensor.optional("ref") or "com").lower() != "com":
+        tensor.fail("the inertia is about another point", found=tensor.optional("ref"), expected="com")
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    doubts: list[Remark] = []
+    known: dict[str, Any] = {"degrees": degrees, "plane": plane, "doubts": doubts}
+    if degrees == "3R3T" or _solid(inertia):
+        known["inertia"] = inertia
     else:
-        known = {"inertia": inertia}
-    com = np.array(physical.one("com_location").numbers(3))
-    mass = physical.one("mass").numbers(1)[0]
-    home = _stands(body.one("parent")) if body.all("parent") else np.zeros(3)
-    return {"degrees": degrees, "plane": plane, "mass": mass, "com": com, "home": home, "doubts": doubts, **known}
+        # A planar model needs one moment only, and zeros are written for the others.
+        doubts.append(Remark.of(Code.INERTIA_OF_NO_BODY, row=tensor.row, bodies=name))
+    known["com"] = np.array(physical.one("com_location").numbers(3))
+    known["mass"] = physical.one("mass").numbers(1)[0]
+    return known | {"home": _stands(body.one("parent")) if body.all("parent") else np.zeros(3)}
 
 
 def _stands(parent: CasprNode) -> np.ndarray:
@@ -249,16 +240,14 @@ def _cable(node: CasprNode, com: np.ndarray) -> Cable:
         node.fail(f"a cable robot pulls on cables: {why}", expected="<cable_ideal> or <cable_linear_spring>")
     ends = node.one("attachments").every()
     if len(ends) != 2 or ends[1].tag != "attachment" or ends[0].tag not in ("attachment", "base_rotating_pulley"):
-        node.fail(
-            "a cable runs from the base straight to the body",
-            found=", ".join(f"<{end.tag}>" for end in ends),
-            expected="an <attachment> or <base_rotating_pulley>, and an <attachment>",
-        )
+        found = ", ".join(f"<{end.tag}>" for end in ends)
+        expected = "an <attachment> or <base_rotating_pulley>, and an <attachment>"
+        node.fail("a cable runs from the base straight to the body", found=found, expected=expected)
     links = [0 if end.tag == "base_rotating_pulley" else end.one("link").numbers(1)[0] for end in ends]
     if links != [0, 1]:
         shown = f"links [{', '.join(f'{v:g}' for v in links)}]"
         node.fail("a cable runs from the base (0) to the body (1)", found=shown, expected="links 0 and 1")
-    reference = node.attribute("attachment_reference")
+    reference = node.optional("attachment_reference")
     if reference not in ("joint", "com") and (reference or com.any()):
         node.fail("the reference point of the attachments is not specified", found=reference, expected="joint, com")
     a, pulley = _from(ends[0])

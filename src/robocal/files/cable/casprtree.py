@@ -6,14 +6,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
 from robocal.errors import FormatError
-from robocal.files.text import FORBIDDEN, Source, forbidden_character, line_of
+from robocal.files.text import Source, line_of
 from robocal.files.unread import near_miss, remark_unknown_names
+from robocal.files.urdftree import Node, walk
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -27,30 +27,32 @@ _ENTITY = re.compile(r"&(?!(?:amp|lt|gt|quot|apos);|#)[^;\s<&]*;?")
 
 
 @dataclass(eq=False)
-class CasprNode:
-    """An element with its text, on line `row`; `asked` are the tags and attributes that somebody wanted of it, `aside` says
-    that nobody wants any of it."""
+class CasprNode(Node):
+    """An element with its text; `asked` are the tags and attributes that somebody wanted of it, `aside` says that nobody wants any of
+    it."""
 
-    tag: str
-    attributes: dict[str, str]
-    row: int
-    file: Path
+    REFUSED: ClassVar[tuple[str, str]] = ("EntityDeclHandler", "an entity is not accepted")
     text: str = ""
-    children: list[CasprNode] = field(default_factory=list)
     asked: set[str] = field(default_factory=set)
     aside: bool = False
 
-    def all(self, tag: str) -> list[CasprNode]:
+    def end(self, text: str) -> None:
+        """Takes the text between the tags. Raises FormatError where there are elements as well."""
+        self.text = text
+        if self.children and text.strip():
+            self.fail("text between elements", found=text.strip(), expected="elements alone")
+
+    def all(self, tag: str) -> list[Self]:
         """Its children of this tag."""
         self.asked.add(tag)
         return [c for c in self.children if c.tag == tag]
 
-    def every(self) -> list[CasprNode]:
+    def every(self) -> list[Self]:
         """All its children, in order."""
         self.asked |= {c.tag for c in self.children}
         return self.children
 
-    def one(self, tag: str) -> CasprNode:
+    def one(self, tag: str) -> Self:
         """Its child of this tag. Raises FormatError when there is none, or more than one."""
         found = self.all(tag)
         if not found:
@@ -61,17 +63,11 @@ class CasprNode:
             found[1].fail(f"<{self.tag}> has more than one <{tag}>", found=f"rows {rows}", expected="one")
         return found[0]
 
-    def inside(self, tag: str) -> CasprNode | None:
+    def inside(self, tag: str) -> Self | None:
         """The first element of this tag anywhere inside, None where there is none: to say where something stands."""
-        stack = self.children[::-1]  # depth is the file's, which a call in a call could not follow
-        while stack:
-            node = stack.pop()
-            if node.tag == tag:
-                return node
-            stack.extend(reversed(node.children))
-        return None
+        return next((node for child in self.children for node in walk(child) if node.tag == tag), None)
 
-    def attribute(self, name: str) -> str | None:
+    def optional(self, name: str) -> str | None:
         """An attribute, None where it is absent."""
         self.asked.add(f"@{name}")
         return self.attributes.get(name)
@@ -89,56 +85,19 @@ class CasprNode:
 
     def fail(self, message: str, **facts: Any) -> NoReturn:
         """Raises FormatError at this element."""
-        raise FormatError(message, file=self.file, row=self.row, key=f"<{self.tag}>", **facts)
+        super().fail(message, **facts | {"key": f"<{self.tag}>"})
 
 
 def parse_caspr(source: Source) -> CasprNode:
     """The tree of elements. A document type is skipped (CASPR writes one), an entity is refused: where it is declared in
     another file, a parser drops it without a word. Raises FormatError."""
-    from xml.parsers import expat
-
-    parser = expat.ParserCreate("utf-8")
-    top: list[CasprNode] = []
-    stack: list[CasprNode] = []
-
-    def begin(tag: str, attributes: dict[str, str]) -> None:
-        node = CasprNode(tag, attributes, parser.CurrentLineNumber, source.path)
-        if (strange := next(filter(forbidden_character, attributes.values()), None)) is not None:
-            node.fail(FORBIDDEN, found=strange)
-        (stack[-1].children if stack else top).append(node)
-        stack.append(node)
-
-    pieces: dict[int, list[str]] = {}
-
-    def on_text(text: str) -> None:
-        if stack:
-            pieces.setdefault(id(stack[-1]), []).append(text)
-
-    def end(_: str) -> None:
-        node = stack.pop()
-        node.text = "".join(pieces.pop(id(node), ()))
-        if node.children and node.text.strip():
-            node.fail("text between elements", found=node.text.strip(), expected="elements alone")
-
-    def refuse(*_: Any) -> NoReturn:
-        raise FormatError("an entity is not accepted", file=source.path, row=parser.CurrentLineNumber)
-
-    parser.StartElementHandler = begin
-    parser.EndElementHandler = end
-    parser.CharacterDataHandler = on_text
-    parser.EntityDeclHandler = refuse
-    try:
-        parser.Parse(source.text.encode("utf-8"), True)
-    except expat.ExpatError as error:
-        raise FormatError(
-            f"not valid XML: {expat.ErrorString(error.code)}", file=source.path, row=error.lineno
-        ) from None
+    top = CasprNode.parse(source.text, source.path)
     plain = _QUIET.sub(lambda part: "\n" * part[0].count("\n"), source.text)
     entity = _ENTITY.search(plain)
     if entity is not None:
         row = line_of(plain, entity.start())
         raise FormatError("an entity is not accepted", file=source.path, row=row, found=entity[0])
-    return top[0]
+    return top
 
 
 def unread_elements(top: CasprNode) -> tuple[Remark, ...]:

@@ -10,7 +10,7 @@ from robocal._types import Array
 from robocal.cables.boundary import Outline
 from robocal.cables.closure import Dexterity
 from robocal.cables.workspace import Grid
-from robocal.files.cable.values import CableUnits
+from robocal.files.cable.cable_model import CableUnits
 from robocal.files.csvtable import csv_text
 
 __all__ = ["cells_text", "outlines_text"]

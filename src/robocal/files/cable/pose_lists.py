@@ -1,35 +1,42 @@
-"""Lists for cable robots: poses of the platform, and cable lengths, one per row of a CSV whose headers carry units.
+"""Lists for cable robots: poses of the platform, and cable lengths, one per row of a CSV whose headers carry units; and lists of
+reachable poses and programs for a controller, which are read back as either.
 
 id, x [m], y [m], z [m], rx [deg], ry [deg], rz [deg]       a pose: translation and rotation vector (none where it does not turn)
 id, c1 [m], c2 [m], ...                                     lengths as the sensors show them, one column per cable
 id, c1.geometric [m], c2.geometric [m], ...                 the same where the cables stretch and nobody said by how much
 c1.tension [N], c2.tension [N], ...                         in either, where cables stretch or sag
 fx [N], fy, fz, mx [Nm], my, mz                             with poses: what else pulls at the platform, base axes
+id, x [m], ..., rz [deg], c1 [m], ..., c1.tension [N], ..., lambda, limit, contact, rank     poses.csv
+id, x [m], ..., rz [deg], c1 [m], ..., c1.tension [N], ..., pose, way, share                 program.csv
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.cables.check import FAR
 from robocal.cables.geometry import CableRobot
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.headers import IDS, row_names
-from robocal.files.kinds.kind import column_units
+from robocal.files.kinds.kind import column_units, unit_rows
 from robocal.files.orientation import quaternion
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import YamlDocument
 from robocal.geometry import se3, so3
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.quantities import Column
+from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
+
+if TYPE_CHECKING:
+    from robocal.cables.pose_list import MotionProgram, PoseList
 
 __all__ = [
     "COLUMNS",
@@ -37,6 +44,8 @@ __all__ = [
     "CableList",
     "length_columns",
     "pose_columns",
+    "pose_listing",
+    "program_listing",
     "read_cable_lengths",
     "read_platform_poses",
     "tension_columns",
@@ -44,7 +53,7 @@ __all__ = [
 
 QUATERNION = ("qx", "qy", "qz", "qw")
 AWAY = (0.01, np.radians(1.0))  # m and rad across what a platform can do: more than an instrument is off
-UNIT = 2e-2  # from a length of one: what rounding to two digits leaves
+DIGITS = 9  # of a length in m: a nanometre
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 # What columns of lists are called, and so no cable.
 COLUMNS = (
@@ -81,19 +90,12 @@ def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> Cabl
         raise table.fail("the orientation is given twice", column=given[0], expected="rx, ry, rz or qx, qy, qz, qw")
     elif given:
         place = _columns(table, FRAME_SYMBOLS[:3], ("m",) * 3)
-        q = _columns(table, QUATERNION, ("1",) * 4)
-        norm = np.linalg.norm(q, axis=1)
-        table.insist(np.abs(norm - 1) < UNIT, QUATERNION, "not a unit quaternion", norm, expected="a length of 1")
-        poses = se3.compose(quaternion(q / norm[:, None]), place)
+        q = unit_rows(_columns(table, QUATERNION, ("1",) * 4), table, QUATERNION, "quaternion")
+        poses = se3.compose(quaternion(q), place)
     else:
         poses = se3.from_vector(_columns(table, FRAME_SYMBOLS, ("m", "m", "m", "rad", "rad", "rad")))
-    table.insist(
-        np.abs(poses[:, :3, 3]) < FAR,
-        FRAME_SYMBOLS[:3],
-        "so far away is no platform",
-        poses[:, :3, 3],
-        expected=f"within {FAR:g} m",
-    )
+    place, expected = poses[:, :3, 3], f"within {FAR:g} m"
+    table.insist(np.abs(place) < FAR, FRAME_SYMBOLS[:3], "so far away is no platform", place, expected=expected)
     made = replace(_list(table, poses, robot), wrench=_wrenches(table))
     return replace(made, warnings=(*_unread(table, robot, (*IDS, *WRENCH)), *_beyond(robot, made)))
 
@@ -202,3 +204,43 @@ def pose_columns(names: Sequence[str], poses: Array) -> tuple[Column, ...]:
         Column("id", "", tuple(names)),
         *(Column(s, u, v, decimals=12) for s, u, v in zip(FRAME_SYMBOLS, units, values.T, strict=True)),
     )
+
+
+def pose_listing(
+    robot: CableRobot, names: Sequence[str], poses: PoseList, made: MotionProgram, rank: Mapping[int, int] | None = None
+) -> Listing:
+    """poses.csv: the poses; `rank` says which are chosen, 1 the most telling."""
+
+    who = poses.contacts.names(robot.cables)
+    met = [LIMITS[i].startswith("cable") for i in poses.limit]
+    return Listing((
+        *pose_columns(names, made.pose[:, -1]),
+        *_cable_columns(robot, made.lengths[:, -1], made.tension[:, -1]),
+        Column("lambda", "", poses.fraction, digits=9),
+        Column("limit", "", [LIMITS[i] for i in poses.limit]),
+        Column("contact", "", [w if m else None for w, m in zip(who, met, strict=True)]),
+        *([] if rank is None else [Column("rank", "", [rank.get(i) for i in range(len(names))])]),
+    ))  # fmt: skip
+
+
+def program_listing(robot: CableRobot, names: Sequence[str], made: MotionProgram, order: Ints) -> Listing:
+    """program.csv: all waypoints in the order in which a controller takes them: from X_0 out to a pose, back, to the next.
+
+    `id` counts them from 0; `way` is start, out, pose or back; `share` is how far from X_0 (0) to the pose (1).
+    """
+    last = len(made.shares) - 1
+    one = [*range(1, last + 1), *range(last - 1, -1, -1)]
+    ways = np.repeat(np.concatenate([order[:1], order]), [1, *[len(one)] * len(order)])
+    points = np.concatenate([[0], np.tile(one, len(order))])
+    words = ["out"] * (last - 1) + ["pose"] + ["back"] * last
+    return Listing((
+        *pose_columns([str(i) for i in range(len(ways))], made.pose[ways, points]),
+        *_cable_columns(robot, made.lengths[ways, points], made.tension[ways, points]),
+        Column("pose", "", ["", *(names[i] for i in ways[1:])]),
+        Column("way", "", ["start", *words * len(order)]),
+        Column("share", "", np.asarray(made.shares)[points], digits=6),
+    ))  # fmt: skip
+
+
+def _cable_columns(robot: CableRobot, lengths: Array, tension: Array) -> tuple[Column, ...]:
+    return (*length_columns(robot, lengths, decimals=DIGITS), *tension_columns(robot, tension))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
 
 from robocal.cables.geometry import cable_robot
+from robocal.files.cable.cable_model import MATERIALS, CableUnits, CableValues
 from robocal.files.cable.cablefile import CableFile, robot_remarks
-from robocal.files.cable.values import CableUnits, CableValues
 from robocal.files.schema import FileModel, validate
 from robocal.files.yamlio import YamlDocument
 
@@ -60,47 +61,29 @@ def read_published(document: YamlDocument) -> CableFile:
     m = len(a)
     for key, other in (("platform_anchors", b), ("initial_lengths_m", zeros)):
         if len(other) != m and (other or key == "platform_anchors"):
-            document.fail(
-                "not as many as frame anchors", (key,), found=len(other), expected=f"{m}, one for each frame anchor"
-            )
-    known: dict[str, Any] = {}
+            expected = f"{m}, one for each frame anchor"
+            document.fail("not as many as frame anchors", (key,), found=len(other), expected=expected)
+    said = _comments(document)
+    known: dict[str, Any] = {"sources": {"": said} if said else {}, "assumed": _find_assumed(document, m)}
     if model.mass_kg is not None:
-        known["mass"] = si.number(model.mass_kg, ("mass_kg",), "kg")
+        known["mass"] = si.number(model.mass_kg, WHERE["mass"], "kg")
     if model.centre_of_mass_m is not None:
         known["com"] = si.vector(model.centre_of_mass_m, ("centre_of_mass_m",), "m")
     if model.tension_limits_N is not None:
-        known["limits"] = np.tile(si.vector(model.tension_limits_N, ("tension_limits_N",), "N", 2), (m, 1))
-    for key, field_, unit_ in (
-        ("diameter_m", "diameter", "m"),
-        ("elongation_per_N", "elasticity", "1/N"),
-        ("weight_N_per_m", "density", "N/m"),
-    ):
-        raw = getattr(model.cable, key, None)
+        known["limits"] = np.tile(si.vector(model.tension_limits_N, WHERE["tension"], "N", 2), (m, 1))
+    for key in ("diameter", "elasticity", "density"):
+        raw = getattr(model.cable, WHERE[key][1], None)
         if raw is not None:
-            known[field_] = np.full(m, si.number(raw, ("cable", key), unit_))
-    said = _comments(document)
-    robot = cable_robot(
-        model.name,
-        np.array(a),
-        np.array(b),
-        zeros or None,
-        sources={"": said} if said else {},
-        assumed=_find_assumed(document, m),
-        **known,
-    )
+            known[key] = np.full(m, si.number(raw, WHERE[key], MATERIALS[key][1]))
+    robot = cable_robot(model.name, np.array(a), np.array(b), zeros or None, **known)
     warnings = robot_remarks(robot, document, WHERE)
-    units = CableUnits(length=unit)
-    return CableFile(robot, units, document.path, document.text, document.sha256, "published", warnings)
+    return CableFile(robot, own.units, document.path, document.text, document.sha256, "published", warnings)
 
 
 def _comments(document: YamlDocument) -> str:
     """The comment lines at the top."""
-    head = []
-    for line in document.text.splitlines():
-        if not line.startswith("#"):
-            break
-        head.append(line.lstrip("# ").rstrip())
-    return " ".join(head)
+    head = takewhile(lambda line: line.startswith("#"), document.text.splitlines())
+    return " ".join(line.lstrip("# ").rstrip() for line in head)
 
 
 def _find_assumed(document: YamlDocument, m: int) -> tuple[str, ...]:
@@ -109,9 +92,5 @@ def _find_assumed(document: YamlDocument, m: int) -> tuple[str, ...]:
     each = {"frame_anchors": "a", "platform_anchors": "b", "initial_lengths_m": "zero", "tension_limits_N": "tension"}
     names = {key: tuple(f"c{i + 1}.{what}" for i in range(m)) for key, what in each.items()}
     names |= {"mass_kg": ("mass",), "centre_of_mass_m": ("com",)}
-    out: list[str] = []
-    for key, those in names.items():
-        row = document.lines.get((key,))
-        if row is not None and re.search(r"#\s*assumed", lines[row - 1]):
-            out.extend(those)
-    return tuple(out)
+    rows = {key: row for key in names if (row := document.lines.get((key,))) is not None}
+    return tuple(n for key, row in rows.items() if re.search(r"#\s*assumed", lines[row - 1]) for n in names[key])

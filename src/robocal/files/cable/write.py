@@ -1,23 +1,25 @@
-"""A cable robot with identified numbers, back into its file: only numbers change, every other byte stays."""
+"""A cable robot as the text of a robot.yaml: written anew, or with identified numbers back into its file, where only numbers change
+and every other byte stays."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 
+from robocal._types import Array
 from robocal.cables.geometry import PLATFORM, CableRobot
 from robocal.errors import FormatError, ModelError, nearest
+from robocal.files.cable.cable_model import MATERIALS, CableUnits
 from robocal.files.cable.cable_robot import parse_cable
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.show import describe_cable
 from robocal.files.text import Source
-from robocal.files.units import number, same
-from robocal.files.yamlio import Path_, add_stamp, edit, path_text
+from robocal.files.units import Unit, number, same
+from robocal.files.yamlio import Path_, add_stamp, edit, path_text, quote
 
-__all__ = ["render_cable"]
+__all__ = ["describe_cable", "render_cable"]
 
 ZERO = ".l0"
 
@@ -26,10 +28,8 @@ def _body(robot: CableRobot) -> dict[str, float]:
     """Mass and centre of mass by the names that they have where load cells tell them."""
     if robot.mass is None:
         return {}
-    return {
-        f"{PLATFORM}.mass": float(robot.mass),
-        **{f"{PLATFORM}.c{s}": float(v) for s, v in zip("xyz", robot.com, strict=True)},
-    }
+    com = {f"{PLATFORM}.c{s}": float(v) for s, v in zip("xyz", robot.com, strict=True)}
+    return {f"{PLATFORM}.mass": float(robot.mass)} | com
 
 
 def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
@@ -57,12 +57,9 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
             continue  # another cable's, who shares its anchor
         first = owner.setdefault(path, name)
         if first != name and not same(after_values[first], after_values[name]):
-            raise ModelError(
-                f"{first} and {name} are one anchor in the file and cannot be at two places",
-                file=file.path,
-                key=path_text(path),
-                expected="a separate anchor for every cable",
-            )
+            message = f"{first} and {name} are one anchor in the file and cannot be at two places"
+            expected = "a separate anchor for every cable"
+            raise ModelError(message, file=file.path, key=path_text(path), expected=expected)
         if name in changed:
             out[path] = unit.from_si(changed[name])
     text = edit(file.text, out, file.path)
@@ -83,3 +80,91 @@ def _with_zeros(text: str, file: CableFile, values: Mapping[str, float]) -> str 
     except FormatError:
         return None
     return longer if read.cables == file.robot.cables else None
+
+
+def describe_cable(robot: CableRobot, units: CableUnits | None = None) -> str:
+    """A robot.yaml that reads back as this robot, with the sources of its values and which of them are assumed."""
+    units = units or CableUnits()
+    words = ", ".join(f"{f.name}: {getattr(units, f.name).name}" for f in fields(units))
+    lines = [
+        "robocal: 1",
+        f"name: {quote(robot.name)}",
+        "kind: cable",
+        f"units: {{{words}}}",
+        f"degrees: {robot.degrees}",
+    ]
+    if robot.planar:
+        lines.append(f"plane: {robot.plane}")
+    for key, letter, points in (("frame_anchors", "a", robot.a), ("platform_anchors", "b", robot.b)):
+        lines.append(f"{key}:")
+        for i, (cable, point) in enumerate(zip(robot.cables, points, strict=True), start=1):
+            if _owner(robot, cable, letter) == i:
+                lines.append(f"  {letter.upper()}{i}: {_shown(robot, f'{cable}.{letter}', point, units.length)}")
+    lines += _cables(robot, units)
+    com = robot.com if np.any(robot.com) or robot.mass is not None else None
+    body = [
+        f"{key}: {_shown(robot, name, value, units.of(si))}"
+        for key, name, value, si in (
+            ("mass", "mass", robot.mass, "kg"),
+            ("centre_of_mass", "com", com, "m"),
+            ("inertia", "inertia", robot.inertia, "kg m2"),
+        )
+        if value is not None
+    ]
+    if body:
+        lines.append(f"platform: {{{', '.join(body)}}}")
+    if robot.table.free:
+        lines.append(f"calibrate: {{free: [{', '.join(quote(n) for n in robot.table.free)}]}}")
+    if robot.sources.get(""):
+        lines.append(f"source: {quote(robot.sources[''])}")
+    return "\n".join(lines) + "\n"
+
+
+def _cables(robot: CableRobot, units: CableUnits) -> list[str]:
+    """One line per cable, and one for what they have in common."""
+    common, own = [], []
+    for key, (what, si) in MATERIALS.items():
+        if (numbers := getattr(robot, what)) is None:
+            continue
+        each = [
+            f"{key}: {_shown(robot, f'{c}.{key}', v, units.of(si))}" for c, v in zip(robot.cables, numbers, strict=True)
+        ]
+        if len(set(each)) == 1:
+            common.append(each[0])
+        else:
+            own.append(each)
+    lines = ["cables:"]
+    for i, cable in enumerate(robot.cables):
+        words = [
+            f"name: {quote(cable)}",
+            f"frame: A{_owner(robot, cable, 'a')}",
+            f"platform: B{_owner(robot, cable, 'b')}",
+        ]
+        words.append(f"zero: {_shown(robot, f'{cable}.zero', robot.zeros[i], units.length)}")
+        words += [each[i] for each in own]
+        if robot.pulleys is not None and robot.pulleys.radius[i] > 0:
+            radius = _shown(robot, f"{cable}.pulley", robot.pulleys.radius[i], units.length)
+            words.append(f"pulley: {{radius: {radius}, axis: {_numbers(robot.pulleys.axis[i], units.of('1'))}}}")
+        lines.append(f"  - {{{', '.join(words)}}}")
+    return lines + ([f"every_cable: {{{', '.join(common)}}}"] if common else [])
+
+
+def _owner(robot: CableRobot, cable: str, letter: str) -> int:
+    """The number of the cable whose anchor a cable has, from 1."""
+    return robot.cables.index(robot.row(f"{cable}.{letter}x").rpartition(".")[0]) + 1
+
+
+def _numbers(value: Array | float, unit: Unit) -> str:
+    if isinstance(value, np.ndarray) and value.ndim:
+        return f"[{', '.join(_numbers(v, unit) for v in value)}]"
+    return number(unit.from_si(float(value)))
+
+
+def _shown(robot: CableRobot, name: str, value: Array | float, unit: Unit) -> str:
+    """A value in a unit, with its source and whether it is assumed, when either is known."""
+    shown, words = _numbers(value, unit), []
+    if name in robot.sources:
+        words.append(f"source: {quote(robot.sources[name])}")
+    if name in robot.assumed:
+        words.append("assumed: true")
+    return f"{{value: {shown}, {', '.join(words)}}}" if words else shown

@@ -31,6 +31,7 @@ __all__ = [
     "scalar",
     "show_scalar",
     "sigmas",
+    "unit_rows",
     "whole",
     "yaml_names",
 ]  # fmt: skip
@@ -113,7 +114,6 @@ class KindFile:
     of a target it can see; `free` says what of its place is free unless stated, `located` whether its first three
     values are where the tool is, and `lengths` is the section whose readings are lengths."""
 
-    name: str
     model: type[DataModel]
     read: Callable[[Any, CsvTable, YamlDocument], Values]
     write: Callable[[Observations, Units], KindOutput]
@@ -224,6 +224,13 @@ def show_scalar(key: str, options: Mapping[str, object], unit: Unit) -> tuple[st
     if isinstance(free, tuple):
         words.append(f"free: {str(key in free).lower()}")
     return (f"{key}: {{{', '.join(words)}}}",)
+
+
+def unit_rows(numbers: Array, table: CsvTable, columns: Sequence[str | int], what: str) -> Array:
+    """Vectors (k, n) of length 1 without what rounding left of them. Raises FormatError for others."""
+    size = np.linalg.norm(numbers, axis=1)
+    table.insist(np.abs(size - 1) < 2e-2, columns, f"not a unit {what}", size, expected="a length of 1")
+    return np.asarray(numbers / size[:, None])
 
 
 def refuse_one_sigma(missing: str, document: YamlDocument) -> NoReturn:

@@ -56,23 +56,21 @@ class LoadModel(DataModel):
 
 def _each(key: str, si: str, given: ValueModel, table: CsvTable, document: YamlDocument) -> Values:
     """Numbers (k, cables) of a quantity, and the names of their columns."""
+    at = (key, "columns")
     if given.columns is None:
-        document.fail("a key is missing", (key, "columns"), expected="a column for each cable of the robot")
+        document.fail("a key is missing", at, expected="a column for each cable of the robot")
     names = tuple(str(table.label(table.find(c))) for c in given.columns)
     again = sorted({n for n in names if names.count(n) > 1})
     if again:
-        document.fail(
-            "a column is named twice", (key, "columns"), found=", ".join(again), expected="one for each cable"
-        )
+        document.fail("a column is named twice", at, found=", ".join(again), expected="one for each cable")
     return QuantityColumns(key, names, (), si).values(given, table, document).with_options({"columns": names})
 
 
 def _pulls(key: str, given: ValueModel, table: CsvTable, document: YamlDocument) -> Values:
     """Tensions (k, cables) in N."""
     pulls = _each(key, "N", given, table, document)
-    table.insist(
-        pulls.value >= 0, given.columns, "a cable does not push", pulls.value, expected="a tension of 0 or above"
-    )
+    found, expected = pulls.value, "a tension of 0 or above"
+    table.insist(found >= 0, given.columns, "a cable does not push", found, expected=expected)
     return pulls
 
 
@@ -111,9 +109,8 @@ def read_load(model: LoadModel, table: CsvTable, document: YamlDocument) -> Valu
     """Tensions (k, cables) in N."""
     values = _pulls("load", model.load, table, document)
     if values.sigma is not None and np.ptp(values.sigma) > 0:
-        document.fail(
-            "load cells have one standard deviation", ("load", "sigma"), expected="one number for all cells and rows"
-        )
+        expected = "one number for all cells and rows"
+        document.fail("load cells have one standard deviation", ("load", "sigma"), expected=expected)
     return values.with_options({"free": tuple(model.free)})
 
 
@@ -141,16 +138,14 @@ LENGTHS_KEYS = """lengths: {{columns: [c1, c2, c3, c4], unit: {length}, sigma: 1
 # gain: {{name: drums, each: true}}    # each drum winds up a little more or less than it shows; without each, all alike
 # zeros: evening    # the sensors were set anew: zeros of their own, free, shared by all files that say so
 """
-LENGTHS = KindFile(
-    "lengths", LengthsModel, read_lengths, write_each, LENGTHS_KEYS, parts=length_parts, lengths="lengths"
-)
+LENGTHS = KindFile(LengthsModel, read_lengths, write_each, LENGTHS_KEYS, parts=length_parts, lengths="lengths")
 
 SWIVEL_KEYS = """swivel: {{columns: [s1, s2, s3, s4], unit: {angle}, sigma: 0.1}}    # a column for each cable of the robot
 # zero: {{value: 0, unit: {angle}, free: false}}    # where the encoders count from; left out: found, for each cable
 """
-SWIVEL = KindFile("swivel", SwivelModel, read_swivel, write_each, SWIVEL_KEYS, parts=swivel_parts)
+SWIVEL = KindFile(SwivelModel, read_swivel, write_each, SWIVEL_KEYS, parts=swivel_parts)
 
 LOAD_KEYS = """load: {{columns: [t1, t2, t3, t4], unit: N, sigma: 1}}    # a load cell in every cable, the platform at rest
 # free: [mass, cx, cy, cz]    # of the platform: else as the robot's file states them
 """
-LOAD = KindFile("load", LoadModel, read_load, write_each, LOAD_KEYS, parts=parts)
+LOAD = KindFile(LoadModel, read_load, write_each, LOAD_KEYS, parts=parts)

@@ -82,11 +82,8 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
         found = [model.camera.fx, model.camera.fy]
         document.fail("a focal length must be above 0", ("camera",), found=found, expected="fx and fy in pixels")
     if (model.points is None) == (model.corners is None):
-        document.fail(
-            "the measured points are not specified",
-            ("points",),
-            expected="points: {columns: [...], unit: mm}, or corners",
-        )
+        expected = "points: {columns: [...], unit: mm}, or corners"
+        document.fail("the measured points are not specified", ("points",), expected=expected)
     if model.points is not None:
         points = POINT.values(model.points, table, document)
         return replace(values, length=points.length, extra={"point": points.value})
@@ -127,4 +124,4 @@ points: {{columns: [point_x, point_y, point_z], unit: {length}}}    # in the tar
 frame: {{name: camera, mount: base, free: true}}    # say roughly where: the base seen from the camera; in hand: mount: tool
 camera: {{name: lens, fx: 1400, fy: 1400, cx: 640, cy: 480, free: []}}    # also k1 k2 p1 p2 k3; free: true identifies all
 """
-PIXELS = KindFile("pixels", PixelsModel, read_pixels, write_pixels, PIXELS_KEYS, parts=parts)
+PIXELS = KindFile(PixelsModel, read_pixels, write_pixels, PIXELS_KEYS, parts=parts)

@@ -1,39 +1,65 @@
-"""Places that stay where they are while the arm moves: a socket, a plane, a sphere, a receiver.
+"""Places that stay where they are while the arm moves: a socket, a plane, a sphere, a receiver; and contacts with them, which need no
+instrument: a ball in a socket, a ball on a plane, a probe on a sphere.
 
-One for the whole file (`place`), one per row (`place: COLUMN`, described under `places`), and for contacts also a known
-distance between two (`between`).
+One place for the whole file (`place`), one per row (`place: COLUMN`, described under `places`), and for contacts also a known distance
+between two (`between`). What is measured is that the tool touches, so a row is joint values alone; a column of deviations is read where
+there is one (a probe that reports how far it is deflected).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BeforeValidator, Field, FiniteFloat
 
-from robocal._types import Ints
+from robocal._types import Array, Ints
 from robocal.errors import one_of
-from robocal.files.datamodel import ColumnModel, DataModel, Sigma, column_model
-from robocal.files.kinds.kind import Around, Part, Values
+from robocal.files.csvtable import CsvTable
+from robocal.files.datamodel import ColumnModel, DataModel, ScalarModel, Sigma, ValueModel, column_model
+from robocal.files.kinds.kind import (
+    FULL,
+    XYZ,
+    Around,
+    KindFile,
+    KindOutput,
+    Part,
+    QuantityColumns,
+    Values,
+    scalar,
+    show_scalar,
+    unit_rows,
+)
 from robocal.files.orientation import frame_vector
 from robocal.files.schema import FileModel, FrameModel, Name, refuse
-from robocal.files.units import Units, number
-from robocal.files.yamlio import quote
-from robocal.measure.data import Frame
+from robocal.files.units import UNITS, Units, number
+from robocal.files.yamlio import YamlDocument, quote
+from robocal.measure.data import Frame, Observations
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = [
-    "BetweenModel",
+    "PLANE",
+    "POINT",
+    "SPHERE",
     "PlaceModel",
     "PlacedModel",
-    "between",
     "each_place",
     "frame_keys",
     "frame_line",
-    "frame_of",
     "place_frames",
 ]
+
+# What a contact leaves, by how many numbers that is.
+CONTACTS = {
+    1: QuantityColumns("contact", ("deviation",), ("s_contact",)),
+    3: QuantityColumns("contact", ("dx", "dy", "dz"), ("sdx", "sdy", "sdz")),
+}
+OFFSET = QuantityColumns("offset", ("offset",), ())
+# The faces of a cube: unit normals that point away from its centre.
+FACES = {f"{sign}{axis}": (1 if sign == "+" else -1) * np.eye(3)[i] for i, axis in enumerate("xyz") for sign in "+-"}
+NORMAL = ("nx", "ny", "nz")
 
 
 class PlaceModel(FrameModel):
@@ -102,7 +128,7 @@ def place_frames(
 ) -> dict[str, Frame]:
     """The places of a file by name; `names` are those that are needed. Raises FormatError for one that is described
     nowhere while others are."""
-    known: Mapping[str, PlaceModel] = model.places or {name: PlaceModel() for name in names}
+    known = model.places or {name: PlaceModel() for name in names}
     for name in names:
         if name not in known:
             around.document.fail("unknown place", ("places",), found=name, **one_of(name, known))
@@ -167,3 +193,140 @@ def between(
             targeted=False,
             nowhere=True,
         )
+
+
+def _several(value: Any) -> Any:
+    return value if isinstance(value, list) else [value]
+
+
+class ContactModel(PlacedModel):
+    """A contact, and how far it may be off: `contact: {sigma, unit}`."""
+
+    contact: ValueModel | None = None
+
+
+class PointModel(ContactModel):
+    """A ball in sockets, or a probe on spheres, some of which may be a known distance apart."""
+
+    between: Annotated[list[BetweenModel], BeforeValidator(_several)] = Field(default_factory=list)
+
+
+class SphereModel(PointModel):
+    """A probe on spheres; the radius is that of the sphere and the probe's ball together."""
+
+    radius: ScalarModel | None = None
+
+
+class CubeModel(FileModel):
+    """A datum cube: the column with the touched face (+x, -x, ...), and its edge."""
+
+    column: str | int
+    edge: FiniteFloat
+
+
+class PlaneModel(ContactModel):
+    """A ball on planes; or on the faces of a cube, or on planes of one body by normal and offset."""
+
+    radius: ScalarModel | None = None
+    cube: CubeModel | None = None
+    normal: ValueModel | None = None
+    offset: Annotated[Any, BeforeValidator(lambda v: v if v is None else column_model(v))] = None
+
+
+def read_point(model: PointModel, table: CsvTable, document: YamlDocument) -> Values:
+    """Deviations in m, normally 0: (k, 3) of a point, (k, 1) of a sphere."""
+    return CONTACTS[1 if isinstance(model, SphereModel) else 3].deviations(model.contact, table, document)
+
+
+def read_plane(model: PlaneModel, table: CsvTable, document: YamlDocument) -> Values:
+    """Deviations (k, 1) in m, normally 0; normals (k, 3) and offsets (k,) where they differ by row."""
+    values = CONTACTS[1].deviations(model.contact, table, document)
+    if model.cube is not None and (model.normal is not None or model.offset is not None):
+        document.fail("planes are stated twice", ("cube",), expected="cube, or normal and offset")
+    extra: dict[str, Array] = {}
+    if model.normal is not None:
+        names = list(NORMAL) if model.normal.columns is None else model.normal.columns
+        if len(names) != 3:
+            document.fail("wrong number of columns", ("normal", "columns"), found=len(names), expected="3: nx, ny, nz")
+        extra["normal"] = unit_rows(table.numbers(names), table, names, "normal")
+    if model.offset is not None:
+        stated = ValueModel(columns=[model.offset.column], unit=model.offset.unit)
+        extra["offset"] = OFFSET.numbers(stated, table, document)[0][:, 0]
+    if model.cube is not None:
+        extra["normal"] = _faces(model.cube, table)
+    return replace(values, extra=extra)
+
+
+def _faces(cube: CubeModel, table: CsvTable) -> Array:
+    cells = table.texts(cube.column)
+    words = [cell if cell[:1] in "+-" else f"+{cell}" for cell in cells]
+    if (row := next((i for i, word in enumerate(words) if word not in FACES), None)) is not None:
+        label, found = table.label(table.find(cube.column)), cells[row]
+        raise table.fail("not a face of a cube", row, label, found=found, **one_of(found, FACES))
+    return np.array([FACES[word] for word in words])
+
+
+def _with_distances(model: PointModel, values: Values, around: Around) -> Sequence[Part]:
+    """One part for every place, and one distance for every pair that is a known distance apart."""
+    parts, known = zip(*each_place(model, values, XYZ, around), strict=True)
+    touched = {part.group: int(part.rows[0]) for part in parts}
+    return [*parts, *between(model.between, known[0], touched, around)]
+
+
+def sphere_parts(model: SphereModel, values: Values, around: Around) -> Sequence[Part]:
+    """The same; all spheres share the radius."""
+    if model.radius is not None and model.radius.value is not None and model.radius.value <= 0:
+        around.document.fail("not a radius", ("radius", "value"), found=model.radius.value, expected="above 0")
+    options = {"radius": around.name, **scalar(model.radius, "m", "radius", around)}
+    return _with_distances(model, values.with_options(options), around)
+
+
+def plane_parts(model: PlaneModel, values: Values, around: Around) -> Sequence[Part]:
+    """One part for every plane or body."""
+    extra = dict(values.extra)
+    if model.cube is not None:
+        if model.cube.edge <= 0:
+            around.document.fail("not a length", ("cube", "edge"), found=model.cube.edge, expected="above 0")
+        extra["offset"] = np.full(len(values.value), around.units.length.to_si(model.cube.edge) / 2)
+    # A pointed tool is a ball of no size.
+    if model.radius is not None and model.radius.value is not None and model.radius.value < 0:
+        around.document.fail("not a radius", ("radius", "value"), found=model.radius.value, expected="0 or above")
+    shared = replace(values, extra=extra).with_options(scalar(model.radius, "m", "radius", around))
+    # A plate shows three of the six, which three depends on where it looks: those that are not seen are dropped.
+    return [part for part, _ in each_place(model, shared, FULL, around)]
+
+
+def write_contact(obs: Observations, units: Units) -> KindOutput:
+    """The sigma, and deviations where there are any; normals, offsets and the radius, where they are known."""
+    size = obs.value.shape[1]
+    quantity = CONTACTS[size]
+    made, lines = quantity.columns(obs, units), [quantity.line(obs)]
+    if not obs.value.any():
+        made, lines = made[size:], [quantity.line(obs, f"unit: {units.length.name}")]
+    if "normal" in obs.extra:
+        made += tuple((n, UNITS["1"], obs.extra["normal"][:, i]) for i, n in enumerate(NORMAL))
+        lines.append("normal: {columns: [nx, ny, nz]}")
+    if "offset" in obs.extra:
+        made += (("offset", units.length, obs.extra["offset"]),)
+        lines.append("offset: offset")
+    return KindOutput(made, (*lines, *show_scalar("radius", obs.options, units.length)))
+
+
+POINT_KEYS = """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball sits
+place: place    # the column that names the socket; one socket: {{name: socket, xyz: [...]}}
+# places: {{a: {{xyz: [{near}]}}}}    # roughly where they stand; by default unknown
+# between: {{places: [a, b], distance: 50, sigma: 0.01, unit: {length}}}    # sockets a known distance apart
+"""
+POINT = KindFile(PointModel, read_point, write_contact, POINT_KEYS, XYZ, _with_distances, XYZ)
+SPHERE_KEYS = """contact: {{unit: {length}, sigma: 0.01}}    # how well the probe touches
+place: place    # the column that names the sphere; one sphere: {{name: sphere, xyz: [...]}}
+radius: {{name: sphere, value: {ball}, unit: {length}, free: false}}    # sphere and probe together; unknown: free: true
+# between: {{places: [a, b], distance: 300, sigma: 0.01, unit: {length}}}    # centres a known distance apart: the scale
+"""
+SPHERE = KindFile(SphereModel, read_point, write_contact, SPHERE_KEYS, XYZ, sphere_parts, XYZ)
+PLANE_KEYS = """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball touches
+place: place    # the column that names the plane; one plane: {{name: plate}}
+# radius: {{name: ball, value: 5, unit: {length}, free: false}}    # of the ball on the tool; default: the tool's point touches
+# cube: {{column: face, edge: 100}}    # faces +x, -x, +y, ... of a datum cube, whose centre is the place
+"""
+PLANE = KindFile(PlaneModel, read_plane, write_contact, PLANE_KEYS, XYZ, plane_parts, FULL)

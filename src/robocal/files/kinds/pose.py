@@ -32,6 +32,7 @@ from robocal.files.kinds.kind import (
     column_units,
     refuse_one_sigma,
     sigmas,
+    unit_rows,
 )
 from robocal.files.units import UNITS, Unit, Units
 from robocal.files.yamlio import YamlDocument
@@ -107,17 +108,14 @@ def read_position(model: Any, table: CsvTable, document: YamlDocument) -> Values
     """Positions (k, 3) in m."""
     value = model.position or PlaceValuesModel()
     if value.columns is None:
-        found = place_columns(model, table)
+        found, expected = place_columns(model, table), "position: {columns: [x, y, z], unit: mm}"
         if not found:
-            document.fail(
-                "no columns for the position", (PLACE.key,), expected="position: {columns: [x, y, z], unit: mm}"
-            )
+            document.fail("no columns for the position", (PLACE.key,), expected=expected)
         value = value.model_copy(update={"columns": found})
     for word, given in (("unit", value.unit), ("sign", value.sign)):
         if isinstance(given, list) and len(given) != 3:
-            document.fail(
-                "wrong number of entries", (PLACE.key, word), found=len(given), expected="one for each column, 3"
-            )
+            at, expected = (PLACE.key, word), "one for each column, 3"
+            document.fail("wrong number of entries", at, found=len(given), expected=expected)
     numbers, sigma, units = PLACE.numbers(value, table, document)
     digits = table.digits(value.columns) * np.array([u.factor for u in units])
     return Values(numbers * np.array(value.sign or 1.0), sigma, units[0], digits=digits)
@@ -137,11 +135,10 @@ def _rotations(model: OrientationModel, table: CsvTable, document: YamlDocument)
         angles = table.numbers(columns) * np.array([u.factor for u in units])
         most = float(np.median(np.abs(angles).max(axis=1, initial=0.0))) if len(angles) else 0.0
         if most > 2 * np.pi:
-            document.fail(
-                "orientations of more than a whole turn", (TURN.key, "unit"),
-                expected=", ".join(f"{table.label(table.find(c))} [deg]" for c in columns) + " in the header, or unit: deg",
-                found=f"{units[0].name}: {most / np.pi * 180:.3g} deg in the median",
-            )  # fmt: skip
+            found = f"{units[0].name}: {most / np.pi * 180:.3g} deg in the median"
+            headers = ", ".join(f"{table.label(table.find(c))} [deg]" for c in columns)
+            expected = f"{headers} in the header, or unit: deg"
+            document.fail("orientations of more than a whole turn", (TURN.key, "unit"), expected=expected, found=found)
         if model.form == "rotation_vector":
             return so3.exp(angles), plain, units[0]
         for word, expected in (("order", "XYZ, ZYX, ..."), ("frame", "intrinsic or extrinsic")):
@@ -155,9 +152,7 @@ def _rotations(model: OrientationModel, table: CsvTable, document: YamlDocument)
     if model.form == "matrix":
         return _from_matrix(numbers, table, columns), plain, unit
     q = numbers if model.form == "quaternion_xyzw" else numbers[:, [1, 2, 3, 0]]
-    norm = np.linalg.norm(q, axis=1)
-    table.insist(np.abs(norm - 1) < 2e-2, columns, "not a unit quaternion", norm, expected="a length of 1")
-    return orientation.quaternion(q / norm[:, None]), plain, unit
+    return orientation.quaternion(unit_rows(q, table, columns, "quaternion")), plain, unit
 
 
 def _from_matrix(numbers: Array, table: CsvTable, columns: Sequence[str | int]) -> Array:
@@ -206,27 +201,21 @@ def write_pose(obs: Observations, units: Units) -> KindOutput:
 POSITION_KEYS = """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
 frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
 """
-POSITION = KindFile(
-    "position", PositionModel, read_position, PLACE.write, POSITION_KEYS, XYZ, located=True, lengths="position"
-)
+POSITION = KindFile(PositionModel, read_position, PLACE.write, POSITION_KEYS, XYZ, located=True, lengths="position")
 POSE_KEYS = """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
 orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}
 #   form: or matrix, quaternion_xyzw, quaternion_wxyz, euler with order: XYZ, frame: intrinsic
 frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
 """
-POSE = KindFile("pose", PoseModel, read_pose, write_pose, POSE_KEYS, located=True, lengths="position")
+POSE = KindFile(PoseModel, read_pose, write_pose, POSE_KEYS, located=True, lengths="position")
 RELATIVE_POSE_KEYS = """second: {{columns: [{second}], unit: {joint_unit}}}    # the joints of the other configuration of a row
 position: {{columns: [x, y, z], unit: {length}, sigma: 0.05}}    # where it came to, seen from the first
 orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}
 # targets: {{imu: {{xyz: [0, 0, 50], free: true}}}}    # the measured thing on the tool; default the tool frame
 """
-RELATIVE_POSE = KindFile(
-    "relative_pose", RelativePoseModel, read_pose, write_pose, RELATIVE_POSE_KEYS, lengths="position"
-)
+RELATIVE_POSE = KindFile(RelativePoseModel, read_pose, write_pose, RELATIVE_POSE_KEYS, lengths="position")
 DISPLACEMENT_KEYS = """second: {{columns: [{second}], unit: {joint_unit}}}    # the joints of the other configuration of a row
 displacement: {{columns: [dx, dy, dz], unit: {length}, sigma: 0.05}}    # second minus first
 frame: {{name: camera, free: [rx, ry, rz]}}    # only how the instrument is turned is seen
 """
-DISPLACEMENT = KindFile(
-    "displacement", DisplacementModel, STEP.read, STEP.write, DISPLACEMENT_KEYS, XYZ, lengths="displacement"
-)
+DISPLACEMENT = KindFile(DisplacementModel, STEP.read, STEP.write, DISPLACEMENT_KEYS, XYZ, lengths="displacement")

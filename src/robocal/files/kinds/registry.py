@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections import UserDict
+from collections.abc import Iterable
 from importlib import import_module
+from typing import Any
 
 from robocal.files.kinds.kind import KindFile
 from robocal.measure.kinds import NAMES
@@ -11,47 +13,27 @@ from robocal.measure.machine import Model
 
 __all__ = ["READERS", "reader_of", "readers_of"]
 
-# The module in this package that reads and writes each kind; the name of the kind in capitals is its KindFile.
-MODULES = {
-    "position": "pose",
-    "pose": "pose",
-    "spherical": "angular",
-    "bearing": "angular",
-    "range": "range",
-    "distance": "distance",
-    "displacement": "pose",
-    "relative_pose": "pose",
-    "point": "contact",
-    "plane": "contact",
-    "sphere": "contact",
-    "pixels": "pixels",
+# The modules in this package that read and write several kinds; the name of a kind in capitals is its KindFile.
+SEVERAL = {
+    "pose": ("position", "pose", "displacement", "relative_pose"),
+    "ranges": ("spherical", "bearing", "range", "distance"),
+    "places": ("point", "plane", "sphere"),
 }
+MODULES = {kind: module for module, kinds in SEVERAL.items() for kind in kinds} | {"pixels": "pixels"}
 # Those of machines that have such parts alone.
 OF_PARTS: dict[str, dict[str, str]] = {
-    "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "angular"}
+    "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "ranges"}
 }
 # Whatever else is a kind has a module of its own name.
 MODULES |= {name: name for name in NAMES if not any(name in own for own in (MODULES, *OF_PARTS.values()))}
 
 
-class Readers(Mapping[str, KindFile]):
+class Readers(UserDict[str, Any]):
     """Kinds by name, from the names of their modules."""
 
-    def __init__(self, modules: Mapping[str, str]) -> None:
-        self._modules = modules
-
     def __getitem__(self, name: str) -> KindFile:
-        found: KindFile = getattr(import_module(f"robocal.files.kinds.{self._modules[name]}"), name.upper())
+        found: KindFile = getattr(import_module(f"robocal.files.kinds.{self.data[name]}"), name.upper())
         return found
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._modules
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._modules)
-
-    def __len__(self) -> int:
-        return len(self._modules)
 
 
 READERS = Readers(MODULES)

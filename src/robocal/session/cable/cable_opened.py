@@ -25,8 +25,7 @@ from robocal.diagnose.check_registry import Context
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.show import describe_cable
-from robocal.files.cable.write import render_cable
+from robocal.files.cable.write import describe_cable, render_cable
 from robocal.files.dataset import read_datasets
 from robocal.files.kinds.lengths import COMPUTED
 from robocal.files.runfolder import ROBOTS, find_run

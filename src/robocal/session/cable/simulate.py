@@ -19,8 +19,7 @@ from robocal.cables.tension import hold
 from robocal.errors import ModelError, one_of
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import length_columns, read_platform_poses
-from robocal.files.cable.show import describe_cable
-from robocal.files.cable.write import render_cable
+from robocal.files.cable.write import describe_cable, render_cable
 from robocal.files.display import listing_text
 from robocal.files.units import number
 from robocal.geometry import se3

@@ -28,7 +28,7 @@ from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.program_file import pose_listing, program_listing
+from robocal.files.cable.pose_lists import pose_listing, program_listing
 from robocal.files.display import in_units, listing_text
 from robocal.files.parts import CableDocument
 from robocal.files.plain import json_text

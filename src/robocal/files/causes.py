@@ -1,46 +1,104 @@
-"""What is wrong with the data is named before anything is fitted: the change that explains them, in words, and the line to write."""
+"""What is wrong with the data of an arm is named before anything is fitted, as wrong input: what explains a misfit in the words of the
+files, the file, its key, and the line to write there."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robocal.arms.conventions import CONVENTIONS
-from robocal.diagnose.check_registry import Finding
+from robocal.diagnose.check_registry import HYPOTHESES, ROWS, Finding, Level, When, run
 from robocal.diagnose.hypotheses.changes import Change, What, changes
-from robocal.diagnose.hypotheses.explain import Explanation, Trial, alike
-from robocal.diagnose.hypotheses.one_change import Mistake
-from robocal.diagnose.hypotheses.reading import OtherChain
+from robocal.diagnose.hypotheses.explain import Doubt, Explanation, Trial, alike
+from robocal.diagnose.hypotheses.one_change import CHANGED, Mistake, mistake
+from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
+from robocal.diagnose.hypotheses.units import WRONG_UNIT
+from robocal.diagnose.rows.table import STILL
 from robocal.errors import FormatError, ToWrite
 from robocal.files.dataset import Reading
 from robocal.files.notation import TableNotation
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS, number
 from robocal.files.yamlio import quote
+from robocal.progress import Watch
+from robocal.remarks.code import Code
+from robocal.remarks.english import phrase_of
+from robocal.remarks.remark import Remark
 
-__all__ = ["METRIC", "SWAPPED", "CauseText", "candidate_changes", "change_error", "target_error"]
+if TYPE_CHECKING:
+    from robocal.files.urdfchains import Reread
+
+__all__ = ["data_remarks", "refuse_input"]
 
 MOST = 4  # ways of saying it
+
+
+def data_remarks(robot: Robot, reading: Reading, reread: Reread, watch: Watch | None = None) -> tuple[Remark, ...]:
+    """What checks of the data of an arm say. Raises FormatError for what they refuse; `reread` reads the data for another arm."""
+
+    def others(doubt: Doubt) -> Sequence[OtherChain]:
+        from robocal.files.urdfchains import other_links
+
+        return other_links(robot, reading.dataset, doubt, reread)
+
+    context = ReadContext(
+        robot.chain,
+        reading.dataset,
+        watch=watch,
+        suspicions=reading.suspicions,
+        alternatives=reading.alternatives,
+        forgotten=tuple(w for w in robot.warnings if w.code == Code.KEYS_UNSTATED),
+        changes=lambda: candidate_changes(robot, reading),
+        others=others,
+    )
+    findings = run(When.READ, context, ROWS, HYPOTHESES)
+    for finding in findings:
+        if finding.level is Level.REFUSE and finding.code == CHANGED:
+            found = mistake(context)
+            assert found is not None
+            raise change_error(robot, reading, found)
+        if finding.level is Level.REFUSE and finding.code == Code.REMOUNTED:
+            raise target_error(reading, finding)
+        refuse_input(finding)
+    return tuple(f.remark for f in findings)
+
+
+def refuse_input(finding: Finding) -> None:
+    """Raises FormatError for wrong units and for readings that never change."""
+    n = finding.numbers
+    if finding.code == STILL:
+        raise FormatError(
+            finding.remark.sentence,
+            file=n["source"],
+            key=str(n["kind"]),
+            found=f"{n['rows']} equal rows",
+            expected="a different reading at each configuration",
+        )
+    if finding.code == WRONG_UNIT:
+        raise FormatError(
+            phrase_of(WRONG_UNIT).sentence.format(**n),  # whole, however long the names of files are
+            file=n["source"],
+            key=f"{n['part']}.unit",
+            found=n["stated"],
+            expected=n["alternative"],
+        )
 
 
 def candidate_changes(robot: Robot, reading: Reading) -> list[Change]:
     """Every single change that is worth a trial with these files."""
     angles = {s.source: tuple(_other(SWAPPED, u) for u in s.joint_units) for s in reading.notations}
     lengths = {s.source: tuple(_other(METRIC, u) for u in s.lengths) for s in reading.notations}
-    out = changes(robot.chain, reading.dataset, angles, lengths)
-    for s in reading.notations:
-        read = [o for o in reading.dataset.observations if o.source == s.source and o.kind == "pose"]
-        if len(read) == 1:
-            out += [
-                Change(What.TURNS, (i,), sources=(s.source,), turns=form.turns)
-                for i, form in enumerate(s.forms)
-                if len(form.turns) == len(read[0])
-            ]
-    return out
+    poses = [o for o in reading.dataset.observations if o.kind == "pose"]
+    return changes(robot.chain, reading.dataset, angles, lengths) + [
+        Change(What.TURNS, (i,), sources=(s.source,), turns=form.turns)
+        for s in reading.notations
+        for i, form in enumerate(s.forms)
+        if [len(o) for o in poses if o.source == s.source] == [len(form.turns)]
+    ]
 
 
 def _other(swapped: Mapping[str, str], unit: str) -> float:
@@ -48,21 +106,17 @@ def _other(swapped: Mapping[str, str], unit: str) -> float:
     return UNITS[swapped[unit]].factor / UNITS[unit].factor if unit in swapped else 0.0
 
 
-def change_error(robot: Robot, reading: Reading, mistake: Mistake) -> FormatError:
+def change_error(robot: Robot, reading: Reading, made: Mistake) -> FormatError:
     """What a change, or another chain of the URDF, explains that the nominal arm does not, with the line that makes it."""
-    best = mistake.best
-    found = mistake.explanation
-    told = (
-        [CauseText.of(c, robot, reading) for c in _changes_to_report(found)]
-        if found and alike(found.left, best)
-        else []
-    )
-    told += [_of_links(robot, o) for o in mistake.others[:MOST] if alike(o.left, best)]
+    best, found = made.best, made.explanation
+    of_changes = _changes_to_report(found) if found and alike(found.left, best) else ()
+    told = [CauseText.of(c, robot, reading) for c in of_changes]
+    told += [_of_links(robot, o) for o in made.others[:MOST] if alike(o.left, best)]
     words = ", or ".join(dict.fromkeys(t.text for t in told))
     lines = list(dict.fromkeys(t.line for t in told))
     apart = " (these data cannot tell them apart)" if len(lines) > 1 else ""
     return FormatError(
-        f"{words}{apart}: with that, the residual of the nominal model falls from {_mm(mistake.stated)} to {_mm(best)}",
+        f"{words}{apart}: with that, the residual of the nominal model falls from {_mm(made.stated)} to {_mm(best)}",
         file=told[0].file,
         key=told[0].key or None,
         expected=ToWrite(" or ".join(lines)),
@@ -75,9 +129,8 @@ def target_error(reading: Reading, finding: Finding) -> FormatError:
     where = "a column target with a name of its own" if alone else "a target of its own"
     files = finding.numbers["files"]
     assert isinstance(files, tuple)
-    return FormatError(
-        finding.remark.sentence, file=", ".join(map(str, files)), key="targets", expected=f"{where} in each file"
-    )
+    file, expected = ", ".join(map(str, files)), f"{where} in each file"
+    return FormatError(finding.remark.sentence, file=file, key="targets", expected=expected)
 
 
 def _of_links(robot: Robot, other: OtherChain) -> CauseText:
@@ -89,12 +142,10 @@ def _of_links(robot: Robot, other: OtherChain) -> CauseText:
 
 def _changes_to_report(found: Explanation) -> Sequence[Trial]:
     """The changes to tell: of one change in all files or in some, the former."""
-    every = {replace(c[0], sources=(), turns=None) for c in found.changes if not c[0].sources}
-    kept = [
-        c for c in found.changes
-        if not c[0].sources or replace(c[0], sources=(), turns=None) not in every
-    ]  # fmt: skip
-    return kept[:MOST]
+    bare = [replace(c[0], sources=(), turns=None) for c in found.changes]
+    every = {b for c, b in zip(found.changes, bare, strict=True) if not c[0].sources}
+    kept = (c for c, b in zip(found.changes, bare, strict=True) if not c[0].sources or b not in every)
+    return list(kept)[:MOST]
 
 
 def _mm(value: float) -> str:
@@ -103,6 +154,7 @@ def _mm(value: float) -> str:
 
 SWAPPED = {"deg": "rad", "rad": "deg"}
 METRIC = {"mm": "m", "m": "mm"}
+PLACE = ("x", "y", "z")  # where a table names no columns
 ACROSS = {  # the columns of a matrix, row by row, as those of its transpose
     9: (0, 3, 6, 1, 4, 7, 2, 5, 8),
     12: (0, 4, 8, 3, 1, 5, 9, 7, 2, 6, 10, 11),
@@ -122,11 +174,8 @@ class CauseText:
     @classmethod
     def of(cls, trial: Trial, robot: Robot, reading: Reading) -> CauseText:
         parts = [_one(c, robot, reading) for c in trial]
-        if len(parts) == 1:
-            return parts[0]
-        return cls(
-            " and ".join(p.text for p in parts), " and ".join(p.line for p in parts), parts[0].file, parts[0].key
-        )
+        words, lines = (" and ".join(each) for each in ((p.text for p in parts), (p.line for p in parts)))
+        return cls(words, lines, parts[0].file, parts[0].key)
 
 
 def _flow(value: Any) -> str:
@@ -150,10 +199,6 @@ def _line(speech: TableNotation, **keys: Mapping[str, Any]) -> str:
 
 def _in_header(names: list[str], units: list[str]) -> str:
     return ", ".join(f"{n} [{u}]" for n, u in zip(names, units, strict=True)) + " in the header"
-
-
-def _both(units: list[str]) -> str:
-    return " and ".join(dict.fromkeys(units))
 
 
 def _one(change: Change, robot: Robot, reading: Reading) -> CauseText:
@@ -209,44 +254,30 @@ def _swap(change: Change, robot: Robot, speech: TableNotation, reading: Reading)
     return CauseText(f"the columns of {first} and {second} are exchanged", line, "", "joints.columns")
 
 
-def _joint_unit(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
-    units = [SWAPPED.get(u, u) if i in change.at else u for i, u in enumerate(speech.joint_units)]
-    names = ", ".join(speech.joints[i] for i in change.at)
-    other = _both([units[i] for i in change.at])
-    line = _line(speech, joints={"unit": units[0] if len(set(units)) == 1 else units})
-    if speech.headed:
-        line = _in_header([speech.joints[i] for i in change.at], [units[i] for i in change.at])
-    return CauseText(f"the values of {names} are in {other}", line, "", "joints.unit")
-
-
-def _place_names(speech: TableNotation) -> tuple[str, ...]:
-    return speech.place or ("x", "y", "z")
-
-
-def _length_unit(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
-    units = [METRIC[u] if i in change.at else u for i, u in enumerate(speech.lengths)]
-    names = [_place_names(speech)[i] for i in change.at]
-    line = _line(speech, position={"unit": units[0] if len(set(units)) == 1 else units})
-    if speech.place_headed:
-        line = _in_header(names, [units[i] for i in change.at])
-    words = f"the values of {', '.join(names)} are in {_both([units[i] for i in change.at])}"
-    return CauseText(words, line, "", "position.unit")
+def _unit(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
+    if change.what is What.JOINT_UNIT:
+        section, swapped, stated, names, headed = "joints", SWAPPED, speech.joint_units, speech.joints, speech.headed
+    else:
+        section, swapped, stated, headed = "position", METRIC, speech.lengths, speech.place_headed
+        names = speech.place or PLACE
+    units = [swapped.get(u, u) if i in change.at else u for i, u in enumerate(stated)]
+    those, others = [names[i] for i in change.at], [units[i] for i in change.at]
+    line = _line(speech, **{section: {"unit": units[0] if len(set(units)) == 1 else units}})
+    words = f"the values of {', '.join(those)} are in {' and '.join(dict.fromkeys(others))}"
+    return CauseText(words, _in_header(those, others) if headed else line, "", f"{section}.unit")
 
 
 def _axes(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
-    names = [_place_names(speech)[i] for i in change.at]
-    old = [speech.signs[i] for i in change.at]
-    signs = [s * o for s, o in zip(change.signs, old, strict=True)]
+    own = speech.place or PLACE
+    names = [own[i] for i in change.at]
+    signs = [s * speech.signs[i] for s, i in zip(change.signs, change.at, strict=True)]
     keys: dict[str, Any] = {"columns": names} if tuple(change.at) != (0, 1, 2) else {}
     if any(s < 0 for s in (*signs, *speech.signs)):
         keys["sign"] = signs
     line = _line(speech, position=keys)
     if speech.described and "sign" not in keys:
-        old_names = [n for n, own in zip(_place_names(speech), names, strict=True) if n != own]
-        new_names = [
-            _place_names(speech)[change.at.index(i)] for i, n in enumerate(names) if n != _place_names(speech)[i]
-        ]
-        line = f"the columns {', '.join(old_names)} named {', '.join(new_names)} in the header"
+        old, new = zip(*((n, own[change.at.index(i)]) for i, n in enumerate(own) if n != names[i]), strict=True)
+        line = f"the columns {', '.join(old)} named {', '.join(new)} in the header"
     mirrored = np.linalg.det(np.eye(3)[list(change.at)] * np.array(change.signs)[:, None]) < 0
     words = "the measured axes are mirrored" if mirrored else "the measured axes are in another order"
     return CauseText(words, line, "", "position.columns")
@@ -254,19 +285,15 @@ def _axes(change: Change, robot: Robot, speech: TableNotation, reading: Reading)
 
 def _shift(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
     rows = abs(int(change.amount))
-    noun = "row" if rows == 1 else "rows"
+    shift = f"{rows} row" if rows == 1 else f"{rows} rows"
     where, way = ("below", "down") if change.amount > 0 else ("above", "up")
-    words = f"each reading stands {rows} {noun} {where} its joint values"
-    return CauseText(words, f"the joint columns moved {way} by {rows} {noun}", "", "file")
+    words = f"each reading stands {shift} {where} its joint values"
+    return CauseText(words, f"the joint columns moved {way} by {shift}", "", "file")
 
 
 def _reverse_order(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
-    return CauseText(
-        "the readings stand in the reverse order of the joint values",
-        "one of the two turned round, last row first",
-        "",
-        "file",
-    )
+    words = "the readings stand in the reverse order of the joint values"
+    return CauseText(words, "one of the two turned round, last row first", "", "file")
 
 
 def _inverse(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
@@ -299,15 +326,14 @@ def _turns(change: Change, robot: Robot, speech: TableNotation, reading: Reading
 
 def _targets(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
     one, two = (target.name for target in change.swapped)
-    return CauseText(
-        f"the targets {one} and {two} are exchanged", "their places exchanged under targets", "", "targets"
-    )
+    words = f"the targets {one} and {two} are exchanged"
+    return CauseText(words, "their places exchanged under targets", "", "targets")
 
 
 _OF = {
     What.SWAP: _swap,
-    What.JOINT_UNIT: _joint_unit,
-    What.LENGTH_UNIT: _length_unit,
+    What.JOINT_UNIT: _unit,
+    What.LENGTH_UNIT: _unit,
     What.AXES: _axes,
     What.SHIFT: _shift,
     What.REVERSED: _reverse_order,
