@@ -210,6 +210,7 @@ def pose_listing(
     robot: CableRobot, names: Sequence[str], poses: PoseList, made: MotionProgram, rank: Mapping[int, int] | None = None
 ) -> Listing:
     """poses.csv: the poses; `rank` says which are chosen, 1 the most telling."""
+    from robocal.cables.pose_list import LIMITS
 
     who = poses.contacts.names(robot.cables)
     met = [LIMITS[i].startswith("cable") for i in poses.limit]

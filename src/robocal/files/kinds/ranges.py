@@ -20,7 +20,6 @@ from pydantic import BeforeValidator, Field, FiniteFloat
 
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, FramedModel, ScalarModel, SecondModel, SigmaModel, ValueModel
-from robocal.files.frame_block import frame_vector
 from robocal.files.kinds.kind import (
     XYZ,
     Around,
@@ -37,6 +36,7 @@ from robocal.files.kinds.kind import (
     whole,
 )
 from robocal.files.kinds.places import PlacedModel, PlaceModel, each_place, frame_line, place_frames
+from robocal.files.orientation import frame_vector
 from robocal.files.schema import FileModel, Name, refuse
 from robocal.files.units import UNITS, Unit, Units, number
 from robocal.files.yamlio import YamlDocument
