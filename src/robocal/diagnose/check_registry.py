@@ -287,8 +287,10 @@ def check(
 def check_fit_twice(
     doubt: tuple[str, int], refuse: tuple[str, int], machines: Machines = Machines.ANY
 ) -> Callable[[Callable[[C], list[Finding]]], None]:
-    """Registers what a fit shows as two checks, each of a name and an order: doubts beside the verdict, and what is wrong beyond doubt
-    with the proof, for no gain counts before it is put right."""
+    """Registers a function that looks at a fit as two checks, each with a name and an order.
+
+    Its doubts stand beside the verdict. What it refuses belongs to the proof: no gain counts before that is put right.
+    """
 
     def register(find: Callable[[C], list[Finding]]) -> None:
         def of_level(level: Level) -> Callable[[C], list[Finding]]:

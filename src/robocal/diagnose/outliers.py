@@ -72,8 +72,11 @@ def name_outliers(
     away: StudentisedResiduals,
     counted: Mapping[str, Bools] | None = None,
 ) -> tuple[Outlier, ...]:
-    """The rows of a problem that are far from its solution x (1, P), or set aside, by name, the farthest first; `data` marks those that
-    were set aside, `counted` are those whose error the verdict counts, by unit in the order of `evidence.errors`; `away`: how far."""
+    """The rows of a problem that are far from its solution x (1, P), or set aside, by name, the farthest first.
+
+    `data` marks those that were set aside, and `away` says how far each is. `counted` are those whose error the verdict counts, by unit
+    in the order of `evidence.errors`.
+    """
     out = []
     seen = dict.fromkeys(counted or (), 0)
     for t, (own, term) in enumerate(owners(data, problem)):

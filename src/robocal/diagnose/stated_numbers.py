@@ -38,8 +38,8 @@ HIDDEN = 1e-6  # tolerance: of a column that the fitted ones leave over: roundin
 @check_fit_twice(doubt=("stated-number", 220), refuse=("wrong-number", 150))
 @once
 def find_stated_number(context: Context[Model]) -> list[Finding]:
-    """The held number of an instrument that the data contradict most; refused where it explains a good part of what is left: the model is
-    wrong with it. `line` lets it be identified."""
+    """The held number of an instrument that the data contradict most. It is refused where it explains a good part of what is left: the
+    model is wrong with it. `line` lets it be identified."""
     fit = context.need_fit
     data = replace(fit.data, observations=tuple(map(_name_zero, fit.data.observations)))
     own = _own(data)

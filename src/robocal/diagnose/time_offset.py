@@ -33,8 +33,8 @@ STEP = 1e-6  # rad or m, by which joints move in the difference of residuals
 @check_fit_twice(doubt=("time-offset", 230), refuse=("wrong-time", 160), machines=Machines.JOINTED)
 @once
 def time_offset(context: Context[Model]) -> list[Finding]:
-    """The instrument whose readings belong most clearly to another moment, by the joint rates along a path; refused where that explains
-    most of what is left: held-out rows are late as well."""
+    """The instrument whose readings belong most clearly to another moment, by the joint rates along a path. It is refused where that
+    explains most of what is left: held-out rows are late as well."""
     fit = context.need_fit
     joints, rates = fit.data.configurations.joints, joint_rates(fit.data.configurations)
     if rates is None or joints is None:

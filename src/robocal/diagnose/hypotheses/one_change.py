@@ -80,7 +80,7 @@ def remounted_targets(context: ReadContext[Mechanism]) -> Iterator[Finding]:
 
 
 def find_remount(chain: Mechanism, data: DataSet) -> Finding | None:
-    """Whether the one target that several files share was put on anew between them: the median errors with one place and with several;
+    """Whether the one target that several files share was put on anew between them, by the median errors with one place and with several.
     None where it was not, or nobody can tell."""
     shared = [o for o in data.observations if usable(o)]
     sources = tuple(dict.fromkeys(o.source for o in shared))

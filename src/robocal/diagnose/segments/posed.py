@@ -53,8 +53,10 @@ def runs_of_poses(machine: Model, problem: Problem, data: DataSet, x: Array) -> 
 
 
 def _numbers_by_configuration(wide: Problem, data: DataSet, x: Array) -> tuple[Parts, Array, Array, Array, Array]:
-    """All numbers of a configuration side by side, those of one unit together, zero where there is none: parts, sigma (infinite there)
-    and r (U, H), J (U, H, n), L (U, H, l), whitened."""
+    """All numbers of a configuration side by side, those of one unit together: parts, sigma and r (U, H), J (U, H, n), L (U, H, l).
+
+    The last three are whitened, and zero where there is no number; sigma is infinite there.
+    """
     count, size = wide.configurations, wide.sizes[0][1]
     blocks: dict[str, tuple[Array, ...]] = {}
     slot: dict[int, Ints] = {}

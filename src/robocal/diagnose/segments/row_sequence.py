@@ -88,8 +88,10 @@ class RowSequence:
 
 
 def whiten_terms(data: DataSet, problem: Problem, x: Array) -> Iterator[tuple[int, Rows, Array, Array, Array]]:
-    """The number of the observations of every term, the term, and at x (1, P) r (m, d), J (m, d, n) and L (m, d, l) of its blocks,
-    whitened; zero for configurations without weight."""
+    """Every term with the number of its observations, and at x (1, P) r (m, d), J (m, d, n), and L (m, d, l) of its blocks.
+
+    All are whitened, and zero for configurations without weight.
+    """
     for (own, term), bound in zip(owners(data, problem), problem.bound_terms, strict=True):
         r, narrow, local = bound.evaluate(x, np.zeros(1, dtype=np.int64), 0, len(term.scale))
         used = problem.in_use[term.configuration, None] * term.scale
