@@ -79,7 +79,8 @@ def _panel(
     marks: dict[int, list[str]] = {}
     for across, up, side, value in cells:
         step = min(int(scale(max(value, scale.low))), len(COLOURS) - 1)
-        (left, right), (lower, upper) = ((axis(c - side / 2), axis(c + side / 2)) for axis, c in ((x, across), (y, up)))
+        left, right = x(across - side / 2), x(across + side / 2)
+        lower, upper = y(up - side / 2), y(up + side / 2)
         # A hair wider than the cell, so that no seam shows.
         marks.setdefault(step, []).append(
             f"M{left:.2f} {upper:.2f}h{right - left + 0.3:.2f}v{lower - upper + 0.3:.2f}H{left:.2f}z"

@@ -84,9 +84,9 @@ class Table:
         """The same where there is room."""
         return self.without(self.terse)
 
-    def without(self, columns: Iterable[int]) -> Table:
+    def without(self, columns: Sequence[int]) -> Table:
         """The same without these columns."""
-        kept = [i for i in range(len(self.columns)) if i not in tuple(columns)]
+        kept = [i for i in range(len(self.columns)) if i not in columns]
         right, detail, terse = (
             tuple(k for k, i in enumerate(kept) if i in those) for those in (self.right, self.detail, self.terse)
         )

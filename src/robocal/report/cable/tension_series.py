@@ -65,7 +65,8 @@ def _values(t: Array, x: AxisScale, y: AxisScale, band: Array) -> str:
     k = len(t)
     if k > MOST:
         return _envelope(t, x, y)
-    at, fine = np.stack([x.many(np.arange(1.0, k + 1)), y.many(t)], axis=1), np.isfinite(t)
+    at = np.stack([x.many(np.arange(1.0, k + 1)), y.many(t)], axis=1)
+    fine = np.isfinite(t)
     runs = [run[np.isfinite(run[:, 1])] for run in np.split(at, np.flatnonzero(~fine))]
     air = 1e-6 * float(np.abs(band).max())
     size = 2.4 if k <= 150 else 1.4
