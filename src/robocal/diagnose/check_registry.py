@@ -140,6 +140,18 @@ class Context(Generic[M_co]):
         return self.data
 
     @property
+    def need_baseline(self) -> Baseline:
+        """The baseline, where there must be one."""
+        assert self.base is not None
+        return self.base
+
+    @property
+    def chosen(self) -> Options:
+        """The options that were used, where there must be some."""
+        assert self.options is not None
+        return self.options
+
+    @property
     def need_fit(self) -> Fit:
         """The fit, where there must be one."""
         assert self.fit is not None

@@ -9,9 +9,8 @@ there are held-out measurements: 95 % of their errors should lie inside.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,26 +20,11 @@ from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import ProblemTerm, spread
 from robocal.estimate.uncertainty import LEVEL, Total, quantile
-from robocal.fit.noise import NoiseGroup, apply_noise
-from robocal.measure.base import Model
-from robocal.measure.base import problem as build
-from robocal.measure.data import Configurations, DataSet
+from robocal.fit.fit import Fit
+from robocal.measure.data import Configurations
 from robocal.prove.statistics import Coverage
 
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
-
-__all__ = [
-    "Bands",
-    "bands_of_data",
-    "coverage",
-    "dense",
-    "find_identified",
-    "mean_conditions",
-    "range_of_joints",
-    "row_bands",
-    "total_of",
-]
+__all__ = ["Bands", "coverage", "find_identified", "mean_conditions", "range_of_joints", "row_bands"]
 
 QUANTITIES = {"m": "position", "rad": "orientation", "px": "pixels"}
 CHUNK = 2000  # rows whose dense Jacobian is held at once
@@ -116,17 +100,6 @@ def dense(term: ProblemTerm, x: Array, first: int, last: int, n: int) -> Array:
     return spread(narrow[0], term.columns, n)
 
 
-def bands_of_data(
-    model: Model, data: DataSet, values: Mapping[str, float], total: Total, groups: Iterable[NoiseGroup]
-) -> list[Bands]:
-    """Bands of a data set that the fit has not seen: `values` by name are the identified ones, `groups` the noise as
-    fitted (its tau joins the sigma that the data state)."""
-    noisy = apply_noise(data, {(g.name, g.unit): g.tau for g in groups if g.tau > 0})
-    made = build(model, noisy)
-    made = made.with_table(made.table.with_values({n: v for n, v in values.items() if n in made.table}))
-    return row_bands(made, made.start, total, np.arange(len(data.configurations)))
-
-
 def coverage(bands: Iterable[Bands], dof: float = np.inf, level: float = LEVEL) -> tuple[Coverage, ...]:
     """How many of these measurements lie in their bands, by quantity."""
     found: dict[str, list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]] = {}
@@ -145,13 +118,8 @@ def coverage(bands: Iterable[Bands], dof: float = np.inf, level: float = LEVEL) 
     return tuple(out)
 
 
-def total_of(found: Fit) -> Total:
-    """What the parameters of a fit may be off by, hidden partners included."""
-    return found.total
-
-
-def find_identified(found: Fit, off: Total) -> frozenset[str]:
+def find_identified(found: Fit) -> frozenset[str]:
     """The parameters that may be called identified: told by the data, with everything else unknown too, and known no less well
-    than before anything was measured, whoever else is to blame; `off` is what they may be off by."""
-    sigma, table = dict(zip(off.names, off.sigma, strict=True)), found.problem.table
+    than before anything was measured, whoever else is to blame."""
+    sigma, table = dict(zip(found.total.names, found.total.sigma, strict=True)), found.problem.table
     return frozenset(n for n in found.identifiability.identified if n in sigma and sigma[n] <= table[n].scale)

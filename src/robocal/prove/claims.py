@@ -66,9 +66,9 @@ def fits_without_convergence(context: Decision[Model]) -> Iterator[Finding]:
 def robot_identified(context: Decision[Model]) -> Iterator[Finding]:
     """Nothing of the robot itself was fitted, or nothing of it is known by itself."""
     part = context.need_proofs.part
-    if not set(part.problem.free) - set(frame_names(context.model, context.need_proofs.base)):
+    if not set(part.problem.free) - set(frame_names(context.model, context.need_proofs.base.problem)):
         yield qualify(Code.NOTHING_OF_ROBOT)
-    elif not find_identified(part, part.total) & set(context.model.table.names):
+    elif not find_identified(part) & set(context.model.table.names):
         yield qualify(Code.NOTHING_IDENTIFIED)
 
 
@@ -93,7 +93,7 @@ def bent(context: Decision[Model]) -> Iterator[Finding]:
         yield refuse(Code.BENT, left=Quantity(left))
         yield from of_remarks(changes, Level.REFUSE)
     else:
-        yield from of_remarks(out_of_tolerance(context.model, context.need_proofs.base, part), Level.REFUSE)
+        yield from of_remarks(out_of_tolerance(context.model, context.need_proofs.base.problem, part), Level.REFUSE)
 
 
 @check("angles", When.PROOF, order=80, given=Given.GAIN, needs=("proven",))

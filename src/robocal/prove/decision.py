@@ -19,19 +19,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
-from robocal.diagnose.gross import set_aside
 from robocal.diagnose.limits import FINEST_ERROR, HOLD_OUT_PLACES, HOLD_OUT_SHARE, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
 from robocal.diagnose.rounding import rounding_rms
 from robocal.errors import ModelError
-from robocal.fit.baseline import Baseline, fit_baseline, renew_baseline
+from robocal.estimate.uncertainty import Uncertainty
 from robocal.fit.estimators import estimator
-from robocal.fit.fit import fit, search_poses_again
+from robocal.fit.fit import Fit
 from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
 from robocal.fit.options import Options
@@ -40,15 +39,11 @@ from robocal.fit.starts.own import place_configurations
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.progress import Watch
-from robocal.prove.bands import total_of
 from robocal.prove.evidence import Evidence, Gain
-from robocal.prove.judge import Proof, absolute_observations, constant_of, drawn, units_of, unseen_of
-from robocal.prove.prove import Proven, prove
+from robocal.prove.judge import Proof, Proven, absolute_observations, constant_of, drawn, units_of, unseen_of
+from robocal.prove.prove import fit_beside_baseline, prove
 from robocal.prove.split import make_split
 from robocal.prove.statistics import Statistic
-
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
 
 __all__ = ["Decision", "decide"]
 
@@ -73,21 +68,15 @@ class Decision(Context[M_co]):
         return self.proven
 
     @property
-    def chosen(self) -> Options:
-        """The options that were used."""
-        assert self.options is not None
-        return self.options
-
-    @property
-    def need_baseline(self) -> Baseline:
-        """The baseline of all measurements."""
-        assert self.base is not None
-        return self.base
+    def uncertainty(self) -> Uncertainty:
+        """Of the fitted columns, with the covariance of the method where that has one of its own."""
+        known = self.need_fit.uncertainty
+        return known if self.need_fit.covariance is None else replace(known, covariance=self.need_fit.covariance)
 
     @property
     def unit(self) -> str:
         """The SI unit in which the verdict is found: the first that was measured."""
-        return units_of(self.need_proofs.base)[0]
+        return units_of(self.need_proofs.base.problem)[0]
 
     @cached_property
     def errors(self) -> tuple[Array, Array, Bools]:
@@ -106,12 +95,12 @@ class Decision(Context[M_co]):
     @cached_property
     def evidence(self) -> Evidence | None:
         """What unseen measurements say; None where nothing was measured there."""
-        proof, unit, part, base = self.proof, self.unit, self.need_proofs.part, self.need_proofs.base
+        proof, unit, part, base = self.proof, self.unit, self.need_proofs.part, self.need_proofs.base.problem
         if proof is None or not self.errors[2].any():
             return None
         before, after, counted = self.errors
         owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owners(self.need_data, base)], unit)
-        at = np.concatenate([r.configuration for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
+        at = by_unit(base.terms, [t.configuration for t in base.terms], unit)
         stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
         return Evidence(
             before[counted],
@@ -148,7 +137,7 @@ class Decision(Context[M_co]):
         """The errors, before and after, of what was held out, or else left out one by one; None where nothing was."""
         proofs = self.need_proofs.proofs
         for name in ("held_out", "leave_one_out"):
-            before, after = unseen_of(proofs[name], unit) if name in proofs else (None, None)
+            before, after = unseen_of(proofs[name](), unit) if name in proofs else (None, None)
             if before is not None and after is not None:
                 return before, after
         return None
@@ -180,8 +169,7 @@ def with_zeros(model: M, fit: Fit) -> M | None:
     alike = {c.name: far & {n for n, _ in c.partners} for c in fit.identifiability.combinations if c.name in lost}
     if not any(alike.values()):
         return None
-    off = total_of(fit)
-    sigma = dict(zip(off.names, off.sigma, strict=True))
+    sigma = dict(zip(fit.total.names, fit.total.sigma, strict=True))
     likely = {name: lost[name] for name, like in alike.items() if any(change[n] > ZERO_SIGMA * sigma[n] for n in like)}
     if not likely:
         return None
@@ -191,32 +179,25 @@ def with_zeros(model: M, fit: Fit) -> M | None:
 M = TypeVar("M", bound=Model)
 
 
-def decide(model: M, data: DataSet, options: Options | None = None, watch: Watch | None = None) -> Decision[M]:
+def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None) -> Decision[M]:
     """Fits a model to data and proves it; see the module for the steps. Raises ModelError when nothing is free, nothing was
     measured, or a measurement is no number."""
-    options = options or Options()
     if not data.observations or not len(data.configurations):
         raise ModelError("the data set holds no measurement")
     _numbers(data)
     data = place_configurations(model, data)
     count = len(np.unique(places(data.configurations)))
     if options.hold_out is None:
-        options = replace(
-            options, hold_out=HOLD_OUT_SHARE if count >= HOLD_OUT_PLACES and options.folds is None else 0.0
-        )
+        enough = count >= HOLD_OUT_PLACES and options.folds is None
+        options = replace(options, hold_out=HOLD_OUT_SHARE if enough else 0.0)
     assert options.hold_out is not None
     split = make_split(data, options.hold_out, folds=options.folds, blocks=options.blocks, seed=options.seed)
     everyone = np.arange(len(data.configurations))
-    clean, by = set_aside(model, data, everyone, watch), (options.loss, options.tuning)
-    begun = fit_baseline(model, clean, everyone, *by, watch)
-    start = search_poses_again(begun.problem, begun.x)
-    whole = fit(model, clean, everyone, options, start, watch)
+    clean, start, whole, base = fit_beside_baseline(model, data, everyone, options, watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return decide(likelier, data, options, watch)
-    # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
-    base = renew_baseline(model, (clean, begun), whole.data, everyone, *by)
-    proven = prove(model, data, clean, split, options, base, whole, watch)
-    return Decision(model, clean, base, whole, options, watch, start=start, proven=proven)
+    found = Decision(model, clean, base, whole, options, watch, start=start)
+    return replace(found, proven=prove(found, data, split))
 
 
 def _numbers(data: DataSet) -> None:

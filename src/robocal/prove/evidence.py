@@ -164,12 +164,9 @@ class Evidence:
         if self.everything is not None:
             first, second, counted = self.everything
             aside = int(counted.sum()) - len(self.before)
-            otherwise = _finite(Quantity(float((first - second)[counted].mean()), self.unit))
+            mean = float((first - second)[counted].mean())
+            # A row may be so far off that no mean with it is a number.
+            otherwise = Quantity(mean, self.unit) if np.isfinite(mean) else None
         code = Code.GAIN_PROVEN if low > 0 else Code.GAIN_NOT_PROVEN
         amounts = {"gain": Quantity(gain, self.unit), "low": ends[0], "high": ends[1]}
         return Gain(Remark.of(code, **amounts, how=self.kind, aside=aside, otherwise=otherwise), bool(low > 0))
-
-
-def _finite(value: Quantity | None) -> Quantity | None:
-    """None where a row is so far off that no mean with it is a number."""
-    return value if value is not None and np.isfinite(value.value) else None

@@ -66,10 +66,9 @@ class Split:
         configuration, place = _place_pairs(data)
         tied = np.zeros_like(held)
         for row, out in zip(tied, held, strict=True):
-            seen = (
-                np.bincount(place[out[configuration]], minlength=int(place.max(initial=0)) + 1) > 0
-            )  # by rows that are held out
-            row[configuration[seen[place]]] = True
+            row[configuration[np.isin(place, place[out[configuration]])]] = (
+                True  # meets a place of rows that are held out
+            )
         return cls(held, ~held & ~tied, names, how, together)
 
 

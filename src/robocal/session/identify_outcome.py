@@ -31,7 +31,8 @@ from robocal.fit.estimators import describe_end, estimator
 from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.bootstrap import Resampled
-from robocal.prove.identification import Identification, ParameterResult, RowTable
+from robocal.prove.identify import Identification
+from robocal.prove.results import ParameterResult, RowTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.session.opened import Opened

@@ -17,9 +17,9 @@ from robocal.files.yamlio import load
 from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Model
 from robocal.parameters import ParameterTable
+from robocal.progress import Watch, tell
 from robocal.session.arm import OpenedArm, open_arm, robot_files
 from robocal.session.opened import Inputs, Opened, every_frame
-from robocal.session.watching import Watch
 
 __all__ = ["Inputs", "choose", "need_arm", "open_arm", "open_machine", "read_inputs", "register_machine", "robot_files"]
 
@@ -67,8 +67,7 @@ def read_inputs(
     """Opens a machine and its data files as one data set, without the rows that `exclude` names.
 
     Raises InputError for whatever is wrong with them, and for `choices` of one run that this machine lacks."""
-    if watch:
-        watch({"stage": "read"})
+    tell(watch, "read")
     try:
         opened = open_machine(robot, base=base, tip=tip)
     except FormatError:

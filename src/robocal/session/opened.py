@@ -22,7 +22,7 @@ from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model, freedom_of
 from robocal.parameters import ParameterTable
-from robocal.prove.identification import Identification
+from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section

@@ -34,7 +34,7 @@ from robocal.fit.fit import fit
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.nongeometric.linearised import Linearised, linearise_fit
 from robocal.prove.split import make_split
@@ -187,8 +187,7 @@ def choose_groups(
         before, _ = race.errors(race.entered)
         asked = []
         for name in open_:
-            if watch:
-                watch({"stage": "groups", "what": name})
+            tell(watch, "groups", what=name)
             asked.append(race.ask(name, before))
         record.update({t.name: t for t in asked})
         good = [t for t in asked if t.entered]

@@ -8,6 +8,7 @@ block that neither has seen is compared with and without the layer. It is switch
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from robocal.geometry import so3
 from robocal.measure.base import Rows
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.nongeometric.layer import Layer, learn
 from robocal.prove.split import make_split
@@ -96,22 +97,21 @@ def try_layer(model: Model, data: DataSet, problem: Problem, x: Array, watch: Wa
         return Guarded(None, Remark.of(Code.LAYER_NEEDS))
     if len(q) < LAYER_PLACES:
         return Guarded(None, Remark.of(Code.GROUP_FEW, least=LAYER_PLACES))
-    turning = tuple(j.type == "revolute" for j in joints_of(model))
+    joints = joints_of(model)
+    learn_from = partial(learn, tuple(j.name for j in joints), tuple(j.type == "revolute" for j in joints))
     split = make_split(data, "blocks", folds=ROUNDS)
     weights = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
     start = np.repeat(np.atleast_2d(x), len(split), axis=0)
-    if watch:
-        watch({"stage": "layer", "configurations": len(split)})
+    tell(watch, "layer", configurations=len(split))
     each = least_squares(problem.with_weights(split.fit * weights), start).x if problem.n else start
     before, after = np.full(len(rows.configuration), np.nan), np.full(len(rows.configuration), np.nan)
     inside: list[Array] = []
     for k in range(len(split)):
-        if watch:
-            watch({"stage": "layer", "what": split.names[k]})
+        tell(watch, "layer", what=split.names[k])
         own = layer_rows(data, problem, each[k : k + 1])
         assert own is not None
         known, asked = split.fit[k][own.configuration], split.held_out[k][own.configuration]
-        made = learn(tuple(j.name for j in joints_of(model)), turning, q[own.configuration[known]], own.missed[known])
+        made = learn_from(q[own.configuration[known]], own.missed[known])
         there = q[own.configuration[asked]]
         left = own.missed[asked] - made.predict(there)
         before[asked] = np.linalg.norm(own.missed[asked, :3], axis=1)
@@ -119,9 +119,7 @@ def try_layer(model: Model, data: DataSet, problem: Problem, x: Array, watch: Wa
         inside.append((np.abs(left) < 1.96 * made.deviation(there)).ravel())
     gain = bootstrap_gain(before, after, rows.configuration, 0)
     good = gain[1] > 0
-    made_of_all = (
-        learn(tuple(j.name for j in joints_of(model)), turning, q[rows.configuration], rows.missed) if good else None
-    )
+    made_of_all = learn_from(q[rows.configuration], rows.missed) if good else None
     words = Remark.of(Code.BLOCKS_FALL if good else Code.BLOCKS_DO_NOT_FALL)
     return Guarded(
         made_of_all, words, float(before.mean()), float(after.mean()), gain, len(rows.configuration),

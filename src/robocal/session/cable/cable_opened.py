@@ -35,7 +35,7 @@ from robocal.files.text import InputFile
 from robocal.fit.starts.own import place_configurations
 from robocal.geometry import se3
 from robocal.measure.data import DataSet, Observations
-from robocal.prove.identification import Identification
+from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.report.sections import Section

@@ -11,7 +11,7 @@ import numpy as np
 from robocal._types import Array
 from robocal.cables.geometry import PLATFORM, CableRobot
 from robocal.errors import ModelError
-from robocal.prove.identification import Identification
+from robocal.prove.identify import Identification
 
 __all__ = ["SensorGains", "names_of_gains", "of_file", "sensor_gains"]
 

@@ -39,7 +39,7 @@ from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.prove.bands import range_of_joints
-from robocal.prove.identification import Identification
+from robocal.prove.identify import Identification
 from robocal.prove.place_bands import TURN, between
 from robocal.prove.region import SAMPLES, region_of_limits
 from robocal.prove.split import make_split
