@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from robocal._types import Array
 from robocal.errors import FormatError, ModelError, nearest
 
-__all__ = ["UNITS", "Unit", "Units", "number", "numbers_of", "parse_quantity", "parse_unit", "same"]
+__all__ = ["UNITS", "Unit", "Units", "finite", "number", "numbers_of", "parse_quantity", "parse_unit", "same"]
 
 Value = TypeVar("Value", float, Array)
 
@@ -183,6 +183,15 @@ def number(value: float) -> str:
         digits, _, power = text.partition("e")
         return f"{digits if '.' in digits else digits + '.0'}e{power}"
     return "0" if text == "-0" else text
+
+
+def finite(text: str) -> float | None:
+    """A finite number from its text; None where it is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
 
 
 def numbers_of(text: str, names: str, *, key: str) -> list[float]:

@@ -78,11 +78,8 @@ def resample(fit: Fit, sigma: Array, draws: int, seed: int, watch: Watch | None 
         tell(watch, "bootstrap", done=first + some, draws=draws)
     values = np.concatenate(found)
     if len(values) < draws / 2:
-        raise ModelError(
-            "most draws leave too little to fit: too few configurations for a bootstrap",
-            key="bootstrap",
-            found=f"{len(values)} of {draws} draws",
-        )
+        message = "most draws leave too little to fit: too few configurations for a bootstrap"
+        raise ModelError(message, key="bootstrap", found=f"{len(values)} of {draws} draws")
     low, high = np.percentile(values[:, problem.index], [2.5, 97.5], axis=0)
     spread = _differences(values, x, problem.table.turns)[:, problem.index].std(axis=0, ddof=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -118,15 +115,9 @@ def bootstrap_remarks(drawn: Resampled | None) -> tuple[Remark, ...]:
     """How the scatter compares with the linear bars; nothing where no bootstrap was asked for."""
     if drawn is None or not len(drawn.names):
         return ()
-    worst = int(np.nanargmax(drawn.ratio))
-    return (
-        Remark.of(
-            Code.BOOTSTRAP_SPREAD,
-            draws=drawn.draws,
-            median=float(np.nanmedian(drawn.ratio)),
-            parameter=drawn.names[worst],
-            worst=float(drawn.ratio[worst]),
-            places=drawn.places if drawn.places < BOOTSTRAP_PLACES else None,
-            lost=drawn.asked - drawn.draws or None,
-        ),
-    )
+    worst, few = int(np.nanargmax(drawn.ratio)), drawn.places if drawn.places < BOOTSTRAP_PLACES else None
+    said = Remark.of(
+        Code.BOOTSTRAP_SPREAD, draws=drawn.draws, median=float(np.nanmedian(drawn.ratio)), parameter=drawn.names[worst],
+        worst=float(drawn.ratio[worst]), places=few, lost=drawn.asked - drawn.draws or None,
+    )  # fmt: skip
+    return (said,)

@@ -18,7 +18,8 @@ from robocal.fit.estimators import estimator
 from robocal.fit.misfit import errors
 from robocal.measure.machine import Model
 from robocal.prove.bands import find_identified
-from robocal.prove.decision import Decision, rms
+from robocal.prove.decision import Decision
+from robocal.prove.statistics import rms
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
@@ -52,12 +53,9 @@ def residual_without_gain(context: Decision[Model]) -> Iterator[Finding]:
 def fits_without_convergence(context: Decision[Model]) -> Iterator[Finding]:
     """One of the fits behind the verdict did not converge."""
     assert context.proof is not None
-    ended = {
-        "the baseline": context.need_baseline.converged and context.proof.before.converged,
-        "the fit to everything": context.need_fit.solution.reasons[0].converged
-        or estimator(context.chosen.method).finite,
-        "a round": context.proof.after.converged,
-    }
+    began = context.need_baseline.converged and context.proof.before.converged
+    whole = context.need_fit.solution.reasons[0].converged or estimator(context.chosen.method).finite
+    ended = {"the baseline": began, "the fit to everything": whole, "a round": context.proof.after.converged}
     for what in [what for what, done in ended.items() if not done][:1]:
         yield qualify(Code.NOT_CONVERGED, what=what)
 

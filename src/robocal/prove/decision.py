@@ -43,7 +43,7 @@ from robocal.prove.evidence import Evidence, Gain
 from robocal.prove.judge import Proof, Proven, absolute_observations, constant_of, drawn, units_of, unseen_of
 from robocal.prove.prove import fit_beside_baseline, prove
 from robocal.prove.split import make_split
-from robocal.prove.statistics import Statistic
+from robocal.prove.statistics import Statistic, rms
 
 __all__ = ["Decision", "decide"]
 
@@ -102,21 +102,15 @@ class Decision(Context[M_co]):
         owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owners(self.need_data, base)], unit)
         at = by_unit(base.terms, [t.configuration for t in base.terms], unit)
         stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
+        # Some methods end after as many steps as were asked for.
+        ended = part.solution.reasons[0].converged or estimator(self.chosen.method).finite
         return Evidence(
-            before[counted],
-            after[counted],
-            constant_of(self.need_data, base, proof) if unit == "m" else None,
-            drawn(proof.split, self.places, at[counted]),
-            blind=part.identifiability.blind,
-            # Some methods end after as many steps as were asked for.
-            converged=part.solution.reasons[0].converged or estimator(self.chosen.method).finite,
-            seed=self.chosen.seed,
-            kind=proof.split.how,
-            stated=float(np.sqrt(3) * stated[0]) if stated else None,
-            unit=unit,
+            before[counted], after[counted], constant_of(self.need_data, base, proof) if unit == "m" else None,
+            drawn(proof.split, self.places, at[counted]), blind=part.identifiability.blind, converged=ended, seed=self.chosen.seed,
+            kind=proof.split.how, stated=float(np.sqrt(3) * stated[0]) if stated else None, unit=unit,
             everything=proof.errors(unit, everything=True) if proof.aside[unit].any() else None,
             located=after[counted & np.isin(owner, absolute_observations(self.need_data))],
-        )
+        )  # fmt: skip
 
     @property
     def gain(self) -> Gain | None:
@@ -143,23 +137,16 @@ class Decision(Context[M_co]):
         return None
 
 
-def rms(values: Array) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(values**2)))
-
-
 def with_zeros(model: M, fit: Fit) -> M | None:
     """The model with those zeros expected to be lost that look like what moved too far; None where there are none."""
     table, x = fit.problem.table, fit.solution.x[0]
     own = set(fit.problem.free) & (set(model.geometric) - model.anywhere)
     change = {n: abs(float(x[table.index[n]]) - model.table[n].value) for n in own}
     far = {n for n in own if change[n] > ZERO_CHANGE * model.table[n].scale}
-    if not far:
+    moving = model.mechanism
+    if not far or moving is None:
         return None
     # A zero with a stated prior is where its owner says.
-    moving = model.mechanism
-    if moving is None:
-        return None
     zeros = {z.parameter: model.table[z.parameter] for z in moving.open_zeros}
     lost = {
         n: ZERO_LOST[z.unit]
@@ -171,9 +158,7 @@ def with_zeros(model: M, fit: Fit) -> M | None:
         return None
     sigma = dict(zip(fit.total.names, fit.total.sigma, strict=True))
     likely = {name: lost[name] for name, like in alike.items() if any(change[n] > ZERO_SIGMA * sigma[n] for n in like)}
-    if not likely:
-        return None
-    return model.with_table(model.table.with_expected(likely))
+    return model.with_table(model.table.with_expected(likely)) if likely else None
 
 
 M = TypeVar("M", bound=Model)

@@ -123,14 +123,11 @@ def unseen_of(proof: Proof, unit: str, everything: bool = False) -> tuple[Statis
 def _folds(proof: Proof, unit: str, at: Ints, everything: bool) -> tuple[Fold, ...]:
     first, second, told = proof.errors(unit, everything)
     mine = proof.split.round_of[at]
-    rows = [np.flatnonzero(told & (mine == k)) for k in range(len(proof.split))]
-    return tuple(
-        Fold(
-            proof.split.names[k], len(r), float(first[r].mean()), float(second[r].mean()), bool(proof.after.profiled[k])
-        )
-        for k, r in enumerate(rows)
-        if len(r)
-    )
+    out = []
+    for k, (name, profiled) in enumerate(zip(proof.split.names, proof.after.profiled.tolist(), strict=True)):
+        if (own := told & (mine == k)).any():
+            out.append(Fold(name, int(own.sum()), float(first[own].mean()), float(second[own].mean()), profiled))
+    return tuple(out)
 
 
 def absolute_observations(data: DataSet) -> list[int]:

@@ -4,7 +4,7 @@ band."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from robocal.fit.noise import owners
 from robocal.geometry import so3
 from robocal.measure.base import KINDS, Rows
 from robocal.measure.base import problem as build
-from robocal.measure.data import Configurations, DataSet
+from robocal.measure.data import Configurations, DataSet, Observations
 from robocal.measure.fingerprint import fingerprints
 from robocal.measure.machine import Model
 from robocal.parameters import ParameterTable
@@ -245,18 +245,11 @@ def prediction_of(context: Decision[Model]) -> Band | None:
         return None
     region = context.chosen.region or region_of_limits(model, data)
     count = len(region.joints)
-    template = replace(
-        found[0],
-        kind="position",
-        configuration=np.arange(count),
-        value=np.zeros((count, 3)),
-        sigma=np.ones((count, 3)),
-        target=None if found[0].target is None else np.zeros(count, dtype=np.int64),
-        extra={},
-        rows=None,
-        used=None,
-        digits=None,
-        rounding=None,
+    first, spread = found[0], np.ones((count, 3))
+    target = None if first.target is None else np.zeros(count, dtype=np.int64)
+    where, nowhere = np.arange(count), np.zeros((count, 3))
+    template = Observations(
+        "position", where, nowhere, spread, first.frame, first.targets, target, options=first.options
     )
     columns = {k: np.full(count, v) for k, v in mean_conditions(data.configurations).items()}
     away = DataSet(Configurations(tuple(map(str, range(count))), region.joints, columns), (template,))
@@ -265,7 +258,7 @@ def prediction_of(context: Decision[Model]) -> Band | None:
     made = build(model, away, values=known, free=[n for n in off.names if n in made.table])
     jac = made.linearize(made.start).j.reshape(count, 3, -1)
     where = [off.names.index(n) for n in made.free]
-    tau = next((g.tau for g in fit.groups if g.name == found[0].label and g.unit == "m"), 0.0)
+    tau = next((g.tau for g in fit.groups if g.name == first.label and g.unit == "m"), 0.0)
     left = float(np.sqrt(3)) * tau
     sigma = np.hypot(band(jac, off.covariance[np.ix_(where, where)]), left)
     mean, p95, most = float(sigma.mean()), float(np.percentile(sigma, 95)), float(sigma.max())

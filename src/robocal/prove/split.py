@@ -109,12 +109,8 @@ def groups_of(data: DataSet) -> tuple[str, ...]:
             source[obs.configuration] = obs.source
         groups = tuple(source)
     if len(set(groups) - {""}) < 2:
-        raise ModelError(
-            "there are no groups to hold out",
-            key="hold_out",
-            found="group",
-            expected="a column that names the group of every row, or several data files",
-        )
+        expected = "a column that names the group of every row, or several data files"
+        raise ModelError("there are no groups to hold out", key="hold_out", found="group", expected=expected)
     return groups
 
 
@@ -139,9 +135,8 @@ def make_split(
         order = where.columns.get("time", np.full(1, np.nan))
         order = order if np.isfinite(order).all() else np.arange(len(where))
         if not 2 <= many <= len(where):
-            raise ModelError(
-                "impossible number of blocks", key="blocks", found=many, expected=f"2 to {len(where)} configurations"
-            )
+            expected = f"2 to {len(where)} configurations"
+            raise ModelError("impossible number of blocks", key="blocks", found=many, expected=expected)
         label = np.empty(len(where), dtype=np.int64)
         label[np.argsort(order, kind="stable")] = np.arange(len(where)) * many // len(where)
         label[~_stood(where)] = -1

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from robocal.files.csvtable import csv_text
 from robocal.files.result import Result
 from robocal.files.runfolder import Run, find_run
 from robocal.files.text import read_text
-from robocal.files.units import number, parse_unit
+from robocal.files.units import finite, number, parse_unit
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -90,11 +89,7 @@ def _check(place: Path, line: int, row: Sequence[str]) -> None:
         raise FormatError("not a row of a history", file=place, row=line, found=found, expected=expected)
     cells = dict(zip(HEADER, row, strict=True))
     for name in ("value", "sigma"):
-        try:
-            good = math.isfinite(float(cells[name])) if cells[name] or name == "value" else True
-        except ValueError:
-            good = False
-        if not good:
+        if finite(cells[name]) is None and (cells[name] or name == "value"):
             expected = "a finite number"
             raise FormatError("not a number", file=place, row=line, column=name, found=cells[name], expected=expected)
     parse_unit(cells["unit"], file=place, row=line, column="unit")

@@ -39,8 +39,8 @@ from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.report.sections import Section
+from robocal.session.cable.calibrated import of_file
 from robocal.session.cable.refusals import data_remarks
-from robocal.session.cable.sensor_gains import of_file
 from robocal.session.cable.statics_options import robot_inputs
 from robocal.session.cable.summary import facts, summary
 from robocal.session.opened import Data, Inputs, Opened, Rendered

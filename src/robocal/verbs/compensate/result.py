@@ -28,8 +28,8 @@ from robocal.prove.statistics import Statistic
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, remark_fields
-from robocal.session.inputs import need_arm, robot_files
-from robocal.session.pose_prediction import knowledge_of, shape_motion
+from robocal.session.inputs import knowledge_of, open_machine, robot_files
+from robocal.session.pose_prediction import shape_motion
 from robocal.session.reference import nominal_chain, run_result
 from robocal.session.watching import Watch, computable
 
@@ -139,7 +139,7 @@ class Compensated:
 def compensate_targets(o: Any, command: str = "", watch: Watch | None = None) -> Compensated:
     """Compensates targets, by the options of the verb. Both models carry the tool that was found (calibrated) or the nominal
     one, each its own, or one of six numbers in the robot's units. Raises InputError."""
-    arm = need_arm(o.robot, INSTEAD, base=o.base, tip=o.tip)
+    arm = open_machine(o.robot, base=o.base, tip=o.tip).need_arm(INSTEAD)
     reference = nominal_chain(
         o.robot, arm, o.nominal, base=o.base, tip=o.tip, what="compensation needs the model that the controller keeps"
     )
