@@ -193,8 +193,7 @@ class Context(Generic[M_co]):
         if self.fit is not None:
             names, x = self.fit.problem.table.names, self.fit.solution.x
         else:
-            assert self.base is not None
-            names, x = self.base.problem.table.names, self.base.x
+            names, x = self.need_baseline.problem.table.names, self.need_baseline.x
         return dict(zip(names, map(float, x[0]), strict=False))
 
     @property

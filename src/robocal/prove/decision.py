@@ -17,7 +17,7 @@ one that a controller takes: it is expected to be off by ZERO_LOST, and the fit 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -53,19 +53,13 @@ class Decision(Context[M_co]):
     """A fit to all measurements but gross rows, which `data` marks, from `start` (1, P), the baseline beside it, and what was
     proven; the options are those that were used."""
 
-    start: Array | None = None
-    proven: Proven | None = None
+    start: Array = field(kw_only=True)
+    proven: Proven = field(kw_only=True)
 
     @property
     def proof(self) -> Proof | None:
         """The proof that the verdict takes."""
-        return self.need_proofs.best
-
-    @property
-    def need_proofs(self) -> Proven:
-        """The proofs, where they were made."""
-        assert self.proven is not None
-        return self.proven
+        return self.proven.best
 
     @property
     def uncertainty(self) -> Uncertainty:
@@ -76,7 +70,7 @@ class Decision(Context[M_co]):
     @property
     def unit(self) -> str:
         """The SI unit in which the verdict is found: the first that was measured."""
-        return units_of(self.need_proofs.base.problem)[0]
+        return units_of(self.proven.base.problem)[0]
 
     @cached_property
     def errors(self) -> tuple[Array, Array, Bools]:
@@ -90,12 +84,12 @@ class Decision(Context[M_co]):
         before, after, counted = self.errors
         if self.unit != "m" or min(rms(before[counted]), rms(after[counted])) >= FINEST_ERROR:
             return None
-        return rounding_rms(self.model, self.need_data, self.need_proofs.part, counted)
+        return rounding_rms(self.model, self.need_data, self.proven.part, counted)
 
     @cached_property
     def evidence(self) -> Evidence | None:
         """What unseen measurements say; None where nothing was measured there."""
-        proof, unit, part, base = self.proof, self.unit, self.need_proofs.part, self.need_proofs.base.problem
+        proof, unit, part, base = self.proof, self.unit, self.proven.part, self.proven.base.problem
         if proof is None or not self.errors[2].any():
             return None
         before, after, counted = self.errors
@@ -129,7 +123,7 @@ class Decision(Context[M_co]):
 
     def unseen(self, unit: str) -> tuple[Statistic, Statistic] | None:
         """The errors, before and after, of what was held out, or else left out one by one; None where nothing was."""
-        proofs = self.need_proofs.proofs
+        proofs = self.proven.proofs
         for name in ("held_out", "leave_one_out"):
             before, after = unseen_of(proofs[name](), unit) if name in proofs else (None, None)
             if before is not None and after is not None:
@@ -181,8 +175,8 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
     clean, start, whole, base = fit_beside_baseline(model, data, everyone, options, watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return decide(likelier, data, options, watch)
-    found = Decision(model, clean, base, whole, options, watch, start=start)
-    return replace(found, proven=prove(found, data, split))
+    fits = model, clean, base, whole, options, watch
+    return Decision(*fits, start=start, proven=prove(Context(*fits), data, split))
 
 
 def _numbers(data: DataSet) -> None:

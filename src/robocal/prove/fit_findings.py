@@ -69,8 +69,7 @@ class Linearity:
 def linearity_of(context: Decision[Model]) -> Linearity | None:
     """Of the fit to everything, with the covariance of its method where that has one of its own, in the first SI unit that was measured;
     None with local blocks."""
-    fit, units, u = context.need_fit, units_of(context.need_proofs.base.problem), context.uncertainty
-    assert context.start is not None
+    fit, units, u = context.need_fit, units_of(context.proven.base.problem), context.uncertainty
     if not units or fit.problem.blocks:
         return None
     loose = replace(fit.problem, priors=False).with_free(fit.problem.table.free)
@@ -109,7 +108,7 @@ WHOLE = {"position": "positions", "orientation": "orientations"}
 @once
 def unseen_coverage(context: Decision[Model]) -> tuple[Coverage, ...]:
     """Whether the bands of the fit that was judged hold the measurements of configurations that it had not seen."""
-    found, held = context.need_proofs.part, context.need_proofs.held_out
+    found, held = context.proven.part, context.proven.held_out
     # A pose that is found from the very rows that are to be predicted leaves nothing to predict.
     if not len(held) or found.problem.blocks:
         return ()
@@ -129,7 +128,7 @@ def narrow_bands(context: Decision[Model]) -> Iterator[Finding]:
 @check("coverage", When.FIT, order=240, needs=("proven",))
 def bands_without_check(context: Decision[Model]) -> Iterator[Finding]:
     """Why the bands were not checked, where they were not."""
-    part, held = context.need_proofs.part, context.need_proofs.held_out
+    part, held = context.proven.part, context.proven.held_out
     if estimator(context.chosen.method).blind or unseen_coverage(context):
         return
     if part.problem.blocks:
@@ -152,9 +151,9 @@ def unmet(found: Fit) -> tuple[str, ...]:
 @once
 def outliers(context: Decision[Model]) -> tuple[Outlier, ...]:
     """Rows that are far from a fit to all others, of the fit that excluded more of them."""
-    whole, part, best = context.need_fit, context.need_proofs.part, context.proof
+    whole, part, best = context.need_fit, context.proven.part, context.proof
     seen = max(whole, part, key=lambda f: f.problem.aside)
-    counted = {u: best.errors(u)[2] for u in units_of(context.need_proofs.base.problem)} if best else None
+    counted = {u: best.errors(u)[2] for u in units_of(context.proven.base.problem)} if best else None
     return find_outliers(context.model, context.need_data, seen, counted, context.leverage if seen is whole else None)
 
 

@@ -34,17 +34,8 @@ from robocal.measure.machine import Model
 from robocal.prove.split import Split
 
 __all__ = [
-    "Unseen",
-    "alike",
-    "collect",
-    "empty",
-    "local_names",
-    "merge",
-    "profile",
-    "proves_nothing",
-    "terms_of",
-    "unseen",
-]
+    "Unseen", "alike", "collect", "empty", "local_names", "merge", "profile", "proves_nothing", "terms_of", "unseen",
+]  # fmt: skip
 
 CHUNK = 256
 # Of what was expected: a direction that rows tell less of does not move in a fit, whatever is there to be found.

@@ -100,7 +100,7 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         method = options.method if options.tolerance is None else f"{options.method}, which stops at a tolerance"
         raise ModelError(words, key="method", found=method, expected="lm")
     made = decide(model, data, options, watch)
-    data, fit, proven, u = made.need_data, made.need_fit, made.need_proofs, made.uncertainty
+    data, fit, proven, u = made.need_data, made.need_fit, made.proven, made.uncertainty
     base, nominal = proven.base.problem, proven.base.problem.table
     fit_ids, held_out_ids, embargoed_ids = (
         tuple(data.configurations.ids[i] for i in some) for some in (proven.fitted, proven.held_out, proven.embargoed)

@@ -102,15 +102,11 @@ def _stages(data: DataSet, proven: Proven, unit: str, *, everything: bool) -> St
         seen[f"{name}_before"], seen[name] = unseen_of(proof, unit, everything)
     # Where a configuration's own pose is fitted to its rows, predicting the mean of them is no rival.
     constant = constant_of(data, base, proven.best, everything) if unit == "m" and not base.blocks else None
-    return Stages(
-        unit=unit,
-        before=Statistic.of(before[inside]),
-        after=Statistic.of(after[inside]),
-        # A target that only held-out rows show has no mean to predict.
-        constant=Statistic.of(constant[np.isfinite(constant)]) if constant is not None else None,
-        folds=_folds(proofs["k_fold"], unit, at, everything) if "k_fold" in proofs else (),
-        **seen,
-    )
+    # A target that only held-out rows show has no mean to predict.
+    mean = Statistic.of(constant[np.isfinite(constant)]) if constant is not None else None
+    rounds = _folds(proofs["k_fold"], unit, at, everything) if "k_fold" in proofs else ()
+    first, last = Statistic.of(before[inside]), Statistic.of(after[inside])
+    return Stages(unit=unit, before=first, after=last, constant=mean, folds=rounds, **seen)
 
 
 def unseen_of(proof: Proof, unit: str, everything: bool = False) -> tuple[Statistic | None, Statistic | None]:

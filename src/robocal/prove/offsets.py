@@ -98,7 +98,7 @@ class _Found:
 
 def offsets_alone(context: Decision[Model]) -> OffsetsAlone | None:
     """Fits and proves the joint offsets alone. None where no joint's zero may move."""
-    model, base_x, whole, proven = context.model, context.need_baseline.x, context.need_fit, context.need_proofs
+    model, base_x, whole, proven = context.model, context.need_baseline.x, context.need_fit, context.proven
     zeros = () if model.mechanism is None else model.mechanism.open_zeros
     if not zeros:
         return None

@@ -116,7 +116,7 @@ def range_of(context: Decision[Model]) -> Holds | None:
 def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array, Array, Array]:
     """At joint values (m, n): the Jacobian of the tool (m, 3, k), the covariance of its columns, and what the correction
     moves (m, 3), up to the frames, and up to one factor on all lengths unless the data are `scaled`."""
-    model, off, base = context.model, context.total, context.need_proofs.base
+    model, off, base = context.model, context.total, context.proven.base
     conditions, names = mean_conditions(context.need_data.configurations), parameters_of(model, off)
     nominal = model.with_values({n: float(base.x[0, base.problem.table.index[n]]) for n in model.table.names})
     pose, jac = reach(context.corrected, joints, names, conditions)

@@ -182,7 +182,7 @@ def _components(table: ParameterTable, names: Sequence[str], covariance: Array, 
 
 def row_table(context: Decision[Model]) -> RowTable:
     """One row per observation, in the order of the terms."""
-    data, proven, best = context.need_data, context.need_proofs, context.proof
+    data, proven, best = context.need_data, context.proven, context.proof
     base, part, held = proven.base, proven.part, proven.held_out
     missed = best.after.value if best else {}  # in the order of `misfit.errors`
     before, after = base.problem.residuals(base.x), part.problem.residuals(part.solution.x)
@@ -245,12 +245,9 @@ def prediction_of(context: Decision[Model]) -> Band | None:
         return None
     region = context.chosen.region or region_of_limits(model, data)
     count = len(region.joints)
-    first, spread = found[0], np.ones((count, 3))
-    target = None if first.target is None else np.zeros(count, dtype=np.int64)
-    where, nowhere = np.arange(count), np.zeros((count, 3))
-    template = Observations(
-        "position", where, nowhere, spread, first.frame, first.targets, target, options=first.options
-    )
+    first, each, nowhere = found[0], np.arange(count), np.zeros((count, 3))
+    seen = first.frame, first.targets, None if first.target is None else 0 * each
+    template = Observations("position", each, nowhere, np.ones((count, 3)), *seen, options=first.options)
     columns = {k: np.full(count, v) for k, v in mean_conditions(data.configurations).items()}
     away = DataSet(Configurations(tuple(map(str, range(count))), region.joints, columns), (template,))
     made = build(model, away)
