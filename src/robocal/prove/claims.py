@@ -193,7 +193,7 @@ def residual_finding(context: Decision[Model]) -> Iterator[Finding]:
 def left_over(context: Decision[Model], most: float) -> Iterator[Finding]:
     """What is left beyond the stated noise, where it is more than a share of the variance."""
     assert context.evidence is not None
-    part, left = context.evidence.residual_share
-    if part > most and context.evidence.exceeds_noise:
-        noise = Quantity(context.evidence.stated) if context.evidence.stated else None
+    (part, left), stated = context.evidence.residual_share, context.evidence.stated
+    if part > most and left > limits.UNEXPLAINED_SIGMA * (stated or 0.0):
+        noise = Quantity(stated) if stated else None
         yield refuse(Code.UNEXPLAINED, explained=1 - part, rms=Quantity(left), stated=noise)

@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from robocal.errors import FileError, FormatError, InputError, ModelError, nearest
-from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
+from robocal.errors import FormatError, InputError, ModelError, nearest
+from robocal.files.covariance import COVARIANCE, Knowledge
 from robocal.files.kinds.registry import READERS, reader_of
 from robocal.files.opened_file import machine_kind
-from robocal.files.robot import Robot
 from robocal.files.runfolder import ROBOTS, Run, open_run
 from robocal.files.text import InputFile, read_text
 from robocal.files.units import finite
@@ -23,13 +22,13 @@ from robocal.parameters import ParameterTable
 from robocal.progress import Watch, tell
 from robocal.session.arm import OpenedArm, open_arm, robot_files
 from robocal.session.opened import Inputs, Opened, every_frame
+from robocal.session.runs import knowledge_of
 
 __all__ = [
-    "Calibration", "Inputs", "choose", "knowledge_of", "open_arm", "open_calibration", "open_machine", "read_inputs",
+    "Calibration", "Inputs", "choose", "open_arm", "open_calibration", "open_machine", "read_inputs",
     "register_machine", "robot_files",
 ]  # fmt: skip
 
-SAME = 1e-7  # tolerance: of a value that was written and read
 IDENTIFIED = ("identified", "prior")
 O = TypeVar("O", bound=Opened[Any])
 Name = str | os.PathLike[str]
@@ -101,25 +100,6 @@ def _refuse_other_kind(name: str | os.PathLike[str], kinds: Container[object], m
 # --- what a run folder knows -----------------------------------------------------------------------------------------
 
 
-def knowledge_of(folder: Path, arm: Robot | None) -> Knowledge:
-    """What a run folder knows of its parameters; `arm` was opened from it (None: another machine was). Raises FileError when it does
-    not say, FormatError when it speaks of another robot."""
-    place = open_run(folder).part(COVARIANCE)
-    if place is None:
-        expected = f"{COVARIANCE}: identify once more with this version"
-        raise FileError("this run does not contain the uncertainty of its parameters", file=folder, expected=expected)
-    known = read_covariance(place)
-    if arm is None:
-        return known
-    for name, value in known.values.items():
-        if name in arm.chain.table and abs(arm.chain.table[name].value - value) > SAME * max(1.0, abs(value)):
-            raise FormatError(
-                "this file does not belong to the calibrated robot beside it", file=place, key=name, found=value,
-                expected=arm.chain.table[name].value,
-            )  # fmt: skip
-    return known
-
-
 @dataclass(frozen=True)
 class Calibration:
     """A run folder, its machine as identified, what is known of its parameters, and the files that were read."""
@@ -140,7 +120,7 @@ def open_calibration(place: Path) -> Calibration:
     """Opens a run folder of any machine. Raises InputError where it is none, or does not say how far its parameters may be off."""
     run = open_run(place)
     opened = open_machine(place)
-    known = knowledge_of(place, opened.arm)
+    known = knowledge_of(place, None if opened.arm is None else opened.machine.table)
     own = InputFile(place / COVARIANCE, read_text(place / COVARIANCE).sha256)
     found = Calibration(run, opened, known, (*opened.inputs, own))
     if opened.arm is not None:

@@ -23,9 +23,8 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import figure
-from robocal.session.inputs import knowledge_of
 from robocal.session.prediction import Prediction
-from robocal.session.runs import run_cautions
+from robocal.session.runs import knowledge_of, run_cautions
 
 __all__ = ["predict_poses", "shape_motion"]
 
@@ -48,7 +47,7 @@ def predict_poses(folder: Path, robot: Robot, poses: Path, absolute: bool) -> Pr
     The band is that of the arm's shape, unless `absolute` or the run measured the base itself: then it is that of the
     pose in base coordinates.
     """
-    known = knowledge_of(folder, robot)
+    known = knowledge_of(folder, robot.chain.table)
     targets = read_targets(poses, robot.chain)
     q = targets.targets.joints
     if q is None:

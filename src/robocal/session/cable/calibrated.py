@@ -60,11 +60,8 @@ class SensorGains:
 
 def names_of_gains(robot: CableRobot, names: Iterable[str]) -> tuple[str, ...]:
     """Those of some parameters that lengths are read with and the robot's file cannot hold."""
-    owned = {f".{c}" for c in robot.cables}
-    return tuple(
-        n for n in names
-        if n not in robot.table and not n.startswith(f"{PLATFORM}.") and (n.endswith(f".{GAIN}") or any(n.endswith(o) for o in owned))
-    )  # fmt: skip
+    ends = (f".{GAIN}", *(f".{c}" for c in robot.cables))
+    return tuple(n for n in names if n not in robot.table and not n.startswith(f"{PLATFORM}.") and n.endswith(ends))
 
 
 def of_file(found: Identification[Any], values: dict[str, float]) -> tuple[dict[str, float], tuple[str, ...]]:
