@@ -33,7 +33,7 @@ from robocal.diagnose.scale import common_scale
 from robocal.estimate.uncertainty import band
 from robocal.fit.options import JointRegion
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Model, joints_of
+from robocal.measure.machine import Model
 from robocal.measure.reach import reach
 from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.decision import Decision
@@ -82,8 +82,7 @@ def region_between_poses(chain: Model, data: DataSet) -> JointRegion:
     upright, it holds every attitude.
     """
     q = data.configurations.joints
-    q = np.zeros((0, len(joints_of(chain)))) if q is None else q[np.isfinite(q).all(axis=1)]
-    if not len(q):
+    if q is None or not len(q := q[np.isfinite(q).all(axis=1)]):
         return region_of_limits(chain, data)
     rng = np.random.default_rng(0)
     one, other = q[rng.integers(0, len(q), (2, SAMPLES))]

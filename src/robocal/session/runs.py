@@ -58,10 +58,8 @@ def knowledge_of(folder: Path, table: ParameterTable | None) -> Knowledge:
         return known
     for name, value in known.values.items():
         if name in table and abs(table[name].value - value) > SAME * max(1.0, abs(value)):
-            raise FormatError(
-                "this file does not belong to the calibrated robot beside it", file=place, key=name, found=value,
-                expected=table[name].value,
-            )  # fmt: skip
+            message = "this file does not belong to the calibrated robot beside it"
+            raise FormatError(message, file=place, key=name, found=value, expected=table[name].value)
     return known
 
 
