@@ -24,7 +24,8 @@ from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import uncertainty
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Observations
-from robocal.prove.folds import leave_one_out
+from robocal.prove.folds import unseen
+from robocal.prove.split import Split
 
 BATCH, ALONE = 200, 5
 PRIOR = [0.02] * 3 + [0.01] * 3  # of a pose: what the job draws its starts from
@@ -79,9 +80,11 @@ def main():
         return
     made = problem_of(job)
     x = least_squares(made, max_iterations=1 if what == "solve" else 100).x
+    one = np.eye(made.configurations, dtype=bool)
+    rounds = Split(one, ~one, tuple(map(str, range(len(one)))), "leave-one-out")
     work = {
         "statistics": lambda: (analyse(made, x), uncertainty(made, x)),
-        "leave-one-out": lambda: leave_one_out(made, x, np.arange(made.configurations), "px"),
+        "leave-one-out": lambda: unseen(made, x, rounds, ("px",)),
         "solve": lambda: least_squares(made),
     }[what]
     cold = peak()

@@ -19,8 +19,8 @@ from robocal.arms import catalog
 from robocal.arms.chain import Chain
 from robocal.errors import InputError
 from robocal.files.kinds.registry import READERS
+from robocal.fit.options import Options
 from robocal.geometry import fits
-from robocal.prove.identification import Options
 from robocal.prove.identify import identify
 from robocal.session.simulated_robot import Errors, sample_joints
 from robocal.session.simulator import true_model

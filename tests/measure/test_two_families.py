@@ -9,6 +9,7 @@ import pytest
 import scipy.optimize
 from cables.thesis_rig import SIX, specification, thesis_rig
 from measure.scenarios import build
+from unseen import leave_one_out
 
 from robocal.errors import ModelError
 from robocal.estimate import elimination
@@ -20,7 +21,6 @@ from robocal.estimate.least_squares import least_squares
 from robocal.estimate.schur.system import structure
 from robocal.estimate.uncertainty import uncertainty
 from robocal.measure.base import problem
-from robocal.prove.folds import leave_one_out
 
 EYE = [f"eye.{s}" for s in ("x", "y", "z", "rx", "ry", "rz")]
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from real.test_franka import load as franka  # noqa: F401  (a fixture)
 from real.test_ur10 import load as ur10  # noqa: F401
+from unseen import bands_of_data
 
 from robocal.fit.options import Options
-from robocal.prove.bands import bands_of_data, coverage
+from robocal.prove.bands import coverage
 from robocal.prove.identify import identify
 
 

@@ -15,7 +15,7 @@ from robocal.measure.base import problem
 from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.model_errors import model_errors
 from robocal.prove.nongeometric.group_choice import choose_groups
-from robocal.prove.nongeometric.layered import layer_errors, layer_rows, try_layer
+from robocal.prove.nongeometric.layer import layer_errors, layer_rows, try_layer
 from robocal.prove.split import make_split
 
 GROUPS = {name: {} for name in ("gain", "eccentricity", "ripple", "compliance", "bending", "expansion")}

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from unseen import leave_one_out
 
 from robocal.estimate.least_squares import least_squares
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
 from robocal.fit.misfit import errors
 from robocal.measure.base import problem
-from robocal.prove.folds import leave_one_out
 from robocal.prove.identify import identify
 
 FOLDER = Path(__file__).parents[2] / "examples" / "arm-with-camera"

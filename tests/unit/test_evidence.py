@@ -9,13 +9,13 @@ from scipy import stats
 from unit.arm_data import arm as five
 from unit.arm_data import measured
 from unit.plain_terms import Plain, linear, plain_problem
+from unseen import leave_one_out
 
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.terms import Residuals
 from robocal.fit.misfit import errors
 from robocal.measure.base import problem
 from robocal.prove.evidence import bootstrap_gain, constant_errors
-from robocal.prove.folds import leave_one_out
 from robocal.prove.split import Split
 from robocal.prove.statistics import Statistic
 from robocal.remarks.code import Code

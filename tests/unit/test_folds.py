@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from unit.arm_data import TOOL, arm, measured, true_arm
+from unseen import leave_one_out
 
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.misfit import errors
@@ -14,7 +15,7 @@ from robocal.fit.options import Options
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.prove.evidence import bootstrap_gain
-from robocal.prove.folds import leave_one_out, unseen
+from robocal.prove.folds import unseen
 from robocal.prove.identify import identify
 from robocal.prove.judge import drawn
 from robocal.prove.split import leave_one_out_rounds, make_split

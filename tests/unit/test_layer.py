@@ -13,8 +13,7 @@ from robocal.files.runfolder import layer_text, read_layer
 from robocal.fit.baseline import baseline
 from robocal.fit.fit import fit
 from robocal.fit.options import Options
-from robocal.prove.nongeometric.layer import learn
-from robocal.prove.nongeometric.layered import LayerRows, layer_errors, layer_rows, try_layer
+from robocal.prove.nongeometric.layer import LayerRows, layer_errors, layer_rows, learn, try_layer
 from robocal.remarks.code import Code
 
 NAMES = ("a", "b", "c")

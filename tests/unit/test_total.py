@@ -9,12 +9,13 @@ import pytest
 from scipy import stats
 from unit.arm_data import FREE, arm, measured
 from unit.plain_terms import linear, plain_problem
+from unseen import bands_of_data
 
 from robocal.estimate.uncertainty import quantile, radius, total, uneven
 from robocal.fit.options import Options
 from robocal.measure.data import Frame
 from robocal.parameters import ParameterTable
-from robocal.prove.bands import bands_of_data, coverage
+from robocal.prove.bands import coverage
 from robocal.prove.identify import identify
 from robocal.prove.place_bands import base_motion, motion_field, sample_joints
 

@@ -139,6 +139,18 @@ class Context(Generic[M_co]):
         return self.data
 
     @property
+    def need_baseline(self) -> Baseline:
+        """The baseline, where there must be one."""
+        assert self.base is not None
+        return self.base
+
+    @property
+    def chosen(self) -> Options:
+        """The options that were used, where there must be some."""
+        assert self.options is not None
+        return self.options
+
+    @property
     def need_fit(self) -> Fit:
         """The fit, where there must be one."""
         assert self.fit is not None
@@ -175,8 +187,7 @@ class Context(Generic[M_co]):
         if self.fit is not None:
             names, x = self.fit.problem.table.names, self.fit.solution.x
         else:
-            assert self.base is not None
-            names, x = self.base.problem.table.names, self.base.x
+            names, x = self.need_baseline.problem.table.names, self.need_baseline.x
         return dict(zip(names, map(float, x[0]), strict=False))
 
     @property

@@ -95,8 +95,7 @@ def noise_findings(context: Context[Model]) -> Iterator[Finding]:
 @check("ignored-priors", When.FIT, order=130, needs=("fit", "options"))
 def priors_without_effect(context: Context[Model]) -> Iterator[Finding]:
     """Priors and bounds of which the method takes no notice."""
-    assert context.options is not None
-    problem, method = context.need_fit.problem, context.options.method
+    problem, method = context.need_fit.problem, context.chosen.method
     rows = [problem.table[n] for n in problem.free]
     if estimator(method).blind and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows):
         yield doubt(Code.PRIORS_IGNORED, method=method)

@@ -12,18 +12,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from robocal.diagnose.outliers import Outlier
 from robocal.files.csvtable import csv_text
+from robocal.files.evidence_parts import OutlierRow
 from robocal.files.opened_file import Speaks
 from robocal.files.parts import RemarkPart
 from robocal.files.units import UNITS, Unit, Units, number
+from robocal.measure.base import KINDS
 from robocal.quantities import AMOUNT, DISPLAY, MEAN, OWN, VALUE, Column, Listing
 
-__all__ = ["display_unit", "in_units", "listing_text", "to_display"]
+__all__ = ["display_unit", "in_units", "listing_text", "outlier", "to_display"]
 
 P = TypeVar("P")
 MM_AND_DEG = Units()
@@ -48,6 +52,15 @@ def display_unit(si: str) -> Unit:
 def to_display(part: type[P], found: object, speaks: Speaks = MM_AND_DEG, /, **beside: Any) -> P:
     """A part of a document, of what was found in SI (in m, where it names no unit); `speaks` are the units of the robot's file."""
     return _build_part(part, found, _Scope(speaks, ERRORS["m"]), beside)
+
+
+def outlier(o: Outlier) -> OutlierRow:
+    """A strange row, its value in the units in which people read it."""
+    units = [display_unit(u) for a, b, u in KINDS[o.kind].parts for _ in range(a, b)]
+    value = [v / u.factor for v, u in zip(o.value, units, strict=False)]
+    return to_display(
+        OutlierRow, o, source=Path(o.source).name, value=value, units=[u.name for u in units[: len(value)]]
+    )
 
 
 def _build_part(part: type[P], found: object, scope: _Scope, beside: dict[str, Any]) -> P:

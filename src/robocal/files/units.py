@@ -18,7 +18,9 @@ import numpy as np
 from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, ModelError, nearest
 
-__all__ = ["UNITS", "Unit", "Units", "last_digits", "number", "numbers_of", "parse_quantity", "parse_unit", "same"]
+__all__ = [
+    "UNITS", "Unit", "Units", "finite", "last_digits", "number", "numbers_of", "parse_quantity", "parse_unit", "same",
+]  # fmt: skip
 
 Value = TypeVar("Value", float, Array)
 
@@ -181,6 +183,15 @@ def number(value: float) -> str:
         digits, _, power = text.partition("e")
         return f"{digits if '.' in digits else digits + '.0'}e{power}"
     return "0" if text == "-0" else text
+
+
+def finite(text: str) -> float | None:
+    """A finite number from its text; None where it is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
 
 
 def numbers_of(text: str, names: str, *, key: str) -> list[float]:

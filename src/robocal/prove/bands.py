@@ -9,9 +9,8 @@ there are held-out measurements: 95 % of their errors should lie inside.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,26 +20,11 @@ from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import ProblemTerm, spread
 from robocal.estimate.uncertainty import LEVEL, Total, quantile
-from robocal.fit.noise import NoiseGroup, apply_noise
-from robocal.measure.base import Model
-from robocal.measure.base import problem as build
-from robocal.measure.data import Configurations, DataSet
+from robocal.fit.fit import Fit
+from robocal.measure.data import Configurations
 from robocal.prove.statistics import Coverage
 
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
-
-__all__ = [
-    "Bands",
-    "bands_of_data",
-    "coverage",
-    "dense",
-    "find_identified",
-    "mean_conditions",
-    "range_of_joints",
-    "row_bands",
-    "total_of",
-]
+__all__ = ["Bands", "coverage", "find_identified", "mean_conditions", "range_of_joints", "row_bands"]
 
 QUANTITIES = {"m": "position", "rad": "orientation", "px": "pixels"}
 CHUNK = 2000  # rows whose dense Jacobian is held at once
@@ -48,29 +32,24 @@ CHUNK = 2000  # rows whose dense Jacobian is held at once
 
 @dataclass(frozen=True)
 class Bands:
-    """Predicted against measured, one row per observation of one term: residual (m, d), covariance of the model's
-    prediction and of a new measurement (m, d, d), configuration (m,); SI."""
+    """Predicted against measured, one row per observation of one term: residual (m, d), covariance of a new measurement (m, d, d); SI."""
 
-    group: str
-    kind: str
     parts: tuple[tuple[int, int, str], ...]
-    configuration: Ints
     residual: Array
-    model: Array
     new: Array
 
-    def inside(self, dof: float = np.inf, level: float = LEVEL) -> NDArray[np.bool_]:
+    def inside(self, dof: float) -> NDArray[np.bool_]:
         """Whether each component lies in its own band, (m, d)."""
         # What is known to a billionth of a millimetre beside directions that are not known at all may round below zero.
         sigma = np.sqrt(np.maximum(np.einsum("mii->mi", self.new), 0.0))
-        return np.asarray(np.abs(self.residual) <= quantile(dof, level) * sigma)
+        return np.asarray(np.abs(self.residual) <= quantile(dof) * sigma)
 
-    def whole(self, start: int, stop: int, dof: float = np.inf, level: float = LEVEL) -> NDArray[np.bool_]:
+    def whole(self, start: int, stop: int, dof: float) -> NDArray[np.bool_]:
         """Whether components start:stop lie in their joint region r^T V^-1 r <= d F(d, dof), (m,)."""
         r, v = self.residual[:, start:stop], self.new[:, start:stop, start:stop]
         d = stop - start
         distance = np.einsum("mi,mi->m", r, np.linalg.solve(v, r[..., None])[..., 0])
-        limit = special.chdtri(d, 1 - level) if not np.isfinite(dof) else d * special.fdtri(d, max(dof, 1.0), level)
+        limit = special.chdtri(d, 1 - LEVEL) if not np.isfinite(dof) else d * special.fdtri(d, max(dof, 1.0), LEVEL)
         return np.asarray(distance <= limit)
 
 
@@ -104,9 +83,8 @@ def row_bands(problem: Problem, x: Array, total: Total, configurations: Ints, bl
             model[first : first + CHUNK] = np.einsum("mai,ij,mbj->mab", jac, c, jac, optimize=True)
             keep[first : first + CHUNK] = ~(jac[..., np.isin(every.free, blind)] != 0).any(axis=(1, 2))
         rows, model = rows[keep], model[keep]
-        new = np.array(model)
-        np.einsum("mii->mi", new)[:] += term.scale[rows] ** -2.0
-        out.append(Bands(term.group, term.kind, term.parts, term.configuration[rows], residual.value[rows], model, new))
+        np.einsum("mii->mi", model)[:] += term.scale[rows] ** -2.0
+        out.append(Bands(term.parts, residual.value[rows], model))
     return out
 
 
@@ -116,42 +94,25 @@ def dense(term: ProblemTerm, x: Array, first: int, last: int, n: int) -> Array:
     return spread(narrow[0], term.columns, n)
 
 
-def bands_of_data(
-    model: Model, data: DataSet, values: Mapping[str, float], total: Total, groups: Iterable[NoiseGroup]
-) -> list[Bands]:
-    """Bands of a data set that the fit has not seen: `values` by name are the identified ones, `groups` the noise as
-    fitted (its tau joins the sigma that the data state)."""
-    noisy = apply_noise(data, {(g.name, g.unit): g.tau for g in groups if g.tau > 0})
-    made = build(model, noisy)
-    made = made.with_table(made.table.with_values({n: v for n, v in values.items() if n in made.table}))
-    return row_bands(made, made.start, total, np.arange(len(data.configurations)))
-
-
-def coverage(bands: Iterable[Bands], dof: float = np.inf, level: float = LEVEL) -> tuple[Coverage, ...]:
+def coverage(bands: Iterable[Bands], dof: float) -> tuple[Coverage, ...]:
     """How many of these measurements lie in their bands, by quantity."""
     found: dict[str, list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]] = {}
     for b in bands:
-        inside = b.inside(dof, level)
+        inside = b.inside(dof)
         for start, stop, unit in b.parts:
-            found.setdefault(unit, []).append((inside[:, start:stop], b.whole(start, stop, dof, level)))
+            found.setdefault(unit, []).append((inside[:, start:stop], b.whole(start, stop, dof)))
     out = []
     for unit, parts in found.items():
         whole = np.concatenate([w for _, w in parts])
         if len(whole):
             components = np.concatenate([i.ravel() for i, _ in parts])
-            out.append(
-                Coverage(QUANTITIES.get(unit, unit), level, float(components.mean()), float(whole.mean()), len(whole))
-            )
+            quantity, share = QUANTITIES.get(unit, unit), float(components.mean())
+            out.append(Coverage(quantity, LEVEL, share, float(whole.mean()), len(whole)))
     return tuple(out)
 
 
-def total_of(found: Fit) -> Total:
-    """What the parameters of a fit may be off by, hidden partners included."""
-    return found.total
-
-
-def find_identified(found: Fit, off: Total) -> frozenset[str]:
+def find_identified(found: Fit) -> frozenset[str]:
     """The parameters that may be called identified: told by the data, with everything else unknown too, and known no less well
-    than before anything was measured, whoever else is to blame; `off` is what they may be off by."""
-    sigma, table = dict(zip(off.names, off.sigma, strict=True)), found.problem.table
+    than before anything was measured, whoever else is to blame."""
+    sigma, table = dict(zip(found.total.names, found.total.sigma, strict=True)), found.problem.table
     return frozenset(n for n in found.identifiability.identified if n in sigma and sigma[n] <= table[n].scale)

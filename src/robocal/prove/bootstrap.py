@@ -11,7 +11,7 @@ bootstrap (1993), chapters 9 and 13.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from robocal.fit.fit import Fit
 from robocal.fit.repeats import places
 from robocal.geometry import so3
 from robocal.measure.machine import Model
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
 from robocal.prove.decision import Decision
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -75,15 +75,11 @@ def resample(fit: Fit, sigma: Array, draws: int, seed: int, watch: Watch | None 
         solution = least_squares(problem.with_weights(weights * own), np.repeat(x, some, axis=0))
         ended = np.array([r.converged for r in solution.reasons]) & np.isfinite(solution.cost)
         found.append(solution.x[ended])
-        if watch:
-            watch({"stage": "bootstrap", "done": first + some, "draws": draws})
+        tell(watch, "bootstrap", done=first + some, draws=draws)
     values = np.concatenate(found)
     if len(values) < draws / 2:
-        raise ModelError(
-            "most draws leave too little to fit: too few configurations for a bootstrap",
-            key="bootstrap",
-            found=f"{len(values)} of {draws} draws",
-        )
+        message = "most draws leave too little to fit: too few configurations for a bootstrap"
+        raise ModelError(message, key="bootstrap", found=f"{len(values)} of {draws} draws")
     low, high = np.percentile(values[:, problem.index], [2.5, 97.5], axis=0)
     spread = _differences(values, x, problem.table.turns)[:, problem.index].std(axis=0, ddof=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -103,11 +99,10 @@ def _differences(values: Array, x: Array, turns: NDArray[np.int64]) -> Array:
 @once
 def bootstrap_of(context: Decision[Model]) -> Resampled | None:
     """That of the fit to everything, where it was asked for."""
-    options, fit = context.chosen, context.need_fit
-    if options.bootstrap is None:
+    if context.chosen.bootstrap is None:
         return None
-    u = fit.uncertainty if fit.covariance is None else replace(fit.uncertainty, covariance=fit.covariance)
-    return resample(fit, u.sigma, options.bootstrap, options.seed, context.watch)
+    fit, seed = context.need_fit, context.chosen.seed
+    return resample(fit, context.uncertainty.sigma, context.chosen.bootstrap, seed, context.watch)
 
 
 @check("bootstrap", When.FIT, order=200, needs=("proven",))
@@ -120,15 +115,9 @@ def bootstrap_remarks(drawn: Resampled | None) -> tuple[Remark, ...]:
     """How the scatter compares with the linear bars; nothing where no bootstrap was asked for."""
     if drawn is None or not len(drawn.names):
         return ()
-    worst = int(np.nanargmax(drawn.ratio))
-    return (
-        Remark.of(
-            Code.BOOTSTRAP_SPREAD,
-            draws=drawn.draws,
-            median=float(np.nanmedian(drawn.ratio)),
-            parameter=drawn.names[worst],
-            worst=float(drawn.ratio[worst]),
-            places=drawn.places if drawn.places < BOOTSTRAP_PLACES else None,
-            lost=drawn.asked - drawn.draws or None,
-        ),
-    )
+    worst, few = int(np.nanargmax(drawn.ratio)), drawn.places if drawn.places < BOOTSTRAP_PLACES else None
+    said = Remark.of(
+        Code.BOOTSTRAP_SPREAD, draws=drawn.draws, median=float(np.nanmedian(drawn.ratio)), parameter=drawn.names[worst],
+        worst=float(drawn.ratio[worst]), places=few, lost=drawn.asked - drawn.draws or None,
+    )  # fmt: skip
+    return (said,)

@@ -18,7 +18,8 @@ from robocal.fit.estimators import estimator
 from robocal.fit.misfit import errors
 from robocal.measure.machine import Model
 from robocal.prove.bands import find_identified
-from robocal.prove.decision import Decision, rms
+from robocal.prove.decision import Decision
+from robocal.prove.statistics import rms
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
@@ -52,12 +53,9 @@ def residual_without_gain(context: Decision[Model]) -> Iterator[Finding]:
 def fits_without_convergence(context: Decision[Model]) -> Iterator[Finding]:
     """One of the fits behind the verdict did not converge."""
     assert context.proof is not None
-    ended = {
-        "the baseline": context.need_baseline.converged and context.proof.before.converged,
-        "the fit to everything": context.need_fit.solution.reasons[0].converged
-        or estimator(context.chosen.method).finite,
-        "a round": context.proof.after.converged,
-    }
+    began = context.need_baseline.converged and context.proof.before.converged
+    whole = context.need_fit.solution.reasons[0].converged or estimator(context.chosen.method).finite
+    ended = {"the baseline": began, "the fit to everything": whole, "a round": context.proof.after.converged}
     for what in [what for what, done in ended.items() if not done][:1]:
         yield qualify(Code.NOT_CONVERGED, what=what)
 
@@ -65,10 +63,10 @@ def fits_without_convergence(context: Decision[Model]) -> Iterator[Finding]:
 @check("robot-identified", When.PROOF, order=50, given=Given.GAIN, needs=("proven",))
 def robot_identified(context: Decision[Model]) -> Iterator[Finding]:
     """Nothing of the robot itself was fitted, or nothing of it is known by itself."""
-    part = context.need_proofs.part
-    if not set(part.problem.free) - set(frame_names(context.model, context.need_proofs.base)):
+    part = context.proven.part
+    if not set(part.problem.free) - set(frame_names(context.model, context.proven.base.problem)):
         yield qualify(Code.NOTHING_OF_ROBOT)
-    elif not find_identified(part, part.total) & set(context.model.table.names):
+    elif not find_identified(part) & set(context.model.table.names):
         yield qualify(Code.NOTHING_IDENTIFIED)
 
 
@@ -76,7 +74,7 @@ def robot_identified(context: Decision[Model]) -> Iterator[Finding]:
 def numbers_of_a_round(context: Decision[Model]) -> Iterator[Finding]:
     """A round leaves too little to fit: that would be met exactly, and what was left out by what was known of it before."""
     assert context.proof is not None
-    problem, split = context.need_proofs.part.problem, context.proof.split
+    problem, split = context.proven.part.problem, context.proof.split
     left, sought = int((split.fit @ problem.numbers).min()), problem.n - int(problem.has_prior.sum())
     if len(split) > 1 and left <= sought:
         noun = "configuration" if split.how == "leave-one-out" else "fold"
@@ -86,20 +84,20 @@ def numbers_of_a_round(context: Decision[Model]) -> Iterator[Finding]:
 @check("bent", When.PROOF, order=70, given=Given.GAIN, needs=("proven",))
 def bent(context: Decision[Model]) -> Iterator[Finding]:
     """The model was bent to data that it still does not explain, or to what no making leaves."""
-    part = context.need_proofs.part
+    part = context.proven.part
     changes = implausible(context.model, part)
     left = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
     if changes and left > limits.BENT_LEAVES:
         yield refuse(Code.BENT, left=Quantity(left))
         yield from of_remarks(changes, Level.REFUSE)
     else:
-        yield from of_remarks(out_of_tolerance(context.model, context.need_proofs.base, part), Level.REFUSE)
+        yield from of_remarks(out_of_tolerance(context.model, context.proven.base.problem, part), Level.REFUSE)
 
 
 @check("angles", When.PROOF, order=80, given=Given.GAIN, needs=("proven",))
 def angles(context: Decision[Model]) -> Iterator[Finding]:
     """Angles that were measured and are not explained."""
-    for g in context.need_proofs.part.groups:
+    for g in context.proven.part.groups:
         if g.unit == "rad" and g.rms > max(limits.ANGLES_LEFT, limits.ANGLES_SIGMA * (g.stated or 0.0)):
             yield refuse(Code.ANGLES_UNEXPLAINED, group=g.name, left=Quantity(g.rms, "rad"))
             return
@@ -127,7 +125,7 @@ def exact(context: Decision[Model]) -> Iterator[Finding]:
 @check("proofs-not-made", When.FIT, order=250, needs=("proven",))
 def missing_proofs(context: Decision[Model]) -> Iterator[Finding]:
     """A proof that was asked for and not made."""
-    yield from of_remarks(context.need_proofs.left_out, Level.NOTE)
+    yield from of_remarks(context.proven.left_out, Level.NOTE)
 
 
 @check("one-place", When.UNSEEN, order=10, given=Given.NOTHING, needs=("proven",))
@@ -140,7 +138,7 @@ def one_place(context: Decision[Model]) -> Iterator[Finding]:
 @check("excluded-share", When.UNSEEN, order=20, given=Given.NOTHING, needs=("proven",))
 def share_of_excluded(context: Decision[Model]) -> Iterator[Finding]:
     """So many rows are excluded that they are no outliers. A fit that did not see all rows may see more clearly which are gross."""
-    excluded = max(share(context.need_data), context.need_proofs.part.problem.aside)
+    excluded = max(share(context.need_data), context.proven.part.problem.aside)
     if excluded > limits.GROSS_SHARE:
         yield refuse(Code.TOO_MANY_ASIDE, share=excluded, most=limits.GROSS_SHARE)
 
@@ -195,7 +193,7 @@ def residual_finding(context: Decision[Model]) -> Iterator[Finding]:
 def left_over(context: Decision[Model], most: float) -> Iterator[Finding]:
     """What is left beyond the stated noise, where it is more than a share of the variance."""
     assert context.evidence is not None
-    part, left = context.evidence.residual_share
-    if part > most and context.evidence.exceeds_noise:
-        noise = Quantity(context.evidence.stated) if context.evidence.stated else None
+    (part, left), stated = context.evidence.residual_share, context.evidence.stated
+    if part > most and left > limits.UNEXPLAINED_SIGMA * (stated or 0.0):
+        noise = Quantity(stated) if stated else None
         yield refuse(Code.UNEXPLAINED, explained=1 - part, rms=Quantity(left), stated=noise)

@@ -20,9 +20,8 @@ from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
-from robocal.progress import Watch
-from robocal.prove.identification import Identification
-from robocal.prove.identify import identify
+from robocal.progress import Watch, tell
+from robocal.prove.identify import Identification, identify
 from robocal.prove.statistics import Statistic
 
 __all__ = ["DEFAULT", "MethodComparison", "MethodEntry", "compare"]
@@ -89,14 +88,23 @@ def compare(
     # With a fifth held out the proof is the same for all; leave-one-out is a gift where it is cheap.
     if few and options.leave_one_out is None and options.folds is None:
         options = replace(options, leave_one_out=True)
+
+    def time_identification(own: Options) -> tuple[Identification[Model], float]:
+        """An identification and its seconds; what is known is not done again, unless it lacks leave-one-out."""
+        same = known is not None and known[0].options.method == own.method
+        if known and same and (own.leave_one_out is not True or known[0].stages[0].leave_one_out is not None):
+            return known
+        clock = time.perf_counter()
+        made: Identification[Model] = identify(model, data, own, watch)
+        return made, time.perf_counter() - clock
+
     first: Identification[Model] | None = None
     entries = []
     for name in dict.fromkeys(methods):
-        if watch:
-            watch({"stage": "compare", "what": name})
+        tell(watch, "compare", what=name)
         title = estimator(name).title
         try:
-            found, seconds = _time_identification(model, data, replace(options, method=name), known, watch)
+            found, seconds = time_identification(replace(options, method=name))
         except (ModelError, np.linalg.LinAlgError) as error:
             entries.append(MethodEntry(name, title, failed=str(error)))
             continue
@@ -110,41 +118,14 @@ def compare(
     )
 
 
-def _time_identification(
-    model: Model,
-    data: DataSet,
-    options: Options,
-    known: tuple[Identification[Model], float] | None,
-    watch: Watch | None,
-) -> tuple[Identification[Model], float]:
-    """An identification and its seconds; what is known is not done again, unless it lacks leave-one-out."""
-    if (
-        known is not None
-        and known[0].options.method == options.method
-        and (options.leave_one_out is not True or known[0].stages[0].leave_one_out is not None)
-    ):
-        return known
-    clock = time.perf_counter()
-    found: Identification[Model] = identify(model, data, options, watch)
-    return found, time.perf_counter() - clock
-
-
 def _entry(found: Identification[Model], reference: Identification[Model], title: str, seconds: float) -> MethodEntry:
     farthest, sigmas = _farthest(found, reference) if found is not reference else ("", None)
     s = found.stages[0]
+    reason, stopped = describe_end(found.options.method, found.reason)
     return MethodEntry(
-        found.options.method,
-        title,
-        found.verdict.status,
-        *describe_end(found.options.method, found.reason),
-        s.after,
-        s.held_out,
-        s.leave_one_out,
-        s.k_fold,
-        farthest,
-        sigmas,
-        round(seconds, 3),
-    )
+        found.options.method, title, found.verdict.status, reason, stopped, after=s.after, held_out=s.held_out,
+        leave_one_out=s.leave_one_out, k_fold=s.k_fold, farthest=farthest, sigmas=sigmas, seconds=round(seconds, 3),
+    )  # fmt: skip
 
 
 def _farthest(found: Identification[Model], reference: Identification[Model]) -> tuple[str, float | None]:

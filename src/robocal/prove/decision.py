@@ -17,21 +17,20 @@ one that a controller takes: it is expected to be off by ZERO_LOST, and the fit 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
-from robocal.diagnose.gross import set_aside
 from robocal.diagnose.limits import FINEST_ERROR, HOLD_OUT_PLACES, HOLD_OUT_SHARE, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
 from robocal.diagnose.rounding import rounding_rms
 from robocal.errors import ModelError
-from robocal.fit.baseline import Baseline, fit_baseline, renew_baseline
+from robocal.estimate.uncertainty import Uncertainty
 from robocal.fit.estimators import estimator
-from robocal.fit.fit import fit, search_poses_again
+from robocal.fit.fit import Fit
 from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
 from robocal.fit.options import Options
@@ -40,15 +39,11 @@ from robocal.fit.starts.own import place_configurations
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.progress import Watch
-from robocal.prove.bands import total_of
 from robocal.prove.evidence import Evidence, Gain
-from robocal.prove.judge import Proof, absolute_observations, constant_of, drawn, units_of, unseen_of
-from robocal.prove.prove import Proven, prove
+from robocal.prove.judge import Proof, Proven, absolute_observations, constant_of, drawn, units_of, unseen_of
+from robocal.prove.prove import fit_beside_baseline, prove
 from robocal.prove.split import make_split
-from robocal.prove.statistics import Statistic
-
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
+from robocal.prove.statistics import Statistic, rms
 
 __all__ = ["Decision", "decide"]
 
@@ -58,36 +53,24 @@ class Decision(Context[M_co]):
     """A fit to all measurements but gross rows, which `data` marks, from `start` (1, P), the baseline beside it, and what was
     proven; the options are those that were used."""
 
-    start: Array | None = None
-    proven: Proven | None = None
+    start: Array = field(kw_only=True)
+    proven: Proven = field(kw_only=True)
 
     @property
     def proof(self) -> Proof | None:
         """The proof that the verdict takes."""
-        return self.need_proofs.best
+        return self.proven.best
 
     @property
-    def need_proofs(self) -> Proven:
-        """The proofs, where they were made."""
-        assert self.proven is not None
-        return self.proven
-
-    @property
-    def chosen(self) -> Options:
-        """The options that were used."""
-        assert self.options is not None
-        return self.options
-
-    @property
-    def need_baseline(self) -> Baseline:
-        """The baseline of all measurements."""
-        assert self.base is not None
-        return self.base
+    def uncertainty(self) -> Uncertainty:
+        """Of the fitted columns, with the covariance of the method where that has one of its own."""
+        known = self.need_fit.uncertainty
+        return known if self.need_fit.covariance is None else replace(known, covariance=self.need_fit.covariance)
 
     @property
     def unit(self) -> str:
         """The SI unit in which the verdict is found: the first that was measured."""
-        return units_of(self.need_proofs.base)[0]
+        return units_of(self.proven.base.problem)[0]
 
     @cached_property
     def errors(self) -> tuple[Array, Array, Bools]:
@@ -101,33 +84,27 @@ class Decision(Context[M_co]):
         before, after, counted = self.errors
         if self.unit != "m" or min(rms(before[counted]), rms(after[counted])) >= FINEST_ERROR:
             return None
-        return rounding_rms(self.model, self.need_data, self.need_proofs.part, counted)
+        return rounding_rms(self.model, self.need_data, self.proven.part, counted)
 
     @cached_property
     def evidence(self) -> Evidence | None:
         """What unseen measurements say; None where nothing was measured there."""
-        proof, unit, part, base = self.proof, self.unit, self.need_proofs.part, self.need_proofs.base
+        proof, unit, part, base = self.proof, self.unit, self.proven.part, self.proven.base.problem
         if proof is None or not self.errors[2].any():
             return None
         before, after, counted = self.errors
         owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owners(self.need_data, base)], unit)
-        at = np.concatenate([r.configuration for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
+        at = by_unit(base.terms, [t.configuration for t in base.terms], unit)
         stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
+        # Some methods end after as many steps as were asked for.
+        ended = part.solution.reasons[0].converged or estimator(self.chosen.method).finite
         return Evidence(
-            before[counted],
-            after[counted],
-            constant_of(self.need_data, base, proof) if unit == "m" else None,
-            drawn(proof.split, self.places, at[counted]),
-            blind=part.identifiability.blind,
-            # Some methods end after as many steps as were asked for.
-            converged=part.solution.reasons[0].converged or estimator(self.chosen.method).finite,
-            seed=self.chosen.seed,
-            kind=proof.split.how,
-            stated=float(np.sqrt(3) * stated[0]) if stated else None,
-            unit=unit,
+            before[counted], after[counted], constant_of(self.need_data, base, proof) if unit == "m" else None,
+            drawn(proof.split, self.places, at[counted]), blind=part.identifiability.blind, converged=ended, seed=self.chosen.seed,
+            kind=proof.split.how, stated=float(np.sqrt(3) * stated[0]) if stated else None, unit=unit,
             everything=proof.errors(unit, everything=True) if proof.aside[unit].any() else None,
             located=after[counted & np.isin(owner, absolute_observations(self.need_data))],
-        )
+        )  # fmt: skip
 
     @property
     def gain(self) -> Gain | None:
@@ -146,17 +123,12 @@ class Decision(Context[M_co]):
 
     def unseen(self, unit: str) -> tuple[Statistic, Statistic] | None:
         """The errors, before and after, of what was held out, or else left out one by one; None where nothing was."""
-        proofs = self.need_proofs.proofs
+        proofs = self.proven.proofs
         for name in ("held_out", "leave_one_out"):
-            before, after = unseen_of(proofs[name], unit) if name in proofs else (None, None)
+            before, after = unseen_of(proofs[name](), unit) if name in proofs else (None, None)
             if before is not None and after is not None:
                 return before, after
         return None
-
-
-def rms(values: Array) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def with_zeros(model: M, fit: Fit) -> M | None:
@@ -165,12 +137,10 @@ def with_zeros(model: M, fit: Fit) -> M | None:
     own = set(fit.problem.free) & (set(model.geometric) - model.anywhere)
     change = {n: abs(float(x[table.index[n]]) - model.table[n].value) for n in own}
     far = {n for n in own if change[n] > ZERO_CHANGE * model.table[n].scale}
-    if not far:
+    moving = model.mechanism
+    if not far or moving is None:
         return None
     # A zero with a stated prior is where its owner says.
-    moving = model.mechanism
-    if moving is None:
-        return None
     zeros = {z.parameter: model.table[z.parameter] for z in moving.open_zeros}
     lost = {
         n: ZERO_LOST[z.unit]
@@ -180,43 +150,33 @@ def with_zeros(model: M, fit: Fit) -> M | None:
     alike = {c.name: far & {n for n, _ in c.partners} for c in fit.identifiability.combinations if c.name in lost}
     if not any(alike.values()):
         return None
-    off = total_of(fit)
-    sigma = dict(zip(off.names, off.sigma, strict=True))
+    sigma = dict(zip(fit.total.names, fit.total.sigma, strict=True))
     likely = {name: lost[name] for name, like in alike.items() if any(change[n] > ZERO_SIGMA * sigma[n] for n in like)}
-    if not likely:
-        return None
-    return model.with_table(model.table.with_expected(likely))
+    return model.with_table(model.table.with_expected(likely)) if likely else None
 
 
 M = TypeVar("M", bound=Model)
 
 
-def decide(model: M, data: DataSet, options: Options | None = None, watch: Watch | None = None) -> Decision[M]:
+def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None) -> Decision[M]:
     """Fits a model to data and proves it; see the module for the steps. Raises ModelError when nothing is free, nothing was
     measured, or a measurement is no number."""
-    options = options or Options()
     if not data.observations or not len(data.configurations):
         raise ModelError("the data set holds no measurement")
     _numbers(data)
     data = place_configurations(model, data)
     count = len(np.unique(places(data.configurations)))
     if options.hold_out is None:
-        options = replace(
-            options, hold_out=HOLD_OUT_SHARE if count >= HOLD_OUT_PLACES and options.folds is None else 0.0
-        )
+        enough = count >= HOLD_OUT_PLACES and options.folds is None
+        options = replace(options, hold_out=HOLD_OUT_SHARE if enough else 0.0)
     assert options.hold_out is not None
     split = make_split(data, options.hold_out, folds=options.folds, blocks=options.blocks, seed=options.seed)
     everyone = np.arange(len(data.configurations))
-    clean, by = set_aside(model, data, everyone, watch), (options.loss, options.tuning)
-    begun = fit_baseline(model, clean, everyone, *by, watch)
-    start = search_poses_again(begun.problem, begun.x)
-    whole = fit(model, clean, everyone, options, start, watch)
+    clean, start, whole, base = fit_beside_baseline(model, data, everyone, options, watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return decide(likelier, data, options, watch)
-    # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
-    base = renew_baseline(model, (clean, begun), whole.data, everyone, *by)
-    proven = prove(model, data, clean, split, options, base, whole, watch)
-    return Decision(model, clean, base, whole, options, watch, start=start, proven=proven)
+    fits = model, clean, base, whole, options, watch
+    return Decision(*fits, start=start, proven=prove(Context(*fits), data, split))
 
 
 def _numbers(data: DataSet) -> None:

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal._types import Array, Ints
-from robocal.diagnose.limits import UNEXPLAINED_SIGMA
 from robocal.prove.split import Split
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["Evidence", "Gain", "bootstrap_gain", "constant_errors"]
 
-DRAWN = 1 << 17  # grid: numbers of a bootstrap at once: more would leave the cache
+DRAWS = 4000  # grid: resampled means
+AT_ONCE = 1 << 17  # grid: numbers of a bootstrap at once: more would leave the cache
 MANY = 1000  # grid: configurations: four thousand draws know the ends of their mean less well than its expansion
 RULED = 0.2  # tolerance: skewness and excess kurtosis of a mean: beyond, its expansion is no better than draws
 ROUNDING = 1e-12  # tolerance: of the largest error, or of a metre, a radian, a pixel
@@ -48,9 +48,7 @@ def constant_errors(values: Array, configurations: Ints, split: Split, used: NDA
     return out
 
 
-def bootstrap_gain(
-    before: Array, after: Array, configurations: Ints, seed: int, draws: int = 4000
-) -> tuple[float, float, float]:
+def bootstrap_gain(before: Array, after: Array, configurations: Ints, seed: int) -> tuple[float, float, float]:
     """Mean reduction of the error and its paired bootstrap 95 % interval; whole configurations are drawn.
 
     Of n draws the percentiles are too narrow twice over: resampling divides by n where n - 1 is unbiased, and they are those
@@ -64,7 +62,7 @@ def bootstrap_gain(
     count = np.bincount(inverse).astype(float)
     n = len(labels)
     ends = _cornish_fisher(total) if n >= MANY and bool((count == 1).all()) else None
-    low, high = _drawn(total, count, seed, draws) if ends is None else ends
+    low, high = _drawn(total, count, seed) if ends is None else ends
     mean = float(gain.mean())
     if n < 2:
         return mean, -np.inf, np.inf
@@ -72,10 +70,10 @@ def bootstrap_gain(
     return mean, mean - wide * float(mean - low), mean + wide * float(high - mean)
 
 
-def _drawn(total: Array, count: Array, seed: int, draws: int) -> tuple[float, float]:
+def _drawn(total: Array, count: Array, seed: int, draws: int = DRAWS) -> tuple[float, float]:
     """The 2.5 and 97.5 % points of resampled means, by so many draws."""
     rng, n = np.random.default_rng(seed), len(total)
-    means, even, each = np.empty(draws), bool((count == 1).all()), max(1, DRAWN // max(n, 1))
+    means, even, each = np.empty(draws), bool((count == 1).all()), max(1, AT_ONCE // max(n, 1))
     for first in range(0, draws, each):
         some = slice(first, min(first + each, draws))
         draw = rng.integers(0, n, (some.stop - first, n))
@@ -146,11 +144,6 @@ class Evidence:
         square = np.mean(self.there**2)
         return float(square / np.mean(self.constant**2)), float(np.sqrt(square))
 
-    @property
-    def exceeds_noise(self) -> bool:
-        """Whether what is left is far outside the stated noise."""
-        return self.residual_share[1] > UNEXPLAINED_SIGMA * (self.stated or 0.0)
-
     @cached_property
     def gain(self) -> Gain:
         """The reduction of the mean error with its 95 % interval."""
@@ -164,12 +157,9 @@ class Evidence:
         if self.everything is not None:
             first, second, counted = self.everything
             aside = int(counted.sum()) - len(self.before)
-            otherwise = _finite(Quantity(float((first - second)[counted].mean()), self.unit))
+            mean = float((first - second)[counted].mean())
+            # A row may be so far off that no mean with it is a number.
+            otherwise = Quantity(mean, self.unit) if np.isfinite(mean) else None
         code = Code.GAIN_PROVEN if low > 0 else Code.GAIN_NOT_PROVEN
         amounts = {"gain": Quantity(gain, self.unit), "low": ends[0], "high": ends[1]}
         return Gain(Remark.of(code, **amounts, how=self.kind, aside=aside, otherwise=otherwise), bool(low > 0))
-
-
-def _finite(value: Quantity | None) -> Quantity | None:
-    """None where a row is so far off that no mean with it is a number."""
-    return value if value is not None and np.isfinite(value.value) else None

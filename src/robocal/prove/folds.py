@@ -34,18 +34,8 @@ from robocal.measure.machine import Model
 from robocal.prove.split import Split
 
 __all__ = [
-    "Unseen",
-    "alike",
-    "collect",
-    "empty",
-    "leave_one_out",
-    "local_names",
-    "merge",
-    "profile",
-    "proves_nothing",
-    "terms_of",
-    "unseen",
-]
+    "Unseen", "alike", "collect", "empty", "local_names", "merge", "profile", "proves_nothing", "terms_of", "unseen",
+]  # fmt: skip
 
 CHUNK = 256
 # Of what was expected: a direction that rows tell less of does not move in a fit, whatever is there to be found.
@@ -246,20 +236,3 @@ def merge(rounds: Sequence[Unseen]) -> Unseen:
         parts = np.stack([r.value[unit] for r in rounds])
         value[unit] = np.where(np.isnan(parts).all(axis=0), np.nan, np.nansum(parts, axis=0))
     return Unseen(value, np.concatenate([r.profiled for r in rounds]), converged=all(r.converged for r in rounds))
-
-
-def leave_one_out(
-    problem: Problem, x: Array, configurations: Ints, unit: str = "m", label: Ints | None = None
-) -> Array:
-    """The error of every observation when its own configuration is left out of the fit: exact, non-linear, one batch.
-
-    Configurations with the same `label` (U,), repeats of one place, are left out together. Returns (N,) in the order
-    of `errors`, NaN for others than `configurations`.
-    """
-    label = np.arange(problem.configurations) if label is None else label
-    chosen = np.zeros(problem.configurations, dtype=bool)
-    chosen[configurations] = True
-    every = np.unique(label[chosen])
-    held = (label == every[:, None]) & chosen
-    split = Split(held, ~held & chosen, tuple(map(str, every)), "leave-one-out")
-    return unseen(problem, x, split, (unit,)).value[unit]

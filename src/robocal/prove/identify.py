@@ -7,35 +7,88 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TypeVar
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Generic, TypeVar
 
-from robocal.diagnose.check_registry import DIAGNOSE, PROVE, When, run
-from robocal.diagnose.scale import common_scale
-from robocal.diagnose.scatter import whiten_fit
+from robocal._types import Array
+from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, M_co, When, run
+from robocal.diagnose.outliers import Outlier
+from robocal.diagnose.scale import Scale, common_scale
+from robocal.diagnose.scatter import WhitenedRows, whiten_fit
 from robocal.errors import ModelError
-from robocal.estimate.uncertainty import uncertainty
+from robocal.estimate.identifiability import Identifiability
+from robocal.estimate.least_squares import Reason
+from robocal.estimate.uncertainty import Total
 from robocal.fit.baseline import baseline, frame_names
 from robocal.fit.estimators import can_batch
+from robocal.fit.noise import NoiseGroup
 from robocal.fit.options import Options
-from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.parameters import ParameterTable
 from robocal.progress import Watch
 from robocal.prove.bands import mean_conditions, range_of_joints
-from robocal.prove.beside_verdict import linearity_of, outliers, unseen_coverage
-from robocal.prove.bootstrap import bootstrap_of
-from robocal.prove.decision import Decision, decide
-from robocal.prove.identification import Identification
+from robocal.prove.bootstrap import Resampled, bootstrap_of
+from robocal.prove.decision import decide
+from robocal.prove.fit_findings import Linearity, linearity_of, outliers, unseen_coverage
 from robocal.prove.judge import stages, units_of
-from robocal.prove.offsets import offsets_alone
-from robocal.prove.region import range_of
-from robocal.prove.results import parameter_results, prediction_of, row_table
-from robocal.prove.verdict import verdict_of
+from robocal.prove.offsets import OffsetsAlone, offsets_alone
+from robocal.prove.region import Holds, range_of
+from robocal.prove.results import Band, ParameterResult, RowTable, parameter_results, prediction_of, row_table
+from robocal.prove.statistics import Coverage, Stages
+from robocal.prove.verdict import Verdict, verdict_of
+from robocal.remarks.remark import Remark
 
-__all__ = ["baseline", "frame_names", "identify"]
+__all__ = ["Identification", "baseline", "frame_names", "identify"]
 
 M = TypeVar("M", bound=Model)
+
+
+@dataclass(frozen=True)
+class Identification(Generic[M_co]):
+    """Nominal and corrected model, per-parameter results, identifiability, errors, noise groups, verdict and recipe."""
+
+    nominal: M_co
+    corrected: M_co
+    table: ParameterTable  # of the whole problem, at the solution
+    options: Options
+    parameters: tuple[ParameterResult, ...]
+    identifiability: Identifiability
+    stages: tuple[Stages, ...]
+    groups: tuple[NoiseGroup, ...]
+    verdict: Verdict
+    rows: RowTable
+    fit_ids: tuple[str, ...]
+    held_out_ids: tuple[str, ...]
+    iterations: int
+    reason: Reason
+    history: tuple[float, ...]
+    chi2: float
+    dof: int
+    correlation_names: tuple[str, ...]
+    correlation: Array
+    band: Band | None
+    findings: tuple[Finding, ...]  # doubts and notes beside the verdict
+    embargoed_ids: tuple[str, ...]  # neither fitted nor held out: tied to what is held out
+    how: str  # in words, how the unseen measurements were chosen
+    total: Total  # what the parameters may be off by, hidden partners included
+    baseline: ParameterTable  # the nominal model with frames and tool fitted
+    coverage: tuple[Coverage, ...]  # of the bands, on what was held out
+    joints: Array | None  # (n, 2) the range in which each joint was measured
+    linearity: Linearity | None  # what one linear step would have done
+    outliers: tuple[Outlier, ...]
+    conditions: Mapping[str, float]  # mean of every other recorded column
+    resampled: Resampled | None  # the bootstrap, where it was asked for
+    offsets: OffsetsAlone | None  # the joint offsets alone; None where no joint's zero may move
+    holds: Holds | None  # over the working range
+    scale: Scale | None  # of the fitted lengths, all together
+    whitened_rows: WhitenedRows | None  # the rows at the solution, for a comparison with another run
+
+    @property
+    def warnings(self) -> tuple[Remark, ...]:
+        """The doubts and notes for people."""
+        return tuple(f.remark for f in self.findings)
 
 
 def identify(model: M, data: DataSet, options: Options | None = None, watch: Watch | None = None) -> Identification[M]:
@@ -47,61 +100,23 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         method = options.method if options.tolerance is None else f"{options.method}, which stops at a tolerance"
         raise ModelError(words, key="method", found=method, expected="lm")
     made = decide(model, data, options, watch)
-    found = _build_identification(made, watch)
-    return replace(
-        found, offsets=offsets_alone(made.model, made.need_baseline.x, made.need_fit, made.need_proofs, options.seed)
+    data, fit, proven, u = made.need_data, made.need_fit, made.proven, made.uncertainty
+    base, nominal = proven.base.problem, proven.base.problem.table
+    fit_ids, held_out_ids, embargoed_ids = (
+        tuple(data.configurations.ids[i] for i in some) for some in (proven.fitted, proven.held_out, proven.embargoed)
     )
-
-
-def _build_identification(made: Decision[M], watch: Watch | None) -> Identification[M]:
-    """Everything that is told of what was decided."""
-    model, data, options, whole, proven = made.model, made.need_data, made.chosen, made.need_fit, made.need_proofs
-    base, base_x, part, held = proven.base, proven.base_x, proven.part, proven.held_out
-    best, off = proven.best, whole.total
-    u = whole.uncertainty
-    if whole.covariance is not None:
-        u = replace(u, covariance=whole.covariance)
-    table = whole.problem.table.with_values(made.values)
-    # The instrument's own bars: the same columns, weighed with the stated noise alone.
-    stated = build(model, data).with_weights(whole.problem.weights).with_free(whole.problem.free)
-    known = all(obs.sigma is not None for obs in data.observations)
-    results = parameter_results(model, whole, u, off, uncertainty(stated, whole.solution.x) if known else None)
-    findings = [f for when in (When.DATA, When.FIT) for f in run(when, made, DIAGNOSE, PROVE)]
-    ids = data.configurations.ids
+    parameters = parameter_results(made)
+    findings = tuple(f for when in (When.DATA, When.FIT) for f in run(when, made, DIAGNOSE, PROVE))
     return Identification(
-        model,
-        made.corrected,
-        table,
-        options,
-        results,
-        whole.identifiability,
-        tuple(stages(data, base, base_x, part, proven.fitted, proven.proofs, unit) for unit in units_of(base)),
-        whole.groups,
-        verdict_of(made),
-        row_table(data, base, base_x, part, held, best.after.value if best else {}),
-        tuple(ids[i] for i in proven.fitted),
-        tuple(ids[i] for i in held),
-        int(whole.solution.iterations[0]),
-        whole.solution.reasons[0],
-        tuple(float(c) for c in whole.solution.history[:, 0]),
-        u.chi2,
-        u.dof,
-        whole.problem.free,
-        u.correlation,
-        u.covariance * u.factor**2,
-        prediction_of(made),
-        tuple(findings),
-        tuple(ids[i] for i in proven.embargoed),
-        best.split.how if best else "",
-        total=off,
-        baseline=base.table.with_values(base_x[0, : len(base.table)]),
-        coverage=unseen_coverage(made),
-        joints=range_of_joints(data.configurations),
-        linearity=linearity_of(made),
-        outliers=outliers(made),
-        conditions=mean_conditions(data.configurations),
-        resampled=bootstrap_of(made),
-        holds=range_of(made),
-        scale=common_scale(made),
-        whitened_rows=whiten_fit(made),
-    )
+        nominal=made.model, corrected=made.corrected, table=fit.problem.table.with_values(made.values), options=made.chosen,
+        parameters=parameters, identifiability=fit.identifiability,
+        stages=tuple(stages(data, proven, unit) for unit in units_of(base)), groups=fit.groups, verdict=verdict_of(made),
+        rows=row_table(made), fit_ids=fit_ids, held_out_ids=held_out_ids, embargoed_ids=embargoed_ids,
+        how=proven.best.split.how if proven.best else "", iterations=int(fit.solution.iterations[0]), reason=fit.solution.reasons[0],
+        history=tuple(fit.solution.history[:, 0].tolist()), chi2=u.chi2, dof=u.dof, correlation_names=fit.problem.free,
+        correlation=u.correlation, band=prediction_of(made), findings=findings, total=made.need_fit.total,
+        baseline=nominal.with_values(proven.base.x[0, : len(nominal)]), coverage=unseen_coverage(made),
+        joints=range_of_joints(data.configurations), linearity=linearity_of(made), outliers=outliers(made),
+        conditions=mean_conditions(data.configurations), resampled=bootstrap_of(made), holds=range_of(made), scale=common_scale(made),
+        whitened_rows=whiten_fit(made), offsets=offsets_alone(made),
+    )  # fmt: skip

@@ -6,7 +6,7 @@ that there is: a hold-out, a k-fold, leave-one-out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from robocal._types import Array, Ints
 from robocal.diagnose.limits import PROOF_PLACES
 from robocal.diagnose.motions import ABSOLUTE
 from robocal.estimate.problem import Problem
+from robocal.fit.baseline import Baseline
 from robocal.fit.fit import Fit
 from robocal.fit.misfit import by_unit, errors
 from robocal.fit.noise import owners
@@ -25,10 +26,12 @@ from robocal.prove.evidence import constant_errors
 from robocal.prove.folds import Unseen
 from robocal.prove.split import Split, leave_one_out_rounds
 from robocal.prove.statistics import Fold, Stages, Statistic
+from robocal.remarks.remark import Remark
 
-__all__ = ["Proof", "absolute_observations", "best", "constant_of", "drawn", "stages", "units_of", "unseen_of"]
+__all__ = ["Proof", "Proven", "absolute_observations", "constant_of", "drawn", "stages", "units_of", "unseen_of"]
 
 UNITS = ("m", "rad", "px")  # in which errors are told; the verdict takes the first that was measured
+PROOFS = ("held_out", "k_fold", "leave_one_out")  # the verdict takes the first that there is
 
 
 @dataclass(frozen=True)
@@ -53,57 +56,57 @@ class Proof:
         return bool(some) and some[0][0] < PROOF_PLACES <= some[0][1]
 
 
+@dataclass(frozen=True)
+class Proven:
+    """Who makes each proof, by name, once it is asked for, with the baseline and the fit that had not seen what was held out."""
+
+    proofs: Mapping[str, Callable[[], Proof]]
+    base: Baseline
+    part: Fit
+    fitted: Ints
+    held_out: Ints
+    embargoed: Ints  # neither fitted nor held out
+    left_out: tuple[Remark, ...]  # a proof that was not made
+
+    @property
+    def best(self) -> Proof | None:
+        """The proof that the verdict takes: the first that there is, unless gross rows left it too little to prove anything."""
+        known = [self.proofs[name] for name in PROOFS if name in self.proofs]
+        return next((make() for make in known if not make().short_of_rows), known[0]() if known else None)
+
+
 def units_of(problem: Problem) -> tuple[str, ...]:
     """The SI units in which a problem's errors are told."""
     return tuple(u for u in UNITS if any(u == v for t in problem.terms for _, _, v in t.parts))
 
 
-def stages(
-    data: DataSet, base: Problem, base_x: Array, part: Fit, fitted: Ints, proofs: Mapping[str, Proof], unit: str
-) -> Stages:
-    """Every stage in one unit; `proofs` by name: held_out, k_fold, leave_one_out. Where rows were set aside, the same once
-    more with all of them."""
-    known = (data, base, base_x, part, fitted, proofs, unit)
-    unused = any((~t.used).any() for t in part.problem.terms)
-    found = _stages(*known, everything=False)
-    return replace(found, all_rows=_stages(*known, everything=True)) if unused or _left_out(proofs) else found
+def stages(data: DataSet, proven: Proven, unit: str) -> Stages:
+    """Every stage in one unit. Where rows were set aside, the same once more with all of them."""
+    found = _stages(data, proven, unit, everything=False)
+    unused = any((~t.used).any() for t in proven.part.problem.terms)
+    if unused or any(aside.any() for make in proven.proofs.values() for aside in make().aside.values()):
+        return replace(found, all_rows=_stages(data, proven, unit, everything=True))
+    return found
 
 
-def _left_out(proofs: Mapping[str, Proof]) -> bool:
-    return any(a.any() for p in proofs.values() for a in p.aside.values())
-
-
-def _stages(
-    data: DataSet,
-    base: Problem,
-    base_x: Array,
-    part: Fit,
-    fitted: Ints,
-    proofs: Mapping[str, Proof],
-    unit: str,
-    *,
-    everything: bool,
-) -> Stages:
-    before, at = errors(base.residuals(base_x), unit)
+def _stages(data: DataSet, proven: Proven, unit: str, *, everything: bool) -> Stages:
+    base, part = proven.base.problem, proven.part
+    before, at = errors(base.residuals(proven.base.x), unit)
     after, _ = errors(part.problem.residuals(part.solution.x), unit)
-    inside = np.isin(at, fitted)
+    inside = np.isin(at, proven.fitted)
     if not everything:
         inside &= by_unit(part.problem.terms, [t.used for t in part.problem.terms], unit)
+    proofs = {name: make() for name, make in proven.proofs.items()}
     seen: dict[str, Any] = {}
-    for name in ("held_out", "k_fold", "leave_one_out"):
-        proof = proofs.get(name)
-        seen[f"{name}_before"], seen[name] = (None, None) if proof is None else unseen_of(proof, unit, everything)
+    for name, proof in proofs.items():
+        seen[f"{name}_before"], seen[name] = unseen_of(proof, unit, everything)
     # Where a configuration's own pose is fitted to its rows, predicting the mean of them is no rival.
-    constant = constant_of(data, base, best(proofs), everything) if unit == "m" and not base.blocks else None
-    return Stages(
-        unit=unit,
-        before=Statistic.of(before[inside]),
-        after=Statistic.of(after[inside]),
-        # A target that only held-out rows show has no mean to predict.
-        constant=Statistic.of(constant[np.isfinite(constant)]) if constant is not None else None,
-        folds=_folds(proofs["k_fold"], unit, at, everything) if "k_fold" in proofs else (),
-        **seen,
-    )
+    constant = constant_of(data, base, proven.best, everything) if unit == "m" and not base.blocks else None
+    # A target that only held-out rows show has no mean to predict.
+    mean = Statistic.of(constant[np.isfinite(constant)]) if constant is not None else None
+    rounds = _folds(proofs["k_fold"], unit, at, everything) if "k_fold" in proofs else ()
+    first, last = Statistic.of(before[inside]), Statistic.of(after[inside])
+    return Stages(unit=unit, before=first, after=last, constant=mean, folds=rounds, **seen)
 
 
 def unseen_of(proof: Proof, unit: str, everything: bool = False) -> tuple[Statistic | None, Statistic | None]:
@@ -116,20 +119,11 @@ def unseen_of(proof: Proof, unit: str, everything: bool = False) -> tuple[Statis
 def _folds(proof: Proof, unit: str, at: Ints, everything: bool) -> tuple[Fold, ...]:
     first, second, told = proof.errors(unit, everything)
     mine = proof.split.round_of[at]
-    rows = [np.flatnonzero(told & (mine == k)) for k in range(len(proof.split))]
-    return tuple(
-        Fold(
-            proof.split.names[k], len(r), float(first[r].mean()), float(second[r].mean()), bool(proof.after.profiled[k])
-        )
-        for k, r in enumerate(rows)
-        if len(r)
-    )
-
-
-def best(proofs: Mapping[str, Proof]) -> Proof | None:
-    """The proof that the verdict takes: the first that there is, unless gross rows left it too little to prove anything."""
-    known = [n for n in ("held_out", "k_fold", "leave_one_out") if n in proofs]
-    return next((proofs[n] for n in known if not proofs[n].short_of_rows), proofs[known[0]] if known else None)
+    out = []
+    for k, (name, profiled) in enumerate(zip(proof.split.names, proof.after.profiled.tolist(), strict=True)):
+        if (own := told & (mine == k)).any():
+            out.append(Fold(name, int(own.sum()), float(first[own].mean()), float(second[own].mean()), profiled))
+    return tuple(out)
 
 
 def absolute_observations(data: DataSet) -> list[int]:

@@ -35,9 +35,8 @@ class Errors:
     @property
     def factor(self) -> float:
         """What fitting the frames took away from the errors."""
-        return (
-            float(np.sqrt(self.rows / (self.rows - len(self.fitted)))) if self.rows > len(self.fitted) else float("inf")
-        )
+        left = self.rows - len(self.fitted)
+        return float(np.sqrt(self.rows / left)) if left > 0 else float("inf")
 
 
 def model_errors(model: Model, data: DataSet, watch: Watch | None = None, *, tool: bool = False) -> Errors:

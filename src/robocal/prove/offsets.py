@@ -19,19 +19,20 @@ import numpy as np
 from robocal._types import Array
 from robocal.diagnose.limits import PROOF_PLACES
 from robocal.estimate.elimination import squares
-from robocal.estimate.identifiability import Combination, analyse
+from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, quantile, total, uncertainty, uneven
 from robocal.fit.baseline import frame_names
 from robocal.fit.fit import Fit
+from robocal.fit.misfit import by_unit
 from robocal.fit.repeats import places
 from robocal.geometry.path.program import Zero
 from robocal.measure.machine import Model, joints_of
+from robocal.prove.decision import Decision
 from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.folds import local_names, unseen
 from robocal.prove.judge import Proof, drawn, units_of
-from robocal.prove.prove import Proven
 from robocal.prove.statistics import Statistic
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -95,25 +96,26 @@ class _Found:
     total: Total
 
 
-def offsets_alone(model: Model, base_x: Array, whole: Fit, proven: Proven, seed: int) -> OffsetsAlone | None:
-    """Fits and proves the joint offsets alone; `base_x` (1, P) is the baseline of all measurements. None where no joint's
-    zero may move."""
+def offsets_alone(context: Decision[Model]) -> OffsetsAlone | None:
+    """Fits and proves the joint offsets alone. None where no joint's zero may move."""
+    model, base_x, whole, proven = context.model, context.need_baseline.x, context.need_fit, context.proven
     zeros = () if model.mechanism is None else model.mechanism.open_zeros
     if not zeros:
         return None
     found = _fit_zeros(model, whole, base_x, zeros)
     offsets = _offsets(model, found, zeros)
     # Of the proofs that were made, the one with the most places: a mean of ten errors says little of the next thousand.
-    main, unit = proven.proofs.get("leave_one_out", proven.best), units_of(whole.problem)[0]
+    one_by_one = proven.proofs.get("leave_one_out")
+    main = proven.best if one_by_one is None else one_by_one()
     if main is None:
-        return OffsetsAlone(offsets, False, Remark.of(Code.NOTHING_HELD_OUT), unit)
+        return OffsetsAlone(offsets, False, Remark.of(Code.NOTHING_HELD_OUT), context.unit)
     part, home = found, base_x
-    if proven.proofs.get("held_out") is main:
-        part, home = _fit_zeros(model, proven.part, proven.base_x, zeros), proven.base_x
+    if one_by_one is None and "held_out" in proven.proofs:
+        part, home = _fit_zeros(model, proven.part, proven.base.x, zeros), proven.base.x
     local = [n for n in local_names(model, found.problem) if n in found.problem.free]
     alone = _unseen(part, base_x, home, local, main)
     converged = part.converged and found.converged and alone.after.converged and alone.before.converged
-    return _assess_gain(whole, main, alone, offsets, converged, unit, seed)
+    return _assess_gain(context, main, alone, offsets, converged)
 
 
 def _fit_zeros(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found:
@@ -140,13 +142,10 @@ def _fit_zeros(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Foun
         noise = u.factor
     more = float(np.sqrt(uneven(chosen, start, visits, lin.columns(every.column_of[chosen.index]))))
     off = total(every, chosen.free, start, factor=u.factor * more, dof=max(float(u.dof), 1.0), known=known)
+    # Why a zero stays: what it looks like, or that it is too small beside what offsets cannot explain.
+    notes = {c.name: c.remark if c.partners else Remark.of(Code.BELOW_THE_REST) for c in seen.combinations}
     converged = solution.reasons[0].converged and bool(np.isfinite(solution.cost[0]))
-    return _Found(chosen, start, converged, {c.name: _note(c) for c in seen.combinations}, off)
-
-
-def _note(hidden: Combination) -> Remark:
-    """Why a zero stays: what it looks like, or that it is too small beside what offsets cannot explain."""
-    return hidden.remark if hidden.partners else Remark.of(Code.BELOW_THE_REST)
+    return _Found(chosen, start, converged, notes, off)
 
 
 def _offsets(model: Model, found: _Found, zeros: Sequence[Zero]) -> tuple[JointOffset, ...]:
@@ -181,20 +180,19 @@ def _unseen(part: _Found, base_x: Array, home: Array, local: Sequence[str], main
 
 
 def _assess_gain(
-    whole: Fit, main: Proof, alone: Proof, offsets: tuple[JointOffset, ...], converged: bool, unit: str, seed: int
+    context: Decision[Model], main: Proof, alone: Proof, offsets: tuple[JointOffset, ...], converged: bool
 ) -> OffsetsAlone:
     """The gain of offsets alone and whether it is proven, by the rule of the main verdict."""
+    terms, unit = context.need_fit.problem.terms, context.unit
     before, after, told = alone.errors(unit)
     _, best, other = main.errors(unit)
     told &= other
     if not told.any():
         return OffsetsAlone(offsets, False, Remark.of(Code.NOTHING_MEASURED_THERE), unit, how=main.split.how)
-    label = places(whole.data.configurations)
-    residuals = whole.problem.residuals(whole.solution.x)
-    at = np.concatenate([r.configuration for r in residuals for *_, u in r.parts if u == unit])[told]
-    together = drawn(main.split, label, at)
+    at = by_unit(terms, [t.configuration for t in terms], unit)[told]
+    together = drawn(main.split, context.places, at)
     finite = bool(np.isfinite(after[told]).all())
-    gain = bootstrap_gain(before[told], after[told], together, seed) if finite else None
+    gain = bootstrap_gain(before[told], after[told], together, context.chosen.seed) if finite else None
     seen = any(o.status == "identified" for o in offsets)
     enough = len(np.unique(together)) >= PROOF_PLACES
     proven = gain is not None and converged and seen and enough and gain[1] > 0

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -31,24 +30,19 @@ from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Given, When, check, once, qualify
 from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, WORSE_CHANCE
 from robocal.diagnose.scale import common_scale
-from robocal.estimate.problem import Problem
-from robocal.estimate.uncertainty import Total, band
+from robocal.estimate.uncertainty import band
 from robocal.fit.options import JointRegion
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Model, joints_of
+from robocal.measure.machine import Model
 from robocal.measure.reach import reach
 from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.decision import Decision
 from robocal.prove.place_bands import motion_field, parameters_of, sample_joints
+from robocal.prove.split import Split
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
-if TYPE_CHECKING:
-    from robocal.diagnose.scale import Scale
-    from robocal.fit.fit import Fit
-    from robocal.prove.split import Split
-
-__all__ = ["REGION", "Holds", "beside", "range_of", "region_between_poses", "region_of_limits", "where_it_holds"]
+__all__ = ["REGION", "Holds", "beside", "range_of", "region_between_poses", "region_of_limits"]
 
 SAMPLES = 500  # grid: configurations of a range
 REGION = "region"  # the name of the check
@@ -88,8 +82,7 @@ def region_between_poses(chain: Model, data: DataSet) -> JointRegion:
     upright, it holds every attitude.
     """
     q = data.configurations.joints
-    q = np.zeros((0, len(joints_of(chain)))) if q is None else q[np.isfinite(q).all(axis=1)]
-    if not len(q):
+    if q is None or not len(q := q[np.isfinite(q).all(axis=1)]):
         return region_of_limits(chain, data)
     rng = np.random.default_rng(0)
     one, other = q[rng.integers(0, len(q), (2, SAMPLES))]
@@ -97,44 +90,16 @@ def region_between_poses(chain: Model, data: DataSet) -> JointRegion:
     return JointRegion(one + share * (other - one), SPAN)
 
 
-def _shape(
-    model: Model, data: DataSet, whole: Fit, off: Total, joints: Array, base: tuple[Problem, Array], scaled: bool
-) -> tuple[Array, Array, Array]:
-    """At joint values (m, n): the Jacobian of the tool (m, 3, k), the covariance of its columns, and what the correction
-    moves (m, 3), up to the frames, and up to one factor on all lengths unless the data are `scaled`."""
-    conditions = mean_conditions(data.configurations)
-    chains = []
-    for p, x in ((whole.problem, whole.solution.x), base):
-        chains.append(model.with_values({n: float(x[0, p.table.index[n]]) for n in model.table.names}))
-    names = parameters_of(model, off)
-    pose, jac = reach(chains[0], joints, names, conditions)
-    here, jac = pose[:, :3, 3], jac[:, :3]
-    gap = here - reach(chains[1], joints, (), conditions)[0][:, :3, 3]
-    moved = [motion_field(here)[:, :3], pose[:, :3, :3], *(() if scaled else (here[:, :, None],))]
-    field = np.concatenate(moved, axis=2).reshape(3 * len(joints), -1)
-    both = np.column_stack([gap.reshape(-1, 1), jac.reshape(len(field), -1)])
-    both -= field @ np.linalg.lstsq(field, both, rcond=None)[0]
-    at = [off.names.index(n) for n in names]
-    return both[:, 1:].reshape(len(joints), 3, -1), off.covariance[np.ix_(at, at)], both[:, 0].reshape(-1, 3)
-
-
-def where_it_holds(
-    model: Model,
-    data: DataSet,
-    whole: Fit,
-    off: Total,
-    base: tuple[Problem, Array],
-    region: JointRegion | None,
-    scale: Scale | None,
-    split: Split | None = None,
-) -> Holds | None:
-    """Whether the correction holds over a working range, by default what the measured joints span; `split` held out what proved
-    it. None where nothing was fitted or no joints were recorded."""
-    if data.configurations.joints is None or not whole.identifiability.names:
+@once
+def range_of(context: Decision[Model]) -> Holds | None:
+    """Where the correction of the fit to everything holds: over the range that was asked for, by default what the measured joints span.
+    None where nothing was fitted or no joints were recorded."""
+    data, off, known, scale = context.need_data, context.need_fit.total, context.chosen.region, common_scale(context)
+    if data.configurations.joints is None or not context.need_fit.identifiability.names:
         return None
-    named, region = region is not None, region or region_between_poses(model, data)
+    region = known or region_between_poses(context.model, data)
     scaled = scale is None or scale.observable or not scale.stated
-    jac, covariance, moved = _shape(model, data, whole, off, region.joints, base, scaled)
+    jac, covariance, moved = _shape(context, region.joints, scaled)
     far, square = float(np.mean(band(jac, covariance) ** 2)), float(np.mean(np.sum(moved**2, axis=1)))
     along = np.einsum("mai,ma->i", jac, moved) / len(moved)
     spread = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0)))
@@ -142,8 +107,26 @@ def where_it_holds(
     found = (float(np.sqrt(far)), float(np.sqrt(square)), chance)
     if not np.isfinite(found).all():
         return None
-    asked = named or (chance > WORSE_CHANCE and split is not None and beside(data.configurations.joints, split))
-    return Holds(region.name, *found, len(region.joints), asked, scaled)
+    proof = context.proof
+    near = chance > WORSE_CHANCE and proof is not None and beside(data.configurations.joints, proof.split)
+    return Holds(region.name, *found, len(region.joints), known is not None or near, scaled)
+
+
+def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array, Array, Array]:
+    """At joint values (m, n): the Jacobian of the tool (m, 3, k), the covariance of its columns, and what the correction
+    moves (m, 3), up to the frames, and up to one factor on all lengths unless the data are `scaled`."""
+    model, off, base = context.model, context.need_fit.total, context.proven.base
+    conditions, names = mean_conditions(context.need_data.configurations), parameters_of(model, off)
+    nominal = model.with_values({n: float(base.x[0, base.problem.table.index[n]]) for n in model.table.names})
+    pose, jac = reach(context.corrected, joints, names, conditions)
+    here, jac = pose[:, :3, 3], jac[:, :3]
+    gap = here - reach(nominal, joints, (), conditions)[0][:, :3, 3]
+    moved = [motion_field(here)[:, :3], pose[:, :3, :3], *(() if scaled else (here[:, :, None],))]
+    field = np.concatenate(moved, axis=2).reshape(3 * len(joints), -1)
+    both = np.column_stack([gap.reshape(-1, 1), jac.reshape(len(field), -1)])
+    both -= field @ np.linalg.lstsq(field, both, rcond=None)[0]
+    at = [off.names.index(n) for n in names]
+    return both[:, 1:].reshape(len(joints), 3, -1), off.covariance[np.ix_(at, at)], both[:, 0].reshape(-1, 3)
 
 
 def beside(joints: Array, split: Split) -> bool:
@@ -155,15 +138,6 @@ def beside(joints: Array, split: Split) -> bool:
         if fit.any():
             found.append(scipy.spatial.cKDTree(place[fit]).query(place[held])[0] < near)
     return bool(found) and float(np.mean(np.concatenate(found))) > BESIDE_SHARE
-
-
-@once
-def range_of(context: Decision[Model]) -> Holds | None:
-    """Where the correction of the fit to everything holds."""
-    proven = context.need_proofs
-    base, split = (proven.base, proven.base_x), None if context.proof is None else context.proof.split
-    known = context.model, context.need_data, context.need_fit, context.need_fit.total, base
-    return where_it_holds(*known, context.chosen.region, common_scale(context), split)
 
 
 @check(REGION, When.PROOF, order=170, given=Given.GAIN, needs=("proven",))

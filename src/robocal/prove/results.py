@@ -3,72 +3,135 @@ band."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from robocal._types import Array, Ints
+from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, When, check, note, once
 from robocal.diagnose.limits import PARTNERS_WIDER
 from robocal.estimate.choosing.choice import together
-from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Residuals
-from robocal.estimate.uncertainty import Total, Uncertainty, band, quantile
+from robocal.estimate.uncertainty import band, quantile, uncertainty
 from robocal.fit.estimators import estimator
 from robocal.fit.noise import owners
-from robocal.fit.options import JointRegion
 from robocal.geometry import so3
 from robocal.measure.base import KINDS, Rows
 from robocal.measure.base import problem as build
-from robocal.measure.data import Configurations, DataSet, fingerprints
+from robocal.measure.data import Configurations, DataSet, Observations, fingerprints
 from robocal.measure.machine import Model
 from robocal.parameters import ParameterTable
 from robocal.prove.bands import find_identified, mean_conditions
 from robocal.prove.decision import Decision
-from robocal.prove.identification import Band, ParameterResult, RowTable
 from robocal.prove.region import region_of_limits
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
-
-__all__ = ["parameter_results", "prediction_band", "prediction_of", "row_table"]
+__all__ = ["Band", "ParameterResult", "RowTable", "parameter_results", "prediction_of", "row_table"]
 
 # From here on the hidden partners, not the data, decide how well a parameter is known, and it is said.
 ROUNDING = 1e-12  # tolerance: rad
 
 
-def parameter_results(
-    model: Model, fit: Fit, u: Uncertainty, off: Total, stated: Uncertainty | None
-) -> tuple[ParameterResult, ...]:
-    """Every parameter of the problem, in table order, with status and note; `off` is what it may be off by in all,
-    `stated` the covariance under the stated noise alone."""
-    table = fit.problem.table
-    seen = fit.identifiability
-    share = dict(zip(seen.names, seen.share, strict=True))
+@dataclass(frozen=True)
+class ParameterResult:
+    """One parameter before and after (SI).
+
+    `sigma` is as fitted and includes what its hidden partners may be off by; `sigma_conditional` would hold if every
+    dropped parameter were exactly at its nominal value, `sigma_instrument` if the stated noise were all there is as well.
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    identified: float
+    delta: float  # identified minus nominal; sigma and interval are of the same number
+    sigma: float | None
+    sigma_instrument: float | None
+    sigma_conditional: float | None
+    status: str  # identified | prior | dropped | fixed
+    data_share: float | None
+    remarks: tuple[Remark, ...] = ()
+    interval: tuple[float, float] | None = None  # 95 %, from `sigma`
+    expected: float | None = None  # standard deviation of its error before anything was measured
+
+    @property
+    def note(self) -> str:
+        """The remarks in one line."""
+        return "; ".join(map(str, self.remarks))
+
+
+@dataclass(frozen=True)
+class Band:
+    """Predicted error of the identified model away from the data: one standard deviation over sampled joint
+    configurations (m), `left` (m) of it at every pose: what the model does not describe."""
+
+    mean: float
+    p95: float
+    max: float
+    n: int
+    region: str
+    left: float = 0.0
+
+
+@dataclass(frozen=True)
+class RowTable:
+    """One row per observation, SI: what residuals.csv and the pictures are made of."""
+
+    configuration: tuple[str, ...]
+    held_out: NDArray[np.bool_]
+    group: tuple[str, ...]
+    kind: tuple[str, ...]
+    target: tuple[str, ...]
+    place: Array  # (N, 3) predicted position, NaN where the kind has none
+    before: Array  # (N, d) residual of the baseline
+    after: Array  # (N, d) residual of the identified model, from the fit that had not seen it when held out
+    parts: tuple[tuple[tuple[int, int, str], ...], ...]
+    unseen: Array  # (N,) error when not used for fitting: held out or left one out, NaN otherwise
+    unseen_turn: Array  # (N,) [rad] the same of its angle, NaN where it has none
+    aside: NDArray[np.bool_]  # (N,) gross rows: neither fitted nor in the means of held-out ones
+    mark: NDArray[np.uint64]  # (N,) which measurement it is, in whatever file
+
+
+def parameter_results(context: Decision[Model]) -> tuple[ParameterResult, ...]:
+    """Every parameter of the problem, in table order, with status and note."""
+    model, data, fit, off, u = (
+        context.model,
+        context.need_data,
+        context.need_fit,
+        context.need_fit.total,
+        context.uncertainty,
+    )
+    table, seen = fit.problem.table, fit.identifiability
+    share = dict(zip(seen.names, seen.share.tolist(), strict=True))
     start = np.array([model.table[p.name].value if p.name in model.table else p.value for p in table.rows])
     values = _nearest_turns(table, fit.solution.x[0, : len(start)], start)
     total = _components(table, off.names, off.covariance, values)
     reach = quantile(off.dof)
     free = fit.problem.free
     sigma = _components(table, free, u.covariance * u.factor**2, values)
-    instrument = _components(table, free, stated.covariance, values) if stated else {}
+    instrument: dict[str, float] = {}
+    if all(obs.sigma is not None for obs in data.observations):
+        # The instrument's own bars: the same columns, weighed with the stated noise alone.
+        stated = build(model, data).with_weights(fit.problem.weights).with_free(free)
+        instrument = _components(table, free, uncertainty(stated, fit.solution.x).covariance, values)
     hidden: dict[str, list[str]] = {}
     for combination in seen.combinations:
         for name, _ in combination.partners:
             hidden.setdefault(name, []).append(combination.name)
     by_name = {c.name: c for c in seen.combinations}
-    told = find_identified(fit, off)
+    told = find_identified(fit)
     delta = values - start
     out = []
     for i, row in enumerate(table.rows):
-        nominal = model.table[row.name].value if row.name in model.table else row.value
         notes: tuple[Remark, ...] = ()
-        fitted = row.name in free
-        if fitted:
+        bar, ends = None, None
+        if row.name in free:
+            bar = max(total[row.name], sigma[row.name])
+            # What was excluded beforehand is not offered as possible.
+            ends = float(max(values[i] - reach * bar, row.lower)), float(min(values[i] + reach * bar, row.upper))
             status = "identified" if row.name in told else "prior"
             partners, _ = together([(name, 1.0) for name in hidden.get(row.name, [])])
             if status == "prior" and not partners:
@@ -83,31 +146,15 @@ def parameter_results(
             status, notes = "dropped", (by_name[row.name].remark,)
         else:
             status = "fixed"
-        if not fitted and row.turn and abs(delta[i]) > ROUNDING:
+        if bar is None and row.turn and abs(delta[i]) > ROUNDING:
             # Held was the turn about this axis; the component is another number.
             notes = (Remark.of(Code.FOLLOWS_TURN), *notes)
-        bar = max(total[row.name], sigma[row.name]) if fitted else None
-        half = None if bar is None else reach * bar
         out.append(
             ParameterResult(
-                row.name,
-                row.unit,
-                nominal,
-                float(values[i]),
-                float(delta[i]),
-                bar,
-                _number(instrument, row.name) if fitted else None,
-                _number(sigma, row.name) if fitted else None,
-                status,
-                _number(share, row.name),
-                notes,
-                # What was excluded beforehand is not offered as possible.
-                None
-                if half is None
-                else (float(max(values[i] - half, row.lower)), float(min(values[i] + half, row.upper))),
-                None if status == "fixed" else float(row.scale),
+                row.name, row.unit, float(start[i]), float(values[i]), float(delta[i]), bar, instrument.get(row.name), sigma.get(row.name),
+                status, share.get(row.name), remarks=notes, interval=ends, expected=None if status == "fixed" else float(row.scale),
             )
-        )
+        )  # fmt: skip
     return tuple(out)
 
 
@@ -138,16 +185,12 @@ def _components(table: ParameterTable, names: Sequence[str], covariance: Array, 
     return out
 
 
-def _number(source: dict[str, float], name: str) -> float | None:
-    return float(source[name]) if name in source else None
-
-
-def row_table(
-    data: DataSet, base: Problem, base_x: Array, part: Fit, held: Ints, missed: Mapping[str, Array]
-) -> RowTable:
-    """One row per observation, in the order of the terms; `missed` are the errors of rows that were not fitted, by
-    unit in the order of `evidence.errors`."""
-    before, after = base.residuals(base_x), part.problem.residuals(part.solution.x)
+def row_table(context: Decision[Model]) -> RowTable:
+    """One row per observation, in the order of the terms."""
+    data, proven, best = context.need_data, context.proven, context.proof
+    base, part, held = proven.base, proven.part, proven.held_out
+    missed = best.after.value if best else {}  # in the order of `misfit.errors`
+    before, after = base.problem.residuals(base.x), part.problem.residuals(part.solution.x)
     ids = np.array(data.configurations.ids, dtype=object)
     configuration = np.concatenate([r.configuration for r in before])
     count = [len(r.configuration) for r in before]
@@ -166,21 +209,15 @@ def row_table(
                 seen[u] += len(nothing)
         unseen.append(left.get(a.parts[0][2], nothing[:, 0]))
         turned.append(left.get("rad", nothing[:, 0]))
+    terms = [t for t in part.problem.terms if isinstance(t, Rows)]
     return RowTable(
-        tuple(ids[configuration]),
-        outside,
-        _repeat([r.group for r in before], count),
-        _repeat([r.kind for r in before], count),
-        _repeat([t.target for t in part.problem.terms if isinstance(t, Rows)], count),
-        np.concatenate(place),
-        np.concatenate([_row_residuals(r) for r in before]),
-        np.concatenate([_row_residuals(r) for r in after]),
-        tuple(p for r, n in zip(before, count, strict=True) for p in [r.parts] * n),
-        np.concatenate(unseen),
-        np.concatenate(turned),
-        np.concatenate([~t.used for t in part.problem.terms]),
-        np.concatenate([marks[i][t.index] for i, t in owners(data, part.problem)]),
-    )
+        configuration=tuple(ids[configuration]), held_out=outside, group=_repeat([r.group for r in before], count),
+        kind=_repeat([r.kind for r in before], count), target=_repeat([t.target for t in terms], count), place=np.concatenate(place),
+        before=np.concatenate([_row_residuals(r) for r in before]), after=np.concatenate([_row_residuals(r) for r in after]),
+        parts=tuple(p for r, n in zip(before, count, strict=True) for p in [r.parts] * n), unseen=np.concatenate(unseen),
+        unseen_turn=np.concatenate(turned), aside=np.concatenate([~t.used for t in terms]),
+        mark=np.concatenate([marks[i][t.index] for i, t in owners(data, part.problem)]),
+    )  # fmt: skip
 
 
 def _repeat(words: list[str], count: list[int]) -> tuple[str, ...]:
@@ -196,10 +233,9 @@ def _row_residuals(r: Residuals) -> Array:
     return out
 
 
-def prediction_band(
-    model: Model, data: DataSet, fit: Fit, off: Total, region: JointRegion | None = None
-) -> Band | None:
-    """One standard deviation of the error of the predicted position over joint space: of the model, with hidden
+@once
+def prediction_of(context: Decision[Model]) -> Band | None:
+    """One standard deviation of the error of the position that the fit to everything predicts over joint space: of the model, with hidden
     parameters as uncertain as expected, and of what it leaves at every pose.
 
         sigma^2 = tr(J C J^T) + 3 tau^2
@@ -208,24 +244,15 @@ def prediction_band(
     those of the region, else drawn within the joint limits (the measured range where a limit is infinite); positions are
     those of the first position or pose instrument.
     """
+    model, data, fit, off = context.model, context.need_data, context.need_fit, context.need_fit.total
     found = [o for o in data.observations if o.kind in ("position", "pose")]
     if data.configurations.joints is None or not found or not fit.identifiability.names:
         return None
-    region = region or region_of_limits(model, data)
+    region = context.chosen.region or region_of_limits(model, data)
     count = len(region.joints)
-    template = replace(
-        found[0],
-        kind="position",
-        configuration=np.arange(count),
-        value=np.zeros((count, 3)),
-        sigma=np.ones((count, 3)),
-        target=None if found[0].target is None else np.zeros(count, dtype=np.int64),
-        extra={},
-        rows=None,
-        used=None,
-        digits=None,
-        rounding=None,
-    )
+    first, each, nowhere = found[0], np.arange(count), np.zeros((count, 3))
+    seen = first.frame, first.targets, None if first.target is None else 0 * each
+    template = Observations("position", each, nowhere, np.ones((count, 3)), *seen, options=first.options)
     columns = {k: np.full(count, v) for k, v in mean_conditions(data.configurations).items()}
     away = DataSet(Configurations(tuple(map(str, range(count))), region.joints, columns), (template,))
     made = build(model, away)
@@ -233,18 +260,11 @@ def prediction_band(
     made = build(model, away, values=known, free=[n for n in off.names if n in made.table])
     jac = made.linearize(made.start).j.reshape(count, 3, -1)
     where = [off.names.index(n) for n in made.free]
-    tau = next((g.tau for g in fit.groups if g.name == found[0].label and g.unit == "m"), 0.0)
+    tau = next((g.tau for g in fit.groups if g.name == first.label and g.unit == "m"), 0.0)
     left = float(np.sqrt(3)) * tau
     sigma = np.hypot(band(jac, off.covariance[np.ix_(where, where)]), left)
     mean, p95, most = float(sigma.mean()), float(np.percentile(sigma, 95)), float(sigma.max())
     return Band(mean, p95, most, count, region.name, left)
-
-
-@once
-def prediction_of(context: Decision[Model]) -> Band | None:
-    """That of the fit to everything, over the range that was asked for."""
-    known = context.model, context.need_data, context.need_fit, context.need_fit.total
-    return prediction_band(*known, context.chosen.region)
 
 
 @check("elsewhere", When.FIT, order=270, needs=("proven",))

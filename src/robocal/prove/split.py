@@ -66,10 +66,9 @@ class Split:
         configuration, place = _place_pairs(data)
         tied = np.zeros_like(held)
         for row, out in zip(tied, held, strict=True):
-            seen = (
-                np.bincount(place[out[configuration]], minlength=int(place.max(initial=0)) + 1) > 0
-            )  # by rows that are held out
-            row[configuration[seen[place]]] = True
+            row[configuration[np.isin(place, place[out[configuration]])]] = (
+                True  # meets a place of rows that are held out
+            )
         return cls(held, ~held & ~tied, names, how, together)
 
 
@@ -110,12 +109,8 @@ def groups_of(data: DataSet) -> tuple[str, ...]:
             source[obs.configuration] = obs.source
         groups = tuple(source)
     if len(set(groups) - {""}) < 2:
-        raise ModelError(
-            "there are no groups to hold out",
-            key="hold_out",
-            found="group",
-            expected="a column that names the group of every row, or several data files",
-        )
+        expected = "a column that names the group of every row, or several data files"
+        raise ModelError("there are no groups to hold out", key="hold_out", found="group", expected=expected)
     return groups
 
 
@@ -140,9 +135,8 @@ def make_split(
         order = where.columns.get("time", np.full(1, np.nan))
         order = order if np.isfinite(order).all() else np.arange(len(where))
         if not 2 <= many <= len(where):
-            raise ModelError(
-                "impossible number of blocks", key="blocks", found=many, expected=f"2 to {len(where)} configurations"
-            )
+            expected = f"2 to {len(where)} configurations"
+            raise ModelError("impossible number of blocks", key="blocks", found=many, expected=expected)
         label = np.empty(len(where), dtype=np.int64)
         label[np.argsort(order, kind="stable")] = np.arange(len(where)) * many // len(where)
         label[~_stood(where)] = -1

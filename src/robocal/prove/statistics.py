@@ -12,7 +12,12 @@ from numpy.typing import NDArray
 
 from robocal.quantities import Amount, DisplayUnit, Share
 
-__all__ = ["Coverage", "Fold", "Stages", "Statistic"]
+__all__ = ["Coverage", "Fold", "Stages", "Statistic", "rms"]
+
+
+def rms(values: NDArray[np.float64]) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
 
 
 @dataclass(frozen=True)
@@ -31,14 +36,8 @@ class Statistic:
         """The statistic of some errors, None of none."""
         if not len(values):
             return None
-        return cls(
-            float(values.mean()),
-            float(np.sqrt(np.mean(values**2))),
-            float(np.percentile(values, 95)),
-            float(values.max()),
-            len(values),
-            profiled,
-        )
+        p95, most = float(np.percentile(values, 95)), float(values.max())
+        return cls(float(values.mean()), rms(values), p95, most, len(values), profiled)
 
 
 @dataclass(frozen=True)

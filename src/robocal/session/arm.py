@@ -17,7 +17,7 @@ from robocal.files.robot import Robot, describe, open_robot, render_robot
 from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
 from robocal.files.text import InputFile, read_text
 from robocal.files.units import UNITS, Units, parse_unit
-from robocal.prove.identification import Identification
+from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.opened import Data, Inputs, Opened, Rendered, one_frame_per_name

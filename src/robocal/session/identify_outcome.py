@@ -21,7 +21,7 @@ from robocal.errors import ModelError
 from robocal.files import evidence_parts as evidence
 from robocal.files import result as files
 from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
-from robocal.files.display import to_display
+from robocal.files.display import outlier, to_display
 from robocal.files.parts import unique_remarks
 from robocal.files.runfolder import (
     ACCURACY,
@@ -36,11 +36,11 @@ from robocal.fit.estimators import describe_end, estimator
 from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.bootstrap import Resampled
-from robocal.prove.identification import Identification, ParameterResult, RowTable
+from robocal.prove.identify import Identification
+from robocal.prove.results import ParameterResult, RowTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.session.opened import Opened
-from robocal.session.suspect_rows import outlier
 
 if TYPE_CHECKING:
     from robocal.prove.nongeometric.layer import Layer
@@ -79,7 +79,7 @@ def to_result(
     name, joints = found.nominal.name, len(joints_of(found.nominal))
     method, loss = estimator(found.options.method).title, found.options.loss
     return files.Result(
-        robot=files.RobotSummary(name=name, convention=robot.convention, joints=joints, source=robot.file.source),
+        robot=files.RobotSummary(name=name, convention=robot.file.convention, joints=joints, source=robot.file.source),
         method=method if loss == "none" else f"{method}, {loss} loss",
         verdict=to_display(files.Verdict, found.verdict, reasons=sentences(found.verdict.reasons)),
         parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],
@@ -239,7 +239,6 @@ def _none_for_nan(values: Array) -> NDArray[Any]:
 
 def _knowledge(found: Identification[Model]) -> Knowledge:
     """What an identification knows of its parameters."""
-    assert found.total is not None
     by_name = {p.name: p for p in found.parameters}
     values = {n: by_name[n].identified for n in found.total.names}
     nominal = {n: by_name[n].nominal for n in found.total.names}
@@ -252,7 +251,6 @@ def _knowledge(found: Identification[Model]) -> Knowledge:
 def _base_is_known(found: Identification[Model]) -> bool:
     """Whether an instrument stood still on the base: no frame was free, and of a platform on cables one of the instruments is no part
     of the robot."""
-    assert found.total is not None
     if not freedom_of(found.nominal):
         return all(n in found.nominal.table for n in found.total.names)
     frames = [n for n in found.total.names if n not in found.nominal.table and n.rpartition(".")[2] in FRAME_SYMBOLS]
@@ -262,7 +260,7 @@ def _base_is_known(found: Identification[Model]) -> bool:
 def map_columns(found: Identification[Model]) -> dict[str, list[Any]]:
     """The columns of accuracy_map.csv; none for a method that knows no errors, or where the model asks for columns that
     nobody recorded."""
-    if found.total is None or found.baseline is None or estimator(found.options.method).blind:
+    if estimator(found.options.method).blind:
         return {}
     moving, corrected = found.nominal.mechanism, found.corrected.mechanism
     if moving is None or corrected is None or moving.freedom is not None:
@@ -277,7 +275,7 @@ def map_columns(found: Identification[Model]) -> dict[str, list[Any]]:
 
 def _knowledge_files(found: Identification[Model], cells: dict[str, list[Any]]) -> dict[str, str]:
     """The texts by file name; a method that knows no errors has none."""
-    if found.total is None or estimator(found.options.method).blind:
+    if estimator(found.options.method).blind:
         return {}
     units = {p.name: p.unit for p in found.parameters}
     return {COVARIANCE: covariance_text(_knowledge(found), units)} | ({ACCURACY: accuracy_text(cells)} if cells else {})

@@ -1,28 +1,35 @@
-"""From names on a command line to a machine and data that belong together: opened, and chosen from for one run."""
+"""From names on a command line to a machine and data that belong together, or to a calibration: opened, and chosen from for one run."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from robocal.errors import FormatError, InputError, ModelError, nearest
+from robocal.files.covariance import COVARIANCE, Knowledge
 from robocal.files.kinds.registry import READERS, reader_of
 from robocal.files.opened_file import machine_kind
-from robocal.files.robot import Robot
-from robocal.files.runfolder import ROBOTS
+from robocal.files.runfolder import ROBOTS, Run, open_run
+from robocal.files.text import InputFile, read_text
+from robocal.files.units import finite
 from robocal.files.yamlio import load
 from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Model
 from robocal.parameters import ParameterTable
+from robocal.progress import Watch, tell
 from robocal.session.arm import OpenedArm, open_arm, robot_files
 from robocal.session.opened import Inputs, Opened, every_frame
-from robocal.session.watching import Watch
+from robocal.session.runs import knowledge_of
 
-__all__ = ["Inputs", "choose", "need_arm", "open_arm", "open_machine", "read_inputs", "register_machine", "robot_files"]
+__all__ = [
+    "Calibration", "Inputs", "choose", "open_arm", "open_calibration", "open_machine", "read_inputs",
+    "register_machine", "robot_files",
+]  # fmt: skip
 
+IDENTIFIED = ("identified", "prior")
 O = TypeVar("O", bound=Opened[Any])
 Name = str | os.PathLike[str]
 Opener = Callable[[Name, str | None, str | None], Opened[Any]]  # from a name and, for a URDF, two links
@@ -55,11 +62,6 @@ def open_machine(name: Name, *, base: str | None = None, tip: str | None = None)
     return OPENERS.get(machine_kind(file), _arm)(name, base, tip)
 
 
-def need_arm(name: Name, expected: str, *, base: str | None = None, tip: str | None = None) -> Robot:
-    """The file of an arm. Raises ModelError for another machine; `expected` says what does for it what was asked for."""
-    return open_machine(name, base=base, tip=tip).need_arm(expected)
-
-
 def read_inputs(
     robot: Name, data: Sequence[Name], *, base: str | None = None, tip: str | None = None, group: str | None = None,
     exclude: Sequence[str] = (), watch: Watch | None = None, choices: Mapping[str, Any] | None = None,
@@ -67,8 +69,7 @@ def read_inputs(
     """Opens a machine and its data files as one data set, without the rows that `exclude` names.
 
     Raises InputError for whatever is wrong with them, and for `choices` of one run that this machine lacks."""
-    if watch:
-        watch({"stage": "read"})
+    tell(watch, "read")
     try:
         opened = open_machine(robot, base=base, tip=tip)
     except FormatError:
@@ -94,6 +95,39 @@ def _refuse_other_kind(name: str | os.PathLike[str], kinds: Container[object], m
         return
     if isinstance(kind, str) and kind in kinds:
         raise FormatError(message, file=place, key="kind", found=kind, expected="the robot first, then data files")
+
+
+# --- what a run folder knows -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A run folder, its machine as identified, what is known of its parameters, and the files that were read."""
+
+    run: Run
+    opened: Opened[Any]
+    known: Knowledge
+    files: tuple[InputFile, ...]
+
+    @property
+    def identified(self) -> tuple[str, ...]:
+        """The parameters of the machine that the run identified."""
+        table = self.opened.machine.table
+        return tuple(p.name for p in self.run.result.parameters if p.status in IDENTIFIED and p.name in table)
+
+
+def open_calibration(place: Path) -> Calibration:
+    """Opens a run folder of any machine. Raises InputError where it is none, or does not say how far its parameters may be off."""
+    run = open_run(place)
+    opened = open_machine(place)
+    known = knowledge_of(place, None if opened.arm is None else opened.machine.table)
+    own = InputFile(place / COVARIANCE, read_text(place / COVARIANCE).sha256)
+    found = Calibration(run, opened, known, (*opened.inputs, own))
+    if opened.arm is not None:
+        return found
+    # The file of another machine may round what was identified, or lack a place for it.
+    values = {n: known.values[n] for n in found.identified if n in known.values}
+    return replace(found, opened=opened.with_machine(opened.machine.with_values(values)))
 
 
 # --- what a person chooses for one run ------------------------------------------------------------------------------
@@ -126,11 +160,8 @@ def choose(
     priors: dict[str, float | None] = {}
     for text in prior:
         word, _, number = text.partition("=")
-        try:
-            sigma = float(number)
-        except ValueError:
-            sigma = float("nan")
-        if not 0 < sigma < float("inf"):
+        sigma = finite(number)
+        if sigma is None or sigma <= 0:
             expected = "NAME=SIGMA, above 0, such as length=1.0"
             raise ModelError("a prior is a standard deviation", key="--prior", found=text, expected=expected)
         if unit := {"length": "m", "angle": "rad"}.get(word.strip()):
@@ -140,7 +171,7 @@ def choose(
         priors.update({n: units.of(table[n].unit).to_si(sigma) for n in names})
     fixed, loose = set(fix) & set(frames), set(free) & set(frames)
     data = _frames(data, fixed, loose) if fixed or loose else data
-    return opened.with_table(table.with_priors(priors)), data
+    return opened.with_machine(machine.with_table(table.with_priors(priors))), data
 
 
 def _select(word: str, chain: Model, frames: Mapping[str, object], option: str) -> tuple[str, ...]:

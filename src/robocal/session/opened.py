@@ -21,8 +21,7 @@ from robocal.fit.starts.own import place_configurations
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model, freedom_of
-from robocal.parameters import ParameterTable
-from robocal.prove.identification import Identification
+from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
@@ -91,11 +90,6 @@ class Opened(Generic[M]):
         return self.file.units
 
     @property
-    def convention(self) -> str:
-        """How the file describes it."""
-        return self.file.convention
-
-    @property
     def warnings(self) -> tuple[Remark, ...]:
         """What is odd about its file."""
         return self.file.warnings
@@ -131,10 +125,6 @@ class Opened(Generic[M]):
             if choices.get(name) and not (name == "region" and choices[name] == "measured"):
                 found, expected = str(choices[name]), f"nothing, for a {self.noun}"
                 raise ModelError("this option is for arms", key=f"--{name}", found=found, expected=expected)
-
-    def with_table(self, table: ParameterTable) -> Self:
-        """The same machine with another table of parameters."""
-        return self.with_machine(self.machine.with_table(table))
 
     def with_machine(self, machine: M) -> Self:
         """Another machine of the same file."""

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
-from robocal.errors import FileError, FormatError
+from robocal.errors import FormatError
 from robocal.estimate.uncertainty import radius
-from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
+from robocal.files.covariance import COVARIANCE, Knowledge
 from robocal.files.robot import Robot
-from robocal.files.runfolder import LAYER, open_run
+from robocal.files.runfolder import LAYER
 from robocal.files.targets import read_targets
 from robocal.files.text import InputFile, read_text
 from robocal.geometry import so3
@@ -24,33 +24,13 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import figure
 from robocal.session.prediction import Prediction
-from robocal.session.runs import run_cautions
+from robocal.session.runs import knowledge_of, run_cautions
 
-__all__ = ["knowledge_of", "predict_poses", "shape_motion"]
+__all__ = ["predict_poses", "shape_motion"]
 
-SAME = 1e-7  # tolerance: of a value that was written and read
 ANCHORS = 2000  # configurations over which the base is aligned
 BLIND = 30.0  # tolerance: deg; only a word in place of a number that means nothing
 COLUMNS = ("configuration", *"xyz", "rx", "ry", "rz", "band", "band_new", "turn_band")  # that readers see
-
-
-def knowledge_of(folder: Path, arm: Robot | None) -> Knowledge:
-    """What a run folder knows of its parameters; `arm` was opened from it (None: another machine was). Raises FileError when it does
-    not say, FormatError when it speaks of another robot."""
-    place = open_run(folder).part(COVARIANCE)
-    if place is None:
-        expected = f"{COVARIANCE}: identify once more with this version"
-        raise FileError("this run does not contain the uncertainty of its parameters", file=folder, expected=expected)
-    known = read_covariance(place)
-    if arm is None:
-        return known
-    for name, value in known.values.items():
-        if name in arm.chain.table and abs(arm.chain.table[name].value - value) > SAME * max(1.0, abs(value)):
-            raise FormatError(
-                "this file does not belong to the calibrated robot beside it", file=place, key=name, found=value,
-                expected=arm.chain.table[name].value,
-            )  # fmt: skip
-    return known
 
 
 def shape_motion(robot: Robot, known: Knowledge) -> tuple[Array, str]:
@@ -67,7 +47,7 @@ def predict_poses(folder: Path, robot: Robot, poses: Path, absolute: bool) -> Pr
     The band is that of the arm's shape, unless `absolute` or the run measured the base itself: then it is that of the
     pose in base coordinates.
     """
-    known = knowledge_of(folder, robot)
+    known = knowledge_of(folder, robot.chain.table)
     targets = read_targets(poses, robot.chain)
     q = targets.targets.joints
     if q is None:

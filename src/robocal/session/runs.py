@@ -1,25 +1,29 @@
-"""What runs are made of and came to: the tables that two of them share, what is to be said of one that did not improve, and their
-history: a CSV to which calibrations are added, one row for each parameter that was identified."""
+"""What runs are made of and came to: the tables that two of them share, what is to be said of one that did not improve, what they know
+of their parameters, and their history: a CSV to which calibrations are added, one row for each parameter that was identified."""
 
 from __future__ import annotations
 
 import csv
 import io
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from robocal.errors import FormatError
+from robocal.errors import FileError, FormatError
+from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
 from robocal.files.csvtable import csv_text
 from robocal.files.result import Result
-from robocal.files.runfolder import Run, find_run
+from robocal.files.runfolder import Run, find_run, open_run
 from robocal.files.text import read_text
-from robocal.files.units import number, parse_unit
+from robocal.files.units import finite, number, parse_unit
+from robocal.parameters import ParameterTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["HEADER", "run_cautions", "run_result", "shared_files", "tables_by_hash", "verdict_remarks", "with_history"]
+__all__ = [
+    "HEADER", "knowledge_of", "run_cautions", "run_result", "shared_files", "tables_by_hash", "verdict_remarks", "with_history",
+]  # fmt: skip
 
+SAME = 1e-7  # tolerance: of a value that was written and read
 HEADER = ("started", "robot", "run", "verdict", "parameter", "value", "sigma", "unit")
 
 
@@ -40,6 +44,23 @@ def verdict_remarks(result: Result | None, name: str) -> tuple[Remark, ...]:
     if status == "improved":
         return ()
     return (Remark.of(Code.RUN_REFUSED if status == "refused" else Code.RUN_NOT_IMPROVED, run=name),)
+
+
+def knowledge_of(folder: Path, table: ParameterTable | None) -> Knowledge:
+    """What a run folder knows of its parameters; `table` is that of the arm that was opened from it (None: another machine was). Raises
+    FileError when it does not say, FormatError when it speaks of another robot."""
+    place = open_run(folder).part(COVARIANCE)
+    if place is None:
+        expected = f"{COVARIANCE}: identify once more with this version"
+        raise FileError("this run does not contain the uncertainty of its parameters", file=folder, expected=expected)
+    known = read_covariance(place)
+    if table is None:
+        return known
+    for name, value in known.values.items():
+        if name in table and abs(table[name].value - value) > SAME * max(1.0, abs(value)):
+            message = "this file does not belong to the calibrated robot beside it"
+            raise FormatError(message, file=place, key=name, found=value, expected=table[name].value)
+    return known
 
 
 def run_result(name: str) -> Result | None:
@@ -90,11 +111,7 @@ def _check(place: Path, line: int, row: Sequence[str]) -> None:
         raise FormatError("not a row of a history", file=place, row=line, found=found, expected=expected)
     cells = dict(zip(HEADER, row, strict=True))
     for name in ("value", "sigma"):
-        try:
-            good = math.isfinite(float(cells[name])) if cells[name] or name == "value" else True
-        except ValueError:
-            good = False
-        if not good:
+        if finite(cells[name]) is None and (cells[name] or name == "value"):
             expected = "a finite number"
             raise FormatError("not a number", file=place, row=line, column=name, found=cells[name], expected=expected)
     parse_unit(cells["unit"], file=place, row=line, column="unit")

@@ -13,7 +13,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.arms.chain import Chain
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, look_up
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.pose_table import read_poses
 from robocal.files.robot import Robot, describe, parse_robot, render_robot
@@ -40,9 +40,7 @@ class ArmSimulator(Simulator[Chain]):
         self.robot = _whole(robot) if robot.left_out else robot
         super().__init__(self.robot.chain, self.robot.units, request)
         kind, usual = request.kind or "position", Instrument()
-        if kind not in RIGS:
-            near = nearest(kind, RIGS)
-            raise ModelError("unknown kind", key="--kind", found=kind, expected=", ".join(RIGS), suggestion=near)
+        look_up(RIGS, kind, "unknown kind", "--kind")
         if request.at is not None and kind in CONTACTS:
             touching = "where the tool touches, the joint values follow"
             raise ModelError(touching, key="--at", found=request.at, expected="--poses")

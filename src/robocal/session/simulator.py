@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ import numpy as np
 
 from robocal.errors import ModelError, nearest
 from robocal.files.opened_file import Speaks
-from robocal.files.units import numbers_of
+from robocal.files.units import finite, numbers_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.simulation.rigs import STANDS
@@ -91,12 +90,8 @@ def errors_of(
 
 def _setting(text: str, model: Model, units: Speaks) -> tuple[str, float]:
     name, _, number = text.partition("=")
-    name, table = name.strip(), model.table
-    try:
-        value = float(number)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+    name, table, value = name.strip(), model.table, finite(number)
+    if value is None:
         raise ModelError("not a setting", key="--set", found=text, expected="NAME=VALUE such as j2.r=1.5")
     if name not in table:
         raise ModelError("no parameter has this name", key="--set", found=name, suggestion=nearest(name, table.names))

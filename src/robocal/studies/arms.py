@@ -24,8 +24,7 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.planning.candidates import Template, joint_range
 from robocal.planning.pose_selection import PlanOptions, plan
 from robocal.prove.decision import Decision, decide
-from robocal.prove.identification import Identification
-from robocal.prove.identify import identify
+from robocal.prove.identify import Identification, identify
 from robocal.prove.verdict import verdict_of
 from robocal.simulation.rigs import STANDS, Instrument, hidden, measure
 

@@ -34,8 +34,10 @@ from robocal.fit.fit import fit
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
-from robocal.progress import Watch
+from robocal.progress import Watch, tell
+from robocal.prove.bands import range_of_joints
 from robocal.prove.evidence import bootstrap_gain
+from robocal.prove.judge import units_of
 from robocal.prove.nongeometric.linearised import Linearised, linearise_fit
 from robocal.prove.split import make_split
 from robocal.remarks.code import Code
@@ -45,7 +47,6 @@ __all__ = ["HIGHEST", "GroupChoice", "Tried", "candidates", "choose_groups", "or
 
 ROUNDS = 10
 WHOLE = -1  # instead of the number of a round: all rows
-UNITS = ("m", "rad", "px")
 
 
 @dataclass(frozen=True)
@@ -94,9 +95,9 @@ class _Race:
         split = make_split(data, "blocks", folds=min(ROUNDS, len(configurations)))
         self.line: Linearised = linearise_fit(wide, part, added, split)
         self.base = self.line.columns([n for n in self.line.names if n not in set(added)])
-        self.unit = next(u for u in UNITS if any(u == v for t in part.problem.terms for _, _, v in t.parts))
-        self.names, given = model.joint_names, data.configurations.joints
-        self.joints = np.zeros((0, len(self.names))) if given is None else given[np.isfinite(given).all(axis=1)]
+        self.unit = units_of(part.problem)[0]
+        measured = range_of_joints(data.configurations)
+        self.measured = {} if measured is None else dict(zip(model.joint_names, measured.tolist(), strict=True))
         self.entered: list[str] = []
         self.seed = options.seed
         self.noise = self.line.left(self.base)
@@ -147,8 +148,7 @@ class _Race:
 
     def range(self) -> dict[str, tuple[float, float]]:
         """Where the joints that ripple were measured (rad): the orders say nothing of elsewhere."""
-        seen = {j: self.joints[:, i] for i, j in enumerate(self.names) if j in self.orders()}
-        return {j: (float(q.min()), float(q.max())) for j, q in seen.items()}
+        return {j: (low, high) for j, (low, high) in self.measured.items() if j in self.orders()}
 
     def orders(self) -> dict[str, tuple[float, ...]]:
         """The orders of ripple that all rows show."""
@@ -187,8 +187,7 @@ def choose_groups(
         before, _ = race.errors(race.entered)
         asked = []
         for name in open_:
-            if watch:
-                watch({"stage": "groups", "what": name})
+            tell(watch, "groups", what=name)
             asked.append(race.ask(name, before))
         record.update({t.name: t for t in asked})
         good = [t for t in asked if t.entered]

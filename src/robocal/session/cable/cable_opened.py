@@ -2,6 +2,8 @@
 
 What load cells read, as the rows that a fit takes: one for each freedom of the platform instead of one for each cable.
 
+Data that checks refuse, as wrong input: the file, its key, and what to write there.
+
 Stretch and sag of cables whose lengths were read: by tensions that were read too, or by those that hold the platform's weight.
 """
 
@@ -20,9 +22,12 @@ from robocal.cables.geometry import PLATFORM, CableRobot
 from robocal.cables.hanging import hang
 from robocal.cables.pulley import Pulleys, run
 from robocal.cables.tension import hold
-from robocal.diagnose.cables.read_lengths import stretch
-from robocal.diagnose.check_registry import Context
-from robocal.errors import FormatError, ModelError
+from robocal.diagnose.cables.columns import ANCHORS, AXES, LENGTHS
+from robocal.diagnose.cables.read_lengths import COPIED, TWO_SIZES, stretch
+from robocal.diagnose.cables.rest import CELLS, EXCHANGED, NOT_AT_REST, SHIFTED
+from robocal.diagnose.check_registry import CABLES, Context, Finding, Level, When
+from robocal.diagnose.check_registry import run as run_checks
+from robocal.errors import FormatError, ModelError, ToWrite
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.write import describe_cable, render_cable
@@ -33,12 +38,11 @@ from robocal.files.text import InputFile
 from robocal.fit.starts.own import place_configurations
 from robocal.geometry import se3
 from robocal.measure.data import DataSet, Observations
-from robocal.prove.identification import Identification
+from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.report.sections import Section
-from robocal.session.cable.refusals import data_remarks
-from robocal.session.cable.sensor_gains import of_file
+from robocal.session.cable.calibrated import of_file
 from robocal.session.cable.statics_options import robot_inputs
 from robocal.session.cable.summary import facts, summary
 from robocal.session.opened import Data, Inputs, Opened, Rendered
@@ -49,6 +53,48 @@ from robocal.session.watching import Watch, computable
 __all__ = ["OpenedCable", "open_cable", "payload_rows"]
 
 TAUT = "mid"  # tensions nearest to the middle of their limits
+# The key of the data file, what was found there, and what was expected, with the numbers of the finding.
+PLACES: dict[str, tuple[str, str | None, str]] = {
+    COPIED: ("configuration", "{count} of {of}, such as {one} and {other}", "every measurement once"),
+    TWO_SIZES: (
+        "{wrong}.unit", "positions that scatter by {positions:.3g} m, by the lengths {lengths:.3g} m",
+        "the same; the robot's frame anchors scatter by {frame:.3g} m",
+    ),
+    ANCHORS: ("cables", None, "the platform anchors in the order of {right}"),
+    LENGTHS: ("lengths.columns", None, "columns that hold {right} in this order"),
+    EXCHANGED: ("{kind}.columns", None, "their columns in the order of {one}, {other}"),
+    SHIFTED: ("{kind}", None, "each beside the id of its pose"),
+    NOT_AT_REST: (
+        "{kind}", "they leave {left:.3g} of force, geometry would {allowed:.3g}",
+        "the order of the columns as that of the cables, one unit, the platform at rest",
+    ),
+    CELLS: (
+        "{kind}.unit", "{mass:.3g} where the robot's file states {stated:.3g} ({unit}?)",
+        "the unit of the cells, or the platform's mass in the robot's file",
+    ),
+}  # fmt: skip
+for kind, code in AXES.items():
+    key = "orientation" if kind == "orientation" else "position.columns"
+    PLACES[code] = (key, None, "poses in right-handed axes, T_base_platform")
+
+
+def data_remarks(file: CableFile, data: DataSet, watch: Watch | None = None) -> tuple[Remark, ...]:
+    """What checks of the data say. Raises FormatError for the first finding that refuses."""
+    context: Context[CableRobot] = Context(file.robot, data, watch=watch)
+    findings = run_checks(When.READ, context, CABLES)
+    for finding in findings:
+        if finding.level is Level.REFUSE:
+            raise FormatError(finding.remark.sentence, **_place(finding, file.path))
+    return tuple(f.remark for f in findings)
+
+
+def _place(finding: Finding, robot: Path | None) -> dict[str, Any]:
+    """File (`robot` is the robot's) and key, what was found there, and what was expected."""
+    code, n = finding.code, finding.numbers
+    key, found, expected = (None if text is None else text.format(**n) for text in PLACES[code])
+    to_write = code in (ANCHORS, LENGTHS, EXCHANGED) and expected is not None
+    place = {"file": robot if code == ANCHORS else n["source"], "key": key, "found": found}
+    return {**place, "expected": ToWrite(expected) if to_write else expected}
 
 
 def add_tensions(file: CableFile, data: DataSet) -> tuple[DataSet, tuple[Remark, ...]]:

@@ -16,7 +16,7 @@ from robocal.remarks.remark import Remark, full_text
 from robocal.report.cable.length_unit import LengthUnit
 from robocal.report.cable.part import part
 from robocal.report.sections import Section
-from robocal.session.cable.statics_options import assumption_text, cable_document
+from robocal.session.cable.statics_options import cable_document
 
 __all__ = ["CableResult"]
 
@@ -81,6 +81,6 @@ class CableResult(ABC):
 
     def method_part(self, words: str, remarks: Iterable[Remark] = ()) -> Section:
         """How a page says that its result was worked out, and what of the robot was assumed."""
-        return part(
-            "How it was worked out", "\n\n".join([words, assumption_text(self.robot), *map(full_text, remarks)])
-        )
+        assumed = ", ".join(self.robot.assumed)
+        assumption = f"Assumed, not measured: {assumed}. The result depends on it." if assumed else ""
+        return part("How it was worked out", "\n\n".join([words, assumption, *map(full_text, remarks)]))

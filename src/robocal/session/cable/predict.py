@@ -20,7 +20,7 @@ from robocal.cables.gradient import by_parameters
 from robocal.errors import FileError
 from robocal.estimate.uncertainty import Total, radius
 from robocal.files.cable.pose_lists import CableList, read_cable_lengths, read_platform_poses
-from robocal.files.covariance import COVARIANCE, read_covariance
+from robocal.files.covariance import COVARIANCE
 from robocal.files.csvtable import read_csv
 from robocal.files.text import InputFile
 from robocal.geometry import se3
@@ -38,12 +38,11 @@ __all__ = ["predict"]
 def predict(folder: str, rows: Path, absolute: bool) -> Prediction:
     """Lengths at the poses of a CSV, or poses at its lengths, of the robot of a run folder. Raises InputError."""
     run = open_calibrated(folder)
-    place = None if run.run is None else run.run.part(COVARIANCE)
-    if place is None:
+    if run.knowledge is None:
         expected = f"a run folder with {COVARIANCE}"
         raise FileError("this run does not say how far its parameters may be off", file=folder, expected=expected)
     # What was held since the data cannot tell it from a motion of the base may be off too: together they are that motion.
-    ask = _Asked(run, read_covariance(place).total, rows, absolute or run.base_is_known)
+    ask = _Asked(run, run.knowledge.total, rows, absolute or run.base_is_known)
     return _poses(ask) if any(c in read_csv(rows).names for c in run.robot.cables) else _lengths(ask)
 
 

@@ -16,7 +16,7 @@ from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.grid_regions import frame_box
 from robocal.cables.tension import hold
-from robocal.errors import ModelError, one_of
+from robocal.errors import ModelError, look_up
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import length_columns, read_platform_poses
 from robocal.files.cable.write import describe_cable, render_cable
@@ -49,11 +49,10 @@ class CableSimulator(Simulator[CableRobot]):
         super().__init__(file.robot, file.units, request)
         self.file = file
         self.kind = request.kind or ("pose" if max(file.robot.axes) > 2 else "position")
-        if self.kind not in KINDS:
-            raise ModelError("unknown kind", key="--kind", found=self.kind, **one_of(self.kind, KINDS))
+        parts = look_up(KINDS, self.kind, "unknown kind", "--kind")
         given = ((request.noise, PLACE), (request.angle_noise, TURN), (request.length_noise, LENGTH))
         place, turn, self.noise = (usual if noise is None else noise for noise, usual in given)
-        self.spread = np.repeat([place, turn], 3)[: KINDS[self.kind]]  # of what an instrument reads
+        self.spread = np.repeat([place, turn], 3)[:parts]  # of what an instrument reads
 
     @property
     def imperfect(self) -> Sequence[str]:

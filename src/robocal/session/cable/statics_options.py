@@ -25,7 +25,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, remark_fields
 
 __all__ = [
-    "assumption_text", "balance_remarks", "cable_document", "limits_text", "mass_of", "missing_text", "name_option",
+    "balance_remarks", "cable_document", "limits_text", "mass_of", "missing_text", "name_option",
     "name_row", "no_direction", "redundant_robot", "robot_inputs", "robot_with_limits", "tensions_of", "wrench_of",
 ]  # fmt: skip
 
@@ -170,11 +170,6 @@ def cable_document(
         robot=robot.name, cables=robot.cables, assumed=robot.assumed, **remark_fields(warnings),
         provenance=provenance_of(command, inputs), **parts
     )  # fmt: skip
-
-
-def assumption_text(robot: CableRobot) -> str:
-    """A paragraph for a page, empty where nothing of the robot was assumed."""
-    return f"Assumed, not measured: {', '.join(robot.assumed)}. The result depends on it." if robot.assumed else ""
 
 
 def limits_text(limits: NDArray[np.float64]) -> str:

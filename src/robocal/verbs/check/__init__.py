@@ -48,14 +48,14 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ch
 
 def sections(made: Outcome[Checked]) -> Iterator[Section]:
     """What files contain and what they can tell."""
+    from robocal.files.display import outlier
     from robocal.measure.machine import joints_of
     from robocal.report.error_tables import outlier_blocks
-    from robocal.session.suspect_rows import outlier
 
     found: Checked = made.result
     machine = found.robot.machine
     prismatic = {j.name for j in joints_of(machine) if j.type == "prismatic"}
-    words = f"   convention {found.robot.convention}"
+    words = f"   convention {found.robot.file.convention}"
     for noun, names in machine.parts.items():
         parts = [f"{n} (prismatic)" if n in prismatic else n for n in names]
         words += f"; {len(parts)} {noun}s: {', '.join(parts)}"

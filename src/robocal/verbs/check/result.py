@@ -14,7 +14,7 @@ from robocal.diagnose.gross import sift
 from robocal.diagnose.outliers import Outlier, name_outliers
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files import evidence_parts
-from robocal.files.display import to_display
+from robocal.files.display import outlier, to_display
 from robocal.files.parts import Document, InputHash, hashes
 from robocal.files.text import InputFile
 from robocal.fit.baseline import Baseline
@@ -27,7 +27,6 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, remark_fields
 from robocal.session.inputs import open_machine, read_inputs
 from robocal.session.opened import Inputs, Opened
-from robocal.session.suspect_rows import outlier
 from robocal.session.watching import Watch, computable
 
 if TYPE_CHECKING:

@@ -28,9 +28,10 @@ from robocal.prove.statistics import Statistic
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, remark_fields
-from robocal.session.inputs import need_arm, robot_files
-from robocal.session.pose_prediction import knowledge_of, shape_motion
+from robocal.session.inputs import open_machine, robot_files
+from robocal.session.pose_prediction import shape_motion
 from robocal.session.reference import nominal_chain, run_result
+from robocal.session.runs import knowledge_of
 from robocal.session.watching import Watch, computable
 
 __all__ = ["Compensated", "compensate_targets"]
@@ -139,7 +140,7 @@ class Compensated:
 def compensate_targets(o: Any, command: str = "", watch: Watch | None = None) -> Compensated:
     """Compensates targets, by the options of the verb. Both models carry the tool that was found (calibrated) or the nominal
     one, each its own, or one of six numbers in the robot's units. Raises InputError."""
-    arm = need_arm(o.robot, INSTEAD, base=o.base, tip=o.tip)
+    arm = open_machine(o.robot, base=o.base, tip=o.tip).need_arm(INSTEAD)
     reference = nominal_chain(
         o.robot, arm, o.nominal, base=o.base, tip=o.tip, what="compensation needs the model that the controller keeps"
     )
@@ -186,7 +187,7 @@ def _within(folder: Path, arm: Robot, chain: Chain, made: Compensation, file: Ta
     some = np.flatnonzero(made.reachable)
     if not (folder / COVARIANCE).is_file() or not len(some):
         return None
-    known = knowledge_of(folder, arm)
+    known = knowledge_of(folder, arm.chain.table)
     motion = None if known.placed else shape_motion(replace(arm, chain=chain), known)[0]
     extra = {k: v[some] for k, v in file.targets.extra.items()}
     found = predict(chain, made.joints[some], known.total, {**known.conditions, **extra}, motion)

@@ -71,7 +71,7 @@ def _machines(o: Options, watch: Watch | None, command: str) -> Outcome[Any]:
     from robocal.files.plain import json_text
     from robocal.files.units import parse_quantity
     from robocal.files.writing import refuse_existing, write_files, write_text
-    from robocal.session.calibration import open_calibration
+    from robocal.session.inputs import open_calibration
     from robocal.session.runs import with_history
     from robocal.verbs.drift.result import compare_runs, has_places
 

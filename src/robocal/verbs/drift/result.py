@@ -22,7 +22,7 @@ from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.prove.place_bands import sample_joints
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Number, Quantity, Remark, remark_fields
-from robocal.session.calibration import Calibration
+from robocal.session.inputs import Calibration
 from robocal.session.opened import Opened
 from robocal.session.runs import shared_files, verdict_remarks
 
@@ -163,10 +163,10 @@ def _comparable(
 ) -> None:
     a, b = robots
     table = a.machine.table
-    if table.names != b.machine.table.names or a.convention != b.convention:
+    if table.names != b.machine.table.names or a.file.convention != b.file.convention:
         raise ModelError(
-            "these are runs of different robots", key=str(runs[1]), found=f"{b.name} ({b.convention})",
-            expected=f"{a.name} ({a.convention}), as in {runs[0]}",
+            "these are runs of different robots", key=str(runs[1]), found=f"{b.name} ({b.file.convention})",
+            expected=f"{a.name} ({a.file.convention}), as in {runs[0]}",
         )  # fmt: skip
     for name in known[0].total.names:
         if name in known[1].total.names and name in table:

@@ -21,8 +21,7 @@ from robocal.files.text import InputFile, read_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, remark_fields, sentences
 from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
-from robocal.session.calibration import Calibration, open_calibration
-from robocal.session.inputs import open_machine
+from robocal.session.inputs import Calibration, open_calibration, open_machine
 from robocal.session.opened import Opened
 from robocal.session.runs import verdict_remarks
 
@@ -112,10 +111,10 @@ def compare_with_truth(run: Path, truth: Path, command: str = "") -> TruthCompar
     true = _open_truth(truth, found.opened)
     table, identified = true.machine.table, found.identified
     names = tuple(n for n in identified if n in table and n in found.known.total.names)
-    if true.convention != found.opened.convention or not names:
+    if true.file.convention != found.opened.file.convention or not names:
         raise ModelError(
-            "the truth is of another robot", key=str(truth), found=f"{true.machine.name} ({true.convention})",
-            expected=f"{found.opened.machine.name} ({found.opened.convention}), as in {run}",
+            "the truth is of another robot", key=str(truth), found=f"{true.machine.name} ({true.file.convention})",
+            expected=f"{found.opened.machine.name} ({found.opened.file.convention}), as in {run}",
         )  # fmt: skip
     errors = compare_truth(found.opened.machine.table, table, found.known.total, names)
     missing = tuple(n for n in identified if n not in names)

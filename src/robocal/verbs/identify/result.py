@@ -39,7 +39,7 @@ from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.prove.bands import range_of_joints
-from robocal.prove.identification import Identification
+from robocal.prove.identify import Identification
 from robocal.prove.place_bands import TURN, between
 from robocal.prove.region import SAMPLES, region_of_limits
 from robocal.prove.split import make_split
@@ -47,8 +47,7 @@ from robocal.session.opened import Opened
 from robocal.session.watching import Watch
 
 if TYPE_CHECKING:
-    from robocal.prove.nongeometric.layer import Layer
-    from robocal.prove.nongeometric.layered import Guarded
+    from robocal.prove.nongeometric.layer import Guarded, Layer
 
 __all__ = ["MEASURED", "Timed", "beside", "methods_of", "recipe_of", "with_groups", "working_range"]
 
@@ -181,7 +180,7 @@ def beside(
 
 def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None = None) -> Guarded:
     """Asks whether a residual layer helps on top of an identification to these data."""
-    from robocal.prove.nongeometric.layered import try_layer
+    from robocal.prove.nongeometric.layer import try_layer
 
     noisy = apply_noise(data, {(g.name, g.unit): g.tau for g in found.groups if g.tau > 0})
     made = build(found.nominal, noisy, free=found.correlation_names)

@@ -23,7 +23,7 @@ from robocal.planning.route import length, travel
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, remark_fields
-from robocal.session.inputs import need_arm, read_inputs, robot_files
+from robocal.session.inputs import open_machine, read_inputs, robot_files
 from robocal.session.watching import Watch, computable
 from robocal.verbs.plan.instruments import template, template_from_data
 
@@ -150,7 +150,7 @@ class Planned:
 
 def make_plan(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Planned, dict[str, str]]:
     """A plan by the options of the verb, and the files that go with it where they are to be written. Raises InputError."""
-    arm = need_arm(o.robot, INSTEAD, base=o.base, tip=o.tip)
+    arm = open_machine(o.robot, base=o.base, tip=o.tip).need_arm(INSTEAD)
     si = o.si(arm.units)
     if o.noise == 0:
         raise ModelError("out of range", key="--noise", found=o.noise, expected="a finite number above 0")

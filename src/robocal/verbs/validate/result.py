@@ -30,7 +30,7 @@ from robocal.measure.base import problem
 from robocal.measure.data import DataSet, fingerprints
 from robocal.prove.evidence import bootstrap_gain, constant_errors
 from robocal.prove.model_errors import Errors, model_errors
-from robocal.prove.nongeometric.layered import layer_errors, layer_rows
+from robocal.prove.nongeometric.layer import layer_errors, layer_rows
 from robocal.prove.split import leave_one_out_rounds
 from robocal.prove.statistics import Statistic
 from robocal.quantities import Column, Listing, UnitValue, unit_value

@@ -12,24 +12,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import special
 
-from robocal._types import Array, Ints
 from robocal.diagnose.check_registry import Finding, When, check, doubt, note, once
 from robocal.diagnose.limits import BAND_CHANCE, CURVATURE, STEP_MISLEADS
 from robocal.diagnose.outliers import Outlier, name_outliers
 from robocal.diagnose.studentised import far_from
 from robocal.estimate.linearity import Curvature, Step, curvature, one_step
-from robocal.estimate.uncertainty import Uncertainty
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
 from robocal.measure.machine import Model
-from robocal.prove.bands import coverage, row_bands, total_of
+from robocal.prove.bands import coverage, row_bands
 from robocal.prove.decision import Decision
 from robocal.prove.judge import units_of
 from robocal.prove.statistics import Coverage
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
-__all__ = ["Linearity", "coverage_of", "linearity", "linearity_of", "outliers", "unseen_coverage"]
+__all__ = ["Linearity", "linearity_of", "outliers", "unseen_coverage"]
 
 
 @dataclass(frozen=True)
@@ -68,31 +66,22 @@ class Linearity:
         return e is not None and not e.left <= max(e.before, e.noise)
 
 
-def linearity(fit: Fit, start: Array, u: Uncertainty, units: tuple[str, ...]) -> Linearity | None:
-    """Of a fit that began at x (1, P), in the first SI unit that was measured; None with local blocks."""
-    if not units:
+@once
+def linearity_of(context: Decision[Model]) -> Linearity | None:
+    """Of the fit to everything, with the covariance of its method where that has one of its own, in the first SI unit that was measured;
+    None with local blocks."""
+    fit, units, u = context.need_fit, units_of(context.proven.base.problem), context.uncertainty
+    if not units or fit.problem.blocks:
         return None
     loose = replace(fit.problem, priors=False).with_free(fit.problem.table.free)
     # What overflows or cannot be factored tells nothing; the verdict says what is wrong with such numbers.
     with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
-        if fit.problem.blocks:
-            return None
-        lin = loose.with_weights(None).linearize(start)
-        fitted = one_step(fit.problem, start, units[0], lin.columns(loose.column_of[fit.problem.index]))
+        lin = loose.with_weights(None).linearize(context.start)
+        fitted = one_step(fit.problem, context.start, units[0], lin.columns(loose.column_of[fit.problem.index]))
         if fitted is not None:
             bend = curvature(fit.problem, fit.solution.x, u.covariance * u.factor**2)
-            return Linearity(fitted, one_step(loose, start, units[0], lin), bend)
+            return Linearity(fitted, one_step(loose, context.start, units[0], lin), bend)
     return None
-
-
-@once
-def linearity_of(context: Decision[Model]) -> Linearity | None:
-    """Of the fit to everything, with the covariance of its method where that has one of its own."""
-    fit, u = context.need_fit, context.need_fit.uncertainty
-    if fit.covariance is not None:
-        u = replace(u, covariance=fit.covariance)
-    assert context.start is not None
-    return linearity(fit, context.start, u, units_of(context.need_proofs.base))
 
 
 @check("linearity", When.FIT, order=190, needs=("proven",))
@@ -119,8 +108,12 @@ WHOLE = {"position": "positions", "orientation": "orientations"}
 
 @once
 def unseen_coverage(context: Decision[Model]) -> tuple[Coverage, ...]:
-    """That of the fit that was judged, on what was held out."""
-    return coverage_of(context.need_proofs.part, context.need_proofs.held_out)
+    """Whether the bands of the fit that was judged hold the measurements of configurations that it had not seen."""
+    found, held = context.proven.part, context.proven.held_out
+    # A pose that is found from the very rows that are to be predicted leaves nothing to predict.
+    if not len(held) or found.problem.blocks:
+        return ()
+    return coverage(row_bands(found.problem, found.solution.x, found.total, held, unmet(found)), found.total.dof)
 
 
 @check("narrow-bands", When.FIT, order=260, needs=("proven",))
@@ -136,7 +129,7 @@ def narrow_bands(context: Decision[Model]) -> Iterator[Finding]:
 @check("coverage", When.FIT, order=240, needs=("proven",))
 def bands_without_check(context: Decision[Model]) -> Iterator[Finding]:
     """Why the bands were not checked, where they were not."""
-    part, held = context.need_proofs.part, context.need_proofs.held_out
+    part, held = context.proven.part, context.proven.held_out
     if estimator(context.chosen.method).blind or unseen_coverage(context):
         return
     if part.problem.blocks:
@@ -145,15 +138,6 @@ def bands_without_check(context: Decision[Model]) -> Iterator[Finding]:
         yield note(Code.BAND_BLIND, names=unmet(part)[:6])
     else:
         yield note(Code.BAND_UNCHECKED)
-
-
-def coverage_of(found: Fit, held: Ints) -> tuple[Coverage, ...]:
-    """Whether the bands of a fit hold the measurements of configurations that it had not seen."""
-    # A pose that is found from the very rows that are to be predicted leaves nothing to predict.
-    if not len(held) or found.problem.blocks:
-        return ()
-    off = total_of(found)
-    return coverage(row_bands(found.problem, found.solution.x, off, held, unmet(found)), off.dof)
 
 
 def unmet(found: Fit) -> tuple[str, ...]:
@@ -168,9 +152,9 @@ def unmet(found: Fit) -> tuple[str, ...]:
 @once
 def outliers(context: Decision[Model]) -> tuple[Outlier, ...]:
     """Rows that are far from a fit to all others, of the fit that excluded more of them."""
-    whole, part, best = context.need_fit, context.need_proofs.part, context.proof
+    whole, part, best = context.need_fit, context.proven.part, context.proof
     seen = max(whole, part, key=lambda f: f.problem.aside)
-    counted = {u: best.errors(u)[2] for u in units_of(context.need_proofs.base)} if best else None
+    counted = {u: best.errors(u)[2] for u in units_of(context.proven.base.problem)} if best else None
     data, x = context.need_data, seen.solution.x
     away = context.leverage if seen is whole else far_from(data, seen.problem, x, np.arange(len(data.configurations)))
     return name_outliers(context.model, data, seen.problem, x, away, counted)
