@@ -24,10 +24,10 @@ from robocal.files.templates import convention_chain
 from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
 from robocal.files.urdf_into import urdf_text
+from robocal.session.controller_offsets import joint_offsets
 from robocal.session.inputs import open_arm
 from robocal.session.simulated_robot import Errors, sample_joints
 from robocal.verbs.demo.cases import example_folder
-from robocal.verbs.export.controller_offsets import joint_offsets
 from robocal.verbs.export.result import parameter_table
 
 

@@ -10,42 +10,17 @@ from rich.padding import Padding
 from rich.text import Text as Rich
 
 from robocal.cli.tables import PlainTable
-from robocal.report.sections import (
-    Block,
-    Cell,
-    Detail,
-    Facts,
-    Figure,
-    Folded,
-    Noted,
-    Pair,
-    Remarks,
-    Section,
-    Style,
-    Table,
-    Text,
-    Tiles,
-    VerdictBlock,
-    Written,
-)
+from robocal.report import sections as blocks
 
 __all__ = ["drawn"]
 
 STYLES = {
-    "": "",
-    "good": "bold green",
-    "doubtful": "bold yellow",
-    "bad": "bold red",
-    "strong": "bold",
-    "quiet": "dim",
-    "strange": "yellow",
-    "title": "bold italic",
-    "term": "bold",
-    "code": "",
-}
+    "": "", "good": "bold green", "doubtful": "bold yellow", "bad": "bold red", "strong": "bold", "quiet": "dim", "strange": "yellow",
+    "title": "bold italic", "term": "bold", "code": "",
+}  # fmt: skip
 
 
-def drawn(sections: Iterable[Section]) -> Iterator[RenderableType]:
+def drawn(sections: Iterable[blocks.Section]) -> Iterator[RenderableType]:
     """Sections one below the other, an empty line between them, as rich prints them."""
     told = (s.short for s in sections)
     for i, section in enumerate(s for s in told if s is not None):
@@ -54,52 +29,61 @@ def drawn(sections: Iterable[Section]) -> Iterator[RenderableType]:
         if section.heading:
             yield Rich(section.heading, style="bold")
         for before, block in zip((None, *section.blocks), section.blocks, strict=False):
-            if isinstance(before, Table) and isinstance(block, Table):
+            if isinstance(before, blocks.Table) and isinstance(block, blocks.Table):
                 yield Rich("")  # or two tables would look like one
             yield from _drawn(block)
 
 
-def _drawn(block: Block) -> list[Any]:
+def _drawn(block: blocks.Block) -> list[Any]:
     match block:
-        case Text():
+        case blocks.Text():
             line = Rich.assemble(*map(_part, block.parts))
-            return [Padding(line, (0, 0, 0, block.indent), expand=False) if block.indent else line]
-        case Table():
+            return [_indent(line, block.indent) if block.indent else line]
+        case blocks.Table():
             return [_table(block)]
-        case Remarks():
+        case blocks.Remarks():
             return [part for said in block.messages for part in _remark(said)]
-        case Written():
+        case blocks.Written():
             return [_paths(block)] if block.paths else []
-        case VerdictBlock():
+        case blocks.VerdictBlock():
             word = Rich.assemble((block.word.upper(), STYLES[block.style]), block.line[len(block.word) :])
-            return [word, *(Padding(Rich(t, style="dim"), (0, 0, 0, 2), expand=False) for t in block.below)]
-        case Facts():
+            return [word, *(_indent(Rich(t, style="dim"), 2) for t in block.below)]
+        case blocks.Facts():
             return [Rich(f"{name}: {value}") for name, value in block.pairs]
-        case Pair():
+        case blocks.Pair():
             return [part for one in block.blocks for part in _drawn(one)]
-        case Figure() | Tiles() | Folded() | Detail():
+        case blocks.Figure() | blocks.Tiles() | blocks.Folded() | blocks.Detail():
             return []  # for pages
         case _:
             assert_never(block)
 
 
-def _part(cell: Cell) -> Any:
+def _indent(text: Rich, by: int) -> Padding:
+    return Padding(text, (0, 0, 0, by), expand=False)
+
+
+def _remark(said: Any) -> list[Padding]:
+    advice = [_indent(Rich(said.advice, style="dim"), 4)] if said.advice else []
+    return [_indent(Rich(said.sentence), 2), *advice]
+
+
+def _part(cell: blocks.Cell) -> Any:
     return cell if isinstance(cell, str) else _style_of(cell)
 
 
-def _style_of(cell: tuple[str, Style] | Noted) -> tuple[str, str]:
-    word, style = (cell.word, cell.style) if isinstance(cell, Noted) else cell
+def _style_of(cell: tuple[str, blocks.Style] | blocks.Noted) -> tuple[str, str]:
+    word, style = (cell.word, cell.style) if isinstance(cell, blocks.Noted) else cell
     return word, STYLES[style]
 
 
-def _cell(cell: Cell) -> Any:
+def _cell(cell: blocks.Cell) -> Any:
     if isinstance(cell, str):
         return cell
     word, style = _style_of(cell)
     return Rich(word, style=style)
 
 
-def _table(block: Table) -> PlainTable:
+def _table(block: blocks.Table) -> PlainTable:
     made = PlainTable(*block.columns, right=block.right, title=block.title)
     styles = block.styles or ("",) * len(block.rows)
     for row, style in zip(block.rows, styles, strict=True):
@@ -107,14 +91,7 @@ def _table(block: Table) -> PlainTable:
     return made
 
 
-def _remark(said: Any) -> list[Any]:
-    out = [Padding(Rich(said.sentence), (0, 0, 0, 2), expand=False)]
-    if said.advice:
-        out.append(Padding(Rich(said.advice, style="dim"), (0, 0, 0, 4), expand=False))
-    return out
-
-
-def _paths(block: Written) -> Rich:
+def _paths(block: blocks.Written) -> Rich:
     """Where the files are; the report first, because that is what people open."""
     ordered = sorted(block.paths, key=lambda p: (p.name != "report.html", p.name))
     return Rich(f"Written to {ordered[0].parent}: {', '.join(p.name for p in ordered)}")

@@ -17,7 +17,7 @@ from robocal.errors import ModelError
 
 __all__ = ["CLOSED", "Dexterity", "condition_number", "dexterity", "tension_factor"]
 
-CLOSED = 1e-9  # a smaller tension factor is made of rounding
+CLOSED = 1e-9  # tolerance: a smaller tension factor is made of rounding
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robocal.report.sections import SPREAD, Section, Text, ends, figure, quiet, spread, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.compensate.result import Compensated
@@ -52,19 +52,9 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Compensated]:
     """Compensates targets; a folder gets compensated.csv and compensation.json. Raises InputError."""
-    from robocal.files.listing import listing_text
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing, write_files
     from robocal.verbs.compensate.result import compensate_targets
 
-    refuse_existing(o.output, FILES, o.force)
-    found = compensate_targets(o, command, watch)
-    text = listing_text(found.listing)
-    if o.output is not None:
-        texts = dict(zip(FILES, (text, json_text(found.document)), strict=True))
-        found = replace(found, written=write_files(o.output, texts))
-    document, trusted = (lambda: found.document), found.trusted
-    return Outcome(found, document, trusted, found.warnings, text, written=found.written, listing=found.listing)
+    return run_verb(o, FILES, lambda: compensate_targets(o, command, watch))
 
 
 def sections(made: Outcome[Compensated]) -> Iterator[Section]:

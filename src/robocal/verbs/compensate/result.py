@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,21 +17,22 @@ from robocal.diagnose.limits import LEAP, SINGULAR_BELOW
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
 from robocal.files.layerfile import LAYER
-from robocal.files.parts import Document, Origin, provenance_of
-from robocal.files.plain import plain
+from robocal.files.listing import listing_text
+from robocal.files.parts import Document, Origin
+from robocal.files.plain import json_text, plain
 from robocal.files.robot import Robot
 from robocal.files.targets import TargetFile, compensation_listing, read_targets
-from robocal.files.text import InputFile
 from robocal.files.units import numbers_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.place_bands import predict
 from robocal.prove.statistics import Statistic
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark, remark_fields
+from robocal.remarks.remark import Quantity, Remark
 from robocal.session.inputs import need_arm, robot_files
 from robocal.session.pose_prediction import knowledge_of, shape_motion
 from robocal.session.reference import nominal_chain, run_result
+from robocal.session.verb_base import VerbResult
 from robocal.session.watching import Watch, computable
 
 __all__ = ["Compensated", "compensate_targets"]
@@ -68,8 +70,8 @@ class CompensationDocument(Document):
     provenance: Origin
 
 
-@dataclass(frozen=True)
-class Compensated:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Compensated(VerbResult):
     """What a compensation came to: numbers in SI, a note per target, the table, and what a person should know."""
 
     robot: Robot
@@ -79,17 +81,24 @@ class Compensated:
     listing: Listing  # one row per target: compensated.csv
     tool: str
     verdict: str | None
-    warnings: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str = ""
-    written: tuple[Path, ...] = ()
-    within: Array | None = None  # m: what the run knows of the real robot at the corrected joint values, 95 %
+    within: Array | None  # m: what the run knows of the real robot at the corrected joint values, 95 %
+
+    lists_files = "never"
 
     @property
     def trusted(self) -> bool:
         """Whether the calibration is one that proved its gain (a file without a run is taken at its word), and any
         target is reached."""
         return self.verdict in (None, "improved") and bool(self.compensation.reachable.any())
+
+    @property
+    def printed(self) -> tuple[str, Listing]:
+        """One row per target."""
+        return listing_text(self.listing), self.listing
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The list, and the document."""
+        return {"compensated.csv": self.printed[0], "compensation.json": json_text(self.document)}
 
     @property
     def counts(self) -> dict[str, int]:
@@ -122,7 +131,8 @@ class Compensated:
         """What compensation.json holds."""
         known = self.expected
         codes = Column("code", "", [note.code if note else None for note in self.notes])
-        return CompensationDocument(
+        return self.document_of(
+            CompensationDocument,
             robot=self.robot.name,
             tool=self.tool,
             verdict_of_the_calibration=self.verdict,
@@ -131,8 +141,6 @@ class Compensated:
             errors=SimulatedErrors("mm", self.before, self.after, self.after_by_tcp),
             expected_of_the_real_robot=None if known is None else {"unit": "mm", "level": LEVEL} | plain(known),
             rows=Listing((*self.listing.columns, codes)),
-            **remark_fields(self.warnings),
-            provenance=provenance_of(self.command, self.inputs),
         )
 
 
@@ -153,11 +161,14 @@ def compensate_targets(o: Any, command: str = "", watch: Watch | None = None) ->
     verdict = None if known is None else known.verdict.status
     notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
     within = _within(Path(o.robot), arm, after, made, file)
+    warnings = _warnings(made, file, verdict, reference, arm)
+    if (Path(o.robot) / LAYER).is_file():
+        warnings.append(Remark.of(Code.LAYER_LEFT_OUT, what="corrections"))
     return Compensated(
-        arm, made, file, notes, compensation_listing(made, file, after, [str(n or "") for n in notes], within), o.tool, verdict,
-        (*arm.warnings, *(r for f in file.files for r in f.remarks), *_warnings(made, file, verdict, reference, arm),
-         *_layer(Path(o.robot))),
-        (*robot_files(arm, o.robot), *file.files), command, within=within,
+        robot=arm, compensation=made, file=file, notes=notes, tool=o.tool, verdict=verdict, within=within,
+        listing=compensation_listing(made, file, after, [str(n or "") for n in notes], within),
+        warnings=(*arm.warnings, *(r for f in file.files for r in f.remarks), *warnings),
+        inputs=(*robot_files(arm, o.robot), *file.files), command=command,
     )  # fmt: skip
 
 
@@ -220,15 +231,7 @@ def _note(made: Compensation, i: int, chain: Chain, file: TargetFile) -> Remark 
     return None
 
 
-def _layer(folder: Path) -> tuple[Remark, ...]:
-    if not (folder / LAYER).is_file():
-        return ()
-    return (Remark.of(Code.LAYER_LEFT_OUT, what="corrections"),)
-
-
-def _warnings(
-    made: Compensation, file: TargetFile, verdict: str | None, nominal: Chain, arm: Robot
-) -> tuple[Remark, ...]:
+def _warnings(made: Compensation, file: TargetFile, verdict: str | None, nominal: Chain, arm: Robot) -> list[Remark]:
     out = []
     if verdict not in (None, "improved"):
         out.append(Remark.of(Code.CALIBRATION_UNPROVEN, verdict=verdict))
@@ -247,4 +250,4 @@ def _warnings(
                and abs(arm.chain.table[n].value - nominal.table[n].value) > 1e-12}  # fmt: skip
     if changed:
         out.append(Remark.of(Code.TOOL_CHANGED))
-    return tuple(out)
+    return out

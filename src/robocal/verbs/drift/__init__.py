@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,14 +12,14 @@ from robocal.remarks.remark import sentences
 from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.drift.result import DriftResult
 
 __all__ = ["Options", "run", "sections"]
 
-FILE, PAGE = "drift.json", "report.html"
+FILES = ("drift.json", "report.html")
 TEN = 10
 STYLES: dict[str, Style] = {"unchanged": "good", "possible": "doubtful", "drifted": "bad"}
 
@@ -63,19 +63,16 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[An
 
     if o.second.is_file():
         return _beside_truth(o, command)
-    cables = machine_kind(o.first / ROBOTS[0]) == "cable"
-    return _cables(o, command) if cables else _machines(o, watch, command)
+    if machine_kind(o.first / ROBOTS[0]) == "cable":
+        return _cables(o, command)
+    return run_verb(o, FILES[:1], lambda: _machines(o, watch, command))
 
 
-def _machines(o: Options, watch: Watch | None, command: str) -> Outcome[Any]:
-    from robocal.files.plain import json_text
+def _machines(o: Options, watch: Watch | None, command: str) -> DriftResult:
     from robocal.files.units import parse_quantity
-    from robocal.files.writing import refuse_existing, write_files, write_text
     from robocal.session.calibration import open_calibration
-    from robocal.session.runs import with_history
     from robocal.verbs.drift.result import compare_runs, has_places
 
-    refuse_existing(o.output, (FILE,), o.force)
     matters = parse_quantity(o.matters, "m", key="--matters")
     if watch:
         watch({"stage": "read"})
@@ -85,43 +82,23 @@ def _machines(o: Options, watch: Watch | None, command: str) -> Outcome[Any]:
         _refuse(o, ("new_tool",), "this option is for arms", f"nothing, for a {opened.noun}")
     if not has_places(opened.machine):
         _refuse(o, ("matters",), "this option is for machines with joints", f"nothing, for a {opened.noun}")
-    made = compare_runs(pair, o.new_tool, matters, command)
-    added = None if o.history is None else with_history(o.history, [c.run for c in pair])
-    if o.output is not None:
-        made = replace(made, written=write_files(o.output, {FILE: json_text(made.document)}))
-    if o.history is not None and added is not None:
-        made = replace(made, written=(*made.written, write_text(o.history, added)))
-    return Outcome(made, lambda: made.document, not made.void, made.warnings, written=made.written)
+    return compare_runs(pair, o.new_tool, matters, command)
 
 
 def _cables(o: Options, command: str) -> Outcome[Any]:
     """As `cable drift` of two runs."""
-    from robocal.files.writing import refuse_existing
     from robocal.session.cable.drift import drifts
-    from robocal.session.runs import with_history
 
     _refuse(o, ("new_tool", "matters"), "this option is for arms", "nothing, for a cable robot")
-    refuse_existing(o.output, (FILE, PAGE), o.force)
-    made = drifts((str(o.first), str(o.second)), False, False, command)
-    text = None if o.history is None else with_history(o.history, made.runs)
-    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
-    return outcome.with_page(o.output, list(sections(outcome)), made.texts, PAGE, **made.head).recorded(o.history, text)
+    return run_verb(o, FILES, lambda: drifts((str(o.first), str(o.second)), False, False, command), sections)
 
 
 def _beside_truth(o: Options, command: str) -> Outcome[Any]:
     """A run beside the truth of its simulation."""
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
     from robocal.verbs.drift.truth_errors import compare_with_truth
 
     _refuse(o, ("new_tool", "matters", "history"), "this is for two runs", "nothing, beside a truth")
-    refuse_existing(o.output, (FILE, PAGE), o.force)
-    made = compare_with_truth(o.first, o.second, command)
-    outcome = Outcome(made, lambda: made.document, True, made.remarks)
-    return outcome.with_page(
-        o.output, list(sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
-        title=f"{made.name}: identified and true", kind="Simulated truth",
-    )  # fmt: skip
+    return run_verb(o, FILES, lambda: compare_with_truth(o.first, o.second, command), sections)
 
 
 def _refuse(o: Options, names: tuple[str, ...], message: str, expected: str) -> None:
@@ -153,7 +130,7 @@ def _run_sections(made: Outcome[DriftResult]) -> Iterator[Section]:
         words += ["   ", (size, "strong")]
     yield Section.of(
         "",
-        Text.of((found.robot.name, "strong"), f"   {found.runs[0]} and {found.runs[1]}"),
+        Text.of((found.robot.name, "strong"), f"   {found.runs[0].folder} and {found.runs[1].folder}"),
         Text.of(*words),
         *(Text.of(reason, indent=2) for reason in sentences(found.why)),
     )

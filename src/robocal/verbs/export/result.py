@@ -15,9 +15,9 @@ from robocal.files.urdf_into import urdf_into, urdf_text
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
+from robocal.session.controller_offsets import OFFSETS, offset_text, worth_of
 from robocal.session.inputs import open_machine
 from robocal.session.reference import nominal_chain, run_cautions, run_result
-from robocal.verbs.export.controller_offsets import OFFSETS, offset_text, worth_of
 
 __all__ = ["Exported", "export_robot", "parameter_table"]
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,20 +13,21 @@ from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.listing import listing_text
-from robocal.files.parts import Document, Origin, provenance_of
+from robocal.files.parts import Document, Origin
+from robocal.files.plain import json_text
 from robocal.files.pose_table import joint_program, read_poses
 from robocal.files.robot import Robot
-from robocal.files.text import InputFile
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import Region, Template, observe
 from robocal.planning.pose_selection import Plan, PlanOptions, plan
 from robocal.planning.route import length, travel
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark, remark_fields
+from robocal.remarks.remark import Quantity, Remark
 from robocal.session.inputs import need_arm, read_inputs, robot_files
+from robocal.session.instrument_template import template, template_from_data
+from robocal.session.verb_base import VerbResult
 from robocal.session.watching import Watch, computable
-from robocal.verbs.plan.instruments import template, template_from_data
 
 __all__ = ["Planned", "make_plan", "points"]
 
@@ -85,18 +87,16 @@ class PlanDocument(Document):
     provenance: Origin
 
 
-@dataclass(frozen=True)
-class Planned:
-    """A plan, with the robot and files that it was made from."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Planned(VerbResult):
+    """A plan, with the robot and files that it was made from; `files` are those to be filled in."""
 
     robot: Robot
     opened: str  # what the robot was opened by
     plan: Plan
     options: PlanOptions
     template: Template  # with the sigma that is stated
-    inputs: tuple[InputFile, ...]
-    warnings: tuple[Remark, ...]
-    command: str = ""
+    files: Mapping[str, str]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -111,13 +111,28 @@ class Planned:
         return joint_program(self.robot.chain, self.names, p.q[p.path], [int(k) + 1 for k in p.path])
 
     @property
+    def head(self) -> dict[str, Any]:
+        """The robot, and the plan in a few words."""
+        p = self.plan
+        facts = (
+            ("Poses", str(len(p.q))), ("Measured before", str(p.measured)), ("Kind", p.template[0].kind), ("Criterion", p.criterion),
+            ("Chosen from", f"{len(p.candidates)} candidates"),
+        )  # fmt: skip
+        return {"title": self.robot.name, "kind": "Plan of poses", "facts": facts}
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The files to be filled in, and the document."""
+        return {**self.files, "plan.json": json_text(self.document)}
+
+    @cached_property
     def document(self) -> PlanDocument:
         """plan.json: lengths in mm, joint values in SI."""
         p, f = self.plan, self.plan.forecast
         distance, n = travel(self.robot.chain, p.q), len(p.q)
         candidate = Column("candidate", "", [p.names[k] for k in p.path])
         mean, p95, random = (1e3 * np.asarray(v, float) for v in (f.mean, f.p95, f.random))
-        return PlanDocument(
+        return self.document_of(
+            PlanDocument,
             robot=self.robot.chain.name,
             kind=p.template[0].kind,
             instruments=[o.label for o in p.template],
@@ -143,13 +158,11 @@ class Planned:
             selection=Selection(greedy=p.design.start_value, value=p.design.value, exchanges=p.design.exchanges, limit=p.limit),
             travel=Travel(unit="rad", by_rank=length(distance, np.arange(n)), path=length(distance, p.path)),
             program=Listing((*self.program.columns, candidate)),
-            **remark_fields(self.warnings),
-            provenance=provenance_of(self.command, self.inputs),
         )  # fmt: skip
 
 
-def make_plan(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Planned, dict[str, str]]:
-    """A plan by the options of the verb, and the files that go with it where they are to be written. Raises InputError."""
+def make_plan(o: Any, watch: Watch | None = None, command: str = "") -> Planned:
+    """A plan by the options of the verb, with the files to be filled in where they are to be written. Raises InputError."""
     arm = need_arm(o.robot, INSTEAD, base=o.base, tip=o.tip)
     si = o.si(arm.units)
     if o.noise == 0:
@@ -188,11 +201,18 @@ def make_plan(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Pl
             arm.chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
         )
     warnings = (*warnings, *_doubts(made, si.accuracy, at_work))
-    found = Planned(arm, o.robot, made, options, stated, files, warnings, command)
-    if o.output is None:
-        return found, {}
-    texts, said = _texts(found)
-    return replace(found, warnings=(*found.warnings, *said)), texts
+    found = Planned(
+        robot=arm,
+        opened=o.robot,
+        plan=made,
+        options=options,
+        template=stated,
+        files={},
+        warnings=warnings,
+        inputs=files,
+        command=command,
+    )
+    return found if o.output is None else _with_files(found)
 
 
 def _region(said: Any, si: Any) -> Region:
@@ -236,8 +256,8 @@ def _doubts(made: Plan, wanted: float | None, at_work: Template) -> tuple[Remark
     return tuple(out)
 
 
-def _texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
-    """The joint program, and the data file with its table to be filled in; and a warning where a kind has no table."""
+def _with_files(made: Planned) -> Planned:
+    """With the joint program, and the data file with its table to be filled in; with a warning where a kind has no table."""
     p, chain, units = made.plan, made.robot.chain, made.robot.units
     program = listing_text(made.program, units)
     blank = observe(made.template, p.q[p.path], made.names, {})
@@ -252,9 +272,9 @@ def _texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
         table, said = table_text(data, chain, units), data_text(data, chain, "data.csv", units)
     except ModelError as error:
         left = Remark.of(Code.NO_DATA_FILE, reason=f"{error.message} ({error.found})")
-        return {"poses.csv": program}, (left,)
+        return replace(made, files={"poses.csv": program}, warnings=(*made.warnings, left))
     empty = "\n".join(",".join("" if c == ".nan" else c for c in r.split(",")) for r in table.split("\n"))
-    return {"poses.csv": program, "data.csv": empty, "data.yaml": said}, ()
+    return replace(made, files={"poses.csv": program, "data.csv": empty, "data.yaml": said})
 
 
 def points(made: Planned) -> dict[str, list[list[float]]]:

@@ -14,7 +14,6 @@ from robocal.files.units import UNITS
 from robocal.report.sections import Figure, Section, Text
 from robocal.report.sweep import Axis, Curve, curves, levels
 from robocal.studies.run import StudyOutputs
-from robocal.verbs.study.result import summary
 
 __all__ = ["pictures"]
 
@@ -61,80 +60,45 @@ def pictures(found: StudyOutputs) -> Iterator[Section]:
     axes = many[:2] if len(many) > 1 else order[:1]
     axes.sort()
     rest = [i for i in range(len(keys)) if i not in axes]
+    sizes = [len(k.words) for k in keys]
+    points = np.arange(np.prod(sizes)).reshape(sizes).transpose(*rest, *axes)  # by what is no axis, then along the axes
+    points = points.reshape(-1, *(sizes[i] for i in axes))
+    others = [_spell([keys[i] for i in rest], words) for words in itertools.product(*(keys[i].words for i in rest))]
+    x = keys[axes[0]].axis
     for name, si in found.units.items():
         values, told, of = _values(found, name)
         unit = SHOWN[si].name if si in SHOWN else ""
-        blocks: list[Text | Figure] = []
+        theories = [t if np.isfinite(t).any() else None for t in told[points]]
+        drawn: list[tuple[str, str]] = []
         if len(axes) == 2:
-            x, y = keys[axes[0]].axis, keys[axes[1]].axis
-            for k, more in enumerate(_combinations(keys, rest)):
-                at = [
-                    _at(found, keys, rest, more, axes, pair)
-                    for pair in itertools.product(*(keys[i].words for i in axes))
-                ]
-                shape = (len(x.values), len(y.values))
-                grid, theory = values[at].reshape(shape), told[at].reshape(shape)
-                said = f"Lines of equal {name} ({of}) over {x.title} and {y.title}{_where(_spell(keys, rest, more))}; dotted: as foretold."
-                drawn = levels(x, y, grid, theory if np.isfinite(theory).any() else None, unit, said, f"{name}-{k}")
-                blocks += [Text.of(said), *([Figure(drawn)] if drawn else [])]
+            y = keys[axes[1]].axis
+            for k, (more, at, theory) in enumerate(zip(others, points, theories, strict=True)):
+                where = f", {', '.join(more)}" if more else ""
+                said = f"Lines of equal {name} ({of}) over {x.title} and {y.title}{where}; dotted: as foretold."
+                drawn.append((said, levels(x, y, values[at], theory, unit, said, f"{name}-{k}")))
+        elif unit and np.nanmax(values, initial=0.0) < DIGITS:
+            drawn.append((f"{name} ({of}): below {DIGITS:g} {unit} everywhere, what digits leave.", ""))
         else:
-            x = keys[axes[0]].axis
-            lines = []
-            for more in _combinations(keys, rest):
-                at = [_at(found, keys, rest, more, axes, (word,)) for word in keys[axes[0]].words]
-                theory = told[at]
-                lines.append(
-                    Curve(
-                        ", ".join(_spell(keys, rest, more)), values[at], theory if np.isfinite(theory).any() else None
-                    )
-                )
+            lines = [Curve(", ".join(m), values[at], t) for m, at, t in zip(others, points, theories, strict=True)]
             said = f"{name} ({of}) against {x.title}."
-            if any(c.theory is not None for c in lines):
+            if any(t is not None for t in theories):
                 said += " Dotted: as linear theory foretells; below: by how much what was found is more."
-            if unit and np.nanmax(values, initial=0.0) < DIGITS:
-                blocks.append(Text.of(f"{name} ({of}): below {DIGITS:g} {unit} everywhere, what digits leave."))
-            else:
-                drawn = curves(x, lines, f"{name}: {of}" + (f" [{unit}]" if unit else ""), said, name)
-                blocks += [Text.of(said), *([Figure(drawn)] if drawn else [])]
-        yield Section("", tuple(blocks), f"{name}, drawn", f"{name}-drawn")
+            drawn.append((said, curves(x, lines, f"{name}: {of}" + (f" [{unit}]" if unit else ""), said, name)))
+        blocks = (block for said, svg in drawn for block in (Text.of(said), Figure(svg) if svg else None))
+        yield Section.of("", *blocks, title=f"{name}, drawn", key=f"{name}-drawn")
 
 
 def _values(found: StudyOutputs, name: str) -> tuple[Array, Array, str]:
     """What is drawn of an output at every point, as shown, what is foretold of it, and what it is: theory speaks of the root mean
     square."""
-    every, si = summary(found, name), found.units[name]
+    every, si = found.summary(name), found.units[name]
     factor = 1.0 / SHOWN[si].factor if si in SHOWN else 1.0
     told = np.array([np.nan if s.theory is None else s.theory for s in every])
     foretold = bool(np.isfinite(told).any())
-    return (
-        factor * np.array([s.rms if foretold else s.mean for s in every]),
-        factor * told,
-        "rms" if foretold else "mean",
-    )
+    shown = np.array([s.rms if foretold else s.mean for s in every])
+    return factor * shown, factor * told, "rms" if foretold else "mean"
 
 
-def _combinations(keys: list[_Key], rest: list[int]) -> Iterator[tuple[str, ...]]:
-    return itertools.product(*(keys[i].words for i in rest))
-
-
-def _spell(keys: list[_Key], rest: list[int], more: tuple[str, ...]) -> tuple[str, ...]:
+def _spell(keys: list[_Key], words: tuple[str, ...]) -> tuple[str, ...]:
     """A combination in words: a number says of what it is."""
-    return tuple(w if keys[i].numbers is None else f"{keys[i].name} {w}" for i, w in zip(rest, more, strict=True))
-
-
-def _where(more: tuple[str, ...]) -> str:
-    return f", {', '.join(more)}" if more else ""
-
-
-def _at(
-    found: StudyOutputs,
-    keys: list[_Key],
-    rest: list[int],
-    more: tuple[str, ...],
-    axes: list[int],
-    pair: tuple[str, ...],
-) -> int:
-    """The number of the point with these words."""
-    words = dict(zip((*rest, *axes), (*more, *pair), strict=True))
-    sizes = [len(k.words) for k in keys]
-    return int(np.ravel_multi_index([k.words.index(words[i]) for i, k in enumerate(keys)], sizes))
+    return tuple(w if key.numbers is None else f"{key.name} {w}" for key, w in zip(keys, words, strict=True))

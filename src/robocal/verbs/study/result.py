@@ -18,38 +18,14 @@ from robocal.remarks.remark import Remark, remark_fields
 from robocal.studies.run import StudyOutputs
 from robocal.studies.work import pack
 
-__all__ = ["PointSummary", "document", "missing_trials", "summary", "table_of", "written"]
-
-
-@dataclass(frozen=True)
-class PointSummary:
-    """Of one output at one point, SI: root mean square and mean over trials, standard deviation of one, trials that did not end, and
-    what theory foretells of the root mean square."""
-
-    rms: float
-    mean: float
-    scatter: float
-    lost: int
-    theory: float | None
-
-
-def summary(found: StudyOutputs, name: str) -> list[PointSummary]:
-    """One output at every point."""
-    out = []
-    for values, theory in zip(found.outputs[name], found.theory, strict=True):
-        good = values[np.isfinite(values)]
-        some = len(good) > 0
-        spread = float(good.std(ddof=1)) if len(good) > 1 else float("nan")
-        rms, mean = (float(np.sqrt(np.mean(good**2))), float(good.mean())) if some else (float("nan"),) * 2
-        out.append(PointSummary(rms, mean, spread, len(values) - len(good), theory.get(name)))
-    return out
+__all__ = ["document", "missing_trials", "table_of", "written"]
 
 
 def missing_trials(found: StudyOutputs) -> tuple[tuple[Remark, ...], bool]:
     """What is to be said of trials without a number, and whether every output has one at every point."""
     remarks, whole = [], True
     for name in found.outputs:
-        every = summary(found, name)
+        every = found.summary(name)
         gone = [s.lost for s in every]
         none = sum(n == found.study.trials for n in gone)
         if none:
@@ -75,7 +51,7 @@ class StudyDocument(Document):
 
 def table_of(found: StudyOutputs, name: str) -> Listing:
     """One output at every point, with what was varied."""
-    unit, every, points = found.units[name], summary(found, name), found.study.points
+    unit, every, points = found.units[name], found.summary(name), found.study.points
     unit = "" if unit == "1" else unit
     parts = {"rms": "rms", "mean": "mean", "scatter": "scatter", "foretold": "theory"}  # columns and fields
     numbers = (Column(k, unit, [getattr(s, f) for s in every], label="" if k == "rms" else k) for k, f in parts.items())

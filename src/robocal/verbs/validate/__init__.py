@@ -11,7 +11,7 @@ from robocal.report import sections as blocks
 from robocal.report.sections import SPREAD, Block, Section, Text, ends, figure, quiet, spread, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.validate.result import Validation
@@ -60,18 +60,9 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Validation]:
     """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
     from robocal.verbs.validate.result import validate_robot
 
-    refuse_existing(o.output, FILES, o.force)
-    made = validate_robot(o, command, watch)
-    outcome = Outcome(made, lambda: made.document, made.trusted, made.warnings)
-    facts = (("Compared with", made.against.name if made.against else ""),)
-    return outcome.with_page(
-        o.output, sections(outcome), lambda: {FILES[0]: json_text(made.document)}, FILES[1],
-        title=made.robot.name, kind="Validation report", facts=facts,
-    )  # fmt: skip
+    return run_verb(o, FILES, lambda: validate_robot(o, command, watch), sections)
 
 
 def sections(made: Outcome[Validation]) -> Iterator[Section]:

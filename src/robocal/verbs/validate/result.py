@@ -25,6 +25,7 @@ from robocal.apply.iso9283 import Standard, standard
 from robocal.errors import FormatError
 from robocal.files.layerfile import LAYER, read_layer
 from robocal.files.parts import Document, Origin, provenance_of
+from robocal.files.plain import json_text
 from robocal.files.residuals import read_residuals
 from robocal.files.runfolder import RESIDUALS, Run, find_run
 from robocal.files.text import InputFile
@@ -43,6 +44,7 @@ from robocal.session.arm import OpenedArm
 from robocal.session.inputs import Inputs, open_machine, read_inputs
 from robocal.session.opened import Opened
 from robocal.session.reference import offset_robot
+from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import Watch, computable
 
 __all__ = ["Validation", "validate_robot"]
@@ -163,8 +165,8 @@ class ValidationDocument(Document):
     provenance: Origin
 
 
-@dataclass(frozen=True)
-class Validation:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Validation(VerdictResult):
     """Errors (mm, deg) of a model, and of another one to compare with; `reasons` why they are not to be trusted."""
 
     robot: Opened[Any]
@@ -178,18 +180,19 @@ class Validation:
     frames: tuple[str, ...]
     frames_against: tuple[str, ...]
     poses: Listing  # one row per measured position
-    reasons: tuple[Remark, ...]
-    warnings: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str
     layer: Statistic | None  # with the residual layer of the run folder on top
     iso: Standard
     offsets: Path | None  # the file of joint offsets that was judged, on the nominal robot
 
     @property
-    def trusted(self) -> bool:
-        """Whether nothing speaks against these figures."""
-        return not self.reasons
+    def head(self) -> dict[str, Any]:
+        """The robot, and what it was compared with."""
+        facts = (("Compared with", self.against.name if self.against else ""),)
+        return {"title": self.robot.name, "kind": "Validation report", "facts": facts}
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The document."""
+        return {"validation.json": json_text(self.document)}
 
     @property
     def document(self) -> ValidationDocument:
@@ -258,10 +261,11 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
     )
     files = (*inputs.files, *(() if other is None or o.against is None else other.inputs))
     return Validation(
-        inputs.opened, other, _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
-        gain, None if constant is None else constant * 1e3, mine.fitted, () if theirs is None else theirs.fitted,
-        _poses(inputs.data, mine, theirs), tuple(reasons), warnings, files, command, layer, iso,
-        None if shifted is None else shifted.file.path,
+        robot=inputs.opened, against=other, statistic=_statistic(mine, "m"), statistic_against=_statistic(theirs, "m"),
+        angle=_statistic(mine, "rad"), angle_against=_statistic(theirs, "rad"), gain=gain,
+        constant=None if constant is None else constant * 1e3, frames=mine.fitted,
+        frames_against=() if theirs is None else theirs.fitted, poses=_poses(inputs.data, mine, theirs), layer=layer, iso=iso,
+        offsets=None if shifted is None else shifted.file.path, reasons=tuple(reasons), warnings=warnings, inputs=files, command=command,
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from robocal.remarks.remark import percent
 from robocal.report.sections import Block, Cell, Section, Table, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import Arg, BaseOptions, arg, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
     from robocal.apply.verification import Agreement, Anova
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "run", "sections"]
 
-FILE, PAGE = "verify.json", "report.html"
+FILES = ("verify.json", "report.html")
 SOURCES = Arg("SOURCES...", "The poses to compare: of the robot, of its camera, ...; the same ids.")
 LEVEL = 0.05
 SCALES = (1e3, 180 / math.pi)  # mm of positions in m, deg of angles in rad
@@ -49,27 +49,24 @@ class Options(BaseOptions):
     reference: str = arg(..., "REFERENCE", "The poses of the external instrument; with --summary a table of groups.")
     sources: Annotated[tuple[str, ...], SOURCES] = ()
     summary: bool = option(False, "Analysis of variance from means and standard deviations")
-    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", "DIR", short="-o")
+    output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", "DIR", short="-o")
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Verified | AnovaResult]:
     """Compares poses, or means. Raises InputError."""
     from robocal.errors import ModelError
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
     from robocal.verbs.verify.result import summarise_groups, verify_sources
 
-    refuse_existing(o.output, (FILE, PAGE), o.force)
-    if o.summary and o.sources:
-        sources, expected = ", ".join(o.sources), "nothing beside it"
-        raise ModelError("a summary is one file", key="--summary", found=sources, expected=expected)
-    made: Any = summarise_groups(o.reference, command) if o.summary else verify_sources(o.reference, o.sources, command)
-    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
-    return outcome.with_page(
-        o.output, list(sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
-        title="Poses against an external instrument", kind="Verification",
-    )  # fmt: skip
+    def find() -> Verified | AnovaResult:
+        if not o.summary:
+            return verify_sources(o.reference, o.sources, command)
+        if o.sources:
+            sources, expected = ", ".join(o.sources), "nothing beside it"
+            raise ModelError("a summary is one file", key="--summary", found=sources, expected=expected)
+        return summarise_groups(o.reference, command)
+
+    return run_verb(o, FILES, find, sections)
 
 
 def sections(made: Outcome[Verified | AnovaResult]) -> Iterator[Section]:

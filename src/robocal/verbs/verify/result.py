@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -19,13 +19,15 @@ from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_datasets
 from robocal.files.display import display_unit, to_display
 from robocal.files.parts import SCHEMA, Document, Origin, provenance_of
+from robocal.files.plain import json_text
 from robocal.files.text import InputFile
 from robocal.files.units import parse_unit
 from robocal.geometry import se3
 from robocal.measure.machine import Rig
 from robocal.quantities import Amount, DisplayUnit
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark, remark_fields
+from robocal.remarks.remark import Quantity, Remark
+from robocal.session.verb_base import VerbResult
 
 __all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "summarise_groups", "verify_sources"]
 
@@ -101,18 +103,28 @@ class SummaryDocument:
     provenance: Origin
 
 
-@dataclass(frozen=True)
-class Verified:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PoseComparison(VerbResult):
+    """What has a page beside the document."""
+
+    @property
+    def head(self) -> dict[str, Any]:
+        """The same of poses and of groups."""
+        return {"title": "Poses against an external instrument", "kind": "Verification"}
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The document."""
+        return {"verify.json": json_text(self.document)}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Verified(PoseComparison):
     """Sources against a reference, all at the same poses: what each errs in every view, groups compared, and where there are two
     sources, who agrees with whom once both are aligned."""
 
     reference: PoseSource
     sources: tuple[PoseSource, ...]
     errors: tuple[dict[str, PoseErrors], ...]
-    remarks: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str
-    trusted: bool = True  # whether every source can be of the reference's poses
 
     @cached_property
     def anova(self) -> dict[str, tuple[Anova, Anova]]:
@@ -139,7 +151,8 @@ class Verified:
         """What --json says: mm and deg."""
         both = self.agreement
         names = [*(s.name for s in self.sources), self.reference.name]
-        return VerifyDocument(
+        return self.document_of(
+            VerifyDocument,
             reference=self.reference.name,
             poses=self.reference.ids,
             sources={
@@ -148,21 +161,15 @@ class Verified:
             },
             anova={v: PosePair(*pair) for v, pair in self.anova.items()},
             agreement=None if both is None else PosePair(_agreement(both[0], names, "m"), _agreement(both[1], names, "rad")),
-            **remark_fields(self.remarks),
-            provenance=provenance_of(self.command, self.inputs),
         )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class AnovaResult:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AnovaResult(PoseComparison):
     """Groups by their means and standard deviations, and the analysis of variance of every quantity."""
 
     groups: tuple[str, ...]
     anova: dict[str, Anova]
-    inputs: tuple[InputFile, ...]
-    command: str
-    remarks: tuple[Remark, ...] = ()
-    trusted: bool = True
 
     @property
     def document(self) -> SummaryDocument:
@@ -233,7 +240,15 @@ def verify_sources(reference: str, places: Sequence[str], command: str = "") -> 
     views = tuple(_views(s.poses, first.poses) for s in sources)
     doubts = [d for s in sources if (d := _doubt(s, first)) is not None]
     inputs = tuple(i for _, inputs, _ in read for i in inputs)
-    return Verified(first, tuple(sources), views, (*said, *doubts), inputs, command, not doubts)
+    return Verified(
+        reference=first,
+        sources=tuple(sources),
+        errors=views,
+        warnings=tuple(said),
+        reasons=tuple(doubts),
+        inputs=inputs,
+        command=command,
+    )
 
 
 CODES: dict[Cause, str] = {
@@ -287,4 +302,5 @@ def summarise_groups(place: str, command: str = "") -> AnovaResult:
         mean, spread = (table.numbers(both) * np.array(factor)).T
         table.insist(spread >= 0, [f"{q}_sd"], "a standard deviation is not negative", spread, expected="0 or above")
         found[q] = anova(mean.tolist(), spread.tolist(), counts.astype(int).tolist())
-    return AnovaResult(groups, found, (InputFile(Path(place), table.sha256),), command)
+    read = (InputFile(Path(place), table.sha256),)
+    return AnovaResult(groups=groups, anova=found, inputs=read, command=command)

@@ -17,8 +17,8 @@ from robocal.report.cable.scene import scene
 from robocal.report.cable.tension_series import tensions
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
+from robocal.session.cable.pose_list_result import Listed
 from robocal.session.cable.statics_options import limits_text
-from robocal.verbs.cable.poses.result import Listed
 
 __all__ = ["poses_details"]
 

@@ -24,8 +24,8 @@ from robocal.geometry import so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.cable import statics_options as statics
+from robocal.session.cable.workspace_result import PLANES, RayStart, Workspace
 from robocal.session.watching import Watch
-from robocal.verbs.cable.workspace.result import PLANES, RayStart, Workspace
 
 __all__ = ["workspace"]
 

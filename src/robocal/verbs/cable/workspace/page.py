@@ -20,7 +20,7 @@ from robocal.report.cable.scene import scene
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
 from robocal.session.cable.statics_options import limits_text
-from robocal.verbs.cable.workspace.result import Workspace
+from robocal.session.cable.workspace_result import Workspace
 
 __all__ = ["workspace_details"]
 

@@ -38,7 +38,7 @@ from robocal.session.watching import Watch, computable
 __all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed", "make_list"]
 
 STEPS = 256  # in which a motion is asked whether the platform is held
-MOST = 200_000  # waypoints, which take half a minute and a gigabyte
+MOST = 200_000  # grid: waypoints, which take half a minute and a gigabyte
 UNSTATED = 1e-3  # m, noise of a length that nobody stated
 
 
