@@ -15,9 +15,17 @@ from robocal.report import sections as blocks
 __all__ = ["drawn"]
 
 STYLES = {
-    "": "", "good": "bold green", "doubtful": "bold yellow", "bad": "bold red", "strong": "bold", "quiet": "dim", "strange": "yellow",
-    "title": "bold italic", "term": "bold", "code": "",
-}  # fmt: skip
+    "": "",
+    "good": "bold green",
+    "doubtful": "bold yellow",
+    "bad": "bold red",
+    "strong": "bold",
+    "quiet": "dim",
+    "strange": "yellow",
+    "title": "bold italic",
+    "term": "bold",
+    "code": "",
+}
 
 
 def drawn(sections: Iterable[blocks.Section]) -> Iterator[RenderableType]:

@@ -29,12 +29,24 @@ __all__ = ["Terminal", "command_line"]
 
 PATIENCE = 2.0
 STAGES = {
-    "read": "reading", "start": "finding where the instruments stand", "iterate": "fitting", "round": "fitting",
-    "filter": "filtering, one configuration after the other", "particles": "moving particles", "compare": "comparing",
-    "bootstrap": "drawing configurations again", "leave-one-out": "leaving every configuration out once",
-    "folds": "holding out everything once", "judge": "judging", "check": "judging", "finding": "judging",
-    "groups": "trying what lies beyond geometry", "layer": "trying a residual layer", "report": "writing the report", "write": "writing",
-}  # fmt: skip
+    "read": "reading",
+    "start": "finding where the instruments stand",
+    "iterate": "fitting",
+    "filter": "filtering, one configuration after the other",
+    "particles": "moving particles",
+    "compare": "comparing",
+    "round": "fitting",
+    "bootstrap": "drawing configurations again",
+    "leave-one-out": "leaving every configuration out once",
+    "folds": "holding out everything once",
+    "judge": "judging",
+    "check": "judging",
+    "finding": "judging",
+    "groups": "trying what lies beyond geometry",
+    "layer": "trying a residual layer",
+    "report": "writing the report",
+    "write": "writing",
+}
 
 
 def command_line() -> str:
@@ -166,7 +178,9 @@ class Bar:
             # Share and time left stay empty where nobody knows them.
             left = progress.TimeRemainingColumn(compact=True, elapsed_when_finished=True)
             share = (progress.BarColumn(24), progress.TaskProgressColumn(), progress.TimeElapsedColumn(), left)
-            self._progress = progress.Progress(progress.TextColumn("{task.description}"), *share, console=console, transient=True)
+            self._progress = progress.Progress(
+                progress.TextColumn("{task.description}"), *share, console=console, transient=True
+            )
             self._task = self._progress.add_task(self.text, total=None if self.share is None else 1.0)
             self._progress.start()
 

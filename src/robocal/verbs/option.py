@@ -15,7 +15,7 @@ from __future__ import annotations
 import builtins
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import MISSING, Field, dataclass, field, fields
 from functools import cache
 from types import NoneType, SimpleNamespace, UnionType
@@ -169,6 +169,14 @@ class BaseOptions:
         """Whether an option is another than its default."""
         default = next(f.default for f in fields(self) if f.name == name)
         return bool(getattr(self, name) != default)
+
+    def refuse(self, names: Iterable[str], message: str, expected: str) -> None:
+        """Raises ModelError for an option that means nothing beside the others."""
+        for name in names:
+            if self.departs(name):
+                raise ModelError(
+                    message, key="--" + name.replace("_", "-"), found=getattr(self, name), expected=expected
+                )
 
     def si(self, units: Any) -> SimpleNamespace:
         """Every option by its name, with numbers in SI where they are told in a unit of the robot's file; numbers between commas

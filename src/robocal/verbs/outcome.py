@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from robocal.progress import Watch
 from robocal.remarks.remark import Message
+from robocal.report.sections import Section, Text
 
 if TYPE_CHECKING:
     from robocal.quantities import Listing
-    from robocal.report.sections import Section
+    from robocal.session.cable.cable_result import CableResult
     from robocal.session.verb_base import VerbResult
 
-__all__ = ["Outcome", "Watch", "run_verb"]
+__all__ = ["Outcome", "Watch", "details", "path_sections", "run_verb"]
 
 T = TypeVar("T")
 R = TypeVar("R", bound="VerbResult")
@@ -108,3 +109,13 @@ def run_verb(
         return outcome
     outcome = replace(outcome, note="", written=written)
     return outcome if made.lists_files == "never" else outcome.with_files(written)
+
+
+def path_sections(made: Outcome[Any]) -> Iterator[Section]:
+    """Where the file is, of a verb whose text stands on stdout where nothing is written."""
+    yield Section.of("", *(Text.of(str(path)) for path in made.written))
+
+
+def details(made: Outcome[CableResult]) -> Iterator[Section]:
+    """What a page has room for beside the sections of its verb."""
+    yield from made.result.details()

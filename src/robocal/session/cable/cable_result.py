@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
@@ -48,6 +48,10 @@ class CableResult(VerbResult):
     def document_of(self, kind: type[D], /, **parts: Any) -> D:  # type: ignore[override]
         """The document of a verb, of its own `parts`."""
         return cable_document(kind, self.robot, self.remarks, self.inputs, self.command, **parts)
+
+    def details(self) -> Iterator[Section]:
+        """What its page has room for."""
+        yield from ()
 
     def method_part(self, words: str, remarks: Iterable[Remark] = ()) -> Section:
         """How a page says that its result was worked out, and what of the robot was assumed."""

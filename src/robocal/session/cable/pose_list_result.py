@@ -49,7 +49,9 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
         raise ModelError("too many waypoints", key="--steps", found=found, expected=expected)
     with name_option({"method": "--method"}):
         check_method(o.method)
-    _chosen_by(o)
+    if o.wanted is None:
+        only = ("sigma", "pose_noise", "encoders_only", "criterion")
+        o.refuse(only, "this is for a choice, and nothing is chosen", "--choose N beside it")
     file = read_cable(o.robot)
     si = o.si(file.units)
     able = replace(robot_with_limits(file, si.limits), mass=mass_of(file, si.payload, si.mass))
@@ -81,14 +83,6 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
         clearance=clearance, listing=listing, program=made, method=o.method, margin=o.margin, seed=o.seed, choice=choice,
         warnings=(*file.warnings, *warnings, *_doubts(listing, noise, o, file)), inputs=robot_inputs(file, o.robot), command=command,
     )  # fmt: skip
-
-
-def _chosen_by(o: Any) -> None:
-    """Raises ModelError for what a choice alone asks for, where nothing is chosen."""
-    for name in ("sigma", "pose_noise", "encoders_only", "criterion"):
-        if o.wanted is None and o.departs(name):
-            said, key = "this is for a choice, and nothing is chosen", "--" + name.replace("_", "-")
-            raise ModelError(said, key=key, found=getattr(o, name), expected="--choose N beside it")
 
 
 def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> MeasurementNoise:

@@ -62,11 +62,12 @@ def sections(made: Outcome[Compensated]) -> Iterator[Section]:
     found = made.result
     counts = ", ".join(f"{n} {word}" for word, n in found.counts.items() if n)
     yield Section.of("", Text.of((found.robot.name, "strong"), f"   {len(found.file.ids)} targets: {counts}"))
-    stages = (
-        ("not compensated", found.before),
-        ("corrected joint values", found.after),
-        ("corrected Cartesian targets", found.after_by_tcp),
-    )
+    labels = {
+        "before": "not compensated",
+        "after": "corrected joint values",
+        "after_by_tcp": "corrected Cartesian targets",
+    }
+    stages = ((label, getattr(found.errors, name)) for name, label in labels.items())
     rows = [(label, *spread(s)) for label, s in stages if s is not None]
     errors = table("simulated error [mm]", *SPREAD, right=(1, 2, 3, 4, 5), rows=rows)
     real, told = found.expected, None

@@ -106,20 +106,11 @@ class Compensated(VerbResult):
         return {word: int((self.compensation.status == i).sum()) for i, word in enumerate(STATUS)}
 
     @property
-    def before(self) -> Statistic | None:
-        """Simulated errors without compensation (mm) of the targets that have a correction."""
+    def errors(self) -> SimulatedErrors:
+        """Simulated errors (mm) of the targets that have a correction."""
         m = self.compensation
-        return Statistic.of(1e3 * m.before[m.reachable & np.isfinite(m.before)])
-
-    @property
-    def after(self) -> Statistic | None:
-        """The same with corrected joint values."""
-        return Statistic.of(1e3 * self.compensation.after[self.compensation.reachable])
-
-    @property
-    def after_by_tcp(self) -> Statistic | None:
-        """The same with corrected Cartesian commands."""
-        return Statistic.of(1e3 * self.compensation.by_command[self.compensation.reachable])
+        there = (m.before[m.reachable & np.isfinite(m.before)], m.after[m.reachable], m.by_command[m.reachable])
+        return SimulatedErrors("mm", *(Statistic.of(1e3 * errors) for errors in there))
 
     @property
     def expected(self) -> Statistic | None:
@@ -138,7 +129,7 @@ class Compensated(VerbResult):
             verdict_of_the_calibration=self.verdict,
             targets=len(self.compensation.status),
             status=self.counts,
-            errors=SimulatedErrors("mm", self.before, self.after, self.after_by_tcp),
+            errors=self.errors,
             expected_of_the_real_robot=None if known is None else {"unit": "mm", "level": LEVEL} | plain(known),
             rows=Listing((*self.listing.columns, codes)),
         )

@@ -58,12 +58,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ne
             expected="robocal new --list shows them",
         )
     if o.robot == CABLE:
-        for name in ("joints", "kind", "base", "tip"):
-            if o.departs(name):
-                found = getattr(o, name)
-                raise ModelError(
-                    "a cable robot does not have this option", key=f"--{name}", found=found, expected="an arm"
-                )
+        o.refuse(("joints", "kind", "base", "tip"), "a cable robot does not have this option", "an arm")
         made = new_cable(o.output, o.force)
     else:
         made = new(o.robot, o.output, o.joints, o.kind, o.force, o.base, o.tip)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from robocal.report.sections import Section, Text
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch, run_verb
+from robocal.verbs.outcome import path_sections as sections
 
 if TYPE_CHECKING:
     from robocal.verbs.cable.forward.result import Poses
@@ -47,8 +46,3 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Po
     from robocal.verbs.cable.forward.result import find_poses
 
     return run_verb(o, (), lambda: find_poses(o, command))
-
-
-def sections(made: Outcome[Poses]) -> Iterator[Section]:
-    """Where the list is."""
-    yield Section.of("", *(Text.of(str(path)) for path in made.written))

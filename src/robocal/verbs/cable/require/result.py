@@ -32,7 +32,7 @@ from robocal.report.sections import Section, Text, ends, figure, listing_table, 
 from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.statics_options import robot_inputs
 
-__all__ = ["PAIRS", "Required", "compute_requirement", "require_details", "require_summary"]
+__all__ = ["PAIRS", "Required", "compute_requirement", "require_summary"]
 
 PAIRS = (("length", "position"), ("position", "orientation"), ("length", "orientation"))
 AWAY = 5.0  # times what the frame anchors scatter by
@@ -150,6 +150,24 @@ class Required(CableResult):
             of=self.of, value=self.accuracy, unit=SI[self.of], reached=self.trusted, **(needed | {"alone": alone})
         )
 
+    def details(self) -> Iterator[Section]:
+        """Cable by cable, lines of equal error, and how it was worked out."""
+        said = f"One standard deviation of what {self.requirement.estimator} finds, in mm."
+        yield Section.of("Cable by cable", Text.of(said), listing_table(in_units(self.sigmas, Units())))
+        for (one, two), curves in self.curves.items():
+            drawn = [(_with_unit(v, self.of), c * [1 / SHOWN[one].factor, 1 / SHOWN[two].factor]) for v, c in curves]
+            axes = (f"{NOISES[one]} [{SHOWN[one].name}]", f"{NOISES[two]} [{SHOWN[two].name}]")
+            text = (
+                "With noises on a line, every cable fitted by itself and nothing else in error, the rms error of "
+                f"{SENTENCE[self.of]} is what stands on it."
+            )
+            heading = f"Noise of {NOISES[one]} and of {NOISES[two]}"
+            yield part(heading, text, contours(drawn, axes, text, f"{one}-{two}"))
+        yield self.method_part(
+            "To first order in the noise, around the robot as its file has it; straight cables. It holds while the noise is small against "
+            "the spread of the poses."
+        )
+
 
 def _in_units(numbers: object, names: Iterable[str]) -> dict[str, UnitValue]:
     return {name: UnitValue(getattr(numbers, name), SI[name]) for name in names}
@@ -249,22 +267,3 @@ def _requirement_lines(made: Required, accuracy: float, needs: dict[str, Any]) -
         else:
             yield f"  {NOISES[name]} to {_with_unit(value, name)}"
     yield f"  {needs['poses']} poses like these"
-
-
-def require_details(made: Required) -> Iterator[Section]:
-    """Cable by cable, lines of equal error, and how it was worked out."""
-    said = f"One standard deviation of what {made.requirement.estimator} finds, in mm."
-    yield Section.of("Cable by cable", Text.of(said), listing_table(in_units(made.sigmas, Units())))
-    for (one, two), curves in made.curves.items():
-        drawn = [(_with_unit(v, made.of), c * [1 / SHOWN[one].factor, 1 / SHOWN[two].factor]) for v, c in curves]
-        axes = (f"{NOISES[one]} [{SHOWN[one].name}]", f"{NOISES[two]} [{SHOWN[two].name}]")
-        text = (
-            "With noises on a line, every cable fitted by itself and nothing else in error, the rms error of "
-            f"{SENTENCE[made.of]} is what stands on it."
-        )
-        heading = f"Noise of {NOISES[one]} and of {NOISES[two]}"
-        yield part(heading, text, contours(drawn, axes, text, f"{one}-{two}"))
-    yield made.method_part(
-        "To first order in the noise, around the robot as its file has it; straight cables. It holds while the noise is small against "
-        "the spread of the poses."
-    )

@@ -32,7 +32,7 @@ from robocal.report.sections import Section
 from robocal.session.cable import statics_options as statics
 from robocal.session.cable.cable_result import CableResult
 
-__all__ = ["Tensions", "compute_tensions", "tension_details"]
+__all__ = ["Tensions", "compute_tensions"]
 
 MOMENT = "Nm"
 LEANING = np.sin(np.radians(5.0))  # of a cable that leaves a planar robot's plane further than it should
@@ -198,6 +198,16 @@ class Tensions(CableResult):
         """The list, and the document."""
         return {"tensions.csv": self.printed[0], "tension.json": json_text(self.document)}
 
+    def details(self) -> Iterator[Section]:
+        """What a page has room for: pictures, every pose, how it was worked out."""
+        shown = tensions(self.names, self.spread.tension, self.spread.limits, self.robot.cables)
+        return [
+            part("What the cables bear", _summary(self.spread), shown),
+            *_places(self),
+            part("Pose by pose", _caption(len(self.names)), table=_table(self)),
+            self.method_part(_how(self), self.warnings),
+        ]
+
 
 ROWS = 500  # rows of the table
 METHODS = {
@@ -211,17 +221,6 @@ LEAST = "The margin is the size of the smallest disturbance that the cables coul
 MISSING = (
     "No tensions within the limits hold the platform here. The size of a negative margin is at most what is missing."
 )
-
-
-def tension_details(made: Tensions) -> list[Section]:
-    """What a page has room for: pictures, every pose, how it was worked out."""
-    shown = tensions(made.names, made.spread.tension, made.spread.limits, made.robot.cables)
-    return [
-        part("What the cables bear", _summary(made.spread), shown),
-        *_places(made),
-        part("Pose by pose", _caption(len(made.names)), table=_table(made)),
-        made.method_part(_how(made), made.warnings),
-    ]
 
 
 def _places(made: Tensions) -> Iterator[Section]:

@@ -42,12 +42,9 @@ def demand_of(file: CableFile, said: Any, si: Any) -> Demand:
     """
     turns = _orientations(file.robot, said, si)
     if said.closure:
-        for name in ("mass", "payload", "wrench", "acceleration", "reserve", "limits"):
-            if getattr(said, name):
-                raise ModelError(
-                    "with wrench closure, tensions have any size and hold any wrench, so this option has no effect",
-                    key=f"--{name}", found=getattr(said, name), expected="--closure alone, or without it",
-                )  # fmt: skip
+        others = ("mass", "payload", "wrench", "acceleration", "reserve", "limits")
+        why = "with wrench closure, tensions have any size and hold any wrench, so this option has no effect"
+        said.refuse(others, why, "--closure alone, or without it")
         return Demand(np.zeros(1), turns, length=si.length or 1.0, closure=True)
     own = _range(said.mass, "--mass", file) if said.mass is not None else (statics.mass_of(file),)
     more = _range(said.payload, "--payload", file)
