@@ -45,7 +45,7 @@ def drawn(sections: Iterable[blocks.Section]) -> Iterator[RenderableType]:
 def _drawn(block: blocks.Block) -> list[Any]:
     match block:
         case blocks.Text():
-            line = Rich.assemble(*map(_part, block.parts))
+            line = Rich.assemble(*(part if isinstance(part, str) else _style_of(part) for part in block.parts))
             return [_indent(line, block.indent) if block.indent else line]
         case blocks.Table():
             return [_table(block)]
@@ -75,27 +75,16 @@ def _remark(said: Any) -> list[Padding]:
     return [_indent(Rich(said.sentence), 2), *advice]
 
 
-def _part(cell: blocks.Cell) -> Any:
-    return cell if isinstance(cell, str) else _style_of(cell)
-
-
 def _style_of(cell: tuple[str, blocks.Style] | blocks.Noted) -> tuple[str, str]:
     word, style = (cell.word, cell.style) if isinstance(cell, blocks.Noted) else cell
     return word, STYLES[style]
-
-
-def _cell(cell: blocks.Cell) -> Any:
-    if isinstance(cell, str):
-        return cell
-    word, style = _style_of(cell)
-    return Rich(word, style=style)
 
 
 def _table(block: blocks.Table) -> PlainTable:
     made = PlainTable(*block.columns, right=block.right, title=block.title)
     styles = block.styles or ("",) * len(block.rows)
     for row, style in zip(block.rows, styles, strict=True):
-        made.add_row(*map(_cell, row), style=STYLES[style])
+        made.add_row(*(cell if isinstance(cell, str) else Rich(*_style_of(cell)) for cell in row), style=STYLES[style])
     return made
 
 

@@ -139,12 +139,14 @@ class BaseOptions:
                 if entry.facts.listed:
                     words = (w.strip() for given in getattr(self, entry.name) for w in str(given).split(","))
                     object.__setattr__(self, entry.name, tuple(w for w in words if w))
-                object.__setattr__(self, entry.name, _plain(getattr(self, entry.name)))
-                if getattr(self, entry.name) is None and not entry.optional:
-                    raise ModelError(
-                        "this option needs a value", key=entry.word, expected=KINDS.get(entry.kind, "a path")
-                    )
-                for value in _values(getattr(self, entry.name)):
+                given = getattr(self, entry.name)
+                if getattr(given, "shape", None) == () and callable(scalar := getattr(given, "item", None)):
+                    given = scalar()  # of numpy, as Python's
+                    object.__setattr__(self, entry.name, given)
+                if given is None and not entry.optional:
+                    expected = KINDS.get(entry.kind, "a path")
+                    raise ModelError("this option needs a value", key=entry.word, expected=expected)
+                for value in _values(given):
                     _check(entry, entry.facts, value)
         self._apart()
 
@@ -212,12 +214,6 @@ def _values(value: Any) -> Iterator[Any]:
         yield from value
     elif value is not None:
         yield value
-
-
-def _plain(value: Any) -> Any:
-    """Scalars of numpy as Python's."""
-    scalar = getattr(value, "item", None) if getattr(value, "shape", None) == () else None
-    return scalar() if callable(scalar) else value
 
 
 def _check(entry: OptionField, told: Option, value: Any) -> None:

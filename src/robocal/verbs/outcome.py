@@ -13,7 +13,6 @@ from robocal.report.sections import Section, Text
 
 if TYPE_CHECKING:
     from robocal.quantities import Listing
-    from robocal.session.cable.cable_result import CableResult
     from robocal.session.verb_base import VerbResult
 
 __all__ = ["Outcome", "Watch", "details", "path_sections", "run_verb"]
@@ -116,6 +115,6 @@ def path_sections(made: Outcome[Any]) -> Iterator[Section]:
     yield Section.of("", *(Text.of(str(path)) for path in made.written))
 
 
-def details(made: Outcome[CableResult]) -> Iterator[Section]:
+def details(made: Outcome[Any]) -> Iterator[Section]:
     """What a page has room for beside the sections of its verb."""
     yield from made.result.details()

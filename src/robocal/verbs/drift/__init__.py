@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,9 +62,15 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[An
     from robocal.files.runfolder import ROBOTS
 
     if o.second.is_file():
-        return _beside_truth(o, command)
-    if machine_kind(o.first / ROBOTS[0]) == "cable":
-        return _cables(o, command)
+        from robocal.verbs.drift.truth_errors import compare_with_truth
+
+        _refuse(o, ("new_tool", "matters", "history"), "this is for two runs", "nothing, beside a truth")
+        return run_verb(o, FILES, lambda: compare_with_truth(o.first, o.second, command), sections)
+    if machine_kind(o.first / ROBOTS[0]) == "cable":  # as `cable drift` of two runs
+        from robocal.session.cable.drift import drifts
+
+        _refuse(o, ("new_tool", "matters"), "this option is for arms", "nothing, for a cable robot")
+        return run_verb(o, FILES, lambda: drifts((str(o.first), str(o.second)), False, False, command), sections)
     return run_verb(o, FILES[:1], lambda: _machines(o, watch, command))
 
 
@@ -85,22 +91,6 @@ def _machines(o: Options, watch: Watch | None, command: str) -> DriftResult:
     return compare_runs(pair, o.new_tool, matters, command)
 
 
-def _cables(o: Options, command: str) -> Outcome[Any]:
-    """As `cable drift` of two runs."""
-    from robocal.session.cable.drift import drifts
-
-    _refuse(o, ("new_tool", "matters"), "this option is for arms", "nothing, for a cable robot")
-    return run_verb(o, FILES, lambda: drifts((str(o.first), str(o.second)), False, False, command), sections)
-
-
-def _beside_truth(o: Options, command: str) -> Outcome[Any]:
-    """A run beside the truth of its simulation."""
-    from robocal.verbs.drift.truth_errors import compare_with_truth
-
-    _refuse(o, ("new_tool", "matters", "history"), "this is for two runs", "nothing, beside a truth")
-    return run_verb(o, FILES, lambda: compare_with_truth(o.first, o.second, command), sections)
-
-
 def _refuse(o: Options, names: tuple[str, ...], message: str, expected: str) -> None:
     """Raises ModelError for options that mean nothing here."""
     for name in names:
@@ -116,13 +106,11 @@ def sections(made: Outcome[Any]) -> Iterator[Section]:
     from robocal.verbs.drift.truth_errors import TruthComparison, truth_sections
 
     pages = {Drifts: drift_sections, TruthComparison: truth_sections}
-    page = pages.get(type(made.result))
-    yield from _run_sections(made) if page is None else page(made.result, made.written)
+    yield from pages.get(type(made.result), _run_sections)(made.result, made.written)
 
 
-def _run_sections(made: Outcome[DriftResult]) -> Iterator[Section]:
+def _run_sections(found: DriftResult, written: Sequence[Path]) -> Iterator[Section]:
     """The verdict, how far predictions are apart, and the parameters that changed most."""
-    found = made.result
     apart = found.difference
     words: list[Cell] = [(found.status.upper(), STYLES[found.status])]
     if apart is not None and not found.void:
@@ -144,4 +132,4 @@ def _run_sections(made: Outcome[DriftResult]) -> Iterator[Section]:
     lines = [f"... and {len(changes) - TEN} more in --json"] if len(changes) > TEN else []
     lines.append("chance: of such a change by noise alone; of all: after looking at every parameter")
     yield Section.of("", table(*columns, right=(1, 2, 3, 4, 6, 7), rows=rows, styles=styles), *quiet(*lines))
-    yield from ends(made.remarks, made.written)
+    yield from ends(found.remarks, written)

@@ -72,7 +72,9 @@ def export_robot(
         text = csv_text(table[0], table[1:]) if form == "csv" else _markdown(table)
     if form in (*OFFSETS, "csv", "markdown"):
         notes = (*notes, *_beyond(arm.chain))
-        held = _geometry(arm.chain) if form not in OFFSETS and _beyond(arm.chain) else held
+        if form not in OFFSETS and _beyond(arm.chain):
+            names = [p for g in arm.chain.groups for p in g.parameters if not p.endswith(".gain")]
+            held = arm.chain.with_values(dict.fromkeys(names, 0.0))  # the same arm without what lies beyond geometry
     if held is not None:
         worth = worth_of(robot, arm, held)
     return Exported(text, (*run_cautions(robot), *told, *notes), worth)
@@ -82,12 +84,6 @@ def _beyond(chain: Chain) -> tuple[Remark, ...]:
     """What a table or offsets leave out of a model with groups beyond geometry; gains stand in the table."""
     left = [g.name for g in chain.groups if any(chain.table[p].value and not p.endswith(".gain") for p in g.parameters)]
     return (Remark.of(Code.BEYOND_LEFT_OUT, groups=tuple(left)),) if left else ()
-
-
-def _geometry(chain: Chain) -> Chain:
-    """The same arm without what lies beyond geometry."""
-    names = [p for g in chain.groups for p in g.parameters if not p.endswith(".gain")]
-    return chain.with_values(dict.fromkeys(names, 0.0))
 
 
 # --- the parameter table --------------------------------------------------------------------------------------------

@@ -85,14 +85,10 @@ def sections(made: Outcome[New | Catalogue]) -> Iterator[Section]:
         return
     head = f"{found.name}, convention {found.convention}:" if found.convention else f"{found.name}:"
     verb = "check" if found.convention else "cable tension"
+    beside = next(p for p in found.written if p != found.robot)  # the data file, or the poses of a cable robot
     yield Section.of(
         "",
         Text.of(head),
         *(Text.of(str(path), indent=2) for path in made.written),
-        Text.of(f"Fill them in, then: robocal {verb} {quote(str(found.robot))} {quote(_second(found))}"),
+        Text.of(f"Fill them in, then: robocal {verb} {quote(str(found.robot))} {quote(str(beside))}"),
     )
-
-
-def _second(found: New) -> str:
-    """What the robot's file is checked with: the data file, or the poses of a cable robot."""
-    return str(next(p for p in found.written if p != found.robot))

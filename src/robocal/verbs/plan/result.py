@@ -280,13 +280,7 @@ def _with_files(made: Planned) -> Planned:
 def points(made: Planned) -> dict[str, list[list[float]]]:
     """Tool positions (m) of candidates, chosen and test poses, for the picture."""
     chain, p = made.robot.chain, made.plan
-    some = p.candidates[:1000]
-    return {
-        name: chain.pose(q, {})[:, :3, 3].tolist() if not _columns(made) else []
-        for name, q in (("candidates", some), ("tests", p.tests), ("chosen", p.q[p.path]))
-    }
-
-
-def _columns(made: Planned) -> bool:
-    """Whether the model needs more than joint values to say where the tool is."""
-    return bool(set(made.robot.chain.program.columns) - set(made.robot.chain.joint_names))
+    chosen = {"candidates": p.candidates[:1000], "tests": p.tests, "chosen": p.q[p.path]}
+    if set(chain.program.columns) - set(chain.joint_names):  # it takes more than joint values to say where the tool is
+        return {name: [] for name in chosen}
+    return {name: chain.pose(q, {})[:, :3, 3].tolist() for name, q in chosen.items()}

@@ -38,6 +38,11 @@ class _Key:
             return Axis(title, np.arange(len(self.words), dtype=float), self.words)
         return Axis(title, np.array(self.numbers))
 
+    @property
+    def phrases(self) -> tuple[str, ...]:
+        """The values in words: a number says of what it is."""
+        return self.words if self.numbers is None else tuple(f"{self.name} {word}" for word in self.words)
+
 
 def _keys(found: StudyOutputs) -> list[_Key]:
     points = found.study.points
@@ -63,7 +68,7 @@ def pictures(found: StudyOutputs) -> Iterator[Section]:
     sizes = [len(k.words) for k in keys]
     points = np.arange(np.prod(sizes)).reshape(sizes).transpose(*rest, *axes)  # by what is no axis, then along the axes
     points = points.reshape(-1, *(sizes[i] for i in axes))
-    others = [_spell([keys[i] for i in rest], words) for words in itertools.product(*(keys[i].words for i in rest))]
+    others = list(itertools.product(*(keys[i].phrases for i in rest)))
     x = keys[axes[0]].axis
     for name, si in found.units.items():
         values, told, of = _values(found, name)
@@ -97,8 +102,3 @@ def _values(found: StudyOutputs, name: str) -> tuple[Array, Array, str]:
     foretold = bool(np.isfinite(told).any())
     shown = np.array([s.rms if foretold else s.mean for s in every])
     return factor * shown, factor * told, "rms" if foretold else "mean"
-
-
-def _spell(keys: list[_Key], words: tuple[str, ...]) -> tuple[str, ...]:
-    """A combination in words: a number says of what it is."""
-    return tuple(w if key.numbers is None else f"{key.name} {w}" for key, w in zip(keys, words, strict=True))

@@ -99,9 +99,8 @@ class Motions(CableResult):
             yield _drawn(self, i, more if number == 0 else "")
         said = "The share of every motion that can be gone, 0 to 1, and what ends it."
         said += f" The first {MOST} motions; {count - MOST} more are in legs.csv." if count > MOST else ""
-        rows = [[r["from"], r["to"], significant(r["free"]), r["ends by"] or "–"] for r in self.table_listing.rows][
-            :MOST
-        ]
+        every = list(self.table_listing.rows)[:MOST]
+        rows = [[r["from"], r["to"], significant(r["free"]), r["ends by"] or "–"] for r in every]
         yield part("Motion by motion", said, table=[["from", "to", "free share", "ends by"], *rows])
         words = "The platform's origin goes straight and it turns about one axis; contacts are certain between the poses too."
         if self.demand is not None:

@@ -201,12 +201,10 @@ class Tensions(CableResult):
     def details(self) -> Iterator[Section]:
         """What a page has room for: pictures, every pose, how it was worked out."""
         shown = tensions(self.names, self.spread.tension, self.spread.limits, self.robot.cables)
-        return [
-            part("What the cables bear", _summary(self.spread), shown),
-            *_places(self),
-            part("Pose by pose", _caption(len(self.names)), table=_table(self)),
-            self.method_part(_how(self), self.warnings),
-        ]
+        yield part("What the cables bear", _summary(self.spread), shown)
+        yield from _places(self)
+        yield part("Pose by pose", _caption(len(self.names)), table=_table(self))
+        yield self.method_part(_how(self), self.warnings)
 
 
 ROWS = 500  # rows of the table
