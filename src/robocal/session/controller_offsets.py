@@ -94,18 +94,15 @@ def _differences(robot: Robot, reference: Chain) -> list[Offset]:
     shifted = any(not same(table[n].value, reference.table[n].value) for n in own)
     # Where a convention frees other parameters by itself (a URDF's rz, cpc's beta), zero errors of joints are in these.
     if not found or not (shifted or own & {*chain.usual}):
+        expected = "a run folder, which has fitted the offsets by themselves; or --format yaml or urdf"
         raise ModelError(
-            "this convention keeps joint offsets inside its frames",
-            found=chain.convention,
-            expected="a run folder, which has fitted the offsets by themselves; or --format yaml or urdf",
+            "this convention keeps joint offsets inside its frames", found=chain.convention, expected=expected
         )
     moved = [n for n in chain.geometric if not same(table[n].value, reference.table[n].value)]
     if moved and not shifted:
-        raise ModelError(
-            "no joint offset differs from the nominal robot, but other parameters do: offsets alone would correct nothing",
-            found=", ".join(moved),
-            expected=INSTEAD,
-        )
+        rest = "but other parameters do: offsets alone would correct nothing"
+        message = f"no joint offset differs from the nominal robot, {rest}"
+        raise ModelError(message, found=", ".join(moved), expected=INSTEAD)
     types = {j.name: "m" if j.type == "prismatic" else "rad" for j in chain.joints}
     return [Offset(joint, value, None, robot.units.of(types[joint])) for joint, value in found]
 

@@ -155,12 +155,11 @@ class BaseOptions:
         output = getattr(self, "output", None)
         if output is None or not os.path.isfile(output):
             return
-        for name, given in self.given.items():
-            for value in _values(given) if name != "output" else ():
-                if isinstance(value, str | os.PathLike) and os.path.isfile(value) and os.path.samefile(value, output):
-                    raise ModelError(
-                        "the output is one of the inputs", key="--output", found=str(output), expected="another name"
-                    )
+        inputs = (value for name, given in self.given.items() if name != "output" for value in _values(given))
+        for value in inputs:
+            if isinstance(value, str | os.PathLike) and os.path.isfile(value) and os.path.samefile(value, output):
+                message, found = "the output is one of the inputs", str(output)
+                raise ModelError(message, key="--output", found=found, expected="another name")
 
     @property
     def given(self) -> dict[str, Any]:
@@ -176,9 +175,8 @@ class BaseOptions:
         """Raises ModelError for an option that means nothing beside the others."""
         for name in names:
             if self.departs(name):
-                raise ModelError(
-                    message, key="--" + name.replace("_", "-"), found=getattr(self, name), expected=expected
-                )
+                key, found = "--" + name.replace("_", "-"), getattr(self, name)
+                raise ModelError(message, key=key, found=found, expected=expected)
 
     def si(self, units: Any) -> SimpleNamespace:
         """Every option by its name, with numbers in SI where they are told in a unit of the robot's file; numbers between commas
@@ -197,8 +195,7 @@ def entries(options: Any) -> tuple[OptionField, ...]:
 def _entry(field: Field[Any], hint: Any) -> OptionField:
     told = field.metadata.get("told")
     kind, told = (hint, told) if told is not None else get_args(hint)
-    optional, several = False, False
-    numeric = False
+    optional, several, numeric = False, False, False
     if get_origin(kind) in (Union, UnionType):
         plain = [a for a in get_args(kind) if a is not NoneType]
         optional, numeric = NoneType in get_args(kind), float in plain and str in plain
@@ -223,10 +220,8 @@ def _check(entry: OptionField, told: Option, value: Any) -> None:
     if not right.get(entry.kind, True):
         raise ModelError("not a value of this option", key=entry.word, found=value, expected=KINDS[entry.kind])
     if told.choices and value not in told.choices:
-        near = nearest(str(value), told.choices)
-        raise ModelError(
-            "unknown option", key=entry.word, found=value, expected=", ".join(told.choices), suggestion=near
-        )
+        near, expected = nearest(str(value), told.choices), ", ".join(told.choices)
+        raise ModelError("unknown option", key=entry.word, found=value, expected=expected, suggestion=near)
     if entry.kind in (int, float) and number and not told.holds(value):
         words = ("" if math.isfinite(value) else "a finite number", told.range)
         raise ModelError(told.wrong, key=entry.word, found=value, expected=", ".join(w for w in words if w))

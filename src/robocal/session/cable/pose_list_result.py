@@ -91,9 +91,8 @@ def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool
     if pose is None:
         return MeasurementNoise(length, measured=not alone)
     if alone:
-        raise ModelError(
-            "no instrument measures poses", key="--pose-noise", found="--encoders-only", expected="one of them"
-        )
+        message, other = "no instrument measures poses", "--encoders-only"
+        raise ModelError(message, key="--pose-noise", found=other, expected="one of them")
     if pose.min() < 0:
         found = ",".join(f"{v:g}" for v in pose)
         raise ModelError("a noise is a standard deviation", key="--pose-noise", found=found, expected="0 or more")

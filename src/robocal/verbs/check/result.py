@@ -182,12 +182,8 @@ def check_data(inputs: Inputs, watch: Watch | None = None) -> Checked:
     context = Context(machine, measured, Baseline(problem, x), watch=watch)
     findings = [*run(When.DATA, context), *findings_of_segments.run(context)]
     strange = name_outliers(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
-    lengths = [
-        (np.linalg.norm(r.value[:, a:b], axis=1), r.used)
-        for r in problem.residuals(x)
-        for a, b, u in r.parts
-        if u == "m"
-    ]
+    parts = [(r, a, b) for r in problem.residuals(x) for a, b, unit in r.parts if unit == "m"]
+    lengths = [(np.linalg.norm(r.value[:, a:b], axis=1), r.used) for r, a, b in parts]
     misfit = float(np.concatenate([v[used] for v, used in lengths]).mean()) if lengths else None
     whole = float(np.concatenate([v for v, _ in lengths]).mean()) if lengths else None
     assumed = any(o.sigma is None for o in measured.observations)

@@ -77,11 +77,9 @@ def sections(made: Outcome[Compensated]) -> Iterator[Section]:
     yield Section.of("", errors, *quiet("if the calibrated model is the truth"), told)
     # What has no correction comes first.
     order = sorted((i for i, note in enumerate(found.notes) if note), key=lambda i: -int(found.compensation.status[i]))
-    words = list(found.counts)
+    words, status = list(found.counts), found.compensation.status
     if order:
-        named = [
-            (found.file.ids[i], words[int(found.compensation.status[i])], str(found.notes[i])) for i in order[:MOST]
-        ]
+        named = [(found.file.ids[i], words[int(status[i])], str(found.notes[i])) for i in order[:MOST]]
         more = [f"and {len(order) - MOST} others in compensated.csv"] if len(order) > MOST else []
         yield Section.of("", table("target", "status", "", rows=named), *quiet(*more))
     yield from ends(written=made.written)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -139,9 +139,8 @@ def compensate_targets(o: Any, command: str = "", watch: Watch | None = None) ->
     """Compensates targets, by the options of the verb. Both models carry the tool that was found (calibrated) or the nominal
     one, each its own, or one of six numbers in the robot's units. Raises InputError."""
     arm = need_arm(o.robot, INSTEAD, base=o.base, tip=o.tip)
-    reference = nominal_chain(
-        o.robot, arm, o.nominal, base=o.base, tip=o.tip, what="compensation needs the model that the controller keeps"
-    )
+    what = "compensation needs the model that the controller keeps"
+    reference = nominal_chain(o.robot, arm, o.nominal, base=o.base, tip=o.tip, what=what)
     file = read_targets(o.targets, arm.chain)
     before, after = _tools(reference, arm, o.tool)
     if watch:
@@ -152,7 +151,7 @@ def compensate_targets(o: Any, command: str = "", watch: Watch | None = None) ->
     verdict = None if known is None else known.verdict.status
     notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
     within = _within(Path(o.robot), arm, after, made, file)
-    warnings = _warnings(made, file, verdict, reference, arm)
+    warnings = [*_warnings(made, file, verdict, reference, arm)]
     if (Path(o.robot) / LAYER).is_file():
         warnings.append(Remark.of(Code.LAYER_LEFT_OUT, what="corrections"))
     return Compensated(
@@ -173,11 +172,8 @@ def _tools(nominal: Chain, arm: Robot, tool: str) -> tuple[Chain, Chain]:
         source = calibrated if tool == "calibrated" else nominal
         values = {n: source.table[n].value for n in names}
     else:
-        numbers = numbers_of(
-            tool,
-            f"x,y,z,rx,ry,rz in {arm.units.length.name} and {arm.units.angle.name}; {'; '.join(TOOLS)}",
-            key="--tool",
-        )
+        expected = f"x,y,z,rx,ry,rz in {arm.units.length.name} and {arm.units.angle.name}; {'; '.join(TOOLS)}"
+        numbers = numbers_of(tool, expected, key="--tool")
         values = {n: arm.units.of(calibrated.table[n].unit).to_si(v) for n, v in zip(names, numbers, strict=True)}
     return nominal.with_values(values), calibrated.with_values(values)
 
@@ -222,23 +218,23 @@ def _note(made: Compensation, i: int, chain: Chain, file: TargetFile) -> Remark 
     return None
 
 
-def _warnings(made: Compensation, file: TargetFile, verdict: str | None, nominal: Chain, arm: Robot) -> list[Remark]:
-    out = []
+def _warnings(
+    made: Compensation, file: TargetFile, verdict: str | None, nominal: Chain, arm: Robot
+) -> Iterator[Remark]:
     if verdict not in (None, "improved"):
-        out.append(Remark.of(Code.CALIBRATION_UNPROVEN, verdict=verdict))
+        yield Remark.of(Code.CALIBRATION_UNPROVEN, verdict=verdict)
     lost = [name for name, fine in zip(file.ids, made.reachable, strict=True) if not fine]
     if lost:
         shown, others = tuple(lost[:SHOWN]), len(lost) - SHOWN
         more = others if others > 0 else None
         total = len(made.status)
-        out.append(Remark.of(Code.TARGETS_UNREACHED, count=len(lost), total=total, targets=shown, others=more))
+        yield Remark.of(Code.TARGETS_UNREACHED, count=len(lost), total=total, targets=shown, others=more)
     gap = np.nanmedian(made.before) if np.isfinite(made.before).any() else 0.0
     if gap > ELSEWHERE:
-        out.append(Remark.of(Code.MODELS_APART, gap=Quantity(float(gap))))
+        yield Remark.of(Code.MODELS_APART, gap=Quantity(float(gap)))
     if file.targets.joints is None:
-        out.append(Remark.of(Code.BRANCH_UNKNOWN))
+        yield Remark.of(Code.BRANCH_UNKNOWN)
     changed = {n for n in arm.chain.table.names if n.startswith("tool.") and n in nominal.table
                and abs(arm.chain.table[n].value - nominal.table[n].value) > 1e-12}  # fmt: skip
     if changed:
-        out.append(Remark.of(Code.TOOL_CHANGED))
-    return out
+        yield Remark.of(Code.TOOL_CHANGED)

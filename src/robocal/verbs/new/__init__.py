@@ -53,10 +53,8 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ne
         catalogue = listing()
         return Outcome(catalogue, lambda: catalogue)
     if o.robot is None:
-        raise ModelError(
-            "which robot? give a name of the catalogue, a convention, cable, or the file of a robot",
-            expected="robocal new --list shows them",
-        )
+        message = "which robot? give a name of the catalogue, a convention, cable, or the file of a robot"
+        raise ModelError(message, expected="robocal new --list shows them")
     if o.robot == CABLE:
         o.refuse(("joints", "kind", "base", "tip"), "a cable robot does not have this option", "an arm")
         made = new_cable(o.output, o.force)
@@ -77,11 +75,9 @@ def sections(made: Outcome[New | Catalogue]) -> Iterator[Section]:
         yield Section.of("", table("robot", "", "joints", "convention", right=(2,), title=title, rows=rows))
         title = "Conventions: for a robot of your own"
         rules = [(c.name, c.formula, "yes" if c.complete else "no") for c in found.conventions]
-        words = (
-            "complete: every small geometric error can be written, parallel axes included",
-            "cable: a robot on cables",
-        )
-        yield Section.of("", table("convention", "each joint is", "complete", title=title, rows=rules), *quiet(*words))
+        complete = "complete: every small geometric error can be written, parallel axes included"
+        words = quiet(complete, "cable: a robot on cables")
+        yield Section.of("", table("convention", "each joint is", "complete", title=title, rows=rules), *words)
         return
     head = f"{found.name}, convention {found.convention}:" if found.convention else f"{found.name}:"
     verb = "check" if found.convention else "cable tension"

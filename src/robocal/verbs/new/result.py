@@ -88,9 +88,8 @@ def new(
     """Writes robot.yaml, data.yaml and measurements.csv of an arm; of one that has a file of its own, all but the first. Raises
     ModelError for an unknown name, FileError for a file that exists."""
     if kind not in RIGS:
-        raise ModelError(
-            "unknown kind", key="--kind", found=kind, expected=", ".join(RIGS), suggestion=nearest(kind, RIGS)
-        )
+        near, expected = nearest(kind, RIGS), ", ".join(RIGS)
+        raise ModelError("unknown kind", key="--kind", found=kind, expected=expected, suggestion=near)
     own = Path(robot) if os.path.isfile(robot) else None
     if own is not None:
         arm = open_arm(own, base=base, tip=tip).chain
@@ -99,13 +98,10 @@ def new(
     elif robot in CONVENTIONS:
         arm = convention_chain(robot, joints)
     else:
-        known = [*catalog.names(), *CONVENTIONS, CABLE]
-        raise ModelError(
-            "neither a file nor a robot of the catalogue, nor a convention, nor cable",
-            found=robot,
-            expected="a name of robocal new --list, or the file of a robot",
-            suggestion=nearest(robot, known),
-        )
+        near = nearest(robot, [*catalog.names(), *CONVENTIONS, CABLE])
+        message = "neither a file nor a robot of the catalogue, nor a convention, nor cable"
+        expected = "a name of robocal new --list, or the file of a robot"
+        raise ModelError(message, found=robot, expected=expected, suggestion=near)
     texts = templates(arm, kind=kind, example=_example(arm, kind))
     if own is not None:
         del texts["robot.yaml"]
@@ -119,8 +115,7 @@ def _example(arm: Chain, kind: str) -> DataSet | None:
     if kind in ("position", "pose"):
         return None
     within = np.clip(sample_joints(arm, ROWS, np.random.default_rng(1)), -1.0, 1.0)
+    slides = [j.type == "prismatic" for j in arm.joints]
     # Joint values that are short to read.
-    short = np.where(
-        [j.type == "prismatic" for j in arm.joints], np.round(within, 2), np.radians(np.round(np.degrees(within)))
-    )
+    short = np.where(slides, np.round(within, 2), np.radians(np.round(np.degrees(within))))
     return measure(arm, short, Instrument(kind), None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -196,10 +196,9 @@ def make_plan(o: Any, watch: Watch | None = None, command: str = "") -> Planned:
         o.count, o.criterion, o.candidates, accuracy=si.accuracy, seed=o.seed, region=region,
         task=None if o.task is None else replace(region, box=_box("--task", o.task, si.task)),
     )  # fmt: skip
+    known: dict[str, Any] = {"listed": choices, "tests": there, "measured": measured, "values": values}
     with computable(o.robot, *o.after):
-        made = plan(
-            arm.chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
-        )
+        made = plan(arm.chain, at_work, options, **known, watch=watch)
     warnings = (*warnings, *_doubts(made, si.accuracy, at_work))
     found = Planned(
         robot=arm,
@@ -217,17 +216,10 @@ def make_plan(o: Any, watch: Watch | None = None, command: str = "") -> Planned:
 
 def _region(said: Any, si: Any) -> Region:
     """Where may be measured, from the options of the verb as they were said and in SI. Raises ModelError."""
-    for option, found, good, expected in (
-        ("--pedestal", said.pedestal, si.pedestal is None or si.pedestal[0] > 0, "R,H with R above 0"),
-        (
-            "--range",
-            said.distance,
-            si.distance is None or 0 <= si.distance[0] < si.distance[1],
-            "MIN,MAX with 0 <= MIN < MAX",
-        ),
-    ):
-        if not good:
-            raise ModelError("out of range", key=option, found=found, expected=expected)
+    if si.pedestal is not None and si.pedestal[0] <= 0:
+        raise ModelError("out of range", key="--pedestal", found=said.pedestal, expected="R,H with R above 0")
+    if si.distance is not None and not 0 <= si.distance[0] < si.distance[1]:
+        raise ModelError("out of range", key="--range", found=said.distance, expected="MIN,MAX with 0 <= MIN < MAX")
     return Region(_box("--box", said.box, si.box), si.floor, si.pedestal, si.distance, si.cone, si.facing)
 
 
@@ -239,21 +231,18 @@ def _box(
         return None
     a, b, c, d, e, f = ends.tolist()
     if not (a < d and b < e and c < f):
-        raise ModelError(
-            "an empty box", key=option, found=said, expected="x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1"
-        )
+        expected = "x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1"
+        raise ModelError("an empty box", key=option, found=said, expected=expected)
     return (a, b, c), (d, e, f)
 
 
-def _doubts(made: Plan, wanted: float | None, at_work: Template) -> tuple[Remark, ...]:
+def _doubts(made: Plan, wanted: float | None, at_work: Template) -> Iterator[Remark]:
     """What to know of the forecast."""
-    out = []
     if wanted is not None and made.enough is None:
         best, after = Quantity(float(made.forecast.mean[-1])), int(made.forecast.count[-1])
-        out.append(Remark.of(Code.ACCURACY_NOT_REACHED, best=best, poses=after))
+        yield Remark.of(Code.ACCURACY_NOT_REACHED, best=best, poses=after)
     if any(o.sigma is None for o in at_work):
-        out.append(Remark.of(Code.SIGMA_ASSUMED))
-    return tuple(out)
+        yield Remark.of(Code.SIGMA_ASSUMED)
 
 
 def _with_files(made: Planned) -> Planned:

@@ -81,11 +81,9 @@ def written(result: Path) -> Callable[[StudyOutputs], bytes]:
 
 def _npz(found: StudyOutputs) -> bytes:
     """`point` (P, T), every output (P, T) in SI, and what was varied (P,) as text."""
-    varied = {
-        f"varied.{name}": np.array([dict(p.varied)[name] for p in found.study.points])
-        for name, _ in found.study.points[0].varied
-    }
-    return pack({**varied, **found.outputs})
+    points = found.study.points
+    names = [name for name, _ in points[0].varied]
+    return pack({f"varied.{n}": np.array([dict(p.varied)[n] for p in points]) for n in names} | found.outputs)
 
 
 def _csv(found: StudyOutputs) -> bytes:

@@ -300,10 +300,8 @@ def _constant(data: DataSet) -> float | None:
 def _poses(data: DataSet, mine: Errors, theirs: Errors | None) -> Listing:
     """One row per measured position: its configuration and errors in mm."""
     ids = data.configurations.ids
-    columns = [
-        Column("configuration", "", [ids[unit] for unit in mine.position_at]),
-        Column("error", "mm", mine.position * 1e3),
-    ]
+    units = [ids[unit] for unit in mine.position_at]
+    columns = [Column("configuration", "", units), Column("error", "mm", mine.position * 1e3)]
     if theirs is not None and len(theirs.position) == len(mine.position):
         columns.append(Column("against", "mm", theirs.position * 1e3))
     return Listing(tuple(columns))

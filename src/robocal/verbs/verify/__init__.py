@@ -91,8 +91,7 @@ def sections(made: Outcome[Verified | AnovaResult]) -> Iterator[Section]:
         title="Errors", key="errors",
     )  # fmt: skip
     if found.anova:
-        parts = ("position", "orientation")
-        both = {f"{v}, {what}": a for v, pair in found.anova.items() for what, a in zip(parts, pair, strict=True)}
+        both = {f"{v}, {what}": a for v, pair in found.anova.items() for what, a in vars(pair).items()}
         yield Section.of("", _anova(both), title="Do the means of the sources differ?", key="anova")
     if found.agreement is not None:
         names = [*(s.name for s in found.sources), found.reference.name]

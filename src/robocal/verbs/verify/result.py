@@ -127,14 +127,13 @@ class Verified(PoseComparison):
     errors: tuple[dict[str, PoseErrors], ...]
 
     @cached_property
-    def anova(self) -> dict[str, tuple[Anova, Anova]]:
+    def anova(self) -> dict[str, PosePair[Anova]]:
         """Of every view that all sources have, by position and orientation."""
         if len(self.sources) < 2:
             return {}
         views = [v for v in VIEWS if all(v in e and len(e[v].position) > 1 for e in self.errors)]
-        return {
-            v: (_of([e[v].position for e in self.errors]), _of([e[v].orientation for e in self.errors])) for v in views
-        }
+        both = ("position", "orientation")
+        return {v: PosePair(*(_of([getattr(e[v], what) for e in self.errors]) for what in both)) for v in views}
 
     @cached_property
     def agreement(self) -> tuple[Agreement, Agreement] | None:
@@ -159,7 +158,7 @@ class Verified(PoseComparison):
                 s.name: {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
                 for s, of in zip(self.sources, self.errors, strict=True)
             },
-            anova={v: PosePair(*pair) for v, pair in self.anova.items()},
+            anova=self.anova,
             agreement=None if both is None else PosePair(_agreement(both[0], names, "m"), _agreement(both[1], names, "rad")),
         )  # fmt: skip
 
@@ -174,9 +173,8 @@ class AnovaResult(PoseComparison):
     @property
     def document(self) -> SummaryDocument:
         """What --json says."""
-        return SummaryDocument(
-            groups=self.groups, anova=self.anova, provenance=provenance_of(self.command, self.inputs)
-        )
+        origin = provenance_of(self.command, self.inputs)
+        return SummaryDocument(groups=self.groups, anova=self.anova, provenance=origin)
 
 
 def _spread(values: Array, unit: str) -> ErrorSpread:

@@ -216,9 +216,8 @@ METHODS = {
     "p-norm": "the least sum of powers",
 }
 LEAST = "The margin is the size of the smallest disturbance that the cables could not balance."
-MISSING = (
-    "No tensions within the limits hold the platform here. The size of a negative margin is at most what is missing."
-)
+LACKING = "No tensions within the limits hold the platform here."
+MISSING = f"{LACKING} The size of a negative margin is at most what is missing."
 
 
 def _places(made: Tensions) -> Iterator[Section]:
