@@ -13,6 +13,7 @@ from cli.runs import small
 from simulated import true_chain
 
 from robocal.arms import catalog
+from robocal.arms.chain import joint_offsets
 from robocal.arms.conventions import chain
 from robocal.errors import ModelError
 from robocal.files.csvtable import csv_text
@@ -24,7 +25,6 @@ from robocal.files.templates import convention_chain
 from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
 from robocal.files.urdf_into import urdf_text
-from robocal.session.controller_offsets import joint_offsets
 from robocal.session.inputs import open_arm
 from robocal.session.simulated_robot import Errors, sample_joints
 from robocal.verbs.demo.cases import example_folder

@@ -1,18 +1,27 @@
-"""Sections on the terminal: text, tables, remarks with their advice, and where files are."""
+"""Sections on the terminal: text, tables, remarks with their advice, and where files are.
+
+Tables keep what they say at any width: a number is never broken or cut, a word only where it is longer than most. rich narrows a table
+that is too wide wherever it likes, digits included. Here the columns of words give way first, down to their longest word; where that
+is not enough, every row is said in lines of text.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, assert_never
 
-from rich.console import RenderableType
+from rich import box
+from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
+from rich.measure import Measurement
 from rich.padding import Padding
-from rich.text import Text as Rich
+from rich.table import Table
+from rich.text import Text
 
-from robocal.cli.tables import PlainTable
 from robocal.report import sections as blocks
 
-__all__ = ["drawn"]
+__all__ = ["PlainTable", "drawn"]
+
+WORD = 24  # letters; longer ones, such as paths, may be folded
 
 STYLES = {
     "": "",
@@ -33,19 +42,19 @@ def drawn(sections: Iterable[blocks.Section]) -> Iterator[RenderableType]:
     told = (s.short for s in sections)
     for i, section in enumerate(s for s in told if s is not None):
         if i:
-            yield Rich("")
+            yield Text("")
         if section.heading:
-            yield Rich(section.heading, style="bold")
+            yield Text(section.heading, style="bold")
         for before, block in zip((None, *section.blocks), section.blocks, strict=False):
             if isinstance(before, blocks.Table) and isinstance(block, blocks.Table):
-                yield Rich("")  # or two tables would look like one
+                yield Text("")  # or two tables would look like one
             yield from _drawn(block)
 
 
 def _drawn(block: blocks.Block) -> list[Any]:
     match block:
         case blocks.Text():
-            line = Rich.assemble(*(part if isinstance(part, str) else _style_of(part) for part in block.parts))
+            line = Text.assemble(*(part if isinstance(part, str) else _style_of(part) for part in block.parts))
             return [_indent(line, block.indent) if block.indent else line]
         case blocks.Table():
             return [_table(block)]
@@ -54,10 +63,10 @@ def _drawn(block: blocks.Block) -> list[Any]:
         case blocks.Written():
             return [_paths(block)] if block.paths else []
         case blocks.VerdictBlock():
-            word = Rich.assemble((block.word.upper(), STYLES[block.style]), block.line[len(block.word) :])
-            return [word, *(_indent(Rich(t, style="dim"), 2) for t in block.below)]
+            word = Text.assemble((block.word.upper(), STYLES[block.style]), block.line[len(block.word) :])
+            return [word, *(_indent(Text(t, style="dim"), 2) for t in block.below)]
         case blocks.Facts():
-            return [Rich(f"{name}: {value}") for name, value in block.pairs]
+            return [Text(f"{name}: {value}") for name, value in block.pairs]
         case blocks.Pair():
             return [part for one in block.blocks for part in _drawn(one)]
         case blocks.Figure() | blocks.Tiles() | blocks.Folded() | blocks.Detail():
@@ -66,13 +75,13 @@ def _drawn(block: blocks.Block) -> list[Any]:
             assert_never(block)
 
 
-def _indent(text: Rich, by: int) -> Padding:
+def _indent(text: Text, by: int) -> Padding:
     return Padding(text, (0, 0, 0, by), expand=False)
 
 
 def _remark(said: Any) -> list[Padding]:
-    advice = [_indent(Rich(said.advice, style="dim"), 4)] if said.advice else []
-    return [_indent(Rich(said.sentence), 2), *advice]
+    advice = [_indent(Text(said.advice, style="dim"), 4)] if said.advice else []
+    return [_indent(Text(said.sentence), 2), *advice]
 
 
 def _style_of(cell: tuple[str, blocks.Style] | blocks.Noted) -> tuple[str, str]:
@@ -84,11 +93,84 @@ def _table(block: blocks.Table) -> PlainTable:
     made = PlainTable(*block.columns, right=block.right, title=block.title)
     styles = block.styles or ("",) * len(block.rows)
     for row, style in zip(block.rows, styles, strict=True):
-        made.add_row(*(cell if isinstance(cell, str) else Rich(*_style_of(cell)) for cell in row), style=STYLES[style])
+        made.add_row(*(cell if isinstance(cell, str) else Text(*_style_of(cell)) for cell in row), style=STYLES[style])
     return made
 
 
-def _paths(block: blocks.Written) -> Rich:
+def _paths(block: blocks.Written) -> Text:
     """Where the files are; the report first, because that is what people open."""
     ordered = sorted(block.paths, key=lambda p: (p.name != "report.html", p.name))
-    return Rich(f"Written to {ordered[0].parent}: {', '.join(p.name for p in ordered)}")
+    return Text(f"Written to {ordered[0].parent}: {', '.join(p.name for p in ordered)}")
+
+
+class PlainTable(Table):
+    """A rule under the header and nothing else; columns in `right` hold numbers."""
+
+    def __init__(self, *columns: str, right: Sequence[int] = (), title: str = "") -> None:
+        super().__init__(
+            box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, title=title or None, title_justify="left",
+            title_style="bold",
+        )  # fmt: skip
+        self._numbers = frozenset(right)
+        for i, name in enumerate(columns):
+            self.add_column(name, justify="right" if i in self._numbers else "left", overflow="fold")
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        words = [[_text(console, cell) for cell in (column.header, *column.cells)] for column in self.columns]
+        most = [max(t.cell_len for t in column) for column in words]
+        least = [self._least(i, column) for i, column in enumerate(words)]
+        free = Measurement.get(console, options.update(max_width=100_000), self)
+        room = options.max_width - (free.maximum - sum(most))
+        if sum(least) > room:
+            yield from self._lines(words)
+            return
+        for column, width in zip(self.columns, _shared(least, most, room), strict=True):
+            column.width = width
+        yield from super().__rich_console__(console, options)
+        for column in self.columns:
+            column.width = None
+
+    def _least(self, i: int, column: Sequence[Text]) -> int:
+        """The width below which something would break."""
+        if i in self._numbers:
+            return max(max(t.cell_len for t in column[1:]) if len(column) > 1 else 0, _longest(column[:1]))
+        return _longest(column)
+
+    def _lines(self, words: Sequence[Sequence[Text]]) -> RenderResult:
+        """Every row as its first cell, and below it the others by name."""
+        if self.title:
+            yield Text(str(self.title), style="bold")
+        heads = [column[0].plain for column in words]
+        for i, row in enumerate(self.rows, start=1):
+            yield Text.assemble((f"{heads[0]} " if heads[0] else "", "dim"), words[0][i], style=row.style or "")
+            cells = [
+                Text.assemble((f"{h} " if h else "", "dim"), c[i]) for h, c in zip(heads, words, strict=True) if c[i]
+            ]
+            yield Padding(Text("; ").join(cells[1:] if words[0][i] else cells), (0, 0, 0, 2))
+
+
+def _text(console: Console, cell: object) -> Text:
+    return cell if isinstance(cell, Text) else console.render_str(str(cell), markup=False, highlight=False)
+
+
+def _longest(column: Sequence[Text]) -> int:
+    """The longest word that may not be folded."""
+    return max((_width(word) for t in column for word in t.plain.split()), default=0)
+
+
+def _width(word: str) -> int:
+    bare = word.strip("()[],;+-±").replace(",", "")
+    try:
+        float(bare)
+    except ValueError:
+        return min(Text(word).cell_len, WORD)
+    return len(word)
+
+
+def _shared(least: Sequence[int], most: Sequence[int], room: int) -> list[int]:
+    """Widths between `least` and `most` that fill the room: the widest give way first."""
+    widths = list(most)
+    while sum(widths) > room:
+        i = max((i for i in range(len(widths)) if widths[i] > least[i]), key=lambda i: widths[i])
+        widths[i] -= 1
+    return widths

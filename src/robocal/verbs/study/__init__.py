@@ -112,7 +112,7 @@ def _far(o: Options) -> Cluster | None:
 
 def details(made: Outcome[StudyOutputs]) -> Iterator[Section]:
     """A picture of every output."""
-    from robocal.verbs.study.page import pictures
+    from robocal.verbs.study.result import pictures
 
     yield from pictures(made.result)
 

@@ -167,15 +167,13 @@ class ValidationDocument(Document):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Validation(VerdictResult):
-    """Errors (mm, deg) of a model, and of another one to compare with; `reasons` why they are not to be trusted."""
+    """Errors of a model, and of another one to compare with; `reasons` why they are not to be trusted."""
 
     robot: Opened[Any]
     against: Opened[Any] | None
-    statistic: Statistic | None
-    statistic_against: Statistic | None
-    angle: Statistic | None
-    angle_against: Statistic | None
-    gain: tuple[float, float, float] | None  # mean reduction and its 95 % interval
+    errors: ErrorsPart
+    angle: ErrorsPart | None
+    gain: GainPart | None
     constant: float | None
     frames: tuple[str, ...]
     frames_against: tuple[str, ...]
@@ -203,10 +201,10 @@ class Validation(VerdictResult):
             against=None if self.against is None else self.against.name,
             trusted=self.trusted,
             reasons=sentences(self.reasons),
-            errors=ErrorsPart("mm", self.statistic, self.statistic_against),
-            angle=None if self.angle is None else ErrorsPart("deg", self.angle, self.angle_against),
+            errors=self.errors,
+            angle=self.angle,
             layer=None if self.layer is None else {"unit": "mm"} | asdict(self.layer),
-            gain=None if self.gain is None else GainPart("mm", *self.gain),
+            gain=self.gain,
             predicting_the_mean=unit_value(self.constant, "mm"),
             profiled=self.frames,
             profiled_against=self.frames_against,
@@ -251,7 +249,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
     gain = None
     if theirs is not None and len(theirs.position) == len(mine.position) and worst is not None:
         low = bootstrap_gain(theirs.position * theirs.factor, mine.position * mine.factor, mine.position_at, o.seed)
-        gain = (low[0] * 1e3, low[1] * 1e3, low[2] * 1e3)
+        gain = GainPart("mm", *(1e3 * v for v in low))
     layer = None if shifted is not None else layer_beside(o.robot, inputs, mine.values, mine.factor)
     warnings = (
         *inputs.warnings,
@@ -259,10 +257,11 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         *(() if layer is None else (Remark.of(Code.LAYER_ON_TOP, mean=Quantity(layer.mean * 1e-3)),)),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
+    turn = _statistic(mine, "rad")
     files = (*inputs.files, *(() if other is None or o.against is None else other.inputs))
     return Validation(
-        robot=inputs.opened, against=other, statistic=_statistic(mine, "m"), statistic_against=_statistic(theirs, "m"),
-        angle=_statistic(mine, "rad"), angle_against=_statistic(theirs, "rad"), gain=gain,
+        robot=inputs.opened, against=other, errors=ErrorsPart("mm", _statistic(mine, "m"), _statistic(theirs, "m")), gain=gain,
+        angle=None if turn is None else ErrorsPart("deg", turn, _statistic(theirs, "rad")),
         constant=None if constant is None else constant * 1e3, frames=mine.fitted,
         frames_against=() if theirs is None else theirs.fitted, poses=_poses(inputs.data, mine, theirs), layer=layer, iso=iso,
         offsets=None if shifted is None else shifted.file.path, reasons=tuple(reasons), warnings=warnings, inputs=files, command=command,

@@ -136,30 +136,34 @@ class Verified(PoseComparison):
         return {v: PosePair(*(_of([getattr(e[v], what) for e in self.errors]) for what in both)) for v in views}
 
     @cached_property
-    def agreement(self) -> tuple[Agreement, Agreement] | None:
-        """Of two sources and the reference: position (m) and orientation (rad)."""
+    def spreads(self) -> dict[str, dict[str, PosePair[ErrorSpread]]]:
+        """The errors of every source in every view, in mm and deg."""
+        return {
+            s.name: {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
+            for s, of in zip(self.sources, self.errors, strict=True)
+        }
+
+    @cached_property
+    def agreement(self) -> PosePair[Agreed] | None:
+        """Of two sources and the reference, in mm and deg."""
         if len(self.sources) != 2 or any("aligned" not in e for e in self.errors):
             return None
         one, two = (align_poses(s.poses, self.reference.poses) for s in self.sources)
         between = errors(one[1] @ self.sources[0].poses, two[1] @ self.sources[1].poses)
         pairs = list(zip(between.rms, one[0].rms, two[0].rms, strict=True))
-        return agreement(pairs[0]), agreement(pairs[1])
+        names = [*(s.name for s in self.sources), self.reference.name]
+        return PosePair(*(_agreement(agreement(p), names, unit) for p, unit in zip(pairs, ("m", "rad"), strict=True)))
 
     @property
     def document(self) -> VerifyDocument:
         """What --json says: mm and deg."""
-        both = self.agreement
-        names = [*(s.name for s in self.sources), self.reference.name]
         return self.document_of(
             VerifyDocument,
             reference=self.reference.name,
             poses=self.reference.ids,
-            sources={
-                s.name: {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
-                for s, of in zip(self.sources, self.errors, strict=True)
-            },
+            sources=self.spreads,
             anova=self.anova,
-            agreement=None if both is None else PosePair(_agreement(both[0], names, "m"), _agreement(both[1], names, "rad")),
+            agreement=self.agreement,
         )  # fmt: skip
 
 

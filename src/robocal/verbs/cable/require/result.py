@@ -13,7 +13,7 @@ import numpy as np
 from robocal._types import Array
 from robocal.cables.calibration.exact import flat
 from robocal.cables.calibration.propagation import ErrorPropagation, Noise
-from robocal.cables.calibration.requirement import ESTIMATORS, WHAT, Requirement
+from robocal.cables.calibration.requirement import ESTIMATORS, WHAT, Expected, Requirement
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
@@ -82,6 +82,11 @@ class Required(CableResult):
         return self.accuracy is None or self.requirement.scale(self.of, self.accuracy) >= 1.0
 
     @cached_property
+    def errors(self) -> dict[str, Expected]:
+        """The errors to be expected of each estimator."""
+        return {name: replace(self.requirement, estimator=name).rms_errors for name in ESTIMATORS}
+
+    @cached_property
     def sigma(self) -> Array:
         """One standard deviation of what is sought of every cable, its zero last, (m, k) in m."""
         m = len(self.robot.cables)
@@ -103,7 +108,7 @@ class Required(CableResult):
     def curves(self) -> dict[tuple[str, str], list[tuple[float, Array]]]:
         """Lines of equal error, every cable by itself, for the pairs of noises of which both are there: errors and (n, 2)."""
         r = self.requirement
-        middle = self.accuracy or float(getattr(replace(r, estimator="per-cable").rms_errors, self.of))
+        middle = self.accuracy or float(getattr(self.errors["per-cable"], self.of))
         there = [p for p in PAIRS if all(getattr(r.noise, name) for name in p)]
         return {p: [(f * middle, r.contour(self.of, f * middle, p)) for f in LEVELS] for p in there}
 
@@ -131,7 +136,7 @@ class Required(CableResult):
     def document(self) -> RequireDocument:
         """What --json says."""
         r = self.requirement
-        expected = {name: _in_units(replace(r, estimator=name).rms_errors, WHAT) for name in ESTIMATORS}
+        expected = {name: _in_units(errors, WHAT) for name, errors in self.errors.items()}
         noise = _in_units(r.noise, NOISES)
         accuracy = None if self.needs is None else self._accuracy(self.needs)
         return self.document_of(
@@ -246,8 +251,7 @@ def require_summary(made: Required, written: tuple[Path, ...]) -> Iterator[Secti
     noise = ", ".join(f"{NOISES[name]} {_with_unit(value, name)}" for name, value in noises if value)
     head = f"   {len(r.design.poses)} poses; standard deviations: {noise}"
     yield Section.of("", Text.of((made.robot.name, "strong"), head))
-    errors = {name: replace(r, estimator=name).rms_errors for name in ESTIMATORS}
-    rows = [(name, *(figure(SHOWN[w].from_si(getattr(e, w))) for w in WHAT)) for name, e in errors.items()]
+    rows = [(name, *(figure(SHOWN[w].from_si(getattr(e, w))) for w in WHAT)) for name, e in made.errors.items()]
     columns = ("expected error, rms", "anchors [mm]", "zeros [mm]", "position [mm]", "orientation [deg]")
     yield Section.of("", table(*columns, right=(1, 2, 3, 4), rows=rows))
     if made.needs is not None and made.accuracy is not None:
