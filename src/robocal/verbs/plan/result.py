@@ -10,27 +10,34 @@ from typing import Any
 import numpy as np
 
 from robocal._types import Array
-from robocal.errors import ModelError
+from robocal.errors import ModelError, nearest
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.listing import listing_text
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
 from robocal.files.pose_table import joint_program, read_poses
 from robocal.files.robot import Robot
+from robocal.fit.fit import fit
+from robocal.fit.options import Options
+from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import Region, Template, observe
 from robocal.planning.pose_selection import Plan, PlanOptions, plan
 from robocal.planning.route import length, travel
+from robocal.prove.identify import baseline
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.inputs import need_arm, read_inputs, robot_files
-from robocal.session.instrument_template import template, template_from_data
+from robocal.session.inputs import Inputs, need_arm, read_inputs, robot_files
+from robocal.session.simulated_robot import sample_joints
+from robocal.session.simulator import parse_frame
 from robocal.session.verb_base import VerbResult
 from robocal.session.watching import Watch, computable
+from robocal.simulation.rigs import CONTACTS, RIGS, Instrument, measure
 
 __all__ = ["Planned", "make_plan", "points"]
 
+SAMPLE = 40  # poses that say where an instrument may stand that only its kind describes
 INSTEAD = "an arm; of a cable robot: robocal cable poses ROBOT --choose N, which plans poses that its cables can hold"
 
 
@@ -273,3 +280,70 @@ def points(made: Planned) -> dict[str, list[list[float]]]:
     if set(chain.program.columns) - set(chain.joint_names):  # it takes more than joint values to say where the tool is
         return {name: [] for name in chosen}
     return {name: chain.pose(q, {})[:, :3, 3].tolist() for name, q in chosen.items()}
+
+
+# --- what an instrument shows at one configuration ---------------------------------------------------------------------
+
+
+def template(
+    arm: Robot, done: Inputs | None, given: Inputs | None, kind: str, noise: float | None, frame: str
+) -> Template:
+    """What one configuration shows: of the data file, else of what was measured before, else by its kind."""
+    source = given or done
+    if source is not None:
+        return _typical(source.data, noise)
+    fitting = [k for k in RIGS if k not in CONTACTS]
+    if kind not in fitting:
+        message, expected = "this kind needs a data file that describes it", f"{', '.join(fitting)}, or DATA"
+        raise ModelError(message, key="--kind", found=kind, expected=expected, suggestion=nearest(kind, fitting))
+    plainly = Instrument(kind, frame=parse_frame(frame, arm.units))
+    plainly = plainly if noise is None else replace(plainly, noise=noise)
+    rng = np.random.default_rng(0)
+    return _typical(measure(arm.chain, sample_joints(arm.chain, SAMPLE, rng), plainly, rng), None)
+
+
+def _typical(data: DataSet, noise: float | None) -> Template:
+    """The rows of the configuration that shows most, with the sigma that is typical of each instrument."""
+    if pairs := [o.kind for o in data.observations if o.second is not None]:
+        message = "this kind compares two configurations, and poses are planned one by one"
+        raise ModelError(message, found=pairs[0], expected="a plan for positions: the same poses serve")
+    total = len(data.configurations)
+    counts = np.sum([np.bincount(o.configuration, minlength=total) for o in data.observations], axis=0)
+    found = data.take(np.flatnonzero(counts == counts.max())[:1])
+    out = []
+    for obs in found.observations:
+        same = (o for o in data.observations if o.label == obs.label and o.kind == obs.kind)
+        whole = [o.sigma for o in same if o.sigma is not None]
+        usual = np.median(np.concatenate(whole), axis=0) if whole else None
+        if noise is not None:
+            usual = np.full(obs.value.shape[-1], 1e-4) if usual is None else np.array(usual)
+            for start, stop, unit in kind_of(obs).parts:
+                usual[start:stop] = noise if unit == "m" else usual[start:stop]
+        out.append(replace(obs, sigma=None if usual is None else np.tile(usual, (len(obs), 1))))
+    return tuple(out)
+
+
+def template_from_data(
+    arm: Robot, shown: Template, done: Inputs | None, given: Inputs | None, watch: Watch | None
+) -> tuple[Template, DataSet | None, dict[str, float] | None]:
+    """What was measured with the noise that it showed, and the values of parameters and frames that were fitted to it."""
+    source = done or given
+    if source is None:
+        return shown, None, None
+    everyone = np.arange(len(source.data.configurations))
+    problem, x = baseline(arm.chain, source.data, everyone, watch)
+    if done is None:
+        # The file only says what the instrument is and where it stands.
+        own = {n: float(v) for n, v in zip(problem.table.names, x[0], strict=False) if n not in arm.chain.table}
+        return shown, None, own
+    fitted = fit(arm.chain, done.data, everyone, Options(), x, watch)
+    values = {n: float(v) for n, v in zip(fitted.problem.table.names, fitted.solution.x[0], strict=False)}
+    used = {(o.kind, o.label): o for o in fitted.data.observations}
+    out = []
+    for obs in shown:
+        same = used.get((obs.kind, obs.label))
+        if same is not None and same.sigma is not None:
+            # Of one instrument the noise is what the fit left, not what the file states.
+            obs = replace(obs, frame=same.frame, sigma=np.tile(np.median(same.sigma, axis=0), (len(obs), 1)))
+        out.append(obs)
+    return tuple(out), fitted.data, values

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from robocal.report.sections import Section, Text, ends, figure, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch, run_verb
+from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
     from robocal.cables.workspace import Demand
@@ -78,13 +78,6 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Wo
     from robocal.verbs.cable.workspace.compute import workspace
 
     return run_verb(o, (*FILES, *MESHES), lambda: workspace(o, command, watch), sections, details)
-
-
-def details(made: Outcome[Workspace]) -> Iterator[Section]:
-    """The robot, sections with margins, what was demanded, how it was worked out."""
-    from robocal.verbs.cable.workspace.page import workspace_details
-
-    yield from workspace_details(made.result)
 
 
 def sections(made: Outcome[Workspace]) -> Iterator[Section]:
