@@ -5,13 +5,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
 from robocal.files.parts import Document, provenance_of
-from robocal.files.runfolder import Run
 from robocal.files.text import InputFile
 from robocal.quantities import Listing
 from robocal.remarks.remark import Remark, remark_fields
+
+if TYPE_CHECKING:
+    from robocal.files.runfolder import Run
 
 __all__ = ["VerbResult", "VerdictResult"]
 
@@ -72,7 +74,8 @@ class VerbResult(ABC):
 
     def document_of(self, kind: type[D], /, **parts: Any) -> D:
         """The document of a verb, of its own `parts`, with what was remarked on and read."""
-        return kind(**remark_fields(self.remarks), provenance=provenance_of(self.command, self.inputs), **parts)
+        known: dict[str, Any] = {**remark_fields(self.remarks), "provenance": provenance_of(self.command, self.inputs)}
+        return kind(**known, **parts)
 
 
 class VerdictResult(VerbResult):

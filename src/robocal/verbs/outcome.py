@@ -79,10 +79,7 @@ def run_verb(
 ) -> Outcome[R]:
     """What is found. `output` gets the text of it; where there are `files` it is a folder that gets them, the last a page of what is
     told; `history` grows by its runs. Raises FileError where one of `files` would be replaced."""
-    from robocal.files.plain import plain
     from robocal.files.writing import refuse_existing, write_files, write_text
-    from robocal.report.page import page
-    from robocal.session.runs import with_history
 
     refuse_existing(o.output, files, o.force)
     made = find()
@@ -91,18 +88,23 @@ def run_verb(
         return outcome.put(o.output)
     if made.lists_files == "always":
         outcome = outcome.with_files(())
-    history = getattr(o, "history", None)
-    grown = (
-        None if history is None else with_history(history, made.runs)
-    )  # before anything is written: it may be no history
+    history: Path | None = getattr(o, "history", None)
+    grown = ""
+    if history is not None:  # before anything is written: it may be no history
+        from robocal.session.runs import with_history
+
+        grown = with_history(history, made.runs)
     written: tuple[Path, ...] = ()
     if o.output is not None:
+        from robocal.files.plain import plain
+        from robocal.report.page import page
+
         texts = dict(made.texts())
         if tell:
             told = [section for sections in tell for section in sections(outcome)]
             texts[files[-1]] = page(sections=told, recipe=plain(outcome.document()).get("provenance"), **made.head)
         written = write_files(o.output, texts)
-    if grown is not None:
+    if history is not None:
         written = (*written, write_text(history, grown))
     if not written:
         return outcome
