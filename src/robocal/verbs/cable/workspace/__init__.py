@@ -77,7 +77,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Wo
     """The workspace for what is demanded; a folder gets FILES, and MESHES of a spatial robot. Raises InputError."""
     from robocal.verbs.cable.workspace.compute import workspace
 
-    return run_verb(o, (*FILES, *MESHES), lambda: workspace(o, command, watch), sections, details)
+    return run_verb(o, (*FILES[:-1], *MESHES, FILES[-1]), lambda: workspace(o, command, watch), sections, details)
 
 
 def sections(made: Outcome[Workspace]) -> Iterator[Section]:
