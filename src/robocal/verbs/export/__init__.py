@@ -59,7 +59,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ex
     if o.into is not None and o.form != "urdf":
         raise ModelError("only a URDF can be written into", key="--into", found=o.form, expected="--format urdf")
     refuse_existing(o.output, (), o.force)
-    made = export_robot(o.robot, o.form, o.nominal, o.into, o.base, o.tip)
+    made = export_robot(o)
     document = {
         "format": o.form,
         "text": made.text if o.output is None else None,

@@ -14,6 +14,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -57,13 +58,12 @@ class Exported:
     worth: Remark | None = None
 
 
-def export_robot(
-    robot: str, form: str, nominal: str | None, into: str | None, base: str | None, tip: str | None
-) -> Exported:
-    """The robot (a file, a catalogue name or a run folder) in another form; `into` is a URDF whose origins are to say
-    it. Raises InputError, also for a form that cannot hold it."""
-    ours = into is None
-    opened = open_machine(robot, base=base if ours else None, tip=tip if ours else None)
+def export_robot(o: Any) -> Exported:
+    """The robot (a file, a catalogue name or a run folder) in another form, by the options of the verb; `into` is a URDF whose origins
+    are to say it. Raises InputError, also for a form that cannot hold it."""
+    robot, form, into = o.robot, o.form, o.into
+    links = {"base": o.base, "tip": o.tip}  # of that URDF, where there is one
+    opened = open_machine(robot, **(links if into is None else {}))
     if opened.arm is None and form == "yaml":
         return Exported(opened.yaml, run_cautions(robot))
     arm = opened.need_arm("an arm, or --format yaml")
@@ -75,18 +75,17 @@ def export_robot(
         text = opened.yaml
     elif form == "urdf":
         if into is not None:
-            text, notes = urdf_into(arm.chain, into, base=base, tip=tip)
+            text, notes = urdf_into(arm.chain, into, **links)
         else:
             text, notes = (arm.text, ()) if arm.format == "urdf" else urdf_text(arm.chain)
         if into is None and arm.format == "urdf" and arm.left_out:
             notes = (Remark.of(Code.URDF_CANNOT_HOLD, names=arm.left_out),)
-            before = nominal_chain(robot, arm, nominal).table if run_result(robot) else None
+            before = nominal_chain(robot, arm, o.nominal).table if run_result(robot) else None
             held = arm.chain if before is None else arm.chain.with_values({n: before[n].value for n in arm.left_out})
     elif form == "dh":
         text = describe(to_denavit(arm.chain), arm.units, calibrate=False)
     elif form in OFFSETS:
-        made = offset_text(robot, arm, nominal, form)
-        text, worth = made.text, made.worth
+        text, worth = offset_text(robot, arm, o.nominal, form)
     else:
         table = parameter_table(arm)
         text = csv_text(table[0], table[1:]) if form == "csv" else _markdown(table)
@@ -160,17 +159,9 @@ def _markdown(table: list[list[str]]) -> str:
 INSTEAD = "--format yaml or urdf, or robocal compensate"
 
 
-@dataclass(frozen=True)
-class OffsetText:
-    """A file of joint offsets as text, and what it is worth."""
-
-    text: str
-    worth: Remark
-
-
-def offset_text(name: str, robot: Robot, nominal: str | None, form: str) -> OffsetText:
+def offset_text(name: str, robot: Robot, nominal: str | None, form: str) -> tuple[str, Remark]:
     """The offsets of a robot's joints from its nominal model, with their sigma where a run knows it, in a form of
-    `OFFSETS`.
+    `OFFSETS`; and what such a file is worth.
 
     Raises ModelError where a run could not prove that offsets alone gain anything, or where they would say nothing.
     """
@@ -189,7 +180,7 @@ def offset_text(name: str, robot: Robot, nominal: str | None, form: str) -> Offs
         nominal_error, alone = worth.numbers.get("nominal"), worth.numbers.get("alone")
         if isinstance(nominal_error, Quantity) and isinstance(alone, Quantity) and alone.value >= nominal_error.value:
             raise ModelError("joint offsets alone would make this robot worse", found=worth.sentence, expected=INSTEAD)
-    return OffsetText(OFFSETS[form](lines, robot.name, (worth.sentence,)), worth)
+    return OFFSETS[form](lines, robot.name, (worth.sentence,)), worth
 
 
 def _own(name: str, robot: Robot, reference: Chain) -> bool:
@@ -202,12 +193,8 @@ def _proven(alone: OffsetsAlone, robot: Robot) -> list[Offset]:
     """The offsets that a run fitted alone. Raises ModelError where it did not prove their gain."""
     if alone.status != "improved":
         raise ModelError(alone.reason.sentence, key="--format", expected=INSTEAD)
-    out = []
-    for p in alone.parameters:
-        unit = parse_unit(p.unit)
-        sigma = None if p.sigma is None else p.sigma * unit.factor
-        out.append(Offset(p.joint, (p.offset or 0.0) * unit.factor, sigma, unit))
-    return out
+    units = [(p, parse_unit(p.unit)) for p in alone.parameters]
+    return [Offset(p.joint, (p.offset or 0.0) * u.factor, p.sigma and p.sigma * u.factor, u) for p, u in units]
 
 
 def _differences(robot: Robot, reference: Chain) -> list[Offset]:

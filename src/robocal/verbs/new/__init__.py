@@ -47,7 +47,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ne
     """Writes robot.yaml, data.yaml and measurements.csv; of a cable robot robot.yaml and poses.csv. Raises ModelError for an
     unknown name, FileError for a file that exists."""
     from robocal.errors import ModelError
-    from robocal.verbs.new.result import CABLE, listing, new, new_cable
+    from robocal.verbs.new.result import listing, new
 
     if o.listing:
         catalogue = listing()
@@ -55,11 +55,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ne
     if o.robot is None:
         message = "which robot? give a name of the catalogue, a convention, cable, or the file of a robot"
         raise ModelError(message, expected="robocal new --list shows them")
-    if o.robot == CABLE:
-        o.refuse(("joints", "kind", "base", "tip"), "a cable robot does not have this option", "an arm")
-        made = new_cable(o.output, o.force)
-    else:
-        made = new(o.robot, o.output, o.joints, o.kind, o.force, o.base, o.tip)
+    made = new(o)
     document = {"name": made.name, "convention": made.convention, "written": [str(p) for p in made.written]}
     return Outcome(made, lambda: document, written=made.written)
 

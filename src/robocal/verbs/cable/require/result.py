@@ -214,20 +214,18 @@ def compute_requirement(o: Any, command: str = "") -> Required:
     )  # fmt: skip
 
 
-def _spread(robot: CableRobot, poses: Array) -> tuple[Remark, ...]:
+def _spread(robot: CableRobot, poses: Array) -> Iterator[Remark]:
     """What is to be said of a list that tells no anchor from its mirror image, and of one that is not about this robot."""
     axes = [i for i in robot.axes if i < 3]
     shapes = [flat(poses[:, :3, 3] + poses[:, :3, :3] @ b, axes) for b in robot.b]
     mirrored = tuple(c for c, s in zip(robot.cables, shapes, strict=True) if s is not None)
-    out = []
     if mirrored:
         shape = next(s for s in shapes if s is not None)
-        out.append(Remark.of(Code.MIRROR_IMAGE, cables=mirrored, shape=shape))
+        yield Remark.of(Code.MIRROR_IMAGE, cables=mirrored, shape=shape)
     size = float(np.linalg.norm(robot.a.std(axis=0)))
     away = float(np.median(np.linalg.norm(poses[:, :3, 3] - robot.home[:3, 3], axis=1)))
     if away > AWAY * size:
-        out.append(Remark.of(Code.POSES_AWAY, away=Quantity(away), size=Quantity(size)))
-    return tuple(out)
+        yield Remark.of(Code.POSES_AWAY, away=Quantity(away), size=Quantity(size))
 
 
 NOISES = {"length": "lengths", "position": "positions", "orientation": "orientations"}

@@ -44,11 +44,8 @@ def compute_tensions(o: Any, command: str = "") -> Tensions:
     """Tensions with what they hold, margins and missing wrenches, by the options of the verb. Raises InputError."""
     file = read_cable(o.robot)
     si, power = o.si(file.units), POWER if o.power is None else o.power
-    able, weight, lever = (
-        statics.robot_with_limits(file, si.limits),
-        statics.mass_of(file, si.payload, si.mass),
-        si.length or 1.0,
-    )
+    able, lever = statics.robot_with_limits(file, si.limits), si.length or 1.0
+    weight = statics.mass_of(file, si.payload, si.mass)
     rows = read_platform_poses(o.poses, able)
     structure = _structures(able, rows, o.poses)
     extra = statics.wrench_of(file, o.wrench) + (0.0 if rows.wrench is None else rows.wrench)

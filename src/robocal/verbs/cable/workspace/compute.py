@@ -6,6 +6,7 @@ What a cable robot is to hold wherever it goes: a `Demand` from options in its f
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -223,24 +224,22 @@ def _boundary(
     return surface(robot, demand, start.at, sides, rays, steps), cuts
 
 
-def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> tuple[Remark, ...]:
+def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> Iterator[Remark]:
     """What the grid knows and the rays do not: other parts, holes, what the start does not see; and when the two disagree."""
     unit, size = ("m2", edge.area) if isinstance(edge, Outline) else ("m3", edge.volume if edge else 0.0)
     one = made.volume / made.inside.sum()
-    out = []
     if (len(found.parts) > 1) and sum(found.parts[1:]) > 0.01 * sum(found.parts):
         shown = tuple(f"{n * one:.3g}" for n in found.parts[:5])
-        out.append(Remark.of(Code.PARTS_APART, count=len(found.parts), sizes=shown, unit=unit))
+        yield Remark.of(Code.PARTS_APART, count=len(found.parts), sizes=shown, unit=unit)
     if found.holes:
-        out.append(Remark.of(Code.HOLES, count=len(found.holes), size=float(sum(found.holes) * one), unit=unit))
+        yield Remark.of(Code.HOLES, count=len(found.holes), size=float(sum(found.holes) * one), unit=unit)
     if start.visible < SEEN:
         kind = "outline" if isinstance(edge, Outline) else "surface"
-        out.append(Remark.of(Code.START_SEES_PART, share=100 * (1 - start.visible), edge=kind))
+        yield Remark.of(Code.START_SEES_PART, share=100 * (1 - start.visible), edge=kind)
     if abs(size / made.volume - 1) > NEAR:
         # What the start does not see, no finer grid brings back.
         seen = None if start.visible < SEEN else start.visible
-        out.append(Remark.of(Code.RAYS_DIFFER, percent=100 * (size / made.volume - 1), seen=seen))
-    return tuple(out)
+        yield Remark.of(Code.RAYS_DIFFER, percent=100 * (size / made.volume - 1), seen=seen)
 
 
 def _doubts(
