@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["Options", "run", "sections"]
 
 FILES = ("drift.json", "report.html")
+Page = Callable[[Any, Sequence[Path]], Iterator[Section]]
 TEN = 10
 STYLES: dict[str, Style] = {"unchanged": "good", "possible": "doubtful", "drifted": "bad"}
 
@@ -105,7 +106,7 @@ def sections(made: Outcome[Any]) -> Iterator[Section]:
     from robocal.session.cable.drift import Drifts
     from robocal.verbs.drift.truth_errors import TruthComparison, truth_sections
 
-    pages = {Drifts: drift_sections, TruthComparison: truth_sections}
+    pages: dict[type, Page] = {Drifts: drift_sections, TruthComparison: truth_sections}
     yield from pages.get(type(made.result), _run_sections)(made.result, made.written)
 
 

@@ -109,8 +109,9 @@ def _anova(found: Mapping[str, Anova]) -> Table:
 def _agreement_table(found: PosePair[Agreed]) -> Iterator[Block]:
     position, turned = found.position, found.orientation
     rows = [(pair, figure(v, 3), figure(turned.apart[pair], 3)) for pair, v in position.apart.items()]
-    for name, *both in ((name, v, turned.own[name]) for name, v in position.own.items()):
-        rows.append((f"{name} by itself", *(figure(v, 3) if v == v else "none left" for v in both)))
+    for name in position.own:
+        moved, turn = (figure(v, 3) if v == v else "none left" for v in (position.own[name], turned.own[name]))
+        rows.append((f"{name} by itself", moved, turn))
     yield table("rms, aligned to the reference", "position [mm]", "orientation [deg]", right=(1, 2), rows=rows)
     yield from quiet("by itself: if the errors of the three have nothing in common (Grubbs)")
     for what, one in (("positions", position), ("orientations", turned)):
