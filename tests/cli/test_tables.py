@@ -14,7 +14,7 @@ from files.test_cable import caspr
 from rich.console import Console
 from rich.text import Text
 
-from robocal.cli.tables import PlainTable
+from robocal.cli.draw import PlainTable
 from robocal.cli.terminal import Terminal
 from robocal.files.cable.write import describe_cable
 

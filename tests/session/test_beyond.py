@@ -67,7 +67,7 @@ def test_stated_groups_are_asked_and_the_run_folder_predicts_the_same(made):
     assert [g["name"] for g in document["beyond"]] == ["eccentricity", "gain"]
     assert "Beyond geometry" in (run / "report.html").read_text()
     found = validate(str(run), [str(made / "again" / "data.yaml")], against=str(made / "robot.yaml"))
-    assert found.gain[1] > 0 and found.layer is None
+    assert found.gain.low > 0 and found.layer is None
     without = {
         "leave_one_out": False,
         "fix": ("j2.cos1", "j2.cos2", "j2.sin1", "j2.sin2", "j3.cos1", "j3.cos2", "j3.sin1", "j3.sin2"),
@@ -92,7 +92,7 @@ def test_a_layer_of_a_run_folder_is_used_by_validate(made):
     wrong = learn(("j1", "j2", "j3", "j4"), (True,) * 4, q, np.full((60, 3), 1e-3) + 1e-5 * q[:, :3])
     (run / "layer.json").write_text(layer_text(wrong))
     layered = validate(str(run), [str(made / "again" / "data.yaml")])
-    assert layered.statistic == plain.statistic and layered.layer.mean > 3 * plain.statistic.mean
+    assert layered.errors == plain.errors and layered.layer.mean > 3 * plain.errors.this.mean
     assert any(w.code is Code.LAYER_ON_TOP for w in layered.warnings) and layered.document.layer["unit"] == "mm"
     (run / "layer.json").write_text(layer_text(wrong).replace('"j4"', '"j5"'))
     with pytest.raises(FormatError, match="another robot"):

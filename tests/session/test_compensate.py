@@ -175,8 +175,8 @@ def test_the_tool_is_chosen(ur10: Path, tmp_path: Path) -> None:
             str(tmp_path / "real.yaml"), str(tmp_path / "q.csv"), nominal=str(ur10 / "nominal.yaml"), tool=tool
         )
         assert any(w.code is Code.TOOL_CHANGED for w in made.warnings)
-        assert made.before is not None
-        return made.before.mean
+        assert made.errors.before is not None
+        return made.errors.before.mean
 
     assert before("own") > 49 and before("calibrated") < 3 and before("nominal") < 3
     assert before("0,0,50,0,0,0") == pytest.approx(before("calibrated"), rel=1e-9)

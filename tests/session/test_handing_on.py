@@ -13,6 +13,7 @@ from cli.runs import small
 from simulated import true_chain
 
 from robocal.arms import catalog
+from robocal.arms.chain import joint_offsets
 from robocal.arms.conventions import chain
 from robocal.errors import ModelError
 from robocal.files.csvtable import csv_text
@@ -26,7 +27,6 @@ from robocal.files.urdf_into import urdf_text
 from robocal.session.inputs import open_arm
 from robocal.session.simulated_robot import Errors, sample_joints
 from robocal.verbs.demo.cases import example_folder
-from robocal.verbs.export.controller_offsets import joint_offsets
 from robocal.verbs.export.result import parameter_table
 
 

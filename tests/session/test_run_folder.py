@@ -183,7 +183,7 @@ def test_validate_knows_single_rows_again_in_another_file(runs):
     assert Code.SEEN_LEFT_OUT in [w.code for w in mixed.warnings] and mixed.trusted
     told = next(w for w in mixed.warnings if w.code is Code.SEEN_LEFT_OUT).numbers
     assert (told["count"], told["total"], told["left"]) == (20, 60, 40)
-    assert mixed.statistic == alone.statistic
+    assert mixed.errors == alone.errors
     few = validate(run, [joined(runs, "one", "again", 4)])
     assert not few.trusted and [r.code for r in few.reasons][:1] == [Code.FEW_UNSEEN_HERE]
     assert validate(run, [joined(runs, "one", "again", 12)]).trusted

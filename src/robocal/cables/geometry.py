@@ -49,7 +49,7 @@ WHEEL_EXPECTED = (0.005, 0.05, 0.05, 0.05)  # m, and what an axis is off that so
 SOFTER = 0.5  # of itself: what a catalogue knows of a rope's elasticity
 SPATIAL = (0, 1, 2, 3, 4, 5)
 # What a tape measure or radio beacons leave, by the thesis; four poses and more improve it a hundredfold.
-EXPECTED = 0.1  # m
+EXPECTED = 0.1  # tolerance: m
 
 # What a robot can do, by plane (`plane` is that of a planar robot): the components of the twist (v, w) that it has.
 DEGREES: Mapping[str, Mapping[str, tuple[int, ...]]] = {

@@ -19,8 +19,9 @@ from typing import Annotated, Any
 
 import typer
 
-from robocal.cli.guard import DONE, UNTRUSTED
+from robocal.cli.guard import DONE, UNTRUSTED, complain
 from robocal.cli.terminal import Terminal, command_line
+from robocal.remarks.remark import full_text
 from robocal.verbs.option import Arg, OptionField, entries
 from robocal.verbs.registry import CABLE, COMMAND_NAMES, VERBS
 
@@ -121,9 +122,9 @@ def _done(module: ModuleType, words: dict[str, Any], json: bool) -> int:
     listed = made.text is not None
     if json or listed:
         for said in made.remarks:
-            terminal.warn(said)
+            complain(full_text(said), kind="warning")
         if made.note and not json:
-            terminal.note(made.note)
+            complain(made.note, kind="note")
     if json:
         terminal.document(made.document())
     elif listed and not made.written:
@@ -136,13 +137,11 @@ def _done(module: ModuleType, words: dict[str, Any], json: bool) -> int:
 def _parameter(entry: OptionField) -> inspect.Parameter:
     """One option as typer reads it."""
     kind: Any = str if entry.kind is Path else entry.kind
-    default = entry.default
+    default = str(entry.default) if isinstance(entry.default, Path) else entry.default
     if entry.several:
         kind, default = list[kind], None if entry.required else list(default)
     if entry.optional or (entry.several and isinstance(entry.facts, Arg) and not entry.required):
         kind = kind | None
-    if isinstance(default, Path):
-        default = str(default)
     default = inspect.Parameter.empty if entry.required else default
     hint = Annotated[kind, _typer_parameter(entry)]
     return inspect.Parameter(entry.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)

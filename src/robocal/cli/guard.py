@@ -48,32 +48,33 @@ def run(arguments: Sequence[str] | None, build: Callable[[Sequence[str]], Any]) 
             # Whoever read our output has gone, as `head` does: not worth a word.
             _silence(sys.stdout)
             return 128 + 13
-        except (InputError, MissingExtra) as error:
-            if debug:
-                raise
-            complain(str(error), whole=True)
-            _document(words, error)
-            return INPUT
-        except OSError as error:
-            if debug:
-                raise
-            _document(words, error)
-            _silence(sys.stdout)
-            where = f"{error.filename}: " if error.filename else ""
-            complain(f"{where}{(error.strerror or str(error)).lower()}")
-            return INPUT
         except MemoryError:
             complain("not enough memory for this; fewer rows or fewer free parameters need less")
             return INPUT
         except Exception as error:
             if debug:
                 raise
-            if _received:
-                return _stop()
-            first = str(error).strip().splitlines()[0] if str(error).strip() else "no message"
-            complain(f"a fault in robocal itself: {type(error).__name__}: {first[:200]}")
-            complain("please report it, with the output of the same command and --debug", kind="note")
-            return FAULT
+            return _status_of(error, words)
+
+
+def _status_of(error: Exception, words: Sequence[str]) -> int:
+    """Says what is wrong; the exit status of it."""
+    if isinstance(error, InputError | MissingExtra):
+        complain(str(error), whole=True)
+        _document(words, error)
+        return INPUT
+    if isinstance(error, OSError):
+        _document(words, error)
+        _silence(sys.stdout)
+        where = f"{error.filename}: " if error.filename else ""
+        complain(f"{where}{(error.strerror or str(error)).lower()}")
+        return INPUT
+    if _received:
+        return _stop()
+    first = next(iter(str(error).strip().splitlines()), "no message")
+    complain(f"a fault in robocal itself: {type(error).__name__}: {first[:200]}")
+    complain("please report it, with the output of the same command and --debug", kind="note")
+    return FAULT
 
 
 def _dispatch(words: list[str], build: Callable[[Sequence[str]], Any]) -> int:
@@ -102,9 +103,8 @@ def _dispatch(words: list[str], build: Callable[[Sequence[str]], Any]) -> int:
         wrong = next((w for w in IDENTIFY if typed[: len(w)] == w), None)
         text = _plain(error)
         if wrong:
-            text = (
-                f"no such command {wrong[-1]!r}. Did you mean 'robocal identify ROBOT DATA'? It serves cable robots too"
-            )
+            near = "'robocal identify ROBOT DATA'"
+            text = f"no such command {wrong[-1]!r}. Did you mean {near}? It serves cable robots too"
         complain(text, kind=path)
         _document(words, text)
         sys.stderr.write(f"Try: {'robocal identify' if wrong else path} --help\n")
@@ -146,9 +146,8 @@ def _plain(error: Any) -> str:
         from robocal.errors import nearest
 
         name, context = str(error.option_name), getattr(error, "ctx", None)
-        known = [
-            o for p in (context.command.params if context is not None else ()) for o in p.opts if o.startswith("--")
-        ]
+        parameters = () if context is None else context.command.params
+        known = [o for p in parameters for o in p.opts if o.startswith("--")]
         guess = nearest(name, known) or next(iter(options or ()), None)
         text = f"there is no option {name}" + (f"; did you mean {guess}?" if guess else "")
     return text[0].lower() + text[1:] if text else type(error).__name__
@@ -159,12 +158,10 @@ def complain(text: str, kind: str = "error", *, whole: bool = False) -> None:
     is to be copied from it (`whole`: it is short already)."""
     whole = whole or kind in ("note", "warning")
     text = printable(text) if whole else shorten(printable(text), MESSAGE_LIMIT - 1)
-    label = kind if kind in ("error", "note", "warning") else f"{kind}: error"
-    colour = {"error": 31, "warning": 33, "note": 36}.get(kind, 31)
+    colours = {"error": 31, "warning": 33, "note": 36}
+    label = f"{kind}:" if kind in colours else f"{kind}: error:"
     if wants_colour(sys.stderr):
-        label = f"\033[1;{colour}m{label}:\033[0m"
-    else:
-        label += ":"
+        label = f"\033[1;{colours.get(kind, 31)}m{label}\033[0m"
     with suppress(OSError, ValueError):
         sys.stderr.write(f"{label} {text}\n")
         sys.stderr.flush()
@@ -172,12 +169,10 @@ def complain(text: str, kind: str = "error", *, whole: bool = False) -> None:
 
 def wants_colour(stream: Any) -> bool:
     """Whether a stream is a terminal that wants colour."""
-    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
-        return False
-    try:
-        return bool(stream.isatty())
-    except (AttributeError, ValueError):
-        return False
+    if not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb":
+        with suppress(AttributeError, ValueError):
+            return bool(stream.isatty())
+    return False
 
 
 # --- stopping ---------------------------------------------------------------------------------------------------------------

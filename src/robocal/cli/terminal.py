@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 
 from robocal.cli.guard import complain, stop_requested, wants_colour
 from robocal.errors import Cancelled
-from robocal.remarks.remark import Message, full_text
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -72,15 +71,10 @@ class Terminal:
 
             stream = sys.stderr if self.json else sys.stdout
             # Without a terminal there is no width to respect: wide enough for any table, as a log wants it.
-            seen = stream.isatty() or "COLUMNS" in os.environ
-            width = None if seen else 120
+            width = None if stream.isatty() or "COLUMNS" in os.environ else 120
+            plain = None if wants_colour(stream) else True
             self._console = Console(
-                file=stream,
-                highlight=False,
-                markup=False,
-                width=width,
-                no_color=None if wants_colour(stream) else True,
-                emoji=False,
+                file=stream, highlight=False, markup=False, width=width, no_color=plain, emoji=False
             )
             # rich would leave with status 1, a fault of ours; the guard knows better what a reader that has gone means.
             self._console.on_broken_pipe = _raise_broken_pipe  # type: ignore[method-assign]
@@ -106,19 +100,6 @@ class Terminal:
 
         self.show(*drawn(sections))
 
-    def say(self, text: str = "") -> None:
-        """A line of plain text, as it is."""
-        if not self.json:
-            self.console.print(text)
-
-    def warn(self, said: Message) -> None:
-        """A warning on stderr, with what to do about it."""
-        complain(full_text(said), kind="warning")
-
-    def note(self, text: str) -> None:
-        """What a person wants to know beside a list on stdout, on stderr."""
-        complain(text, kind="note")
-
     def document(self, value: Any) -> None:
         """The one JSON document, when it is wanted."""
         if self.json:
@@ -132,11 +113,7 @@ class Terminal:
         from robocal._jit import on_compile
 
         bar = Bar(self)
-
-        def compiling() -> None:
-            complain("compiling kernels, once for this version and machine (up to 20 s)", kind="note")
-
-        on_compile(compiling)
+        on_compile(lambda: complain("compiling kernels, once for this version and machine (up to 20 s)", kind="note"))
         try:
             yield bar
         finally:
@@ -191,24 +168,19 @@ class Bar:
                 self._progress.update(self._task, description=self.text, total=total_, completed=completed)
 
     def _open(self) -> None:
+        from rich import progress
         from rich.console import Console
-        from rich.progress import (
-            BarColumn,
-            Progress,
-            TaskProgressColumn,
-            TextColumn,
-            TimeElapsedColumn,
-            TimeRemainingColumn,
-        )
 
         with self._lock:
             if self._timer is None:
                 return
             console = Console(stderr=True, no_color=None if wants_colour(sys.stderr) else True)
             # Share and time left stay empty where nobody knows them.
-            left = TimeRemainingColumn(compact=True, elapsed_when_finished=True)
-            columns = (TextColumn("{task.description}"), BarColumn(24), TaskProgressColumn(), TimeElapsedColumn(), left)
-            self._progress = Progress(*columns, console=console, transient=True)
+            left = progress.TimeRemainingColumn(compact=True, elapsed_when_finished=True)
+            share = (progress.BarColumn(24), progress.TaskProgressColumn(), progress.TimeElapsedColumn(), left)
+            self._progress = progress.Progress(
+                progress.TextColumn("{task.description}"), *share, console=console, transient=True
+            )
             self._task = self._progress.add_task(self.text, total=None if self.share is None else 1.0)
             self._progress.start()
 
@@ -216,7 +188,7 @@ class Bar:
         """Draws what was found meanwhile; the bar comes back with the next thing that takes long."""
         self.close()
         self.terminal.draw(sections)
-        self.terminal.say()
+        self.terminal.show("")
         self._arm()
 
     def close(self) -> None:

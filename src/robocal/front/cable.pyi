@@ -9,12 +9,12 @@ from robocal.front.cable_arrays import CableArm as CableArm
 from robocal.front.cable_arrays import robot as robot
 from robocal.front.verb_result import Found
 from robocal.session.cable.drift import Drifts as _drift_Drifts
+from robocal.session.cable.pose_list_result import Listed as _poses_Listed
+from robocal.session.cable.workspace_result import Workspace as _workspace_Workspace
 from robocal.verbs.cable.contact.result import Motions as _contact_Motions
 from robocal.verbs.cable.forward.result import Poses as _forward_Poses
-from robocal.verbs.cable.poses.result import Listed as _poses_Listed
 from robocal.verbs.cable.require.result import Required as _require_Required
 from robocal.verbs.cable.tension.result import Tensions as _tension_Tensions
-from robocal.verbs.cable.workspace.result import Workspace as _workspace_Workspace
 
 _Path = str | os.PathLike[str]
 _Given = _Path | Measurements | Found[Any]

@@ -22,10 +22,22 @@ from robocal.studies.cluster import Cluster, on_cluster
 from robocal.studies.work import Work, chunks, do, drawn, trials_of, unpack
 from robocal.studies.worker import Died, Worker
 
-__all__ = ["StudyOutputs", "clear", "conduct", "parts_of"]
+__all__ = ["PointSummary", "StudyOutputs", "clear", "conduct", "parts_of"]
 
 DEATHS = 20  # of the workers of one thread
 ABOUT = "study.json"
+
+
+@dataclass(frozen=True)
+class PointSummary:
+    """Of one output at one point, SI: root mean square and mean over trials, standard deviation of one, trials that did not end, and
+    what theory foretells of the root mean square."""
+
+    rms: float
+    mean: float
+    scatter: float
+    lost: int
+    theory: float | None
 
 
 @dataclass(frozen=True)
@@ -36,6 +48,16 @@ class StudyOutputs:
     outputs: dict[str, Array]
     units: dict[str, str]
     theory: tuple[dict[str, float], ...]
+
+    def summary(self, name: str) -> list[PointSummary]:
+        """One output at every point."""
+        out = []
+        for values, theory in zip(self.outputs[name], self.theory, strict=True):
+            good = values[np.isfinite(values)]
+            spread = float(good.std(ddof=1)) if len(good) > 1 else float("nan")
+            rms, mean = (float(np.sqrt(np.mean(good**2))), float(good.mean())) if len(good) else (float("nan"),) * 2
+            out.append(PointSummary(rms, mean, spread, len(values) - len(good), theory.get(name)))
+        return out
 
 
 def parts_of(result: Path) -> Path:

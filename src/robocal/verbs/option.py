@@ -15,7 +15,7 @@ from __future__ import annotations
 import builtins
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import MISSING, Field, dataclass, field, fields
 from functools import cache
 from types import NoneType, SimpleNamespace, UnionType
@@ -139,12 +139,14 @@ class BaseOptions:
                 if entry.facts.listed:
                     words = (w.strip() for given in getattr(self, entry.name) for w in str(given).split(","))
                     object.__setattr__(self, entry.name, tuple(w for w in words if w))
-                object.__setattr__(self, entry.name, _plain(getattr(self, entry.name)))
-                if getattr(self, entry.name) is None and not entry.optional:
-                    raise ModelError(
-                        "this option needs a value", key=entry.word, expected=KINDS.get(entry.kind, "a path")
-                    )
-                for value in _values(getattr(self, entry.name)):
+                given = getattr(self, entry.name)
+                if getattr(given, "shape", None) == () and callable(scalar := getattr(given, "item", None)):
+                    given = scalar()  # of numpy, as Python's
+                    object.__setattr__(self, entry.name, given)
+                if given is None and not entry.optional:
+                    expected = KINDS.get(entry.kind, "a path")
+                    raise ModelError("this option needs a value", key=entry.word, expected=expected)
+                for value in _values(given):
                     _check(entry, entry.facts, value)
         self._apart()
 
@@ -153,12 +155,11 @@ class BaseOptions:
         output = getattr(self, "output", None)
         if output is None or not os.path.isfile(output):
             return
-        for name, given in self.given.items():
-            for value in _values(given) if name != "output" else ():
-                if isinstance(value, str | os.PathLike) and os.path.isfile(value) and os.path.samefile(value, output):
-                    raise ModelError(
-                        "the output is one of the inputs", key="--output", found=str(output), expected="another name"
-                    )
+        inputs = (value for name, given in self.given.items() if name != "output" for value in _values(given))
+        for value in inputs:
+            if isinstance(value, str | os.PathLike) and os.path.isfile(value) and os.path.samefile(value, output):
+                message, found = "the output is one of the inputs", str(output)
+                raise ModelError(message, key="--output", found=found, expected="another name")
 
     @property
     def given(self) -> dict[str, Any]:
@@ -169,6 +170,13 @@ class BaseOptions:
         """Whether an option is another than its default."""
         default = next(f.default for f in fields(self) if f.name == name)
         return bool(getattr(self, name) != default)
+
+    def refuse(self, names: Iterable[str], message: str, expected: str) -> None:
+        """Raises ModelError for an option that means nothing beside the others."""
+        for name in names:
+            if self.departs(name):
+                key, found = "--" + name.replace("_", "-"), getattr(self, name)
+                raise ModelError(message, key=key, found=found, expected=expected)
 
     def si(self, units: Any) -> SimpleNamespace:
         """Every option by its name, with numbers in SI where they are told in a unit of the robot's file; numbers between commas
@@ -187,8 +195,7 @@ def entries(options: Any) -> tuple[OptionField, ...]:
 def _entry(field: Field[Any], hint: Any) -> OptionField:
     told = field.metadata.get("told")
     kind, told = (hint, told) if told is not None else get_args(hint)
-    optional, several = False, False
-    numeric = False
+    optional, several, numeric = False, False, False
     if get_origin(kind) in (Union, UnionType):
         plain = [a for a in get_args(kind) if a is not NoneType]
         optional, numeric = NoneType in get_args(kind), float in plain and str in plain
@@ -206,12 +213,6 @@ def _values(value: Any) -> Iterator[Any]:
         yield value
 
 
-def _plain(value: Any) -> Any:
-    """Scalars of numpy as Python's."""
-    scalar = getattr(value, "item", None) if getattr(value, "shape", None) == () else None
-    return scalar() if callable(scalar) else value
-
-
 def _check(entry: OptionField, told: Option, value: Any) -> None:
     flag, number = isinstance(value, bool), isinstance(value, int | float)
     right = {bool: flag, int: isinstance(value, int) and not flag, float: number and not flag}
@@ -219,10 +220,8 @@ def _check(entry: OptionField, told: Option, value: Any) -> None:
     if not right.get(entry.kind, True):
         raise ModelError("not a value of this option", key=entry.word, found=value, expected=KINDS[entry.kind])
     if told.choices and value not in told.choices:
-        near = nearest(str(value), told.choices)
-        raise ModelError(
-            "unknown option", key=entry.word, found=value, expected=", ".join(told.choices), suggestion=near
-        )
+        near, expected = nearest(str(value), told.choices), ", ".join(told.choices)
+        raise ModelError("unknown option", key=entry.word, found=value, expected=expected, suggestion=near)
     if entry.kind in (int, float) and number and not told.holds(value):
         words = ("" if math.isfinite(value) else "a finite number", told.range)
         raise ModelError(told.wrong, key=entry.word, found=value, expected=", ".join(w for w in words if w))

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from robocal.progress import Watch
 from robocal.remarks.remark import Message
+from robocal.report.sections import Section, Text
 
 if TYPE_CHECKING:
     from robocal.quantities import Listing
-    from robocal.report.sections import Section
-    from robocal.session.cable.cable_result import CableResult
+    from robocal.session.verb_base import VerbResult
 
-__all__ = ["Outcome", "Watch", "run_cable_verb"]
+__all__ = ["Outcome", "Watch", "details", "path_sections", "run_verb"]
 
 T = TypeVar("T")
-R = TypeVar("R", bound="CableResult")
+R = TypeVar("R", bound="VerbResult")
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,12 @@ class Outcome(Generic[T]):
     written: tuple[Path, ...] = ()
     listing: Listing | None = None
 
+    @staticmethod
+    def of(made: R) -> Outcome[R]:
+        """Of a result that says all of this by itself."""
+        text, listing = made.printed
+        return Outcome(made, lambda: made.document, made.trusted, made.remarks, text, made.note, listing=listing)
+
     def __getstate__(self) -> dict[str, Any]:
         """For pickle: the document as it is."""
         return {**self.__dict__, "document": _Constant(self.document())}
@@ -58,34 +64,6 @@ class Outcome(Generic[T]):
         files = () if place is None or self.text is None else (write_text(place, self.text),)
         return self._with(files, str(files[0]) if files else None)
 
-    def with_page(
-        self,
-        folder: Path | None,
-        told: Iterable[Section],
-        texts: Callable[[], Mapping[str, str | bytes]],
-        page: str,
-        **head: Any,
-    ) -> Outcome[T]:
-        """The same with `texts` and a page of what is `told` in a folder, where one is wanted; `head` as of `report.page.page`."""
-        if folder is None:
-            return self
-        from robocal.files.plain import plain
-        from robocal.files.writing import write_files
-        from robocal.report import page as report
-
-        recipe = plain(self.document()).get("provenance")
-        return self.with_files(
-            write_files(folder, {**texts(), page: report.page(sections=told, recipe=recipe, **head)})
-        )
-
-    def recorded(self, place: Path | None, text: str | None) -> Outcome[T]:
-        """The same with a file that grows, such as a history, written anew where there is a text."""
-        if place is None or text is None:
-            return self
-        from robocal.files.writing import write_text
-
-        return self.with_files((*self.written, write_text(place, text)))
-
     def with_files(self, written: tuple[Path, ...]) -> Outcome[T]:
         """The same with the files that were written, which the document lists too."""
         return self._with(written, [str(p) for p in written])
@@ -96,18 +74,49 @@ class Outcome(Generic[T]):
         return replace(self, written=files, document=lambda: {**plain(self.document()), "written": named})
 
 
-def run_cable_verb(
+def run_verb(
     o: Any, files: Sequence[str], find: Callable[[], R], *tell: Callable[[Outcome[R]], Iterable[Section]]
 ) -> Outcome[R]:
-    """What is found; a folder gets its files and a page of what is told. Raises FileError where one of `files` would be replaced."""
-    from robocal.files.writing import refuse_existing
+    """What is found. `output` gets the text of it; where there are `files` it is a folder that gets them, the last a page of what is
+    told; `history` grows by its runs. Raises FileError where one of `files` would be replaced."""
+    from robocal.files.writing import refuse_existing, write_files, write_text
 
     refuse_existing(o.output, files, o.force)
     made = find()
-    text, listing = made.printed
-    note = made.note if o.output is None else ""
-    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks, text, note, listing=listing)
-    outcome = outcome.with_files(())
-    told = (section for sections in tell for section in sections(outcome))
-    title = f"{made.robot.name}: {made.title}"
-    return outcome.with_page(o.output, told, made.texts, "report.html", title=title, kind="Cable robot")
+    outcome = Outcome.of(made)
+    if not files:
+        return outcome.put(o.output)
+    if made.lists_files == "always":
+        outcome = outcome.with_files(())
+    history: Path | None = getattr(o, "history", None)
+    grown = ""
+    if history is not None:  # before anything is written: it may be no history
+        from robocal.session.runs import with_history
+
+        grown = with_history(history, made.runs)
+    written: tuple[Path, ...] = ()
+    if o.output is not None:
+        from robocal.files.plain import plain
+        from robocal.report.page import page
+
+        texts = dict(made.texts())
+        if tell:
+            told = [section for sections in tell for section in sections(outcome)]
+            texts[files[-1]] = page(sections=told, recipe=plain(outcome.document()).get("provenance"), **made.head)
+        written = write_files(o.output, texts)
+    if history is not None:
+        written = (*written, write_text(history, grown))
+    if not written:
+        return outcome
+    outcome = replace(outcome, note="", written=written)
+    return outcome if made.lists_files == "never" else outcome.with_files(written)
+
+
+def path_sections(made: Outcome[Any]) -> Iterator[Section]:
+    """Where the file is, of a verb whose text stands on stdout where nothing is written."""
+    yield Section.of("", *(Text.of(str(path)) for path in made.written))
+
+
+def details(made: Outcome[Any]) -> Iterator[Section]:
+    """What a page has room for beside the sections of its verb."""
+    yield from made.result.details()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from robocal.report.sections import Section, Text
 from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import path_sections as sections
 
 __all__ = ["Options", "run", "sections"]
 
@@ -36,8 +35,3 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Pa
     page = report(folder.result, read_residuals(rows), accuracy)
     written = write_text(o.output or o.folder / REPORT, page)
     return Outcome(written, lambda: {"written": str(written)}, written=(written,))
-
-
-def sections(made: Outcome[Path]) -> Iterator[Section]:
-    """Where the page is."""
-    yield Section.of("", Text.of(str(made.written[0])))

@@ -15,7 +15,7 @@ from robocal.cables.statics import row_weights, structures
 
 __all__ = ["CLOSED", "Dexterity", "condition_number", "dexterity", "tension_factor"]
 
-CLOSED = 1e-9  # a smaller tension factor is made of rounding
+CLOSED = 1e-9  # tolerance: a smaller tension factor is made of rounding
 
 
 @dataclass(frozen=True, eq=False)

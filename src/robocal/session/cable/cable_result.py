@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.parts import CableDocument
-from robocal.files.text import InputFile
-from robocal.quantities import Listing
 from robocal.remarks.remark import Remark, full_text
 from robocal.report.cable.length_unit import LengthUnit
 from robocal.report.cable.part import part
 from robocal.report.sections import Section
 from robocal.session.cable.statics_options import cable_document
+from robocal.session.verb_base import VerbResult
 
 __all__ = ["CableResult"]
 
@@ -24,17 +22,13 @@ D = TypeVar("D", bound=CableDocument)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CableResult(ABC):
-    """What a verb finds of a cable robot: its file, the robot with the mass and limits that were asked for; what is to be said of it;
-    `reasons`: why it must not be trusted; the files that were read, and by which command."""
+class CableResult(VerbResult):
+    """What a verb finds of a cable robot: its file, the robot with the mass and limits that were asked for."""
 
     file: CableFile
-    warnings: tuple[Remark, ...]
-    reasons: tuple[Remark, ...] = ()
-    inputs: tuple[InputFile, ...]
-    command: str = ""
 
     title: ClassVar[str] = ""  # of its page
+    lists_files = "always"
 
     @property
     def robot(self) -> CableRobot:
@@ -47,37 +41,17 @@ class CableResult(ABC):
         return LengthUnit(self.file.units.length.name, self.file.units.length.factor)
 
     @property
-    def remarks(self) -> tuple[Remark, ...]:
-        """All that is to be said."""
-        return (*self.warnings, *self.reasons)
+    def head(self) -> dict[str, Any]:
+        """The robot and what the page is of."""
+        return {"title": f"{self.robot.name}: {self.title}", "kind": "Cable robot"}
 
-    @property
-    def trusted(self) -> bool:
-        """Whether the exit status is 0."""
-        return not self.reasons
-
-    @property
-    def printed(self) -> tuple[str | None, Listing | None]:
-        """The list that belongs on stdout, as a CSV and as it is, where there is one."""
-        return None, None
-
-    @property
-    def note(self) -> str:
-        """One line on the whole, beside that list."""
-        return ""
-
-    @property
-    @abstractmethod
-    def document(self) -> CableDocument:
-        """What --json says."""
-
-    def texts(self) -> Mapping[str, str | bytes]:
-        """The files of a folder, but its page."""
-        return {}
-
-    def document_of(self, kind: type[D], **parts: Any) -> D:
+    def document_of(self, kind: type[D], /, **parts: Any) -> D:  # type: ignore[override]
         """The document of a verb, of its own `parts`."""
         return cable_document(kind, self.robot, self.remarks, self.inputs, self.command, **parts)
+
+    def details(self) -> Iterator[Section]:
+        """What its page has room for."""
+        yield from ()
 
     def method_part(self, words: str, remarks: Iterable[Remark] = ()) -> Section:
         """How a page says that its result was worked out, and what of the robot was assumed."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,47 +16,29 @@ from robocal.errors import ModelError
 from robocal.files.parts import provenance_of
 from robocal.files.plain import json_text
 from robocal.files.runfolder import Run
-from robocal.files.text import InputFile
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, remark_fields
 from robocal.session.cable.calibrated import Calibrated, open_calibrated
 from robocal.session.cable.statics_options import robot_inputs
 from robocal.session.runs import shared_files, tables_by_hash
+from robocal.session.verb_base import VerdictResult
 
 __all__ = ["Drifts", "drifts"]
 
 
-@dataclass(frozen=True, eq=False)
-class Drifts:
-    """Calibrations of one robot; every later one against the first, where both are runs."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drifts(VerdictResult):
+    """Calibrations of one robot; every later one against the first, where both are runs; `labels` are short names for the places."""
 
     all: tuple[Calibrated, ...]
     compared: tuple[tuple[str, AnchorDrift], ...]
     scattered: Scattered
-    zeros_unchanged: bool
-    remarks: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str
+    labels: Mapping[str, str]
 
     @property
     def robot(self) -> CableRobot:
         """The first of them."""
         return self.all[0].robot
-
-    @cached_property
-    def reasons(self) -> tuple[Remark, ...]:
-        """What every comparison comes to."""
-        labels, unchanged = self.labels, self.zeros_unchanged
-        return tuple(r for place, found in self.compared for r in _reasons(labels[place], found, unchanged))
-
-    @cached_property
-    def labels(self) -> dict[str, str]:
-        """Short names for the places: as many of their last parts as it takes to tell them apart."""
-        parts = [Path(c.place).absolute().parts for c in self.all]
-        for n in range(1, max(map(len, parts)) + 1):
-            if len({p[-n:] for p in parts}) == len({*parts}):
-                break
-        return {c.place: str(Path(*p[-n:])) for c, p in zip(self.all, parts, strict=True)}
 
     @property
     def trusted(self) -> bool:
@@ -100,6 +81,15 @@ class Drifts:
             "reasons": [r.document for r in self.reasons],
             "assumed": self.robot.assumed, **remark_fields(self.remarks), "provenance": provenance_of(self.command, self.inputs),
         }  # fmt: skip
+
+
+def _labels(places: Sequence[str]) -> dict[str, str]:
+    """Short names for the places: as many of their last parts as it takes to tell them apart."""
+    parts = [Path(place).absolute().parts for place in places]
+    for n in range(1, max(map(len, parts)) + 1):
+        if len({p[-n:] for p in parts}) == len({*parts}):
+            break
+    return {place: str(Path(*p[-n:])) for place, p in zip(places, parts, strict=True)}
 
 
 def _cable(x: CableChange) -> dict[str, Any]:
@@ -178,4 +168,9 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
     anchors, zeros = (np.array([getattr(c.robot, k) for c in every]) for k in ("a", "zeros"))
     scattered = calibration_scatter(first.robot, anchors, zeros)
     inputs = tuple(i for c in every for i in robot_inputs(c.file, c.place))
-    return Drifts(every, tuple(found), scattered, zeros_unchanged, tuple(remarks), inputs, command)
+    labels = _labels([c.place for c in every])
+    reasons = tuple(r for place, one in found for r in _reasons(labels[place], one, zeros_unchanged))
+    return Drifts(
+        all=every, compared=tuple(found), scattered=scattered, labels=labels, reasons=reasons, warnings=tuple(remarks), inputs=inputs,
+        command=command,
+    )  # fmt: skip

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 from robocal.report.sections import Section
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import Arg, BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
     from robocal.session.cable.drift import Drifts
 
 __all__ = ["Options", "run", "sections"]
 
-FILE, PAGE = "drift.json", "report.html"
+FILES = ("drift.json", "report.html")
 RUNS = Arg("RUNS...", "Run folders of one robot, the earliest first; robot files give only the scatter.")
 
 
@@ -44,21 +44,15 @@ class Options(BaseOptions):
         False, "The coordinates may differ by a motion: another instrument, or another place of it"
     )
     history: w.History = None
-    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", "DIR", short="-o")
+    output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", "DIR", short="-o")
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Drifts]:
     """Compares calibrations; a folder gets drift.json and a page. Raises InputError."""
-    from robocal.files.writing import refuse_existing
     from robocal.session.cable.drift import drifts
-    from robocal.session.runs import with_history
 
-    refuse_existing(o.output, (FILE, PAGE), o.force)
-    made = drifts(o.runs, o.zeros_unchanged, o.base_moves, command)
-    text = None if o.history is None else with_history(o.history, made.runs)
-    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
-    return outcome.with_page(o.output, list(sections(outcome)), made.texts, PAGE, **made.head).recorded(o.history, text)
+    return run_verb(o, FILES, lambda: drifts(o.runs, o.zeros_unchanged, o.base_moves, command), sections)
 
 
 def sections(made: Outcome[Drifts]) -> Iterator[Section]:

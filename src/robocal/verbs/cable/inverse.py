@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robocal.files.parts import CableDocument
 from robocal.quantities import Column, Listing
-from robocal.report.sections import Section, Text
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions
 from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import path_sections as sections
 
 if TYPE_CHECKING:
     from robocal._types import Array
@@ -77,8 +76,3 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ar
     document = cable_document(LengthsDocument, file.robot, remarks, inputs, command, lengths=kind, poses=listing)
     text, shown = listing_text(listing, file.units), in_units(listing, file.units)
     return Outcome(lengths, lambda: document, remarks=remarks, text=text, listing=shown).put(o.output)
-
-
-def sections(made: Outcome[Array]) -> Iterator[Section]:
-    """Where the list is."""
-    yield Section.of("", *(Text.of(str(path)) for path in made.written))

@@ -42,8 +42,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ch
     """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
     from robocal.verbs.check.result import check_inputs
 
-    found = check_inputs(o, watch)
-    return Outcome(found, lambda: found.document, remarks=found.warnings)
+    return Outcome.of(check_inputs(o, watch))
 
 
 def sections(made: Outcome[Checked]) -> Iterator[Section]:

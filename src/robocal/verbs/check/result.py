@@ -16,7 +16,6 @@ from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files import evidence_parts
 from robocal.files.display import outlier, to_display
 from robocal.files.parts import Document, InputHash, hashes
-from robocal.files.text import InputFile
 from robocal.fit.baseline import Baseline
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
@@ -24,9 +23,10 @@ from robocal.measure.machine import Model, joints_of
 from robocal.prove.identify import baseline
 from robocal.quantities import Amount, DisplayUnit, UnitValue
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark, remark_fields
+from robocal.remarks.remark import remark_fields
 from robocal.session.inputs import open_machine, read_inputs
 from robocal.session.opened import Inputs, Opened
+from robocal.session.verb_base import VerbResult
 from robocal.session.watching import Watch, computable
 
 if TYPE_CHECKING:
@@ -112,20 +112,17 @@ class CheckDocument(Document):
     inputs: list[InputHash]
 
 
-@dataclass(frozen=True)
-class Checked:
-    """What was found: the robot, the instruments, what the data can tell at the nominal model, and
-    warnings."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Checked(VerbResult):
+    """What was found: the robot, the instruments, what the data can tell at the nominal model; little of it without data."""
 
     robot: Opened[Any]
-    data: DataSet | None
-    instruments: tuple[InstrumentPart, ...]
     free: tuple[str, ...]
-    identifiability: Identifiability | None
-    misfit: float | None  # mean error of the nominal model with fitted frames (m), gross rows not counted
-    assumed: bool  # whether some noise had to be assumed
-    warnings: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
+    data: DataSet | None = None
+    instruments: tuple[InstrumentPart, ...] = ()
+    identifiability: Identifiability | None = None
+    misfit: float | None = None  # mean error of the nominal model with fitted frames (m), gross rows not counted
+    assumed: bool = False  # whether some noise had to be assumed
     outliers: tuple[Outlier, ...] = ()  # rows that do not belong to the others
     misfit_of_all: float | None = None  # the mean error with gross rows
 
@@ -169,7 +166,7 @@ def check_machine(opened: Opened[Any]) -> Checked:
     # A cable robot's file need not say what is free.
     findings = (f for f in run(When.DATA, Context(machine)) if opened.arm or f.code != Code.NOTHING_FREE)
     remarks = (*opened.warnings, *(f.remark for f in findings))
-    return Checked(opened, None, (), machine.table.free, None, None, False, remarks, opened.inputs)
+    return Checked(robot=opened, free=machine.table.free, warnings=remarks, inputs=opened.inputs)
 
 
 def check_data(inputs: Inputs, watch: Watch | None = None) -> Checked:
@@ -184,18 +181,16 @@ def check_data(inputs: Inputs, watch: Watch | None = None) -> Checked:
     context = Context(machine, measured, Baseline(problem, x), watch=watch)
     findings = [*run(When.DATA, context), *findings_of_segments.run(context)]
     strange = name_outliers(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
-    lengths = [
-        (np.linalg.norm(r.value[:, a:b], axis=1), r.used)
-        for r in problem.residuals(x)
-        for a, b, u in r.parts
-        if u == "m"
-    ]
+    parts = [(r, a, b) for r in problem.residuals(x) for a, b, unit in r.parts if unit == "m"]
+    lengths = [(np.linalg.norm(r.value[:, a:b], axis=1), r.used) for r, a, b in parts]
     misfit = float(np.concatenate([v[used] for v, used in lengths]).mean()) if lengths else None
     whole = float(np.concatenate([v for v, _ in lengths]).mean()) if lengths else None
     assumed = any(o.sigma is None for o in measured.observations)
     warnings = tuple(dict.fromkeys((*inputs.warnings, *(f.remark for f in findings))))
-    seen_by = _instruments(measured)
-    return Checked(opened, measured, seen_by, free, seen, misfit, assumed, warnings, inputs.files, strange, whole)
+    return Checked(
+        robot=opened, free=free, data=measured, instruments=_instruments(measured), identifiability=seen, misfit=misfit,
+        assumed=assumed, outliers=strange, misfit_of_all=whole, warnings=warnings, inputs=inputs.files,
+    )  # fmt: skip
 
 
 def _instruments(data: DataSet) -> tuple[InstrumentPart, ...]:

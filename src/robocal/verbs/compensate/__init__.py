@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robocal.report.sections import SPREAD, Section, Text, ends, figure, quiet, spread, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.compensate.result import Compensated
@@ -52,19 +52,9 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Compensated]:
     """Compensates targets; a folder gets compensated.csv and compensation.json. Raises InputError."""
-    from robocal.files.display import listing_text
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing, write_files
     from robocal.verbs.compensate.result import compensate_targets
 
-    refuse_existing(o.output, FILES, o.force)
-    found = compensate_targets(o, command, watch)
-    text = listing_text(found.listing)
-    if o.output is not None:
-        texts = dict(zip(FILES, (text, json_text(found.document)), strict=True))
-        found = replace(found, written=write_files(o.output, texts))
-    document, trusted = (lambda: found.document), found.trusted
-    return Outcome(found, document, trusted, found.warnings, text, written=found.written, listing=found.listing)
+    return run_verb(o, FILES, lambda: compensate_targets(o, command, watch))
 
 
 def sections(made: Outcome[Compensated]) -> Iterator[Section]:
@@ -72,11 +62,12 @@ def sections(made: Outcome[Compensated]) -> Iterator[Section]:
     found = made.result
     counts = ", ".join(f"{n} {word}" for word, n in found.counts.items() if n)
     yield Section.of("", Text.of((found.robot.name, "strong"), f"   {len(found.file.ids)} targets: {counts}"))
-    stages = (
-        ("not compensated", found.before),
-        ("corrected joint values", found.after),
-        ("corrected Cartesian targets", found.after_by_tcp),
-    )
+    labels = {
+        "before": "not compensated",
+        "after": "corrected joint values",
+        "after_by_tcp": "corrected Cartesian targets",
+    }
+    stages = ((label, getattr(found.errors, name)) for name, label in labels.items())
     rows = [(label, *spread(s)) for label, s in stages if s is not None]
     errors = table("simulated error [mm]", *SPREAD, right=(1, 2, 3, 4, 5), rows=rows)
     real, told = found.expected, None
@@ -86,11 +77,9 @@ def sections(made: Outcome[Compensated]) -> Iterator[Section]:
     yield Section.of("", errors, *quiet("if the calibrated model is the truth"), told)
     # What has no correction comes first.
     order = sorted((i for i, note in enumerate(found.notes) if note), key=lambda i: -int(found.compensation.status[i]))
-    words = list(found.counts)
+    words, status = list(found.counts), found.compensation.status
     if order:
-        named = [
-            (found.file.ids[i], words[int(found.compensation.status[i])], str(found.notes[i])) for i in order[:MOST]
-        ]
+        named = [(found.file.ids[i], words[int(status[i])], str(found.notes[i])) for i in order[:MOST]]
         more = [f"and {len(order) - MOST} others in compensated.csv"] if len(order) > MOST else []
         yield Section.of("", table("target", "status", "", rows=named), *quiet(*more))
     yield from ends(written=made.written)

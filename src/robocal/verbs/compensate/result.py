@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,23 +16,24 @@ from robocal.arms.chain import Chain
 from robocal.diagnose.limits import LEAP, SINGULAR_BELOW
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
-from robocal.files.parts import Document, Origin, provenance_of
-from robocal.files.plain import plain
+from robocal.files.display import listing_text
+from robocal.files.parts import Document, Origin
+from robocal.files.plain import json_text, plain
 from robocal.files.robot import Robot
 from robocal.files.runfolder import LAYER
 from robocal.files.targets import TargetFile, compensation_listing, read_targets
-from robocal.files.text import InputFile
 from robocal.files.units import numbers_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.place_bands import predict
 from robocal.prove.statistics import Statistic
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark, remark_fields
+from robocal.remarks.remark import Quantity, Remark
 from robocal.session.inputs import open_machine, robot_files
 from robocal.session.pose_prediction import shape_motion
 from robocal.session.reference import nominal_chain, run_result
 from robocal.session.runs import knowledge_of
+from robocal.session.verb_base import VerbResult
 from robocal.session.watching import Watch, computable
 
 __all__ = ["Compensated", "compensate_targets"]
@@ -69,8 +71,8 @@ class CompensationDocument(Document):
     provenance: Origin
 
 
-@dataclass(frozen=True)
-class Compensated:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Compensated(VerbResult):
     """What a compensation came to: numbers in SI, a note per target, the table, and what a person should know."""
 
     robot: Robot
@@ -80,11 +82,9 @@ class Compensated:
     listing: Listing  # one row per target: compensated.csv
     tool: str
     verdict: str | None
-    warnings: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str = ""
-    written: tuple[Path, ...] = ()
-    within: Array | None = None  # m: what the run knows of the real robot at the corrected joint values, 95 %
+    within: Array | None  # m: what the run knows of the real robot at the corrected joint values, 95 %
+
+    lists_files = "never"
 
     @property
     def trusted(self) -> bool:
@@ -93,25 +93,25 @@ class Compensated:
         return self.verdict in (None, "improved") and bool(self.compensation.reachable.any())
 
     @property
+    def printed(self) -> tuple[str, Listing]:
+        """One row per target."""
+        return listing_text(self.listing), self.listing
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The list, and the document."""
+        return {"compensated.csv": self.printed[0], "compensation.json": json_text(self.document)}
+
+    @property
     def counts(self) -> dict[str, int]:
         """Targets by status."""
         return {word: int((self.compensation.status == i).sum()) for i, word in enumerate(STATUS)}
 
     @property
-    def before(self) -> Statistic | None:
-        """Simulated errors without compensation (mm) of the targets that have a correction."""
+    def errors(self) -> SimulatedErrors:
+        """Simulated errors (mm) of the targets that have a correction."""
         m = self.compensation
-        return Statistic.of(1e3 * m.before[m.reachable & np.isfinite(m.before)])
-
-    @property
-    def after(self) -> Statistic | None:
-        """The same with corrected joint values."""
-        return Statistic.of(1e3 * self.compensation.after[self.compensation.reachable])
-
-    @property
-    def after_by_tcp(self) -> Statistic | None:
-        """The same with corrected Cartesian commands."""
-        return Statistic.of(1e3 * self.compensation.by_command[self.compensation.reachable])
+        there = (m.before[m.reachable & np.isfinite(m.before)], m.after[m.reachable], m.by_command[m.reachable])
+        return SimulatedErrors("mm", *(Statistic.of(1e3 * errors) for errors in there))
 
     @property
     def expected(self) -> Statistic | None:
@@ -123,17 +123,16 @@ class Compensated:
         """What compensation.json holds."""
         known = self.expected
         codes = Column("code", "", [note.code if note else None for note in self.notes])
-        return CompensationDocument(
+        return self.document_of(
+            CompensationDocument,
             robot=self.robot.name,
             tool=self.tool,
             verdict_of_the_calibration=self.verdict,
             targets=len(self.compensation.status),
             status=self.counts,
-            errors=SimulatedErrors("mm", self.before, self.after, self.after_by_tcp),
+            errors=self.errors,
             expected_of_the_real_robot=None if known is None else {"unit": "mm", "level": LEVEL} | plain(known),
             rows=Listing((*self.listing.columns, codes)),
-            **remark_fields(self.warnings),
-            provenance=provenance_of(self.command, self.inputs),
         )
 
 
@@ -141,9 +140,8 @@ def compensate_targets(o: Any, command: str = "", watch: Watch | None = None) ->
     """Compensates targets, by the options of the verb. Both models carry the tool that was found (calibrated) or the nominal
     one, each its own, or one of six numbers in the robot's units. Raises InputError."""
     arm = open_machine(o.robot, base=o.base, tip=o.tip).need_arm(INSTEAD)
-    reference = nominal_chain(
-        o.robot, arm, o.nominal, base=o.base, tip=o.tip, what="compensation needs the model that the controller keeps"
-    )
+    what = "compensation needs the model that the controller keeps"
+    reference = nominal_chain(o.robot, arm, o.nominal, base=o.base, tip=o.tip, what=what)
     file = read_targets(o.targets, arm.chain)
     before, after = _tools(reference, arm, o.tool)
     if watch:
@@ -154,11 +152,14 @@ def compensate_targets(o: Any, command: str = "", watch: Watch | None = None) ->
     verdict = None if known is None else known.verdict.status
     notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
     within = _within(Path(o.robot), arm, after, made, file)
+    warnings = [*_warnings(made, file, verdict, reference, arm)]
+    if (Path(o.robot) / LAYER).is_file():
+        warnings.append(Remark.of(Code.LAYER_LEFT_OUT, what="corrections"))
     return Compensated(
-        arm, made, file, notes, compensation_listing(made, file, after, [str(n or "") for n in notes], within), o.tool, verdict,
-        (*arm.warnings, *(r for f in file.files for r in f.remarks), *_warnings(made, file, verdict, reference, arm),
-         *_layer(Path(o.robot))),
-        (*robot_files(arm, o.robot), *file.files), command, within=within,
+        robot=arm, compensation=made, file=file, notes=notes, tool=o.tool, verdict=verdict, within=within,
+        listing=compensation_listing(made, file, after, [str(n or "") for n in notes], within),
+        warnings=(*arm.warnings, *(r for f in file.files for r in f.remarks), *warnings),
+        inputs=(*robot_files(arm, o.robot), *file.files), command=command,
     )  # fmt: skip
 
 
@@ -172,11 +173,8 @@ def _tools(nominal: Chain, arm: Robot, tool: str) -> tuple[Chain, Chain]:
         source = calibrated if tool == "calibrated" else nominal
         values = {n: source.table[n].value for n in names}
     else:
-        numbers = numbers_of(
-            tool,
-            f"x,y,z,rx,ry,rz in {arm.units.length.name} and {arm.units.angle.name}; {'; '.join(TOOLS)}",
-            key="--tool",
-        )
+        expected = f"x,y,z,rx,ry,rz in {arm.units.length.name} and {arm.units.angle.name}; {'; '.join(TOOLS)}"
+        numbers = numbers_of(tool, expected, key="--tool")
         values = {n: arm.units.of(calibrated.table[n].unit).to_si(v) for n, v in zip(names, numbers, strict=True)}
     return nominal.with_values(values), calibrated.with_values(values)
 
@@ -221,31 +219,23 @@ def _note(made: Compensation, i: int, chain: Chain, file: TargetFile) -> Remark 
     return None
 
 
-def _layer(folder: Path) -> tuple[Remark, ...]:
-    if not (folder / LAYER).is_file():
-        return ()
-    return (Remark.of(Code.LAYER_LEFT_OUT, what="corrections"),)
-
-
 def _warnings(
     made: Compensation, file: TargetFile, verdict: str | None, nominal: Chain, arm: Robot
-) -> tuple[Remark, ...]:
-    out = []
+) -> Iterator[Remark]:
     if verdict not in (None, "improved"):
-        out.append(Remark.of(Code.CALIBRATION_UNPROVEN, verdict=verdict))
+        yield Remark.of(Code.CALIBRATION_UNPROVEN, verdict=verdict)
     lost = [name for name, fine in zip(file.ids, made.reachable, strict=True) if not fine]
     if lost:
         shown, others = tuple(lost[:SHOWN]), len(lost) - SHOWN
         more = others if others > 0 else None
         total = len(made.status)
-        out.append(Remark.of(Code.TARGETS_UNREACHED, count=len(lost), total=total, targets=shown, others=more))
+        yield Remark.of(Code.TARGETS_UNREACHED, count=len(lost), total=total, targets=shown, others=more)
     gap = np.nanmedian(made.before) if np.isfinite(made.before).any() else 0.0
     if gap > ELSEWHERE:
-        out.append(Remark.of(Code.MODELS_APART, gap=Quantity(float(gap))))
+        yield Remark.of(Code.MODELS_APART, gap=Quantity(float(gap)))
     if file.targets.joints is None:
-        out.append(Remark.of(Code.BRANCH_UNKNOWN))
+        yield Remark.of(Code.BRANCH_UNKNOWN)
     changed = {n for n in arm.chain.table.names if n.startswith("tool.") and n in nominal.table
                and abs(arm.chain.table[n].value - nominal.table[n].value) > 1e-12}  # fmt: skip
     if changed:
-        out.append(Remark.of(Code.TOOL_CHANGED))
-    return tuple(out)
+        yield Remark.of(Code.TOOL_CHANGED)

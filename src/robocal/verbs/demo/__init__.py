@@ -39,7 +39,8 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[di
 
     begun, told, good, last = time.monotonic(), [], True, None
     for case, finding in demo(o.name, o.output, o.seed, watch):
-        story = [] if case is last else [_opening(case)]
+        label = "simulated" if case.simulated else "real measurements"
+        story = [] if case is last else [Section.of(f"{case.title}  ({label})", Text.of(case.story))]
         last, result = case, finding.outcome.result
         good &= finding.ok
         folder = finding.outcome.written[0].parent
@@ -55,12 +56,6 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[di
     seconds = time.monotonic() - begun
     document = {"ok": good, "seconds": round(seconds, 2), "folder": str(o.output), "cases": told}
     return Outcome(document, lambda: document, good)
-
-
-def _opening(case: Any) -> Section:
-    """What a case is about."""
-    label = "simulated" if case.simulated else "real measurements"
-    return Section.of(f"{case.title}  ({label})", Text.of(case.story))
 
 
 def _finding_section(finding: Any, folder: Path) -> Section:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,14 +12,15 @@ from robocal.remarks.remark import sentences
 from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.drift.result import DriftResult
 
 __all__ = ["Options", "run", "sections"]
 
-FILE, PAGE = "drift.json", "report.html"
+FILES = ("drift.json", "report.html")
+Page = Callable[[Any, Sequence[Path]], Iterator[Section]]
 TEN = 10
 STYLES: dict[str, Style] = {"unchanged": "good", "possible": "doubtful", "drifted": "bad"}
 
@@ -62,20 +63,23 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[An
     from robocal.files.runfolder import ROBOTS
 
     if o.second.is_file():
-        return _beside_truth(o, command)
-    cables = machine_kind(o.first / ROBOTS[0]) == "cable"
-    return _cables(o, command) if cables else _machines(o, watch, command)
+        from robocal.verbs.drift.truth_errors import compare_with_truth
+
+        _refuse(o, ("new_tool", "matters", "history"), "this is for two runs", "nothing, beside a truth")
+        return run_verb(o, FILES, lambda: compare_with_truth(o.first, o.second, command), sections)
+    if machine_kind(o.first / ROBOTS[0]) == "cable":  # as `cable drift` of two runs
+        from robocal.session.cable.drift import drifts
+
+        _refuse(o, ("new_tool", "matters"), "this option is for arms", "nothing, for a cable robot")
+        return run_verb(o, FILES, lambda: drifts((str(o.first), str(o.second)), False, False, command), sections)
+    return run_verb(o, FILES[:1], lambda: _machines(o, watch, command))
 
 
-def _machines(o: Options, watch: Watch | None, command: str) -> Outcome[Any]:
-    from robocal.files.plain import json_text
+def _machines(o: Options, watch: Watch | None, command: str) -> DriftResult:
     from robocal.files.units import parse_quantity
-    from robocal.files.writing import refuse_existing, write_files, write_text
     from robocal.session.inputs import open_calibration
-    from robocal.session.runs import with_history
     from robocal.verbs.drift.result import compare_runs, has_places
 
-    refuse_existing(o.output, (FILE,), o.force)
     matters = parse_quantity(o.matters, "m", key="--matters")
     if watch:
         watch({"stage": "read"})
@@ -85,43 +89,7 @@ def _machines(o: Options, watch: Watch | None, command: str) -> Outcome[Any]:
         _refuse(o, ("new_tool",), "this option is for arms", f"nothing, for a {opened.noun}")
     if not has_places(opened.machine):
         _refuse(o, ("matters",), "this option is for machines with joints", f"nothing, for a {opened.noun}")
-    made = compare_runs(pair, o.new_tool, matters, command)
-    added = None if o.history is None else with_history(o.history, [c.run for c in pair])
-    if o.output is not None:
-        made = replace(made, written=write_files(o.output, {FILE: json_text(made.document)}))
-    if o.history is not None and added is not None:
-        made = replace(made, written=(*made.written, write_text(o.history, added)))
-    return Outcome(made, lambda: made.document, not made.void, made.warnings, written=made.written)
-
-
-def _cables(o: Options, command: str) -> Outcome[Any]:
-    """As `cable drift` of two runs."""
-    from robocal.files.writing import refuse_existing
-    from robocal.session.cable.drift import drifts
-    from robocal.session.runs import with_history
-
-    _refuse(o, ("new_tool", "matters"), "this option is for arms", "nothing, for a cable robot")
-    refuse_existing(o.output, (FILE, PAGE), o.force)
-    made = drifts((str(o.first), str(o.second)), False, False, command)
-    text = None if o.history is None else with_history(o.history, made.runs)
-    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
-    return outcome.with_page(o.output, list(sections(outcome)), made.texts, PAGE, **made.head).recorded(o.history, text)
-
-
-def _beside_truth(o: Options, command: str) -> Outcome[Any]:
-    """A run beside the truth of its simulation."""
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
-    from robocal.verbs.drift.truth_errors import compare_with_truth
-
-    _refuse(o, ("new_tool", "matters", "history"), "this is for two runs", "nothing, beside a truth")
-    refuse_existing(o.output, (FILE, PAGE), o.force)
-    made = compare_with_truth(o.first, o.second, command)
-    outcome = Outcome(made, lambda: made.document, True, made.remarks)
-    return outcome.with_page(
-        o.output, list(sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
-        title=f"{made.name}: identified and true", kind="Simulated truth",
-    )  # fmt: skip
+    return compare_runs(pair, o.new_tool, matters, command)
 
 
 def _refuse(o: Options, names: tuple[str, ...], message: str, expected: str) -> None:
@@ -138,14 +106,12 @@ def sections(made: Outcome[Any]) -> Iterator[Section]:
     from robocal.session.cable.drift import Drifts
     from robocal.verbs.drift.truth_errors import TruthComparison, truth_sections
 
-    pages = {Drifts: drift_sections, TruthComparison: truth_sections}
-    page = pages.get(type(made.result))
-    yield from _run_sections(made) if page is None else page(made.result, made.written)
+    pages: dict[type, Page] = {Drifts: drift_sections, TruthComparison: truth_sections}
+    yield from pages.get(type(made.result), _run_sections)(made.result, made.written)
 
 
-def _run_sections(made: Outcome[DriftResult]) -> Iterator[Section]:
+def _run_sections(found: DriftResult, written: Sequence[Path]) -> Iterator[Section]:
     """The verdict, how far predictions are apart, and the parameters that changed most."""
-    found = made.result
     apart = found.difference
     words: list[Cell] = [(found.status.upper(), STYLES[found.status])]
     if apart is not None and not found.void:
@@ -153,7 +119,7 @@ def _run_sections(made: Outcome[DriftResult]) -> Iterator[Section]:
         words += ["   ", (size, "strong")]
     yield Section.of(
         "",
-        Text.of((found.robot.name, "strong"), f"   {found.runs[0]} and {found.runs[1]}"),
+        Text.of((found.robot.name, "strong"), f"   {found.runs[0].folder} and {found.runs[1].folder}"),
         Text.of(*words),
         *(Text.of(reason, indent=2) for reason in sentences(found.why)),
     )
@@ -167,4 +133,4 @@ def _run_sections(made: Outcome[DriftResult]) -> Iterator[Section]:
     lines = [f"... and {len(changes) - TEN} more in --json"] if len(changes) > TEN else []
     lines.append("chance: of such a change by noise alone; of all: after looking at every parameter")
     yield Section.of("", table(*columns, right=(1, 2, 3, 4, 6, 7), rows=rows, styles=styles), *quiet(*lines))
-    yield from ends(made.remarks, made.written)
+    yield from ends(found.remarks, written)

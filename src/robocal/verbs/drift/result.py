@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,38 +14,51 @@ from robocal._version import __version__
 from robocal.apply.drift import Drift, ParameterChange, ParameterDrift, Single, compare, compare_models
 from robocal.apply.model_difference import ModelDifference
 from robocal.errors import ModelError
-from robocal.files.covariance import Knowledge
 from robocal.files.display import to_display
-from robocal.files.plain import plain
-from robocal.files.result import Result
+from robocal.files.plain import json_text, plain
+from robocal.files.runfolder import Run
 from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.prove.place_bands import sample_joints
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Number, Quantity, Remark, remark_fields
+from robocal.remarks.remark import Quantity, Remark, remark_fields
 from robocal.session.inputs import Calibration
 from robocal.session.opened import Opened
 from robocal.session.runs import shared_files, verdict_remarks
+from robocal.session.verb_base import VerdictResult
 
-__all__ = ["DriftResult", "colleague_remarks", "compare_runs", "has_places", "reasons", "void"]
+__all__ = ["DriftResult", "compare_runs", "has_places"]
 
+Pair = tuple[Calibration, Calibration]
 SAMPLES = 2000
 SAME = 1e-9  # of a nominal value, in m or rad
 
 
-@dataclass(frozen=True)
-class DriftResult:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DriftResult(VerdictResult):
     """Two runs compared: the drift, its verdict (unchanged, possible, drifted) with its reasons, and remarks. `void` are
     reasons for which nothing can be concluded. Of a machine without places (`has_places`) the parameters alone are compared."""
 
     robot: Opened[Any]
     drift: ParameterDrift
     region: str
-    reasons: tuple[Remark, ...]
     void: tuple[Remark, ...]
-    warnings: tuple[Remark, ...]
-    runs: tuple[str, str]
-    command: str = ""
-    written: tuple[Path, ...] = ()
+    pair: tuple[Run, Run]
+
+    lists_files = "never"
+
+    @property
+    def runs(self) -> tuple[Run, Run]:
+        """Both of them."""
+        return self.pair
+
+    @property
+    def trusted(self) -> bool:
+        """Whether anything can be concluded."""
+        return not self.void
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The document."""
+        return {"drift.json": json_text(self.document)}
 
     @property
     def status(self) -> str:
@@ -74,7 +87,7 @@ class DriftResult:
             "robocal": 1,
             "version": __version__,
             "robot": self.robot.name,
-            "runs": list(self.runs),
+            "runs": [str(run.folder) for run in self.runs],
             "verdict": {
                 "status": self.status, **remark_fields(self.why, "reasons"),
             },
@@ -118,64 +131,56 @@ def has_places(machine: Model) -> bool:
     return bool(joints_of(machine)) and freedom_of(machine) is None
 
 
-def compare_runs(
-    pair: tuple[Calibration, Calibration], new_tool: bool, matters: float, command: str = ""
-) -> DriftResult:
+def compare_runs(pair: Pair, new_tool: bool, matters: float, command: str = "") -> DriftResult:
     """Compares two calibrations of one machine; `matters` (m) is the change worth an alarm. Raises InputError when they cannot
     be compared."""
-    one, two = (c.opened for c in pair)
-    runs, results = (pair[0].run.folder, pair[1].run.folder), (pair[0].run.result, pair[1].run.result)
-    known = (pair[0].known, pair[1].known)
-    _comparable(runs, (one, two), known)
-    totals, region = (known[0].total, known[1].total), ""
+    _comparable(pair)
+    first, second = pair
+    one, two = first.opened.machine, second.opened.machine
+    totals, region = (first.known.total, second.known.total), ""
     found: ParameterDrift
-    if has_places(one.machine):
-        joints, region = _shared(one.machine, known)
-        found = compare(
-            one.machine, two.machine, totals, joints, known[0].conditions, new_tool=new_tool,
-            rows=(known[0].rows, known[1].rows), matters=matters,
-        )  # fmt: skip
+    if has_places(one):
+        joints, region = _shared(pair)
+        rows = (first.known.rows, second.known.rows)
+        found = compare(one, two, totals, joints, first.known.conditions, new_tool=new_tool, rows=rows, matters=matters)
     else:
-        found = compare_models(one.machine, two.machine, totals)
-    warnings = tuple(dict.fromkeys((*one.warnings, *two.warnings, *colleague_remarks(runs, results, known, one))))
-    why = reasons(one, found, known, region)
-    names = (str(runs[0]), str(runs[1]))
-    return DriftResult(two, found, region, why, void(runs, results), warnings, names, command)
+        found = compare_models(one, two, totals)
+    warnings = dict.fromkeys((*first.opened.warnings, *second.opened.warnings, *_colleague_remarks(pair)))
+    return DriftResult(
+        robot=second.opened, drift=found, region=region, pair=(first.run, second.run), reasons=_reasons(pair, found, region),
+        void=_void(pair), warnings=tuple(warnings), command=command,
+    )  # fmt: skip
 
 
-def _shared(machine: Model, known: tuple[Knowledge, Knowledge]) -> tuple[Array, str]:
+def _shared(pair: Pair) -> tuple[Array, str]:
     """Joint values at which the two are compared: where they were measured; drawn from the range that both measured where a
     run does not keep its places, or within the limits where the two never met."""
-    rows = [k.rows.joints for k in known if k.rows is not None]
+    rows = [c.known.rows.joints for c in pair if c.known.rows is not None]
     if len(rows) == 2 and min(len(r) for r in rows):
         return np.concatenate(rows), "poses measured in either run"
-    ranges = [k.joints for k in known if k.joints is not None]
+    ranges = [c.known.joints for c in pair if c.known.joints is not None]
     if len(ranges) == 2:
         low, high = np.maximum(ranges[0][:, 0], ranges[1][:, 0]), np.minimum(ranges[0][:, 1], ranges[1][:, 1])
         if (low < high).all():
             drawn = np.random.default_rng(0).uniform(low, high, (SAMPLES, len(low)))
             return drawn, "range of the joints in which both runs measured"
-    return sample_joints(machine, ranges[0] if ranges else None, SAMPLES)
+    return sample_joints(pair[0].opened.machine, ranges[0] if ranges else None, SAMPLES)
 
 
-def _comparable(
-    runs: tuple[Path, Path], robots: tuple[Opened[Any], Opened[Any]], known: tuple[Knowledge, Knowledge]
-) -> None:
-    a, b = robots
+def _comparable(pair: Pair) -> None:
+    (a, b), (first, second) = (c.opened for c in pair), (c.known for c in pair)
     table = a.machine.table
     if table.names != b.machine.table.names or a.file.convention != b.file.convention:
         raise ModelError(
-            "these are runs of different robots", key=str(runs[1]), found=f"{b.name} ({b.file.convention})",
-            expected=f"{a.name} ({a.file.convention}), as in {runs[0]}",
+            "these are runs of different robots", key=str(pair[1].run.folder), found=f"{b.name} ({b.file.convention})",
+            expected=f"{a.name} ({a.file.convention}), as in {pair[0].run.folder}",
         )  # fmt: skip
-    for name in known[0].total.names:
-        if name in known[1].total.names and name in table:
-            one, two = known[0].nominal[name], known[1].nominal[name]
+    for name in first.total.names:
+        if name in second.total.names and name in table:
+            one, two = first.nominal[name], second.nominal[name]
             if abs(one - two) > SAME:
-                raise ModelError(
-                    "the two runs started from different nominal models: identify both from the same robot file",
-                    key=name, found=two, expected=one,
-                )  # fmt: skip
+                message = "the two runs started from different nominal models: identify both from the same robot file"
+                raise ModelError(message, key=name, found=two, expected=one)
 
 
 CHANCE = 0.05
@@ -187,24 +192,23 @@ WORTH_SAYING = 1.2  # times the variance as fitted
 FIGURES = 2
 
 
-def reasons(
-    robot: Opened[Any], found: ParameterDrift, known: tuple[Knowledge, Knowledge], region: str
-) -> tuple[Remark, ...]:
+def _reasons(pair: Pair, found: ParameterDrift, region: str) -> tuple[Remark, ...]:
     """The verdict in words: the change in mm first, where there are places, then what chance would show, then the parameters."""
     differ = Remark.of(Code.PARAMETERS_DIFFER, chance=found.p_value, rank=found.rank)
     if isinstance(found, Drift):
-        first = _size_reasons(found, known, region)
+        first = _size_reasons(found, pair, region)
     else:
         first = [Remark.of(Code.NO_CHANGE_FOUND)] if found.p_value >= CHANCE else []
-    return (*first, differ, *(_parameters(robot, found, known) if found.p_value < CHANCE else ()))
+    return (*first, differ, *(_parameters(found, pair) if found.p_value < CHANCE else ()))
 
 
-def _size_reasons(found: Drift, known: tuple[Knowledge, Knowledge], region: str) -> list[Remark]:
-    apart, size = found.difference, _size(found)
-    out = [Remark.of(VERDICT[found.status], region=region, **size)]
-    counts = [None if k.rows is None else round(len(k.rows.joints) * k.rows.thinned) for k in known]
-    if found.status == "possible" and apart.more is not None and None not in counts:
-        poses = _round_up(apart.more * max(c for c in counts if c is not None))
+def _size_reasons(found: Drift, pair: Pair, region: str) -> list[Remark]:
+    apart = found.difference
+    size = {k: Quantity(getattr(apart, k)) for k in ("change", "low", "high")}
+    out = [Remark.of(VERDICT[found.status], region=region, **size, matters=Quantity(found.matters))]
+    counts = [round(len(rows.joints) * rows.thinned) for c in pair if (rows := c.known.rows) is not None]
+    if found.status == "possible" and apart.more is not None and len(counts) == len(pair):
+        poses = _round_up(apart.more * max(counts))
         out.append(Remark.of(Code.CHANGE_SETTLED_BY, poses=poses, first=counts[0], second=counts[1]))
     shown = {k: Quantity(getattr(apart, k)) for k in ("rms", "largest", "expected", "limit")}
     out.append(Remark.of(Code.PREDICTIONS_APART, chance=apart.p_value, **shown))
@@ -216,61 +220,49 @@ def _size_reasons(found: Drift, known: tuple[Knowledge, Knowledge], region: str)
     return out
 
 
-def _size(found: Drift) -> dict[str, Number]:
-    apart = found.difference
-    return {
-        "change": Quantity(apart.change), "low": Quantity(apart.low), "high": Quantity(apart.high),
-        "matters": Quantity(found.matters),
-    }  # fmt: skip
-
-
 def _round_up(value: float) -> int:
     """Two figures, upwards."""
     step = int(10 ** max(math.floor(math.log10(value)) - FIGURES + 1, 0))
     return math.ceil(value / step) * step
 
 
-def _parameters(robot: Opened[Any], found: ParameterDrift, known: tuple[Knowledge, Knowledge]) -> list[Remark]:
+def _parameters(found: ParameterDrift, pair: Pair) -> list[Remark]:
     """Which parameters show it, and which one alone would explain it."""
     sure = [c.name for c in sorted(found.changes, key=lambda c: c.p_value) if c.p_of_all < CHANCE]
     names = (*sure[:FEW], *(["..."] if len(sure) > FEW else []))
     out = [Remark.of(Code.SHOWS_IN, names=names) if sure else Remark.of(Code.SHOWS_IN_SUMS)]
     told = []
     for c in [c for c in found.singles if c.p_rest > CHANCE][:CAUSES]:
-        unit = robot.units.of(c.unit)
+        unit = pair[0].opened.units.of(c.unit)
         told.append(f"{c.name} by {c.change / unit.factor:+.3g} ± {1.96 * c.sigma / unit.factor:.2g} {unit.name}")
     if told:
         out.append(Remark.of(Code.ONE_CAUSE, causes=" or ".join(told)))
-    left = max((k.noise.get("m", 0.0) for k in known), default=0.0)
+    left = max(c.known.noise.get("m", 0.0) for c in pair)
     if isinstance(found, Drift) and found.difference.rms < left:
         out.append(Remark.of(Code.BELOW_SCATTER, left=Quantity(left)))
     return out
 
 
-def void(runs: tuple[Path, Path], results: tuple[Result, Result]) -> tuple[Remark, ...]:
+def _void(pair: Pair) -> tuple[Remark, ...]:
     """Why nothing can be concluded from these two."""
-    out = []
-    if both := shared_files(*results):
-        out.append(Remark.of(Code.SAME_MEASUREMENTS, files=both[:FEW]))
-    for run, result in zip(runs, results, strict=True):
-        out += [r for r in verdict_remarks(result, str(run)) if r.code == Code.RUN_REFUSED]
+    both = shared_files(*(c.run.result for c in pair))
+    out = [Remark.of(Code.SAME_MEASUREMENTS, files=both[:FEW])] if both else []
+    for c in pair:
+        out += [r for r in verdict_remarks(c.run.result, str(c.run.folder)) if r.code == Code.RUN_REFUSED]
     return tuple(out)
 
 
-def colleague_remarks(
-    runs: tuple[Path, Path], results: tuple[Result, Result], known: tuple[Knowledge, Knowledge], robot: Opened[Any]
-) -> list[Remark]:
+def _colleague_remarks(pair: Pair) -> Iterator[Remark]:
     """What a careful colleague would add."""
-    out = []
-    for run, result, k in zip(runs, results, known, strict=True):
-        out += [r for r in verdict_remarks(result, str(run)) if r.code == Code.RUN_NOT_IMPROVED]
-        if k.rows is None and has_places(robot.machine):
-            out.append(Remark.of(Code.ROWS_NOT_KEPT, run=str(run)))
-    names = [{n for n in k.total.names if n in known[0].nominal and n in known[1].nominal} for k in known]
-    only = sorted((set(known[0].total.names) ^ set(known[1].total.names)) - names[0] - names[1])
+    robot, (first, second) = pair[0].opened, (c.known for c in pair)
+    for c in pair:
+        run = str(c.run.folder)
+        yield from (r for r in verdict_remarks(c.run.result, run) if r.code == Code.RUN_NOT_IMPROVED)
+        if c.known.rows is None and has_places(robot.machine):
+            yield Remark.of(Code.ROWS_NOT_KEPT, run=run)
+    only = [n for n in {*first.total.names} ^ {*second.total.names} if not (n in first.nominal and n in second.nominal)]
     # Of an arm only what belongs to a joint: base and tool are placed anew.
     arm, table = robot.arm is not None, robot.machine.table
-    only = [n for n in only if (n.rpartition(".")[0].startswith("j") if arm else n in table)]
+    only = [n for n in sorted(only) if (n.rpartition(".")[0].startswith("j") if arm else n in table)]
     if only:
-        out.append(Remark.of(Code.FREE_IN_ONE, names=(*only[:8],)))
-    return out
+        yield Remark.of(Code.FREE_IN_ONE, names=(*only[:8],))

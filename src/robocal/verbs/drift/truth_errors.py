@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,15 +15,16 @@ from robocal.apply.truth import CHANCE, GroupErrors, ParameterError, TruthErrors
 from robocal.errors import FileError, ModelError
 from robocal.files.display import to_display
 from robocal.files.parts import provenance_of
-from robocal.files.plain import plain
+from robocal.files.plain import json_text, plain
 from robocal.files.runfolder import RESULT, find_run
 from robocal.files.text import InputFile, read_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, remark_fields, sentences
 from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
-from robocal.session.inputs import Calibration, open_calibration, open_machine
+from robocal.session.inputs import open_calibration, open_machine
 from robocal.session.opened import Opened
 from robocal.session.runs import verdict_remarks
+from robocal.session.verb_base import VerdictResult
 
 __all__ = ["TruthComparison", "compare_with_truth", "truth_sections"]
 
@@ -31,23 +32,27 @@ TEN = 10
 SAME = 1e-9  # of two values, m or rad
 
 
-@dataclass(frozen=True)
-class TruthComparison:
-    """A run beside the truth (SI), the parameters that the truth does not hold, those that the run held at other values, and what was
-    read."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TruthComparison(VerdictResult):
+    """A run of a machine beside the truth (SI)."""
 
-    calibration: Calibration
+    name: str
     errors: TruthErrors
-    missing: tuple[str, ...]
-    fixed: tuple[str, ...]
     places: tuple[str, str]
-    truth: InputFile
-    command: str = ""
 
     @property
-    def name(self) -> str:
-        """The name of the machine."""
-        return str(self.calibration.opened.machine.name)
+    def trusted(self) -> bool:
+        """Whatever follows, they could be compared."""
+        return True
+
+    @property
+    def head(self) -> dict[str, Any]:
+        """The machine."""
+        return {"title": f"{self.name}: identified and true", "kind": "Simulated truth"}
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The document."""
+        return {"drift.json": json_text(self.document)}
 
     @cached_property
     def groups(self) -> tuple[GroupErrors, ...]:
@@ -64,29 +69,6 @@ class TruthComparison:
         """Whether errors are what their standard deviations say, together and each."""
         return self.errors.total.p_value >= CHANCE and not self.errors.named
 
-    @cached_property
-    def reasons(self) -> tuple[Remark, ...]:
-        """Whether errors are what their standard deviations say."""
-        whole, named = self.errors.total, self.errors.named
-        far = whole.p_value < CHANCE
-        out = [
-            Remark.of(
-                Code.TRUTH_MISSED if far else Code.TRUTH_MET, within=whole.within, n=whole.n, chi2=whole.chi2, rank=whole.rank,
-                chance=whole.p_value,
-            )
-        ]  # fmt: skip
-        return (*out, Remark.of(Code.TRUTH_MISSED_BY, names=named)) if named else tuple(out)
-
-    @property
-    def remarks(self) -> tuple[Remark, ...]:
-        """What is worth knowing of run and truth."""
-        out = [*self.calibration.opened.warnings, *verdict_remarks(self.calibration.run.result, self.places[0])]
-        if self.fixed:
-            out.append(Remark.of(Code.TRUTH_HELD, names=self.fixed))
-        if self.missing:
-            out.append(Remark.of(Code.NOT_COMPARED, names=self.missing))
-        return tuple(dict.fromkeys(out))
-
     @property
     def document(self) -> dict[str, Any]:
         """drift.json: errors in mm and deg, and in their standard deviations."""
@@ -100,7 +82,7 @@ class TruthComparison:
             "parameters": [plain(p) for p in self.parameters],
             "far": list(self.errors.named),
             **remark_fields(self.remarks),
-            "provenance": plain(provenance_of(self.command, (*self.calibration.files, self.truth))),
+            "provenance": plain(provenance_of(self.command, self.inputs)),
         }
 
 
@@ -116,14 +98,28 @@ def compare_with_truth(run: Path, truth: Path, command: str = "") -> TruthCompar
             "the truth is of another robot", key=str(truth), found=f"{true.machine.name} ({true.file.convention})",
             expected=f"{found.opened.machine.name} ({found.opened.file.convention}), as in {run}",
         )  # fmt: skip
-    errors = compare_truth(found.opened.machine.table, table, found.known.total, names)
-    missing = tuple(n for n in identified if n not in names)
     own = found.opened.machine.table
+    errors = compare_truth(own, table, found.known.total, names)
+    remarks = [*found.opened.warnings, *verdict_remarks(found.run.result, str(run))]
     held = [n for n in own.names if n in table and n not in found.known.total.names]
     off = np.abs(step_between(table, own, held)) > SAME
-    fixed = tuple(n for n, differs in zip(held, off, strict=True) if differs)
-    read = InputFile(truth, read_text(truth).sha256)
-    return TruthComparison(found, errors, missing, fixed, (str(run), str(truth)), read, command)
+    if fixed := tuple(n for n, differs in zip(held, off, strict=True) if differs):
+        remarks.append(Remark.of(Code.TRUTH_HELD, names=fixed))
+    if missing := tuple(n for n in identified if n not in names):
+        remarks.append(Remark.of(Code.NOT_COMPARED, names=missing))
+    return TruthComparison(
+        name=str(found.opened.machine.name), errors=errors, places=(str(run), str(truth)), reasons=_reasons(errors),
+        warnings=tuple(dict.fromkeys(remarks)), inputs=(*found.files, InputFile(truth, read_text(truth).sha256)), command=command,
+    )  # fmt: skip
+
+
+def _reasons(errors: TruthErrors) -> tuple[Remark, ...]:
+    """Whether errors are what their standard deviations say."""
+    whole, named = errors.total, errors.named
+    code = Code.TRUTH_MISSED if whole.p_value < CHANCE else Code.TRUTH_MET
+    size = {"within": whole.within, "n": whole.n, "chi2": whole.chi2, "rank": whole.rank}
+    first = Remark.of(code, chance=whole.p_value, **size)
+    return (first, Remark.of(Code.TRUTH_MISSED_BY, names=named)) if named else (first,)
 
 
 def _open_truth(place: Path, like: Opened[Any]) -> Opened[Any]:

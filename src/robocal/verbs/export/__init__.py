@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from robocal.report.sections import Section, Text
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import path_sections as sections
 
 if TYPE_CHECKING:
     from robocal.verbs.export.result import Exported
@@ -60,7 +59,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ex
     if o.into is not None and o.form != "urdf":
         raise ModelError("only a URDF can be written into", key="--into", found=o.form, expected="--format urdf")
     refuse_existing(o.output, (), o.force)
-    made = export_robot(o.robot, o.form, o.nominal, o.into, o.base, o.tip)
+    made = export_robot(o)
     document = {
         "format": o.form,
         "text": made.text if o.output is None else None,
@@ -69,8 +68,3 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ex
     }
     note = "" if made.worth is None else full_text(made.worth)
     return Outcome(made, lambda: document, remarks=made.notes, text=made.text, note=note).put(o.output)
-
-
-def sections(made: Outcome[Exported]) -> Iterator[Section]:
-    """Where the file is."""
-    yield Section.of("", *(Text.of(str(path)) for path in made.written))

@@ -75,10 +75,8 @@ def recipe_of(
     left_out: Sequence[LeftOut],
 ) -> Provenance:
     """What made the result of a run; what was left to us is recorded as it was decided."""
-    decided = {
-        "hold_out": found.options.hold_out,
-        "leave_one_out": any(s.leave_one_out is not None for s in found.stages),
-    }
+    left_one_out = any(s.leave_one_out is not None for s in found.stages)
+    decided = {"hold_out": found.options.hold_out, "leave_one_out": left_one_out}
     return to_display(
         Provenance,
         provenance_of(command, inputs),

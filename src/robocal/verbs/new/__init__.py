@@ -47,26 +47,15 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ne
     """Writes robot.yaml, data.yaml and measurements.csv; of a cable robot robot.yaml and poses.csv. Raises ModelError for an
     unknown name, FileError for a file that exists."""
     from robocal.errors import ModelError
-    from robocal.verbs.new.result import CABLE, listing, new, new_cable
+    from robocal.verbs.new.result import listing, new
 
     if o.listing:
         catalogue = listing()
         return Outcome(catalogue, lambda: catalogue)
     if o.robot is None:
-        raise ModelError(
-            "which robot? give a name of the catalogue, a convention, cable, or the file of a robot",
-            expected="robocal new --list shows them",
-        )
-    if o.robot == CABLE:
-        for name in ("joints", "kind", "base", "tip"):
-            if o.departs(name):
-                found = getattr(o, name)
-                raise ModelError(
-                    "a cable robot does not have this option", key=f"--{name}", found=found, expected="an arm"
-                )
-        made = new_cable(o.output, o.force)
-    else:
-        made = new(o.robot, o.output, o.joints, o.kind, o.force, o.base, o.tip)
+        message = "which robot? give a name of the catalogue, a convention, cable, or the file of a robot"
+        raise ModelError(message, expected="robocal new --list shows them")
+    made = new(o)
     document = {"name": made.name, "convention": made.convention, "written": [str(p) for p in made.written]}
     return Outcome(made, lambda: document, written=made.written)
 
@@ -82,22 +71,16 @@ def sections(made: Outcome[New | Catalogue]) -> Iterator[Section]:
         yield Section.of("", table("robot", "", "joints", "convention", right=(2,), title=title, rows=rows))
         title = "Conventions: for a robot of your own"
         rules = [(c.name, c.formula, "yes" if c.complete else "no") for c in found.conventions]
-        words = (
-            "complete: every small geometric error can be written, parallel axes included",
-            "cable: a robot on cables",
-        )
-        yield Section.of("", table("convention", "each joint is", "complete", title=title, rows=rules), *quiet(*words))
+        complete = "complete: every small geometric error can be written, parallel axes included"
+        words = quiet(complete, "cable: a robot on cables")
+        yield Section.of("", table("convention", "each joint is", "complete", title=title, rows=rules), *words)
         return
     head = f"{found.name}, convention {found.convention}:" if found.convention else f"{found.name}:"
     verb = "check" if found.convention else "cable tension"
+    beside = next(p for p in found.written if p != found.robot)  # the data file, or the poses of a cable robot
     yield Section.of(
         "",
         Text.of(head),
         *(Text.of(str(path), indent=2) for path in made.written),
-        Text.of(f"Fill them in, then: robocal {verb} {quote(str(found.robot))} {quote(_second(found))}"),
+        Text.of(f"Fill them in, then: robocal {verb} {quote(str(found.robot))} {quote(str(beside))}"),
     )
-
-
-def _second(found: New) -> str:
-    """What the robot's file is checked with: the data file, or the poses of a cable robot."""
-    return str(next(p for p in found.written if p != found.robot))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from robocal.session.inputs import open_arm
 from robocal.session.simulated_robot import sample_joints
 from robocal.simulation.rigs import RIGS, Instrument, measure
 
-__all__ = ["CABLE", "Catalogue", "New", "listing", "new", "new_cable"]
+__all__ = ["CABLE", "Catalogue", "New", "listing", "new"]
 
 ROWS = 12  # of the example table
 CABLE = "cable"  # what a cable robot is asked for by
@@ -74,44 +76,38 @@ def listing() -> Catalogue:
     )
 
 
-def new_cable(output: Path, force: bool) -> New:
-    """Writes robot.yaml and poses.csv of a cable robot. Raises FileError for a file that exists."""
-    texts = cable_templates()
-    refuse_existing(output, list(texts), force)
-    written = write_files(output, texts)
-    return New("my cable robot", None, written[0], written)
-
-
-def new(
-    robot: str, output: Path, joints: int, kind: str, force: bool, base: str | None = None, tip: str | None = None
-) -> New:
-    """Writes robot.yaml, data.yaml and measurements.csv of an arm; of one that has a file of its own, all but the first. Raises
-    ModelError for an unknown name, FileError for a file that exists."""
+def new(o: Any) -> New:
+    """Writes robot.yaml, data.yaml and measurements.csv of an arm, by the options of the verb; of one that has a file of its own, all
+    but the first; of a cable robot robot.yaml and poses.csv. Raises ModelError for an unknown name, FileError for a file that exists."""
+    if o.robot == CABLE:
+        o.refuse(("joints", "kind", "base", "tip"), "a cable robot does not have this option", "an arm")
+        return _write(o, "my cable robot", None, None, cable_templates())
+    kind, robot = o.kind, o.robot
     if kind not in RIGS:
-        raise ModelError(
-            "unknown kind", key="--kind", found=kind, expected=", ".join(RIGS), suggestion=nearest(kind, RIGS)
-        )
+        near, expected = nearest(kind, RIGS), ", ".join(RIGS)
+        raise ModelError("unknown kind", key="--kind", found=kind, expected=expected, suggestion=near)
     own = Path(robot) if os.path.isfile(robot) else None
     if own is not None:
-        arm = open_arm(own, base=base, tip=tip).chain
+        arm = open_arm(own, base=o.base, tip=o.tip).chain
     elif robot in catalog.names():
         arm = catalog.get(robot)
     elif robot in CONVENTIONS:
-        arm = convention_chain(robot, joints)
+        arm = convention_chain(robot, o.joints)
     else:
-        known = [*catalog.names(), *CONVENTIONS, CABLE]
-        raise ModelError(
-            "neither a file nor a robot of the catalogue, nor a convention, nor cable",
-            found=robot,
-            expected="a name of robocal new --list, or the file of a robot",
-            suggestion=nearest(robot, known),
-        )
+        near = nearest(robot, [*catalog.names(), *CONVENTIONS, CABLE])
+        message = "neither a file nor a robot of the catalogue, nor a convention, nor cable"
+        expected = "a name of robocal new --list, or the file of a robot"
+        raise ModelError(message, found=robot, expected=expected, suggestion=near)
     texts = templates(arm, kind=kind, example=_example(arm, kind))
     if own is not None:
         del texts["robot.yaml"]
-    refuse_existing(output, list(texts), force)
-    written = write_files(output, texts)
-    return New(arm.name, arm.convention, own or written[0], written)
+    return _write(o, arm.name, arm.convention, own, texts)
+
+
+def _write(o: Any, name: str, convention: str | None, own: Path | None, texts: Mapping[str, str]) -> New:
+    refuse_existing(o.output, list(texts), o.force)
+    written = write_files(o.output, texts)
+    return New(name, convention, own or written[0], written)
 
 
 def _example(arm: Chain, kind: str) -> DataSet | None:
@@ -119,8 +115,7 @@ def _example(arm: Chain, kind: str) -> DataSet | None:
     if kind in ("position", "pose"):
         return None
     within = np.clip(sample_joints(arm, ROWS, np.random.default_rng(1)), -1.0, 1.0)
+    slides = [j.type == "prismatic" for j in arm.joints]
     # Joint values that are short to read.
-    short = np.where(
-        [j.type == "prismatic" for j in arm.joints], np.round(within, 2), np.radians(np.round(np.degrees(within)))
-    )
+    short = np.where(slides, np.round(within, 2), np.radians(np.round(np.degrees(within))))
     return measure(arm, short, Instrument(kind), None)

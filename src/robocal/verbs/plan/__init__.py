@@ -12,7 +12,7 @@ from robocal.quantities import Listing
 from robocal.report.sections import Detail, Section, Text, Written, ends, figure, listing_table, quiet, strong
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.plan.result import PlanDocument, Planned
@@ -81,18 +81,9 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Planned]:
     """Plans and, given a folder, writes. Raises InputError."""
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
     from robocal.verbs.plan.result import make_plan
 
-    refuse_existing(o.output, FILES, o.force)
-    made, texts = make_plan(o, watch, command)
-    document = made.document
-    outcome = Outcome(made, lambda: document, remarks=made.warnings)
-    return outcome.with_page(
-        o.output, sections(outcome), lambda: {**texts, "plan.json": json_text(document)}, "plan.html",
-        title=made.robot.name, kind="Plan of poses", facts=_facts(document),
-    )  # fmt: skip
+    return run_verb(o, FILES, lambda: make_plan(o, watch, command), sections)
 
 
 def sections(made: Outcome[Planned]) -> Iterator[Section]:
@@ -130,14 +121,6 @@ def sections(made: Outcome[Planned]) -> Iterator[Section]:
             f"robocal identify {quote(str(made.result.opened))} {quote(str(ready))}"
         )
         yield Section.of("", Written(made.written), Text.of(words) if words else None)
-
-
-def _facts(found: PlanDocument) -> tuple[tuple[str, str], ...]:
-    """What stands below the title of its page."""
-    return (
-        ("Poses", str(found.poses)), ("Measured before", str(found.measured_before)), ("Kind", found.kind),
-        ("Criterion", found.criterion), ("Chosen from", f"{found.candidates} candidates"),
-    )  # fmt: skip
 
 
 def _near(found: PlanDocument) -> Iterator[str]:

@@ -2,33 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from robocal._types import Array
-from robocal.errors import ModelError
+from robocal.errors import ModelError, nearest
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.display import listing_text
-from robocal.files.parts import Document, Origin, provenance_of
+from robocal.files.parts import Document, Origin
+from robocal.files.plain import json_text
 from robocal.files.pose_table import joint_program, read_poses
 from robocal.files.robot import Robot
-from robocal.files.text import InputFile
+from robocal.fit.fit import fit
+from robocal.fit.options import Options
+from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import Region, Template, observe
 from robocal.planning.pose_selection import Plan, PlanOptions, plan
 from robocal.planning.route import length, travel
+from robocal.prove.identify import baseline
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark, remark_fields
-from robocal.session.inputs import open_machine, read_inputs, robot_files
+from robocal.remarks.remark import Quantity, Remark
+from robocal.session.inputs import Inputs, open_machine, read_inputs, robot_files
+from robocal.session.simulated_robot import sample_joints
+from robocal.session.simulator import parse_frame
+from robocal.session.verb_base import VerbResult
 from robocal.session.watching import Watch, computable
-from robocal.verbs.plan.instruments import template, template_from_data
+from robocal.simulation.rigs import CONTACTS, RIGS, Instrument, measure
 
 __all__ = ["Planned", "make_plan", "points"]
 
+SAMPLE = 40  # poses that say where an instrument may stand that only its kind describes
 INSTEAD = "an arm; of a cable robot: robocal cable poses ROBOT --choose N, which plans poses that its cables can hold"
 
 
@@ -85,18 +94,16 @@ class PlanDocument(Document):
     provenance: Origin
 
 
-@dataclass(frozen=True)
-class Planned:
-    """A plan, with the robot and files that it was made from."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Planned(VerbResult):
+    """A plan, with the robot and files that it was made from; `files` are those to be filled in."""
 
     robot: Robot
     opened: str  # what the robot was opened by
     plan: Plan
     options: PlanOptions
     template: Template  # with the sigma that is stated
-    inputs: tuple[InputFile, ...]
-    warnings: tuple[Remark, ...]
-    command: str = ""
+    files: Mapping[str, str]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -111,13 +118,28 @@ class Planned:
         return joint_program(self.robot.chain, self.names, p.q[p.path], [int(k) + 1 for k in p.path])
 
     @property
+    def head(self) -> dict[str, Any]:
+        """The robot, and the plan in a few words."""
+        p = self.plan
+        facts = (
+            ("Poses", str(len(p.q))), ("Measured before", str(p.measured)), ("Kind", p.template[0].kind), ("Criterion", p.criterion),
+            ("Chosen from", f"{len(p.candidates)} candidates"),
+        )  # fmt: skip
+        return {"title": self.robot.name, "kind": "Plan of poses", "facts": facts}
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The files to be filled in, and the document."""
+        return {**self.files, "plan.json": json_text(self.document)}
+
+    @cached_property
     def document(self) -> PlanDocument:
         """plan.json: lengths in mm, joint values in SI."""
         p, f = self.plan, self.plan.forecast
         distance, n = travel(self.robot.chain, p.q), len(p.q)
         candidate = Column("candidate", "", [p.names[k] for k in p.path])
         mean, p95, random = (1e3 * np.asarray(v, float) for v in (f.mean, f.p95, f.random))
-        return PlanDocument(
+        return self.document_of(
+            PlanDocument,
             robot=self.robot.chain.name,
             kind=p.template[0].kind,
             instruments=[o.label for o in p.template],
@@ -143,13 +165,11 @@ class Planned:
             selection=Selection(greedy=p.design.start_value, value=p.design.value, exchanges=p.design.exchanges, limit=p.limit),
             travel=Travel(unit="rad", by_rank=length(distance, np.arange(n)), path=length(distance, p.path)),
             program=Listing((*self.program.columns, candidate)),
-            **remark_fields(self.warnings),
-            provenance=provenance_of(self.command, self.inputs),
         )  # fmt: skip
 
 
-def make_plan(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Planned, dict[str, str]]:
-    """A plan by the options of the verb, and the files that go with it where they are to be written. Raises InputError."""
+def make_plan(o: Any, watch: Watch | None = None, command: str = "") -> Planned:
+    """A plan by the options of the verb, with the files to be filled in where they are to be written. Raises InputError."""
     arm = open_machine(o.robot, base=o.base, tip=o.tip).need_arm(INSTEAD)
     si = o.si(arm.units)
     if o.noise == 0:
@@ -183,31 +203,30 @@ def make_plan(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Pl
         o.count, o.criterion, o.candidates, accuracy=si.accuracy, seed=o.seed, region=region,
         task=None if o.task is None else replace(region, box=_box("--task", o.task, si.task)),
     )  # fmt: skip
+    known: dict[str, Any] = {"listed": choices, "tests": there, "measured": measured, "values": values}
     with computable(o.robot, *o.after):
-        made = plan(
-            arm.chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
-        )
+        made = plan(arm.chain, at_work, options, **known, watch=watch)
     warnings = (*warnings, *_doubts(made, si.accuracy, at_work))
-    found = Planned(arm, o.robot, made, options, stated, files, warnings, command)
-    if o.output is None:
-        return found, {}
-    texts, said = _texts(found)
-    return replace(found, warnings=(*found.warnings, *said)), texts
+    found = Planned(
+        robot=arm,
+        opened=o.robot,
+        plan=made,
+        options=options,
+        template=stated,
+        files={},
+        warnings=warnings,
+        inputs=files,
+        command=command,
+    )
+    return found if o.output is None else _with_files(found)
 
 
 def _region(said: Any, si: Any) -> Region:
     """Where may be measured, from the options of the verb as they were said and in SI. Raises ModelError."""
-    for option, found, good, expected in (
-        ("--pedestal", said.pedestal, si.pedestal is None or si.pedestal[0] > 0, "R,H with R above 0"),
-        (
-            "--range",
-            said.distance,
-            si.distance is None or 0 <= si.distance[0] < si.distance[1],
-            "MIN,MAX with 0 <= MIN < MAX",
-        ),
-    ):
-        if not good:
-            raise ModelError("out of range", key=option, found=found, expected=expected)
+    if si.pedestal is not None and si.pedestal[0] <= 0:
+        raise ModelError("out of range", key="--pedestal", found=said.pedestal, expected="R,H with R above 0")
+    if si.distance is not None and not 0 <= si.distance[0] < si.distance[1]:
+        raise ModelError("out of range", key="--range", found=said.distance, expected="MIN,MAX with 0 <= MIN < MAX")
     return Region(_box("--box", said.box, si.box), si.floor, si.pedestal, si.distance, si.cone, si.facing)
 
 
@@ -219,25 +238,22 @@ def _box(
         return None
     a, b, c, d, e, f = ends.tolist()
     if not (a < d and b < e and c < f):
-        raise ModelError(
-            "an empty box", key=option, found=said, expected="x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1"
-        )
+        expected = "x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1"
+        raise ModelError("an empty box", key=option, found=said, expected=expected)
     return (a, b, c), (d, e, f)
 
 
-def _doubts(made: Plan, wanted: float | None, at_work: Template) -> tuple[Remark, ...]:
+def _doubts(made: Plan, wanted: float | None, at_work: Template) -> Iterator[Remark]:
     """What to know of the forecast."""
-    out = []
     if wanted is not None and made.enough is None:
         best, after = Quantity(float(made.forecast.mean[-1])), int(made.forecast.count[-1])
-        out.append(Remark.of(Code.ACCURACY_NOT_REACHED, best=best, poses=after))
+        yield Remark.of(Code.ACCURACY_NOT_REACHED, best=best, poses=after)
     if any(o.sigma is None for o in at_work):
-        out.append(Remark.of(Code.SIGMA_ASSUMED))
-    return tuple(out)
+        yield Remark.of(Code.SIGMA_ASSUMED)
 
 
-def _texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
-    """The joint program, and the data file with its table to be filled in; and a warning where a kind has no table."""
+def _with_files(made: Planned) -> Planned:
+    """With the joint program, and the data file with its table to be filled in; with a warning where a kind has no table."""
     p, chain, units = made.plan, made.robot.chain, made.robot.units
     program = listing_text(made.program, units)
     blank = observe(made.template, p.q[p.path], made.names, {})
@@ -252,21 +268,82 @@ def _texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
         table, said = table_text(data, chain, units), data_text(data, chain, "data.csv", units)
     except ModelError as error:
         left = Remark.of(Code.NO_DATA_FILE, reason=f"{error.message} ({error.found})")
-        return {"poses.csv": program}, (left,)
+        return replace(made, files={"poses.csv": program}, warnings=(*made.warnings, left))
     empty = "\n".join(",".join("" if c == ".nan" else c for c in r.split(",")) for r in table.split("\n"))
-    return {"poses.csv": program, "data.csv": empty, "data.yaml": said}, ()
+    return replace(made, files={"poses.csv": program, "data.csv": empty, "data.yaml": said})
 
 
 def points(made: Planned) -> dict[str, list[list[float]]]:
     """Tool positions (m) of candidates, chosen and test poses, for the picture."""
     chain, p = made.robot.chain, made.plan
-    some = p.candidates[:1000]
-    return {
-        name: chain.pose(q, {})[:, :3, 3].tolist() if not _columns(made) else []
-        for name, q in (("candidates", some), ("tests", p.tests), ("chosen", p.q[p.path]))
-    }
+    chosen = {"candidates": p.candidates[:1000], "tests": p.tests, "chosen": p.q[p.path]}
+    if set(chain.program.columns) - set(chain.joint_names):  # it takes more than joint values to say where the tool is
+        return {name: [] for name in chosen}
+    return {name: chain.pose(q, {})[:, :3, 3].tolist() for name, q in chosen.items()}
 
 
-def _columns(made: Planned) -> bool:
-    """Whether the model needs more than joint values to say where the tool is."""
-    return bool(set(made.robot.chain.program.columns) - set(made.robot.chain.joint_names))
+# --- what an instrument shows at one configuration ---------------------------------------------------------------------
+
+
+def template(
+    arm: Robot, done: Inputs | None, given: Inputs | None, kind: str, noise: float | None, frame: str
+) -> Template:
+    """What one configuration shows: of the data file, else of what was measured before, else by its kind."""
+    source = given or done
+    if source is not None:
+        return _typical(source.data, noise)
+    fitting = [k for k in RIGS if k not in CONTACTS]
+    if kind not in fitting:
+        message, expected = "this kind needs a data file that describes it", f"{', '.join(fitting)}, or DATA"
+        raise ModelError(message, key="--kind", found=kind, expected=expected, suggestion=nearest(kind, fitting))
+    plainly = Instrument(kind, frame=parse_frame(frame, arm.units))
+    plainly = plainly if noise is None else replace(plainly, noise=noise)
+    rng = np.random.default_rng(0)
+    return _typical(measure(arm.chain, sample_joints(arm.chain, SAMPLE, rng), plainly, rng), None)
+
+
+def _typical(data: DataSet, noise: float | None) -> Template:
+    """The rows of the configuration that shows most, with the sigma that is typical of each instrument."""
+    if pairs := [o.kind for o in data.observations if o.second is not None]:
+        message = "this kind compares two configurations, and poses are planned one by one"
+        raise ModelError(message, found=pairs[0], expected="a plan for positions: the same poses serve")
+    total = len(data.configurations)
+    counts = np.sum([np.bincount(o.configuration, minlength=total) for o in data.observations], axis=0)
+    found = data.take(np.flatnonzero(counts == counts.max())[:1])
+    out = []
+    for obs in found.observations:
+        same = (o for o in data.observations if o.label == obs.label and o.kind == obs.kind)
+        whole = [o.sigma for o in same if o.sigma is not None]
+        usual = np.median(np.concatenate(whole), axis=0) if whole else None
+        if noise is not None:
+            usual = np.full(obs.value.shape[-1], 1e-4) if usual is None else np.array(usual)
+            for start, stop, unit in kind_of(obs).parts:
+                usual[start:stop] = noise if unit == "m" else usual[start:stop]
+        out.append(replace(obs, sigma=None if usual is None else np.tile(usual, (len(obs), 1))))
+    return tuple(out)
+
+
+def template_from_data(
+    arm: Robot, shown: Template, done: Inputs | None, given: Inputs | None, watch: Watch | None
+) -> tuple[Template, DataSet | None, dict[str, float] | None]:
+    """What was measured with the noise that it showed, and the values of parameters and frames that were fitted to it."""
+    source = done or given
+    if source is None:
+        return shown, None, None
+    everyone = np.arange(len(source.data.configurations))
+    problem, x = baseline(arm.chain, source.data, everyone, watch)
+    if done is None:
+        # The file only says what the instrument is and where it stands.
+        own = {n: float(v) for n, v in zip(problem.table.names, x[0], strict=False) if n not in arm.chain.table}
+        return shown, None, own
+    fitted = fit(arm.chain, done.data, everyone, Options(), x, watch)
+    values = {n: float(v) for n, v in zip(fitted.problem.table.names, fitted.solution.x[0], strict=False)}
+    used = {(o.kind, o.label): o for o in fitted.data.observations}
+    out = []
+    for obs in shown:
+        same = used.get((obs.kind, obs.label))
+        if same is not None and same.sigma is not None:
+            # Of one instrument the noise is what the fit left, not what the file states.
+            obs = replace(obs, frame=same.frame, sigma=np.tile(np.median(same.sigma, axis=0), (len(obs), 1)))
+        out.append(obs)
+    return tuple(out), fitted.data, values

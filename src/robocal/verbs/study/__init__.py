@@ -96,26 +96,22 @@ def _far(o: Options) -> Cluster | None:
     from robocal.studies.cluster import Cluster
 
     tls = {"--tls-ca": o.tls_ca, "--tls-cert": o.tls_cert, "--tls-key": o.tls_key}
-    said = {name: value for name, value in tls.items() if value is not None}
-    if o.cluster is not None:
-        if o.workers is not None:
-            raise ModelError(
-                "a cluster has its own workers", key="--workers", found=o.workers, expected="--cluster alone"
-            )
-        for name, file in said.items():
-            if not file.is_file():
-                raise FileError("there is no such file", file=file, key=name)
-        return Cluster(o.cluster, *(None if v is None else str(v) for v in tls.values()))
-    for name, file in said.items():
-        raise ModelError(
-            "this option is for a cluster", key=name, found=str(file), expected="--cluster tls://HOST:PORT"
-        )
-    return None
+    if o.cluster is not None and o.workers is not None:
+        alone = "--cluster alone"
+        raise ModelError("a cluster has its own workers", key="--workers", found=o.workers, expected=alone)
+    for name, file in tls.items():
+        if file is not None and o.cluster is None:
+            expected = "--cluster tls://HOST:PORT"
+            raise ModelError("this option is for a cluster", key=name, found=str(file), expected=expected)
+        if file is not None and not file.is_file():
+            raise FileError("there is no such file", file=file, key=name)
+    files = (None if file is None else str(file) for file in tls.values())
+    return None if o.cluster is None else Cluster(o.cluster, *files)
 
 
 def details(made: Outcome[StudyOutputs]) -> Iterator[Section]:
     """A picture of every output."""
-    from robocal.verbs.study.page import pictures
+    from robocal.verbs.study.result import pictures
 
     yield from pictures(made.result)
 

@@ -11,7 +11,7 @@ from robocal.report import sections as blocks
 from robocal.report.sections import SPREAD, Block, Section, Text, ends, figure, quiet, spread, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.validate.result import Validation
@@ -60,18 +60,9 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Validation]:
     """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
     from robocal.verbs.validate.result import validate_robot
 
-    refuse_existing(o.output, FILES, o.force)
-    made = validate_robot(o, command, watch)
-    outcome = Outcome(made, lambda: made.document, made.trusted, made.warnings)
-    facts = (("Compared with", made.against.name if made.against else ""),)
-    return outcome.with_page(
-        o.output, sections(outcome), lambda: {FILES[0]: json_text(made.document)}, FILES[1],
-        title=made.robot.name, kind="Validation report", facts=facts,
-    )  # fmt: skip
+    return run_verb(o, FILES, lambda: validate_robot(o, command, watch), sections)
 
 
 def sections(made: Outcome[Validation]) -> Iterator[Section]:
@@ -106,15 +97,14 @@ def sections(made: Outcome[Validation]) -> Iterator[Section]:
 
 def _errors(found: Validation) -> Iterator[Block]:
     """A table of lengths and one of angles."""
-    pairs = {"mm": (found.statistic, found.statistic_against), "deg": (found.angle, found.angle_against)}
-    for unit, pair in pairs.items():
-        if pair[0] is None:
+    for part in (found.errors, found.angle):
+        if part is None or part.this is None:
             continue
-        both = zip(("this robot", "against"), pair, strict=True)
-        rows = [(label, *spread(s), "profiled" if s.profiled else "") for label, s in both if s is not None]
-        if found.constant is not None and unit == "mm":
+        both = {"this robot": part.this, "against": part.against}
+        rows = [(label, *spread(s), "profiled" if s.profiled else "") for label, s in both.items() if s is not None]
+        if found.constant is not None and part is found.errors:
             rows.append(("predicting the mean", figure(found.constant), "", "", "", "", ""))
-        yield table(f"error [{unit}]", *SPREAD, "", right=(1, 2, 3, 4, 5), rows=rows)
+        yield table(f"error [{part.unit}]", *SPREAD, "", right=(1, 2, 3, 4, 5), rows=rows)
 
 
 def _frame_blocks(found: Validation) -> Iterator[Block]:
@@ -132,10 +122,10 @@ def _frame_blocks(found: Validation) -> Iterator[Block]:
     if tool := [n for n in found.frames_against if n.startswith("tool.")]:
         yield from quiet(f"of the robot compared with, {', '.join(tool)} were fitted to these data too")
     if found.gain is not None:
-        mean, low, high = found.gain
-        word, ends = ("smaller", (low, high)) if mean >= 0 else ("larger", (-high, -low))
-        span = f"{figure(ends[0])} to {figure(ends[1])} mm"
-        yield Text.of(f"mean error {word} by {figure(abs(mean))} mm, 95 % interval {span}")
+        gain = found.gain
+        word, low, high = ("smaller", gain.low, gain.high) if gain.mean >= 0 else ("larger", -gain.high, -gain.low)
+        span = f"{figure(low)} to {figure(high)} mm"
+        yield Text.of(f"mean error {word} by {figure(abs(gain.mean))} mm, 95 % interval {span}")
 
 
 def _standard(iso: Mapping[str, Any]) -> Iterator[Block]:

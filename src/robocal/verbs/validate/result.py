@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from robocal.apply.iso9283 import Standard, standard
 from robocal.errors import FormatError
 from robocal.files.parts import Document, Origin, provenance_of
+from robocal.files.plain import json_text
 from robocal.files.runfolder import LAYER, RESIDUALS, Run, find_run, read_layer, read_residuals
 from robocal.files.text import InputFile
 from robocal.measure.base import problem
@@ -40,6 +41,7 @@ from robocal.session.arm import OpenedArm
 from robocal.session.inputs import Inputs, open_machine, read_inputs
 from robocal.session.opened import Opened
 from robocal.session.reference import offset_robot
+from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import Watch, computable
 
 __all__ = ["Validation", "validate_robot"]
@@ -160,33 +162,32 @@ class ValidationDocument(Document):
     provenance: Origin
 
 
-@dataclass(frozen=True)
-class Validation:
-    """Errors (mm, deg) of a model, and of another one to compare with; `reasons` why they are not to be trusted."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Validation(VerdictResult):
+    """Errors of a model, and of another one to compare with; `reasons` why they are not to be trusted."""
 
     robot: Opened[Any]
     against: Opened[Any] | None
-    statistic: Statistic | None
-    statistic_against: Statistic | None
-    angle: Statistic | None
-    angle_against: Statistic | None
-    gain: tuple[float, float, float] | None  # mean reduction and its 95 % interval
+    errors: ErrorsPart
+    angle: ErrorsPart | None
+    gain: GainPart | None
     constant: float | None
     frames: tuple[str, ...]
     frames_against: tuple[str, ...]
     poses: Listing  # one row per measured position
-    reasons: tuple[Remark, ...]
-    warnings: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str
     layer: Statistic | None  # with the residual layer of the run folder on top
     iso: Standard
     offsets: Path | None  # the file of joint offsets that was judged, on the nominal robot
 
     @property
-    def trusted(self) -> bool:
-        """Whether nothing speaks against these figures."""
-        return not self.reasons
+    def head(self) -> dict[str, Any]:
+        """The robot, and what it was compared with."""
+        facts = (("Compared with", self.against.name if self.against else ""),)
+        return {"title": self.robot.name, "kind": "Validation report", "facts": facts}
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The document."""
+        return {"validation.json": json_text(self.document)}
 
     @property
     def document(self) -> ValidationDocument:
@@ -197,10 +198,10 @@ class Validation:
             against=None if self.against is None else self.against.name,
             trusted=self.trusted,
             reasons=sentences(self.reasons),
-            errors=ErrorsPart("mm", self.statistic, self.statistic_against),
-            angle=None if self.angle is None else ErrorsPart("deg", self.angle, self.angle_against),
+            errors=self.errors,
+            angle=self.angle,
             layer=None if self.layer is None else {"unit": "mm"} | asdict(self.layer),
-            gain=None if self.gain is None else GainPart("mm", *self.gain),
+            gain=self.gain,
             predicting_the_mean=unit_value(self.constant, "mm"),
             profiled=self.frames,
             profiled_against=self.frames_against,
@@ -245,7 +246,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
     gain = None
     if theirs is not None and len(theirs.position) == len(mine.position) and worst is not None:
         low = bootstrap_gain(theirs.position * theirs.factor, mine.position * mine.factor, mine.position_at, o.seed)
-        gain = (low[0] * 1e3, low[1] * 1e3, low[2] * 1e3)
+        gain = GainPart("mm", *(1e3 * v for v in low))
     layer = None if shifted is not None else layer_beside(o.robot, inputs, mine.values, mine.factor)
     warnings = (
         *inputs.warnings,
@@ -253,12 +254,14 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         *(() if layer is None else (Remark.of(Code.LAYER_ON_TOP, mean=Quantity(layer.mean * 1e-3)),)),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
+    turn = _statistic(mine, "rad")
     files = (*inputs.files, *(() if other is None or o.against is None else other.inputs))
     return Validation(
-        inputs.opened, other, _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
-        gain, None if constant is None else constant * 1e3, mine.fitted, () if theirs is None else theirs.fitted,
-        _poses(inputs.data, mine, theirs), tuple(reasons), warnings, files, command, layer, iso,
-        None if shifted is None else shifted.file.path,
+        robot=inputs.opened, against=other, errors=ErrorsPart("mm", _statistic(mine, "m"), _statistic(theirs, "m")), gain=gain,
+        angle=None if turn is None else ErrorsPart("deg", turn, _statistic(theirs, "rad")),
+        constant=None if constant is None else constant * 1e3, frames=mine.fitted,
+        frames_against=() if theirs is None else theirs.fitted, poses=_poses(inputs.data, mine, theirs), layer=layer, iso=iso,
+        offsets=None if shifted is None else shifted.file.path, reasons=tuple(reasons), warnings=warnings, inputs=files, command=command,
     )  # fmt: skip
 
 
@@ -293,10 +296,8 @@ def _constant(data: DataSet) -> float | None:
 def _poses(data: DataSet, mine: Errors, theirs: Errors | None) -> Listing:
     """One row per measured position: its configuration and errors in mm."""
     ids = data.configurations.ids
-    columns = [
-        Column("configuration", "", [ids[unit] for unit in mine.position_at]),
-        Column("error", "mm", mine.position * 1e3),
-    ]
+    units = [ids[unit] for unit in mine.position_at]
+    columns = [Column("configuration", "", units), Column("error", "mm", mine.position * 1e3)]
     if theirs is not None and len(theirs.position) == len(mine.position):
         columns.append(Column("against", "mm", theirs.position * 1e3))
     return Listing(tuple(columns))

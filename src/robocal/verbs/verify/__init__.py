@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from robocal.remarks.remark import percent
 from robocal.report.sections import Block, Cell, Section, Table, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import Arg, BaseOptions, arg, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
-    from robocal.apply.verification import Agreement, Anova
-    from robocal.verbs.verify.result import AnovaResult, Verified
+    from robocal.apply.verification import Anova
+    from robocal.verbs.verify.result import Agreed, AnovaResult, ErrorSpread, PosePair, Verified
 
 __all__ = ["Options", "run", "sections"]
 
-FILE, PAGE = "verify.json", "report.html"
+FILES = ("verify.json", "report.html")
 SOURCES = Arg("SOURCES...", "The poses to compare: of the robot, of its camera, ...; the same ids.")
 LEVEL = 0.05
-SCALES = (1e3, 180 / math.pi)  # mm of positions in m, deg of angles in rad
 
 
 @dataclass(frozen=True)
@@ -49,27 +46,24 @@ class Options(BaseOptions):
     reference: str = arg(..., "REFERENCE", "The poses of the external instrument; with --summary a table of groups.")
     sources: Annotated[tuple[str, ...], SOURCES] = ()
     summary: bool = option(False, "Analysis of variance from means and standard deviations")
-    output: Path | None = option(None, f"Write {FILE} and {PAGE} here", "DIR", short="-o")
+    output: Path | None = option(None, f"Write {FILES[0]} and {FILES[1]} here", "DIR", short="-o")
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Verified | AnovaResult]:
     """Compares poses, or means. Raises InputError."""
     from robocal.errors import ModelError
-    from robocal.files.plain import json_text
-    from robocal.files.writing import refuse_existing
     from robocal.verbs.verify.result import summarise_groups, verify_sources
 
-    refuse_existing(o.output, (FILE, PAGE), o.force)
-    if o.summary and o.sources:
-        sources, expected = ", ".join(o.sources), "nothing beside it"
-        raise ModelError("a summary is one file", key="--summary", found=sources, expected=expected)
-    made: Any = summarise_groups(o.reference, command) if o.summary else verify_sources(o.reference, o.sources, command)
-    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
-    return outcome.with_page(
-        o.output, list(sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
-        title="Poses against an external instrument", kind="Verification",
-    )  # fmt: skip
+    def find() -> Verified | AnovaResult:
+        if not o.summary:
+            return verify_sources(o.reference, o.sources, command)
+        if o.sources:
+            sources, expected = ", ".join(o.sources), "nothing beside it"
+            raise ModelError("a summary is one file", key="--summary", found=sources, expected=expected)
+        return summarise_groups(o.reference, command)
+
+    return run_verb(o, FILES, find, sections)
 
 
 def sections(made: Outcome[Verified | AnovaResult]) -> Iterator[Section]:
@@ -84,9 +78,8 @@ def sections(made: Outcome[Verified | AnovaResult]) -> Iterator[Section]:
         return
     yield Section.of("", Text.of((found.reference.name, "strong"), f"   {len(found.reference.ids)} poses in all files"))
     rows: list[tuple[Cell, ...]] = []
-    for source, each in zip(found.sources, found.errors, strict=True):
-        for view, e in each.items():
-            rows.append((source.name, view, *_spread(SCALES[0] * e.position), *_spread(SCALES[1] * e.orientation)))
+    for source, views in found.spreads.items():
+        rows += [(source, view, *_cells(e.position), *_cells(e.orientation)) for view, e in views.items()]
     columns = ("source", "errors", "position [mm]", "± sd", "largest", "orientation [deg]", "± sd", "largest")
     yield Section.of(
         "", table(*columns, right=(2, 3, 4, 5, 6, 7), rows=rows),
@@ -94,18 +87,15 @@ def sections(made: Outcome[Verified | AnovaResult]) -> Iterator[Section]:
         title="Errors", key="errors",
     )  # fmt: skip
     if found.anova:
-        parts = ("position", "orientation")
-        both = {f"{v}, {what}": a for v, pair in found.anova.items() for what, a in zip(parts, pair, strict=True)}
+        both = {f"{v}, {what}": a for v, pair in found.anova.items() for what, a in vars(pair).items()}
         yield Section.of("", _anova(both), title="Do the means of the sources differ?", key="anova")
     if found.agreement is not None:
-        names = [*(s.name for s in found.sources), found.reference.name]
-        yield Section.of("", *_agreement_table(found.agreement, names), title="Who agrees with whom", key="agreement")
+        yield Section.of("", *_agreement_table(found.agreement), title="Who agrees with whom", key="agreement")
     yield from ends(made.remarks, made.written)
 
 
-def _spread(values: Any) -> tuple[str, ...]:
-    spread = figure(float(values.std(ddof=1)), 3) if len(values) > 1 else ""
-    return figure(float(values.mean()), 3), spread, figure(float(values.max()), 3)
+def _cells(e: ErrorSpread) -> tuple[str, ...]:
+    return figure(e.mean, 3), "" if e.sd is None else figure(e.sd, 3), figure(e.max, 3)
 
 
 def _anova(found: Mapping[str, Anova]) -> Table:
@@ -116,19 +106,17 @@ def _anova(found: Mapping[str, Anova]) -> Table:
     return table("means of", "F", "degrees of freedom", "chance", f"at {percent(1 - LEVEL)}", right=(1, 3), rows=rows)
 
 
-def _agreement_table(found: tuple[Agreement, Agreement], names: Sequence[str]) -> Iterator[Block]:
-    position, turned = found
-    rows = []
-    for pair, *both in zip(combinations(names, 2), position.differences, turned.differences, strict=True):
-        rows.append((" - ".join(pair), *(figure(s * v, 3) for s, v in zip(SCALES, both, strict=True))))
-    for name, *both in zip(names, position.own, turned.own, strict=True):
-        own = (figure(s * v, 3) if v == v else "none left" for s, v in zip(SCALES, both, strict=True))
-        rows.append((f"{name} by itself", *own))
+def _agreement_table(found: PosePair[Agreed]) -> Iterator[Block]:
+    position, turned = found.position, found.orientation
+    rows = [(pair, figure(v, 3), figure(turned.apart[pair], 3)) for pair, v in position.apart.items()]
+    for name in position.own:
+        moved, turn = (figure(v, 3) if v == v else "none left" for v in (position.own[name], turned.own[name]))
+        rows.append((f"{name} by itself", moved, turn))
     yield table("rms, aligned to the reference", "position [mm]", "orientation [deg]", right=(1, 2), rows=rows)
     yield from quiet("by itself: if the errors of the three have nothing in common (Grubbs)")
     for what, one in (("positions", position), ("orientations", turned)):
         if one.shared is not None:
-            a, b = (names[i] for i in one.shared)
-            third = next(n for i, n in enumerate(names) if i not in one.shared)
+            a, b = one.shared
+            third = next(name for name in one.own if name not in one.shared)
             why = f"they share an error, or {third} errs"
             yield Text.of(f"{what}: {a} and {b} agree better than errors of their own allow: {why}")

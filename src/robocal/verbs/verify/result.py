@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -29,13 +29,15 @@ from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_datasets
 from robocal.files.display import display_unit, to_display
 from robocal.files.parts import SCHEMA, Document, Origin, provenance_of
+from robocal.files.plain import json_text
 from robocal.files.text import InputFile
 from robocal.files.units import parse_unit
 from robocal.geometry import se3
 from robocal.measure.machine import Rig
 from robocal.quantities import Amount, DisplayUnit
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark, remark_fields
+from robocal.remarks.remark import Quantity, Remark
+from robocal.session.verb_base import VerbResult
 
 __all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "summarise_groups", "verify_sources"]
 
@@ -111,75 +113,82 @@ class SummaryDocument:
     provenance: Origin
 
 
-@dataclass(frozen=True)
-class Verified:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PoseComparison(VerbResult):
+    """What has a page beside the document."""
+
+    @property
+    def head(self) -> dict[str, Any]:
+        """The same of poses and of groups."""
+        return {"title": "Poses against an external instrument", "kind": "Verification"}
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The document."""
+        return {"verify.json": json_text(self.document)}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Verified(PoseComparison):
     """Sources against a reference, all at the same poses: what each errs in every view, groups compared, and where there are two
     sources, who agrees with whom once both are aligned."""
 
     reference: PoseSource
     sources: tuple[PoseSource, ...]
     errors: tuple[dict[str, PoseErrors], ...]
-    remarks: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str
-    trusted: bool = True  # whether every source can be of the reference's poses
 
     @cached_property
-    def anova(self) -> dict[str, tuple[Anova, Anova]]:
+    def anova(self) -> dict[str, PosePair[Anova]]:
         """Of every view that all sources have, by position and orientation."""
         if len(self.sources) < 2:
             return {}
         views = [v for v in VIEWS if all(v in e and len(e[v].position) > 1 for e in self.errors)]
+        both = ("position", "orientation")
+        return {v: PosePair(*(_of([getattr(e[v], what) for e in self.errors]) for what in both)) for v in views}
+
+    @cached_property
+    def spreads(self) -> dict[str, dict[str, PosePair[ErrorSpread]]]:
+        """The errors of every source in every view, in mm and deg."""
         return {
-            v: (_of([e[v].position for e in self.errors]), _of([e[v].orientation for e in self.errors])) for v in views
+            s.name: {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
+            for s, of in zip(self.sources, self.errors, strict=True)
         }
 
     @cached_property
-    def agreement(self) -> tuple[Agreement, Agreement] | None:
-        """Of two sources and the reference: position (m) and orientation (rad)."""
+    def agreement(self) -> PosePair[Agreed] | None:
+        """Of two sources and the reference, in mm and deg."""
         if len(self.sources) != 2 or any("aligned" not in e for e in self.errors):
             return None
         one, two = (align_poses(s.poses, self.reference.poses) for s in self.sources)
         between = errors(one[1] @ self.sources[0].poses, two[1] @ self.sources[1].poses)
         pairs = list(zip(between.rms, one[0].rms, two[0].rms, strict=True))
-        return agreement(pairs[0]), agreement(pairs[1])
+        names = [*(s.name for s in self.sources), self.reference.name]
+        return PosePair(*(_agreement(agreement(p), names, unit) for p, unit in zip(pairs, ("m", "rad"), strict=True)))
 
     @property
     def document(self) -> VerifyDocument:
         """What --json says: mm and deg."""
-        both = self.agreement
-        names = [*(s.name for s in self.sources), self.reference.name]
-        return VerifyDocument(
+        return self.document_of(
+            VerifyDocument,
             reference=self.reference.name,
             poses=self.reference.ids,
-            sources={
-                s.name: {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
-                for s, of in zip(self.sources, self.errors, strict=True)
-            },
-            anova={v: PosePair(*pair) for v, pair in self.anova.items()},
-            agreement=None if both is None else PosePair(_agreement(both[0], names, "m"), _agreement(both[1], names, "rad")),
-            **remark_fields(self.remarks),
-            provenance=provenance_of(self.command, self.inputs),
+            sources=self.spreads,
+            anova=self.anova,
+            agreement=self.agreement,
         )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class AnovaResult:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AnovaResult(PoseComparison):
     """Groups by their means and standard deviations, and the analysis of variance of every quantity."""
 
     groups: tuple[str, ...]
     anova: dict[str, Anova]
-    inputs: tuple[InputFile, ...]
-    command: str
-    remarks: tuple[Remark, ...] = ()
-    trusted: bool = True
 
     @property
     def document(self) -> SummaryDocument:
         """What --json says."""
-        return SummaryDocument(
-            groups=self.groups, anova=self.anova, provenance=provenance_of(self.command, self.inputs)
-        )
+        origin = provenance_of(self.command, self.inputs)
+        return SummaryDocument(groups=self.groups, anova=self.anova, provenance=origin)
 
 
 def _spread(values: Array, unit: str) -> ErrorSpread:
@@ -243,7 +252,15 @@ def verify_sources(reference: str, places: Sequence[str], command: str = "") -> 
     views = tuple(_views(s.poses, first.poses) for s in sources)
     doubts = [d for s in sources if (d := _doubt(s, first)) is not None]
     inputs = tuple(i for _, inputs, _ in read for i in inputs)
-    return Verified(first, tuple(sources), views, (*said, *doubts), inputs, command, not doubts)
+    return Verified(
+        reference=first,
+        sources=tuple(sources),
+        errors=views,
+        warnings=tuple(said),
+        reasons=tuple(doubts),
+        inputs=inputs,
+        command=command,
+    )
 
 
 CODES: dict[Cause, str] = {
@@ -297,4 +314,5 @@ def summarise_groups(place: str, command: str = "") -> AnovaResult:
         mean, spread = (table.numbers(both) * np.array(factor)).T
         table.insist(spread >= 0, [f"{q}_sd"], "a standard deviation is not negative", spread, expected="0 or above")
         found[q] = anova(mean.tolist(), spread.tolist(), counts.astype(int).tolist())
-    return AnovaResult(groups, found, (InputFile(Path(place), table.sha256),), command)
+    read = (InputFile(Path(place), table.sha256),)
+    return AnovaResult(groups=groups, anova=found, inputs=read, command=command)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from robocal.report.sections import Section, Text, ends, listing_table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
+from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.cable.contact.result import Motions
@@ -53,14 +53,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Mo
     """The motions of a path; a folder gets FILES. Raises InputError."""
     from robocal.verbs.cable.contact.result import path_of
 
-    return run_cable_verb(o, FILES, lambda: path_of(o, command), sections, details)
-
-
-def details(made: Outcome[Motions]) -> Iterator[Section]:
-    """Pictures, every motion, how it was worked out."""
-    from robocal.verbs.cable.contact.result import contact_details
-
-    yield from contact_details(made.result)
+    return run_verb(o, FILES, lambda: path_of(o, command), sections, details)
 
 
 def sections(made: Outcome[Motions]) -> Iterator[Section]:

@@ -31,7 +31,7 @@ from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.start import clearance_of
 from robocal.session.cable.statics_options import mass_of, robot_inputs, robot_with_limits
 
-__all__ = ["Motions", "contact_details", "path_of"]
+__all__ = ["Motions", "path_of"]
 
 DRAWN = 6  # motions
 MOST = 500  # rows of the table
@@ -89,6 +89,23 @@ class Motions(CableResult):
         """The motions, and the document."""
         return {"legs.csv": listing_text(self.table_listing), "contact.json": json_text(self.document)}
 
+    def details(self) -> Iterator[Section]:
+        """Pictures of the motions that cannot be gone to their end, or of the last one; every motion; how it was worked out."""
+        stopped, count = np.flatnonzero(~self.legs.whole), len(self.legs.whole)
+        shown = stopped[:DRAWN] if len(stopped) else np.array([count - 1])
+        more = f" The first {DRAWN} of {len(stopped)} are drawn." if len(stopped) > DRAWN else ""
+        for number, i in enumerate(shown.tolist()):
+            yield _drawn(self, i, more if number == 0 else "")
+        said = "The share of every motion that can be gone, 0 to 1, and what ends it."
+        said += f" The first {MOST} motions; {count - MOST} more are in legs.csv." if count > MOST else ""
+        every = list(self.table_listing.rows)[:MOST]
+        rows = [[r["from"], r["to"], significant(r["free"]), r["ends by"] or "–"] for r in every]
+        yield part("Motion by motion", said, table=[["from", "to", "free share", "ends by"], *rows])
+        words = "The platform's origin goes straight and it turns about one axis; contacts are certain between the poses too."
+        if self.demand is not None:
+            words += f" {significant(float(self.demand.masses.max()))} kg is held, without acceleration."
+        yield self.method_part(words, self.remarks)
+
 
 def path_of(o: Any, command: str = "") -> Motions:
     """A path by the options of the verb. Raises InputError."""
@@ -115,25 +132,6 @@ def path_of(o: Any, command: str = "") -> Motions:
         warnings=(*file.warnings, *rows.warnings, *said),
         inputs=(*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command=command,
     )  # fmt: skip
-
-
-def contact_details(made: Motions) -> Iterator[Section]:
-    """Pictures of the motions that cannot be gone to their end, or of the last one; every motion; how it was worked out."""
-    stopped, count = np.flatnonzero(~made.legs.whole), len(made.legs.whole)
-    shown = stopped[:DRAWN] if len(stopped) else np.array([count - 1])
-    more = f" The first {DRAWN} of {len(stopped)} are drawn." if len(stopped) > DRAWN else ""
-    for number, i in enumerate(shown.tolist()):
-        yield _drawn(made, i, more if number == 0 else "")
-    said = "The share of every motion that can be gone, 0 to 1, and what ends it."
-    said += f" The first {MOST} motions; {count - MOST} more are in legs.csv." if count > MOST else ""
-    rows = [[r["from"], r["to"], significant(r["free"]), r["ends by"] or "–"] for r in made.table_listing.rows][:MOST]
-    yield part("Motion by motion", said, table=[["from", "to", "free share", "ends by"], *rows])
-    words = (
-        "The platform's origin goes straight and it turns about one axis; contacts are certain between the poses too."
-    )
-    if made.demand is not None:
-        words += f" {significant(float(made.demand.masses.max()))} kg is held, without acceleration."
-    yield made.method_part(words, made.remarks)
 
 
 def _drawn(made: Motions, i: int, more: str) -> Section:

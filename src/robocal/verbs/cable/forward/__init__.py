@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from robocal.report.sections import Section, Text
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
-from robocal.verbs.outcome import Outcome, Watch
+from robocal.verbs.outcome import Outcome, Watch, run_verb
+from robocal.verbs.outcome import path_sections as sections
 
 if TYPE_CHECKING:
     from robocal.verbs.cable.forward.result import Poses
@@ -44,15 +43,6 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Poses]:
     """Poses with their residuals, covariance and number of solutions. Raises InputError."""
-    from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.forward.result import find_poses
 
-    refuse_existing(o.output, (), o.force)
-    made = find_poses(o, command)
-    text, listing = made.printed
-    return Outcome(made, lambda: made.document, made.trusted, made.remarks, text, listing=listing).put(o.output)
-
-
-def sections(made: Outcome[Poses]) -> Iterator[Section]:
-    """Where the list is."""
-    yield Section.of("", *(Text.of(str(path)) for path in made.written))
+    return run_verb(o, (), lambda: find_poses(o, command))

@@ -11,10 +11,10 @@ from robocal.cables.tension_choice import METHOD
 from robocal.report.sections import Section, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
+from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
-    from robocal.verbs.cable.poses.result import Listed
+    from robocal.session.cable.pose_list_result import Listed
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -70,9 +70,9 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Listed]:
     """Lists poses and chooses some of them; a folder gets FILES. Raises InputError."""
-    from robocal.verbs.cable.poses.result import make_list
+    from robocal.session.cable.pose_list_result import make_list
 
-    return run_cable_verb(o, FILES, lambda: make_list(o, watch or (lambda event: None), command), sections, details)
+    return run_verb(o, FILES, lambda: make_list(o, watch or (lambda event: None), command), sections, details)
 
 
 def details(made: Outcome[Listed]) -> Iterator[Section]:
@@ -84,7 +84,7 @@ def details(made: Outcome[Listed]) -> Iterator[Section]:
 
 def sections(made: Outcome[Listed]) -> Iterator[Section]:
     """What stopped the motions, where they start, and what the choice is worth."""
-    from robocal.verbs.cable.poses.result import STOPPED_BY
+    from robocal.session.cable.pose_list_result import STOPPED_BY
 
     found = made.result
     n, robot, (k, l) = len(found.names), found.robot, found.start.nearest
@@ -112,7 +112,7 @@ def _noise_text(noise: Any) -> str:
 
 def _chosen(choice: Any, n: int) -> Section:
     """What the chosen poses are expected to tell, beside as many at random and all."""
-    from robocal.verbs.cable.poses.result import EXPECTED_OF
+    from robocal.session.cable.pose_list_result import EXPECTED_OF
 
     count = len(choice.chosen)
     rows = (

@@ -17,8 +17,8 @@ from robocal.report.cable.scene import scene
 from robocal.report.cable.tension_series import tensions
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
+from robocal.session.cable.pose_list_result import Listed
 from robocal.session.cable.statics_options import limits_text
-from robocal.verbs.cable.poses.result import Listed
 
 __all__ = ["poses_details"]
 
@@ -60,13 +60,10 @@ def _summary(made: Listed) -> str:
 def _picture(made: Listed, axes: tuple[int, int]) -> Section:
     letters = "".join("xyz"[i] for i in axes)
     robot, turns = made.robot, max(made.robot.axes) > 2
-    text = f"Plane {letters}. " + (
-        "The outline is the workspace."
-        if robot.planar and not turns
-        else "The outline is the workspace in this plane through X_0"
-        + (" at its orientation" if turns else "")
-        + ("." if robot.planar else f"; poses lie before and behind it{' and are turned' if turns else ''}.")
-    )
+    where = "" if robot.planar and not turns else " in this plane through X_0"
+    turned, others = (" at its orientation", " and are turned") if turns else ("", "")
+    more = "" if robot.planar else f"; poses lie before and behind it{others}"
+    text = f"Plane {letters}. The outline is the workspace{where}{turned}{more}."
     drawn = draw_reach(_outline(made, axes), made.listing, axes, box=made.box, ruler=made.length_unit)
     return part(f"Wished for and found, {letters}", text, drawn)
 

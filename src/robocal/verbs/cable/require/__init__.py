@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from robocal.report.sections import Section
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
+from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.cable.require.result import Required
@@ -58,14 +58,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Re
     """Expected errors, and what an accuracy needs. Raises InputError."""
     from robocal.verbs.cable.require.result import compute_requirement
 
-    return run_cable_verb(o, FILES, lambda: compute_requirement(o, command), sections, details)
-
-
-def details(made: Outcome[Required]) -> Iterator[Section]:
-    """Every cable's numbers, lines of equal error, how it was worked out."""
-    from robocal.verbs.cable.require.result import require_details
-
-    yield from require_details(made.result)
+    return run_verb(o, FILES, lambda: compute_requirement(o, command), sections, details)
 
 
 def sections(made: Outcome[Required]) -> Iterator[Section]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.cables.calibration.per_cable import flat
-from robocal.cables.calibration.propagation import ESTIMATORS, WHAT, ErrorPropagation, Noise, Requirement
+from robocal.cables.calibration.propagation import ESTIMATORS, WHAT, ErrorPropagation, Expected, Noise, Requirement
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
@@ -31,7 +31,7 @@ from robocal.report.sweep import contours
 from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.statics_options import robot_inputs
 
-__all__ = ["PAIRS", "Required", "compute_requirement", "require_details", "require_summary"]
+__all__ = ["PAIRS", "Required", "compute_requirement", "require_summary"]
 
 PAIRS = (("length", "position"), ("position", "orientation"), ("length", "orientation"))
 AWAY = 5.0  # times what the frame anchors scatter by
@@ -81,6 +81,11 @@ class Required(CableResult):
         return self.accuracy is None or self.requirement.scale(self.of, self.accuracy) >= 1.0
 
     @cached_property
+    def errors(self) -> dict[str, Expected]:
+        """The errors to be expected of each estimator."""
+        return {name: replace(self.requirement, estimator=name).rms_errors for name in ESTIMATORS}
+
+    @cached_property
     def sigma(self) -> Array:
         """One standard deviation of what is sought of every cable, its zero last, (m, k) in m."""
         m = len(self.robot.cables)
@@ -102,7 +107,7 @@ class Required(CableResult):
     def curves(self) -> dict[tuple[str, str], list[tuple[float, Array]]]:
         """Lines of equal error, every cable by itself, for the pairs of noises of which both are there: errors and (n, 2)."""
         r = self.requirement
-        middle = self.accuracy or float(getattr(replace(r, estimator="per-cable").rms_errors, self.of))
+        middle = self.accuracy or float(getattr(self.errors["per-cable"], self.of))
         there = [p for p in PAIRS if all(getattr(r.noise, name) for name in p)]
         return {p: [(f * middle, r.contour(self.of, f * middle, p)) for f in LEVELS] for p in there}
 
@@ -130,7 +135,7 @@ class Required(CableResult):
     def document(self) -> RequireDocument:
         """What --json says."""
         r = self.requirement
-        expected = {name: _in_units(replace(r, estimator=name).rms_errors, WHAT) for name in ESTIMATORS}
+        expected = {name: _in_units(errors, WHAT) for name, errors in self.errors.items()}
         noise = _in_units(r.noise, NOISES)
         accuracy = None if self.needs is None else self._accuracy(self.needs)
         return self.document_of(
@@ -147,6 +152,24 @@ class Required(CableResult):
         alone = {k: unit_value(v, SI[k]) for k, v in needed["alone"].items() if v is None or np.isfinite(v)}
         return Accuracy(
             of=self.of, value=self.accuracy, unit=SI[self.of], reached=self.trusted, **(needed | {"alone": alone})
+        )
+
+    def details(self) -> Iterator[Section]:
+        """Cable by cable, lines of equal error, and how it was worked out."""
+        said = f"One standard deviation of what {self.requirement.estimator} finds, in mm."
+        yield Section.of("Cable by cable", Text.of(said), listing_table(in_units(self.sigmas, Units())))
+        for (one, two), curves in self.curves.items():
+            drawn = [(_with_unit(v, self.of), c * [1 / SHOWN[one].factor, 1 / SHOWN[two].factor]) for v, c in curves]
+            axes = (f"{NOISES[one]} [{SHOWN[one].name}]", f"{NOISES[two]} [{SHOWN[two].name}]")
+            text = (
+                "With noises on a line, every cable fitted by itself and nothing else in error, the rms error of "
+                f"{SENTENCE[self.of]} is what stands on it."
+            )
+            heading = f"Noise of {NOISES[one]} and of {NOISES[two]}"
+            yield part(heading, text, contours(drawn, axes, text, f"{one}-{two}"))
+        yield self.method_part(
+            "To first order in the noise, around the robot as its file has it; straight cables. It holds while the noise is small against "
+            "the spread of the poses."
         )
 
 
@@ -190,20 +213,18 @@ def compute_requirement(o: Any, command: str = "") -> Required:
     )  # fmt: skip
 
 
-def _spread(robot: CableRobot, poses: Array) -> tuple[Remark, ...]:
+def _spread(robot: CableRobot, poses: Array) -> Iterator[Remark]:
     """What is to be said of a list that tells no anchor from its mirror image, and of one that is not about this robot."""
     axes = [i for i in robot.axes if i < 3]
     shapes = [flat(poses[:, :3, 3] + poses[:, :3, :3] @ b, axes) for b in robot.b]
     mirrored = tuple(c for c, s in zip(robot.cables, shapes, strict=True) if s is not None)
-    out = []
     if mirrored:
         shape = next(s for s in shapes if s is not None)
-        out.append(Remark.of(Code.MIRROR_IMAGE, cables=mirrored, shape=shape))
+        yield Remark.of(Code.MIRROR_IMAGE, cables=mirrored, shape=shape)
     size = float(np.linalg.norm(robot.a.std(axis=0)))
     away = float(np.median(np.linalg.norm(poses[:, :3, 3] - robot.home[:3, 3], axis=1)))
     if away > AWAY * size:
-        out.append(Remark.of(Code.POSES_AWAY, away=Quantity(away), size=Quantity(size)))
-    return tuple(out)
+        yield Remark.of(Code.POSES_AWAY, away=Quantity(away), size=Quantity(size))
 
 
 NOISES = {"length": "lengths", "position": "positions", "orientation": "orientations"}
@@ -227,8 +248,7 @@ def require_summary(made: Required, written: tuple[Path, ...]) -> Iterator[Secti
     noise = ", ".join(f"{NOISES[name]} {_with_unit(value, name)}" for name, value in noises if value)
     head = f"   {len(r.design.poses)} poses; standard deviations: {noise}"
     yield Section.of("", Text.of((made.robot.name, "strong"), head))
-    errors = {name: replace(r, estimator=name).rms_errors for name in ESTIMATORS}
-    rows = [(name, *(figure(SHOWN[w].from_si(getattr(e, w))) for w in WHAT)) for name, e in errors.items()]
+    rows = [(name, *(figure(SHOWN[w].from_si(getattr(e, w))) for w in WHAT)) for name, e in made.errors.items()]
     columns = ("expected error, rms", "anchors [mm]", "zeros [mm]", "position [mm]", "orientation [deg]")
     yield Section.of("", table(*columns, right=(1, 2, 3, 4), rows=rows))
     if made.needs is not None and made.accuracy is not None:
@@ -248,22 +268,3 @@ def _requirement_lines(made: Required, accuracy: float, needs: dict[str, Any]) -
         else:
             yield f"  {NOISES[name]} to {_with_unit(value, name)}"
     yield f"  {needs['poses']} poses like these"
-
-
-def require_details(made: Required) -> Iterator[Section]:
-    """Cable by cable, lines of equal error, and how it was worked out."""
-    said = f"One standard deviation of what {made.requirement.estimator} finds, in mm."
-    yield Section.of("Cable by cable", Text.of(said), listing_table(in_units(made.sigmas, Units())))
-    for (one, two), curves in made.curves.items():
-        drawn = [(_with_unit(v, made.of), c * [1 / SHOWN[one].factor, 1 / SHOWN[two].factor]) for v, c in curves]
-        axes = (f"{NOISES[one]} [{SHOWN[one].name}]", f"{NOISES[two]} [{SHOWN[two].name}]")
-        text = (
-            "With noises on a line, every cable fitted by itself and nothing else in error, the rms error of "
-            f"{SENTENCE[made.of]} is what stands on it."
-        )
-        heading = f"Noise of {NOISES[one]} and of {NOISES[two]}"
-        yield part(heading, text, contours(drawn, axes, text, f"{one}-{two}"))
-    yield made.method_part(
-        "To first order in the noise, around the robot as its file has it; straight cables. It holds while the noise is small against "
-        "the spread of the poses."
-    )

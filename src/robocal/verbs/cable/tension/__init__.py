@@ -11,7 +11,7 @@ from robocal.cables.tension_choice import METHOD, POWER
 from robocal.report.sections import Section, Text, Written, figure, listing_table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
+from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
     from robocal.verbs.cable.tension.result import Tensions
@@ -53,14 +53,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Te
     """Tensions with what they hold, margins and missing wrenches; a folder gets FILES. Raises InputError."""
     from robocal.verbs.cable.tension.result import compute_tensions
 
-    return run_cable_verb(o, FILES, lambda: compute_tensions(o, command), sections, details)
-
-
-def details(made: Outcome[Tensions]) -> Iterator[Section]:
-    """Pictures, every pose, how it was worked out."""
-    from robocal.verbs.cable.tension.result import tension_details
-
-    yield from tension_details(made.result)
+    return run_verb(o, FILES, lambda: compute_tensions(o, command), sections, details)
 
 
 def sections(made: Outcome[Tensions]) -> Iterator[Section]:

@@ -32,7 +32,7 @@ from robocal.report.sections import Section
 from robocal.session.cable import statics_options as statics
 from robocal.session.cable.cable_result import CableResult
 
-__all__ = ["Tensions", "compute_tensions", "tension_details"]
+__all__ = ["Tensions", "compute_tensions"]
 
 MOMENT = "Nm"
 LEANING = np.sin(np.radians(5.0))  # of a cable that leaves a planar robot's plane further than it should
@@ -44,11 +44,8 @@ def compute_tensions(o: Any, command: str = "") -> Tensions:
     """Tensions with what they hold, margins and missing wrenches, by the options of the verb. Raises InputError."""
     file = read_cable(o.robot)
     si, power = o.si(file.units), POWER if o.power is None else o.power
-    able, weight, lever = (
-        statics.robot_with_limits(file, si.limits),
-        statics.mass_of(file, si.payload, si.mass),
-        si.length or 1.0,
-    )
+    able, lever = statics.robot_with_limits(file, si.limits), si.length or 1.0
+    weight = statics.mass_of(file, si.payload, si.mass)
     rows = read_platform_poses(o.poses, able)
     structure = _structures(able, rows, o.poses)
     extra = statics.wrench_of(file, o.wrench) + (0.0 if rows.wrench is None else rows.wrench)
@@ -198,6 +195,14 @@ class Tensions(CableResult):
         """The list, and the document."""
         return {"tensions.csv": self.printed[0], "tension.json": json_text(self.document)}
 
+    def details(self) -> Iterator[Section]:
+        """What a page has room for: pictures, every pose, how it was worked out."""
+        shown = tensions(self.names, self.spread.tension, self.spread.limits, self.robot.cables)
+        yield part("What the cables bear", _summary(self.spread), shown)
+        yield from _places(self)
+        yield part("Pose by pose", _caption(len(self.names)), table=_table(self))
+        yield self.method_part(_how(self), self.warnings)
+
 
 ROWS = 500  # rows of the table
 METHODS = {
@@ -208,20 +213,8 @@ METHODS = {
     "p-norm": "the least sum of powers",
 }
 LEAST = "The margin is the size of the smallest disturbance that the cables could not balance."
-MISSING = (
-    "No tensions within the limits hold the platform here. The size of a negative margin is at most what is missing."
-)
-
-
-def tension_details(made: Tensions) -> list[Section]:
-    """What a page has room for: pictures, every pose, how it was worked out."""
-    shown = tensions(made.names, made.spread.tension, made.spread.limits, made.robot.cables)
-    return [
-        part("What the cables bear", _summary(made.spread), shown),
-        *_places(made),
-        part("Pose by pose", _caption(len(made.names)), table=_table(made)),
-        made.method_part(_how(made), made.warnings),
-    ]
+LACKING = "No tensions within the limits hold the platform here."
+MISSING = f"{LACKING} The size of a negative margin is at most what is missing."
 
 
 def _places(made: Tensions) -> Iterator[Section]:

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 from robocal.report.sections import Section, Text, ends, figure, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
-from robocal.verbs.outcome import Outcome, Watch, run_cable_verb
+from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
     from robocal.cables.workspace import Demand
     from robocal.files.units import Unit
-    from robocal.verbs.cable.workspace.result import Shape, Spot, Workspace, WorkspaceDocument
+    from robocal.session.cable.workspace_result import Shape, Spot, Workspace, WorkspaceDocument
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -77,14 +77,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Wo
     """The workspace for what is demanded; a folder gets FILES, and MESHES of a spatial robot. Raises InputError."""
     from robocal.verbs.cable.workspace.compute import workspace
 
-    return run_cable_verb(o, (*FILES, *MESHES), lambda: workspace(o, command, watch), sections, details)
-
-
-def details(made: Outcome[Workspace]) -> Iterator[Section]:
-    """The robot, sections with margins, what was demanded, how it was worked out."""
-    from robocal.verbs.cable.workspace.page import workspace_details
-
-    yield from workspace_details(made.result)
+    return run_verb(o, (*FILES[:-1], *MESHES, FILES[-1]), lambda: workspace(o, command, watch), sections, details)
 
 
 def sections(made: Outcome[Workspace]) -> Iterator[Section]:

@@ -6,6 +6,7 @@ What a cable robot is to hold wherever it goes: a `Demand` from options in its f
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -24,8 +25,8 @@ from robocal.geometry import so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.cable import statics_options as statics
+from robocal.session.cable.workspace_result import PLANES, RayStart, Workspace
 from robocal.session.watching import Watch
-from robocal.verbs.cable.workspace.result import PLANES, RayStart, Workspace
 
 __all__ = ["workspace"]
 
@@ -42,12 +43,9 @@ def demand_of(file: CableFile, said: Any, si: Any) -> Demand:
     """
     turns = _orientations(file.robot, said, si)
     if said.closure:
-        for name in ("mass", "payload", "wrench", "acceleration", "reserve", "limits"):
-            if getattr(said, name):
-                raise ModelError(
-                    "with wrench closure, tensions have any size and hold any wrench, so this option has no effect",
-                    key=f"--{name}", found=getattr(said, name), expected="--closure alone, or without it",
-                )  # fmt: skip
+        others = ("mass", "payload", "wrench", "acceleration", "reserve", "limits")
+        why = "with wrench closure, tensions have any size and hold any wrench, so this option has no effect"
+        said.refuse(others, why, "--closure alone, or without it")
         return Demand(np.zeros(1), turns, length=si.length or 1.0, closure=True)
     own = _range(said.mass, "--mass", file) if said.mass is not None else (statics.mass_of(file),)
     more = _range(said.payload, "--payload", file)
@@ -226,24 +224,22 @@ def _boundary(
     return surface(robot, demand, start.at, sides, rays, steps), cuts
 
 
-def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> tuple[Remark, ...]:
+def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> Iterator[Remark]:
     """What the grid knows and the rays do not: other parts, holes, what the start does not see; and when the two disagree."""
     unit, size = ("m2", edge.area) if isinstance(edge, Outline) else ("m3", edge.volume if edge else 0.0)
     one = made.volume / made.inside.sum()
-    out = []
     if (len(found.parts) > 1) and sum(found.parts[1:]) > 0.01 * sum(found.parts):
         shown = tuple(f"{n * one:.3g}" for n in found.parts[:5])
-        out.append(Remark.of(Code.PARTS_APART, count=len(found.parts), sizes=shown, unit=unit))
+        yield Remark.of(Code.PARTS_APART, count=len(found.parts), sizes=shown, unit=unit)
     if found.holes:
-        out.append(Remark.of(Code.HOLES, count=len(found.holes), size=float(sum(found.holes) * one), unit=unit))
+        yield Remark.of(Code.HOLES, count=len(found.holes), size=float(sum(found.holes) * one), unit=unit)
     if start.visible < SEEN:
         kind = "outline" if isinstance(edge, Outline) else "surface"
-        out.append(Remark.of(Code.START_SEES_PART, share=100 * (1 - start.visible), edge=kind))
+        yield Remark.of(Code.START_SEES_PART, share=100 * (1 - start.visible), edge=kind)
     if abs(size / made.volume - 1) > NEAR:
         # What the start does not see, no finer grid brings back.
         seen = None if start.visible < SEEN else start.visible
-        out.append(Remark.of(Code.RAYS_DIFFER, percent=100 * (size / made.volume - 1), seen=seen))
-    return tuple(out)
+        yield Remark.of(Code.RAYS_DIFFER, percent=100 * (size / made.volume - 1), seen=seen)
 
 
 def _doubts(

@@ -45,7 +45,7 @@ from robocal.session.watching import Watch, computable
 __all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed", "make_list"]
 
 STEPS = 256  # in which a motion is asked whether the platform is held
-MOST = 200_000  # waypoints, which take half a minute and a gigabyte
+MOST = 200_000  # grid: waypoints, which take half a minute and a gigabyte
 UNSTATED = 1e-3  # m, noise of a length that nobody stated
 
 
@@ -56,7 +56,9 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
         raise ModelError("too many waypoints", key="--steps", found=found, expected=expected)
     with name_option({"method": "--method"}):
         check_method(o.method)
-    _chosen_by(o)
+    if o.wanted is None:
+        only = ("sigma", "pose_noise", "encoders_only", "criterion")
+        o.refuse(only, "this is for a choice, and nothing is chosen", "--choose N beside it")
     file = read_cable(o.robot)
     si = o.si(file.units)
     able = replace(robot_with_limits(file, si.limits), mass=mass_of(file, si.payload, si.mass))
@@ -90,23 +92,14 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
     )  # fmt: skip
 
 
-def _chosen_by(o: Any) -> None:
-    """Raises ModelError for what a choice alone asks for, where nothing is chosen."""
-    for name in ("sigma", "pose_noise", "encoders_only", "criterion"):
-        if o.wanted is None and o.departs(name):
-            said, key = "this is for a choice, and nothing is chosen", "--" + name.replace("_", "-")
-            raise ModelError(said, key=key, found=getattr(o, name), expected="--choose N beside it")
-
-
 def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> MeasurementNoise:
     """Of a length in m, and of a measured pose (2,) in the file's units, or of encoders alone. Raises ModelError."""
     length = UNSTATED if sigma is None else sigma
     if pose is None:
         return MeasurementNoise(length, measured=not alone)
     if alone:
-        raise ModelError(
-            "no instrument measures poses", key="--pose-noise", found="--encoders-only", expected="one of them"
-        )
+        message, other = "no instrument measures poses", "--encoders-only"
+        raise ModelError(message, key="--pose-noise", found=other, expected="one of them")
     if pose.min() < 0:
         found = ",".join(f"{v:g}" for v in pose)
         raise ModelError("a noise is a standard deviation", key="--pose-noise", found=found, expected="0 or more")
