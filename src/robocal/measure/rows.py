@@ -28,7 +28,7 @@ __all__ = [
     "Kind",
     "Number",
     "Rows",
-    "Sights",
+    "SightRows",
     "kind_of",
     "number_names",
     "numbers",
@@ -154,7 +154,7 @@ class Rows(ABC):
         return np.asarray(r[0] + self.value[0])
 
 
-class Sights(Rows):
+class SightRows(Rows):
     """Rows of which many look at one pose: `sight` says which of the carrier's rows each looks at."""
 
     sight: Ints
