@@ -23,18 +23,8 @@ from robocal.measure.kinds import MODULES, NAMES
 from robocal.parameters import Parameter
 
 __all__ = [
-    "KINDS",
-    "Between",
-    "Kind",
-    "Number",
-    "Rows",
-    "SightRows",
-    "kind_of",
-    "number_names",
-    "numbers",
-    "per_target",
-    "register",
-]
+    "KINDS", "Between", "Kind", "Number", "Rows", "SightRows", "kind_of", "number_names", "numbers", "per_target", "register",
+]  # fmt: skip
 
 NONE = np.empty(0, dtype=np.int64)
 Carriers = Carrier | tuple[Carrier, Carrier]
