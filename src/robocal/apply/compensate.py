@@ -84,7 +84,7 @@ class Compensation:
 
 
 @dataclass(frozen=True)
-class _Task:
+class _ModelTargets:
     """Targets (m, 4, 4) that a model is to meet, with the columns (m,) that it reads; `short` says that it has too few axes for a
     whole pose, so that the position comes first."""
 
@@ -94,7 +94,7 @@ class _Task:
     short: bool
     columns: Mapping[str, Array]
 
-    def of(self, rows: Ints) -> _Task:
+    def of(self, rows: Ints) -> _ModelTargets:
         """Some of the targets."""
         return replace(self, target=self.target[rows], columns={k: v[rows] for k, v in self.columns.items()})
 
@@ -198,7 +198,7 @@ def compensate(nominal: Chain, calibrated: Chain, targets: Targets) -> Compensat
     columns = {k: np.asarray(v, float) for k, v in targets.extra.items()}
     target, oriented = _poses(nominal, targets, columns)
     # A whole pose asks for six degrees of freedom; an arm that has fewer gives the position first.
-    task = _Task(calibrated, target, oriented, oriented and generic_rank(nominal, columns) < 6, columns)
+    task = _ModelTargets(calibrated, target, oriented, oriented and generic_rank(nominal, columns) < 6, columns)
     if targets.position is None:
         q_n, known = np.array(targets.joints, float), np.ones(len(target), dtype=bool)
     else:

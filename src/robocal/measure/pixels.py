@@ -16,7 +16,7 @@ from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
-from robocal.measure.rows import Kind, Rows, Sights, register
+from robocal.measure.rows import Kind, Rows, SightRows, register
 from robocal.parameters import Parameter
 from robocal.vision.camera import SYMBOLS, project
 
@@ -27,7 +27,7 @@ UNDISTORT = 8  # steps; each gains a factor of the distortion
 EXPECTED = (10.0, 10.0, 10.0, 10.0, 0.1, 0.1, 0.01, 0.01, 0.1)
 
 
-class PixelRows(Sights):
+class PixelRows(SightRows):
     """Reprojection error; columns are the carrier's, then the free intrinsics. All points that one configuration sees of one
     target are a sight: they move together, so the carrier is asked once for all of them."""
 

@@ -23,18 +23,8 @@ from robocal.measure.kinds import NAMES
 from robocal.parameters import Parameter
 
 __all__ = [
-    "KINDS",
-    "Between",
-    "Kind",
-    "Number",
-    "Rows",
-    "Sights",
-    "kind_of",
-    "number_names",
-    "numbers",
-    "per_target",
-    "register",
-]
+    "KINDS", "Between", "Kind", "Number", "Rows", "SightRows", "kind_of", "number_names", "numbers", "per_target", "register",
+]  # fmt: skip
 
 NONE = np.empty(0, dtype=np.int64)
 Carriers = Carrier | tuple[Carrier, Carrier]
@@ -154,7 +144,7 @@ class Rows(ABC):
         return np.asarray(r[0] + self.value[0])
 
 
-class Sights(Rows):
+class SightRows(Rows):
     """Rows of which many look at one pose: `sight` says which of the carrier's rows each looks at."""
 
     sight: Ints

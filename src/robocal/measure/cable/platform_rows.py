@@ -14,7 +14,7 @@ from robocal.errors import ModelError
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
-from robocal.measure.rows import Sights
+from robocal.measure.rows import SightRows
 
 __all__ = ["ENDS", "Material", "PlatformRows", "cable_names", "cable_robot_of", "material_parameters"]
 
@@ -38,7 +38,7 @@ def cable_names(obs: Observations, what: str) -> tuple[str, ...]:
     return names
 
 
-class PlatformRows(Sights):
+class PlatformRows(SightRows):
     """Rows of many cables at each configuration, which all look at the platform's one pose there."""
 
     def __init__(self, builder: Builder, obs: Observations, index: Ints, numbers: Ints) -> None:
