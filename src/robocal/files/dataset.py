@@ -214,7 +214,7 @@ def _read_table(
         second = None if part.kind or places.second is None else places.second[rows]
         observations.append(
             Observations(
-                part.kind or model.kind,
+                part.kind or kind.name,
                 np.array([next(alone)]) if part.nowhere else places.first[rows],
                 read.value,
                 read.sigma,
