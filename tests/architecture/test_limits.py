@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parents[2] / "src"
-WHERE = ("diagnose", "prove", "files/causes", "files/data_checks.py", "session")
+WHERE = ("diagnose", "prove", "files/causes.py", "files/data_checks.py", "session")
 HOME = "robocal.diagnose.limits"
 MARK = re.compile(r"# (tolerance|grid)\b")
 ORDER = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)

@@ -202,7 +202,7 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
         seen = target[rows] if part.targeted and target is not None else None
         group = model.group or part.group or ("" if frame else name)
         obs = Observations(
-            part.kind or model.kind, where, read.value, read.sigma, frame, targets if part.targeted else (), seen,
+            part.kind or kind.name, where, read.value, read.sigma, frame, targets if part.targeted else (), seen,
             read.extra, read.options, group, str(table.path), None if part.nowhere else table.lines[rows], second,
             digits=read.digits,
         )  # fmt: skip

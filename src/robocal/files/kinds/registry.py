@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import UserDict
 from collections.abc import Iterable
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -33,7 +34,7 @@ class Readers(UserDict[str, Any]):
 
     def __getitem__(self, name: str) -> KindFile:
         found: KindFile = getattr(import_module(f"robocal.files.kinds.{self.data[name]}"), name.upper())
-        return found
+        return replace(found, name=name)
 
 
 READERS = Readers(MODULES)
