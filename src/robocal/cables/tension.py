@@ -207,7 +207,7 @@ def _nearest_to(reference: Callable[[Array], Array]) -> _Method:
     def method(problem: _Problem, power: float, tension: Array) -> tuple[Bools, Bools]:
         code = np.empty(len(tension), np.int64)
         nearest_kernel(*problem, reference(problem.limits), tension, code)
-        return _found(code), _found(code)
+        return _has_solution(code), _has_solution(code)
 
     return method
 
@@ -225,7 +225,7 @@ def _closure_tension(problem: _Problem, power: float, tension: Array) -> tuple[B
 def _centre(problem: _Problem, power: float, tension: Array) -> tuple[Bools, Bools]:
     code, redundancy = np.empty(len(tension), np.int64), np.empty(len(tension), np.int64)
     centre_kernel(*problem, tension, code, redundancy)
-    found = _found(code)
+    found = _has_solution(code)
     _, d, m = problem.w.shape
     require(
         m - d <= 2, "the barycentre is worked out for at most two redundant cables", key="method",
@@ -237,10 +237,10 @@ def _centre(problem: _Problem, power: float, tension: Array) -> tuple[Bools, Boo
 def _power(problem: _Problem, power: float, tension: Array) -> tuple[Bools, Bools]:
     code = np.empty(len(tension), np.int64)
     power_kernel(*problem, 0.0, float(power), tension, code)
-    return _found(code), _found(code)
+    return _has_solution(code), _has_solution(code)
 
 
-def _found(code: Ints) -> Bools:
+def _has_solution(code: Ints) -> Bools:
     """Where a kernel found tensions, (k,)."""
     return np.asarray(_require_convergence(code != STUCK) & (code == FOUND))
 
