@@ -21,7 +21,6 @@ from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["Evidence", "Gain", "bootstrap_gain", "constant_errors"]
 
-DRAWS = 4000  # grid: resampled means
 AT_ONCE = 1 << 17  # grid: numbers of a bootstrap at once: more would leave the cache
 MANY = 1000  # grid: configurations: four thousand draws know the ends of their mean less well than its expansion
 RULED = 0.2  # tolerance: skewness and excess kurtosis of a mean: beyond, its expansion is no better than draws
@@ -48,7 +47,9 @@ def constant_errors(values: Array, configurations: Ints, split: Split, used: NDA
     return out
 
 
-def bootstrap_gain(before: Array, after: Array, configurations: Ints, seed: int) -> tuple[float, float, float]:
+def bootstrap_gain(
+    before: Array, after: Array, configurations: Ints, seed: int, draws: int = 4000
+) -> tuple[float, float, float]:
     """Mean reduction of the error and its paired bootstrap 95 % interval; whole configurations are drawn.
 
     Of n draws the percentiles are too narrow twice over: resampling divides by n where n - 1 is unbiased, and they are those
@@ -62,7 +63,7 @@ def bootstrap_gain(before: Array, after: Array, configurations: Ints, seed: int)
     count = np.bincount(inverse).astype(float)
     n = len(labels)
     ends = _cornish_fisher(total) if n >= MANY and bool((count == 1).all()) else None
-    low, high = _drawn(total, count, seed) if ends is None else ends
+    low, high = _drawn(total, count, seed, draws) if ends is None else ends
     mean = float(gain.mean())
     if n < 2:
         return mean, -np.inf, np.inf
@@ -70,7 +71,7 @@ def bootstrap_gain(before: Array, after: Array, configurations: Ints, seed: int)
     return mean, mean - wide * float(mean - low), mean + wide * float(high - mean)
 
 
-def _drawn(total: Array, count: Array, seed: int, draws: int = DRAWS) -> tuple[float, float]:
+def _drawn(total: Array, count: Array, seed: int, draws: int) -> tuple[float, float]:
     """The 2.5 and 97.5 % points of resampled means, by so many draws."""
     rng, n = np.random.default_rng(seed), len(total)
     means, even, each = np.empty(draws), bool((count == 1).all()), max(1, AT_ONCE // max(n, 1))
