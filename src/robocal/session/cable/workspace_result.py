@@ -35,7 +35,7 @@ from robocal.session.cable.statics_options import limits_text
 
 __all__ = ["PLANES", "RayStart", "Workspace"]
 
-MOST = 20  # orientations that are listed
+MOST = 20  # grid: orientations that are listed
 PLANES: Mapping[str, tuple[int, int]] = MappingProxyType({"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)})
 
 
