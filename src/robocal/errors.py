@@ -82,7 +82,7 @@ def look_up(known: Mapping[str, T], name: str, message: str, key: str | None = N
     return known[name]
 
 
-def require(condition: object, message: str, **facts: Unpack[_Facts]) -> None:
+def require(condition: object, message: str, **facts: Unpack[_FieldsOfError]) -> None:
     """Raises ModelError with this message where a condition does not hold."""
     if not condition:
         raise ModelError(message, **facts)
@@ -150,7 +150,7 @@ class RobocalError(Exception):
     """The root of the tree."""
 
 
-class _Facts(TypedDict, total=False):
+class _FieldsOfError(TypedDict, total=False):
     """What an error says beside its message: where, what was found and what was expected."""
 
     file: object
@@ -165,7 +165,7 @@ class _Facts(TypedDict, total=False):
 class InputError(RobocalError):
     """Something given from outside is wrong; says where, what was found and what was expected."""
 
-    def __init__(self, message: str, **facts: Unpack[_Facts]) -> None:
+    def __init__(self, message: str, **facts: Unpack[_FieldsOfError]) -> None:
         self.message = message
         self.file = None if facts.get("file") is None else str(facts["file"])
         self.row = facts.get("row")
