@@ -118,7 +118,7 @@ def _reasons(errors: TruthErrors) -> tuple[Remark, ...]:
     whole, named = errors.total, errors.named
     code = Code.TRUTH_MISSED if whole.p_value < CHANCE else Code.TRUTH_MET
     size = {"within": whole.within, "n": whole.n, "chi2": whole.chi2, "rank": whole.rank}
-    first = Remark.of(code, chance=whole.p_value, **size)
+    first = Remark.of(code, **size, chance=whole.p_value)
     return (first, Remark.of(Code.TRUTH_MISSED_BY, names=named)) if named else (first,)
 
 
