@@ -19,7 +19,8 @@ from robocal.files.datawrite import data_text, table_text
 from robocal.files.kinds.registry import READERS
 from robocal.files.robot import describe
 from robocal.files.units import Units
-from robocal.session.simulated_robot import Errors, sample_joints, true_chain
+from robocal.session.simulated_robot import sample_joints
+from robocal.session.simulator import Errors, true_model
 from robocal.simulation.rigs import FINE, Instrument, hidden, measure
 
 HERE = Path(__file__).parent
@@ -52,7 +53,7 @@ def texts(kind: str) -> dict[str, str]:
     """robot.yaml, data.yaml and data.csv of a kind."""
     arm, units = catalog.get(ARM), Units()
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(5).spawn(3)]
-    truth = true_chain(arm, Errors(), streams[0])
+    truth = true_model(arm, arm.geometric, Errors(), streams[0])
     q = np.radians(np.round(np.degrees(sample_joints(arm, POSES.get(kind, 40), streams[1])), 2))
     data = hidden(measure(truth, q, Instrument(kind, angle_noise=FINE.get(kind, 1e-4)), streams[2]))
     table, described = plain(table_text(data, arm, units, digits=False), data_text(data, arm, "data.csv", units))

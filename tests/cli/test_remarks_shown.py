@@ -6,10 +6,11 @@ import copy
 
 from report.samples import improved, result
 
+from robocal.cli.guard import complain
 from robocal.cli.terminal import Terminal
 from robocal.files.parts import RemarkPart as Kept
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark, remark_fields
+from robocal.remarks.remark import Remark, full_text, remark_fields
 from robocal.report.identified import report
 from robocal.report.sections import Remarks, Section
 
@@ -34,8 +35,8 @@ def test_in_a_file_no_line_ends_with_blanks(capsys, monkeypatch):
 
 def test_a_warning_beside_a_document_says_what_to_do(capsys):
     terminal = Terminal(json=True)
-    terminal.warn(SAID)
-    terminal.warn(FACT)
+    for said in (SAID, FACT):
+        complain(full_text(said), kind="warning")
     terminal.draw([Section.of("Worth knowing", Remarks((SAID,)))])
     out, err = capsys.readouterr()
     assert out == "" and err == f"warning: {SAID.sentence}. {SAID.advice}\nwarning: {FACT.sentence}\n"

@@ -118,7 +118,7 @@ def test_draws_in_pieces_are_the_draws(monkeypatch):
     for units in (np.arange(40), rng.integers(0, 30, 40)):
         before, after = rng.random(40), rng.random(40)
         plain = evidence.bootstrap_gain(before, after, units, 7)
-        monkeypatch.setattr(evidence, "DRAWN", 100)
+        monkeypatch.setattr(evidence, "AT_ONCE", 100)
         assert evidence.bootstrap_gain(before, after, units, 7) == plain
         monkeypatch.undo()
 

@@ -61,7 +61,7 @@ class Rows(ABC):
         self.rounding = None if obs.rounding is None else obs.rounding[index]
         self.numbers = numbers
         self.own = NONE  # which numbers are free
-        self.columns: Ints = np.concatenate([c.columns for c in self.carriers])
+        self.columns: Ints = np.concatenate([NONE, *(c.columns for c in self.carriers)])
         # By the columns that are free; the same rows under another noise share it.
         self._bound: dict[bytes, dict[str, Any]] = {}
 

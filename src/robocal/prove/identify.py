@@ -68,6 +68,7 @@ class Identification(Generic[M_co]):
     dof: int
     correlation_names: tuple[str, ...]
     correlation: Array
+    covariance: Array  # as fitted, of correlation_names
     band: Band | None
     findings: tuple[Finding, ...]  # doubts and notes beside the verdict
     embargoed_ids: tuple[str, ...]  # neither fitted nor held out: tied to what is held out
@@ -114,7 +115,7 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         rows=row_table(made), fit_ids=fit_ids, held_out_ids=held_out_ids, embargoed_ids=embargoed_ids,
         how=proven.best.split.how if proven.best else "", iterations=int(fit.solution.iterations[0]), reason=fit.solution.reasons[0],
         history=tuple(fit.solution.history[:, 0].tolist()), chi2=u.chi2, dof=u.dof, correlation_names=fit.problem.free,
-        correlation=u.correlation, band=prediction_of(made), findings=findings, total=made.need_fit.total,
+        correlation=u.correlation, covariance=u.covariance * u.factor**2, band=prediction_of(made), findings=findings, total=made.need_fit.total,
         baseline=nominal.with_values(proven.base.x[0, : len(nominal)]), coverage=unseen_coverage(made),
         joints=range_of_joints(data.configurations), linearity=linearity_of(made), outliers=outliers(made),
         conditions=mean_conditions(data.configurations), resampled=bootstrap_of(made), holds=range_of(made), scale=common_scale(made),
