@@ -19,7 +19,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy import special
+import scipy
 
 from robocal._types import Array
 from robocal.diagnose.limits import DRIFT_OBSERVABLE, DRIFT_PART_CHANCE
@@ -136,7 +136,7 @@ class Difference:
         of m times m - k + 1, never less than the one before (Holm)."""
         some = np.flatnonzero(self.sigma > 0)
         step, sigma, running = self.step[some], self.sigma[some], 0.0
-        chances = 2 * special.stdtr(min(self.dof, 1e9), -np.abs(step) / sigma)
+        chances = 2 * scipy.special.stdtr(min(self.dof, 1e9), -np.abs(step) / sigma)
         of_all = np.ones(len(some))
         for k, i in enumerate(np.argsort(chances)):
             of_all[i] = running = max(running, min(1.0, float(chances[i]) * (len(some) - k)))
@@ -200,7 +200,9 @@ def tail(square: float, rank: int, dof: float) -> float:
     """The chance of a Q of rank r, or more, without a change; 1 where nothing is tested."""
     if not rank:
         return 1.0
-    return float(special.chdtrc(rank, square) if not np.isfinite(dof) else special.fdtrc(rank, dof, square / rank))
+    return float(
+        scipy.special.chdtrc(rank, square) if not np.isfinite(dof) else scipy.special.fdtrc(rank, dof, square / rank)
+    )
 
 
 def step_between(first: ParameterTable, second: ParameterTable, names: Sequence[str]) -> Array:
@@ -240,8 +242,8 @@ def name_parts(
 def smallest_named(covariance: Array, direction: Array, parts: int) -> tuple[float, float]:
     """Changes of a part's three numbers, of this covariance (3, 3), along a unit direction (3,) and across it, at worst, that would be
     named among so many parts with a chance of POWER."""
-    level = float(special.chdtri(3, DRIFT_PART_CHANCE / parts))
-    need = float(special.chndtrinc(level, 3, 1 - POWER))
+    level = float(scipy.special.chdtri(3, DRIFT_PART_CHANCE / parts))
+    need = float(scipy.special.chndtrinc(level, 3, 1 - POWER))
     weight = np.linalg.pinv(covariance, hermitian=True, rcond=FLAT)
     across = np.linalg.svd(direction[None])[2][1:]
     least = float(np.linalg.eigvalsh(across @ weight @ across.T)[0])

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy import special
+import scipy
 
 from robocal._types import Array
 from robocal.diagnose.limits import LIKE_EXPLAINS, LIKE_POSITIONS, LIKE_TURNS, LIKE_TURNS_LEAST
@@ -179,7 +179,7 @@ def anova(means: Sequence[float], spreads: Sequence[float], counts: Sequence[int
     if variance == 0:
         return Anova(float("inf") if explained else 0.0, between, within, 0.0 if explained else 1.0)
     f = explained / variance
-    return Anova(f, between, within, float(special.fdtrc(between, within, f)))
+    return Anova(f, between, within, float(scipy.special.fdtrc(between, within, f)))
 
 
 Cause = Literal["still", "scaled", "mirrored", "shifted", "turn-unit", "turn-inverted", "unknown"]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy import special
+import scipy
 
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, note, of_remarks, once
@@ -85,7 +85,7 @@ def noise_findings(context: Context[Model]) -> Iterator[Finding]:
             amounts = {"left": Quantity(g.rms, g.unit), "stated": Quantity(g.stated, g.unit)}
             if g.tau > limits.NOISE_ABOVE * g.stated:
                 yield doubt(Code.ABOVE_STATED_NOISE, group=g.name, **amounts)
-            chance = 1.0 if g.chi2 is None else special.chdtr(g.dof, limits.NOISE_BELOW**2 * g.chi2)
+            chance = 1.0 if g.chi2 is None else scipy.special.chdtr(g.dof, limits.NOISE_BELOW**2 * g.chi2)
             if g.name in read and chance < limits.NOISE_CHANCE:
                 yield doubt(Code.BELOW_STATED_NOISE, group=g.name, **amounts)
         if g.name in read and g.unit == "m" and g.rms < limits.COMPUTED_ERROR and g.dof > limits.COMPUTED_FREEDOM:

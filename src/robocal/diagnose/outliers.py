@@ -22,8 +22,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import special
 
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import MATCH_CHANCE, MATCH_LUCK, SHIFTED_ROWS, ZERO_ROWS_SHARE
@@ -200,8 +200,8 @@ class _Rows:
         scale = np.maximum(spread, 1e-300)
         self.raw, self.value, self.predicted = value, value / scale, predicted / scale
         # A prediction is not certain either: the radius is that of a difference.
-        self.radius = math.sqrt(2 * float(special.chdtri(value.shape[1], MATCH_CHANCE)))
-        self.width = math.sqrt(2 * float(special.chdtri(1, MATCH_CHANCE)))
+        self.radius = math.sqrt(2 * float(scipy.special.chdtri(value.shape[1], MATCH_CHANCE)))
+        self.width = math.sqrt(2 * float(scipy.special.chdtri(1, MATCH_CHANCE)))
 
     def fits(self, i: int, predicted: Array) -> NDArray[np.bool_]:
         """Which of some predictions (n, d) row i fits."""

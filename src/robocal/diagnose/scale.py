@@ -19,7 +19,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import special
+import scipy
 
 from robocal._types import Array
 from robocal.diagnose import limits
@@ -111,7 +111,7 @@ def common_scale(context: Context[Model]) -> Scale | None:
 def _wider(left: Array) -> float:
     """How many times as large as expected are the changes (k,) that a factor leaves; 1 where that may be chance."""
     dof, chi2 = len(left) - 1, float(left @ left)
-    return float(np.sqrt(chi2 / dof)) if dof > 0 and chi2 > special.chdtri(dof, limits.SCALE_CHANCE) else 1.0
+    return float(np.sqrt(chi2 / dof)) if dof > 0 and chi2 > scipy.special.chdtri(dof, limits.SCALE_CHANCE) else 1.0
 
 
 def _common(factor: Array, each: Array, change: Array) -> bool:

@@ -20,7 +20,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import special
+import scipy
 
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import GROSS_DISTANCE, GROSS_TAILS, ROUNDING_MARGIN
@@ -90,16 +90,16 @@ def studentise(problem: Problem, x: Array, modelled: Collection[tuple[str, str]]
         coarse = bool(len(least)) and float(np.median(least)) <= ROUNDING_MARGIN * scale
         for p in parts:
             d = np.sqrt(p.square) / (np.maximum(scale, p.least) if coarse else scale)
-            odds = np.where(p.error, special.fdtrc(p.size, known, d**2 / p.size), 1.0)
+            odds = np.where(p.error, scipy.special.fdtrc(p.size, known, d**2 / p.size), 1.0)
             more = odds <= chance[p.term]
             distance[p.term][more], leverage[p.term][more] = d[more], p.leverage[more]
             chance[p.term][more] = odds[more]
             # As unlikely as six standard deviations are where the scale is known.
             if problem.terms[p.term].reading:
-                least_odds = special.chdtrc(p.size, GROSS_DISTANCE**2)
+                least_odds = scipy.special.chdtrc(p.size, GROSS_DISTANCE**2)
                 beyond = odds < least_odds
                 strange[p.term] |= beyond
-                limit = GROSS_TAILS * np.sqrt(p.size * special.fdtri(p.size, known, 1 - least_odds))
+                limit = GROSS_TAILS * np.sqrt(p.size * scipy.special.fdtri(p.size, known, 1 - least_odds))
                 far[p.term] |= beyond & (d > limit) if key in modelled else beyond
     return StudentisedResiduals(
         tuple(distance), tuple(strange), tuple(far), tuple(leverage), tuple(np.minimum(c * many, 1.0) for c in chance)
@@ -192,7 +192,7 @@ def _scale(parts: list[_Part]) -> tuple[float, float]:
     many = [np.count_nonzero(p.inside) for p in parts]
 
     def scale_at(level: float) -> float:
-        return quantile(own * np.repeat([p.size / special.chdtri(p.size, 1 - level) for p in parts], many), level)
+        return quantile(own * np.repeat([p.size / scipy.special.chdtri(p.size, 1 - level) for p in parts], many), level)
 
     robust = max(1.0, scale_at(0.5), scale_at(0.75))
     near = own[own < robust * GROSS_DISTANCE**2]

@@ -22,7 +22,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import special
+import scipy
 
 from robocal._types import Array, Ints
 from robocal.estimate.elimination import Squares, beside_blocks, eliminate, reducible, reweight, squares, triangle
@@ -269,7 +269,7 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
 
 def quantile(dof: float = np.inf, level: float = LEVEL) -> float:
     """Half the width of a two-sided interval in standard deviations: Student's t, normal for infinite dof."""
-    return float(special.stdtrit(min(dof, 1e9), 0.5 + level / 2)) if dof > 0 else float("inf")
+    return float(scipy.special.stdtrit(min(dof, 1e9), 0.5 + level / 2)) if dof > 0 else float("inf")
 
 
 def radius(covariance: Array, dof: float = np.inf, level: float = LEVEL) -> Array:
@@ -281,5 +281,5 @@ def radius(covariance: Array, dof: float = np.inf, level: float = LEVEL) -> Arra
     first = np.trace(covariance, axis1=-2, axis2=-1)
     second = np.sum(covariance * np.swapaxes(covariance, -1, -2), axis=(-2, -1))
     h = np.where(second > 0, first**2 / np.where(second > 0, second, 1.0), 1.0)
-    f = special.chdtri(h, 1 - level) / h if not np.isfinite(dof) else special.fdtri(h, max(dof, 1.0), level)
+    f = scipy.special.chdtri(h, 1 - level) / h if not np.isfinite(dof) else scipy.special.fdtri(h, max(dof, 1.0), level)
     return np.asarray(np.sqrt(np.maximum(first, 0.0) * f))

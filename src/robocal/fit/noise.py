@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import special
+import scipy
 
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.problem import Problem
@@ -187,8 +187,8 @@ def _exceeds(whitened: Array, dof: float, resistant: bool) -> bool:
     """Whether whitened residuals are significantly larger than one."""
     if resistant:
         # The median of n squares scatters by 2.33 / sqrt(n) of itself, the mean by 1.41 / sqrt(n).
-        return bool(_spread(whitened, dof, True) ** 2 > 1 - special.ndtri(CHANCE) * 2.33 / np.sqrt(dof))
-    return bool(whitened @ whitened > special.chdtri(dof, CHANCE))
+        return bool(_spread(whitened, dof, True) ** 2 > 1 - scipy.special.ndtri(CHANCE) * 2.33 / np.sqrt(dof))
+    return bool(whitened @ whitened > scipy.special.chdtri(dof, CHANCE))
 
 
 def _solve(value: Array, sigma: Array, dof: float, resistant: bool) -> float:

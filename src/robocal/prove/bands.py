@@ -13,8 +13,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import special
 
 from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
@@ -49,7 +49,11 @@ class Bands:
         r, v = self.residual[:, start:stop], self.new[:, start:stop, start:stop]
         d = stop - start
         distance = np.einsum("mi,mi->m", r, np.linalg.solve(v, r[..., None])[..., 0])
-        limit = special.chdtri(d, 1 - LEVEL) if not np.isfinite(dof) else d * special.fdtri(d, max(dof, 1.0), LEVEL)
+        limit = (
+            scipy.special.chdtri(d, 1 - LEVEL)
+            if not np.isfinite(dof)
+            else d * scipy.special.fdtri(d, max(dof, 1.0), LEVEL)
+        )
         return np.asarray(distance <= limit)
 
 

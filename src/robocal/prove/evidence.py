@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import special
 
 from robocal._types import Array, Ints
 from robocal.prove.split import Split
@@ -67,7 +67,7 @@ def bootstrap_gain(
     mean = float(gain.mean())
     if n < 2:
         return mean, -np.inf, np.inf
-    wide = float(special.stdtrit(n - 1, 0.975) / special.ndtri(0.975) * np.sqrt(n / (n - 1)))
+    wide = float(scipy.special.stdtrit(n - 1, 0.975) / scipy.special.ndtri(0.975) * np.sqrt(n / (n - 1)))
     return mean, mean - wide * float(mean - low), mean + wide * float(high - mean)
 
 
@@ -94,7 +94,7 @@ def _cornish_fisher(values: Array) -> tuple[float, float] | None:
     skew, tail = float(np.mean(away**3)) / spread**3 / np.sqrt(n), (float(np.mean(away**4)) / spread**4 - 3) / n
     if abs(skew) > RULED or abs(tail) > RULED:
         return None
-    z = special.ndtri(np.array([0.025, 0.975]))
+    z = scipy.special.ndtri(np.array([0.025, 0.975]))
     points = z + skew * (z**2 - 1) / 6 + tail * (z**3 - 3 * z) / 24 - skew**2 * (2 * z**3 - 5 * z) / 36
     low, high = values.mean() + spread / np.sqrt(n) * points
     return float(low), float(high)

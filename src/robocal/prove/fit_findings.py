@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import special
+import scipy
 
 from robocal.diagnose.check_registry import Finding, When, check, doubt, note, once
 from robocal.diagnose.limits import BAND_CHANCE, CURVATURE, STEP_MISLEADS
@@ -122,7 +122,7 @@ def narrow_bands(context: Decision[Model]) -> Iterator[Finding]:
     if estimator(context.chosen.method).blind:
         return
     for c in unseen_coverage(context):
-        if c.quantity in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < BAND_CHANCE:
+        if c.quantity in WHOLE and scipy.special.bdtr(round(c.whole * c.n), c.n, c.level) < BAND_CHANCE:
             yield doubt(Code.BAND_TOO_NARROW, whole=c.whole, n=c.n, quantity=WHOLE[c.quantity])
 
 

@@ -24,7 +24,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from scipy import special
 
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Given, When, check, once, qualify
@@ -103,7 +102,7 @@ def range_of(context: Decision[Model]) -> Holds | None:
     far, square = float(np.mean(band(jac, covariance) ** 2)), float(np.mean(np.sum(moved**2, axis=1)))
     along = np.einsum("mai,ma->i", jac, moved) / len(moved)
     spread = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0)))
-    chance = float(special.stdtr(min(off.dof, 1e9), -square / spread)) if spread > 0 else 0.0
+    chance = float(scipy.special.stdtr(min(off.dof, 1e9), -square / spread)) if spread > 0 else 0.0
     found = (float(np.sqrt(far)), float(np.sqrt(square)), chance)
     if not np.isfinite(found).all():
         return None

@@ -45,7 +45,7 @@ def heat(columns: Columns) -> str:
         level = next((v for v in across.tolist() if not math.isnan(v)), 0.0)
         for k in (0, 1):
             x = AxisScale(-half, half, LEFT + k * (WIDTH + GAP), LEFT + k * (WIDTH + GAP) + WIDTH)
-            shown = cells[:, [0, 1, 2, 3 + k]].tolist()
+            shown = cells[:, [0, 1, 2, 3 + k]]
             parts.append(_panel(name, shown, scale, x, AxisScale(low, high, y + height, y), level))
         y += height + 62
     told = zip(QUANTITIES.values(), everything[:, 3:].max(axis=0), everything[:, 3:].mean(axis=0), strict=True)
@@ -72,19 +72,16 @@ def _scale(values: Array) -> AxisScale:
     return AxisScale(low, max(high, 1.2 * low), 0.0, float(len(COLOURS)), log=True)
 
 
-def _panel(
-    name: str, cells: Sequence[Sequence[float]], scale: AxisScale, x: AxisScale, y: AxisScale, level: float
-) -> str:
+def _panel(name: str, cells: Array, scale: AxisScale, x: AxisScale, y: AxisScale, level: float) -> str:
     u, v, w = SLICES[name]
+    across, up, side, values = cells.T
+    steps = np.minimum(scale.many(np.maximum(values, scale.low)).astype(int), len(COLOURS) - 1)
+    left, top = x.many(across - side / 2), y.many(up + side / 2)
+    # A hair wider than the cell, so that no seam shows.
+    wide, high = x.many(across + side / 2) - left + 0.3, y.many(up - side / 2) - top + 0.3
     marks: dict[int, list[str]] = {}
-    for across, up, side, value in cells:
-        step = min(int(scale(max(value, scale.low))), len(COLOURS) - 1)
-        left, right = x(across - side / 2), x(across + side / 2)
-        lower, upper = y(up - side / 2), y(up + side / 2)
-        # A hair wider than the cell, so that no seam shows.
-        marks.setdefault(step, []).append(
-            f"M{left:.2f} {upper:.2f}h{right - left + 0.3:.2f}v{lower - upper + 0.3:.2f}H{left:.2f}z"
-        )
+    for step, *at in zip(*(a.tolist() for a in (steps, left, top, wide, high)), strict=True):
+        marks.setdefault(step, []).append("M{0:.2f} {1:.2f}h{2:.2f}v{3:.2f}H{0:.2f}z".format(*at))
     parts = [f'<path fill="{COLOURS[i]}" d="{"".join(d)}"/>' for i, d in sorted(marks.items())]
     # The axis of the base.
     parts.append(line(x(0), y.start, x(0), y.end, "mid"))

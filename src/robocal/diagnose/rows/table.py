@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import special
+import scipy
 
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Context, Finding, Given, M_co, Machines, When, check, doubt, refuse
@@ -107,7 +107,7 @@ def _twice(obs: Observations, order: Ints, first: Ints, file: str) -> Iterator[F
     size = np.bincount(first, minlength=len(obs))
     honest = (order != first) & ~copy
     pairs = float((size * (size - 1) / 2).sum())
-    if special.pdtrc(len(found) - 1, pairs * _agreeing(obs, order[honest], first[honest])) > COPY_CHANCE:
+    if scipy.special.pdtrc(len(found) - 1, pairs * _agreeing(obs, order[honest], first[honest])) > COPY_CHANCE:
         return
     a, b = min(sorted(int(obs.rows[order[i]]) for i in (original[k], k)) for k in found)
     yield doubt(Code.COPIED, file=file, count=len(found), first=a, second=b)

@@ -19,8 +19,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import special
 
 from robocal._types import Array
 from robocal.diagnose import limits
@@ -112,7 +112,7 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
     # More columns explain more by chance.
     first = max(out, key=lambda f: f.gain - f.cost, default=None)
-    if first is None or special.chdtrc(first.column.shape[2], first.gain) > limits.SEGMENT_CHANCE:
+    if first is None or scipy.special.chdtrc(first.column.shape[2], first.gain) > limits.SEGMENT_CHANCE:
         return None
     rivals = [f for f in out if f.run is first.run and f.gain > limits.SEGMENT_RIVAL * first.gain]
     after = [state.with_segment(f) for f in rivals]
@@ -132,7 +132,7 @@ def _left_of(model: SegmentModel, best: SegmentFit) -> float:
 def _reset(state: SegmentModel, files: list[tuple[RowSequence, Candidate, int, int]]) -> SegmentFit | None:
     """A zero that is another one in a whole file, as after sensors were switched on again: with its rows given it need only be sure."""
     best = max((state.whole_file(*one) for one in files), key=lambda f: f.gain, default=None)
-    sure = best is not None and special.chdtrc(1, best.gain) * len(files) <= limits.SEGMENT_CHANCE
+    sure = best is not None and scipy.special.chdtrc(1, best.gain) * len(files) <= limits.SEGMENT_CHANCE
     return best if sure else None
 
 
@@ -167,7 +167,7 @@ def _assess_segment(
     q = c.column.shape[2]
     dof = max((int(looked.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
     gain = best.gain * max(1.0, float(np.min(state.unit[i] / unit)) ** 2)
-    chance = float(special.fdtrc(q, dof, gain / (inflation * q))) * tried
+    chance = float(scipy.special.fdtrc(q, dof, gain / (inflation * q))) * tried
     if chance > limits.SEGMENT_CHANCE or not (whole or _abrupt(state, best)):
         return None
     source, rows = best.run.place(best.a, best.b - 1)

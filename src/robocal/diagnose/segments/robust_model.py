@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import special
+import scipy
 
 from robocal._types import Array, Ints
 from robocal.diagnose.limits import SEGMENT_ROWS
@@ -171,7 +171,7 @@ def spread(left: Array) -> float:
     """Standard deviation per axis from the median of squared lengths, which outliers do not move."""
     square = np.einsum("kd,kd->k", left, left)
     some = square[square > 0]
-    return math.sqrt(median(some) / float(special.chdtri(left.shape[1], 0.5))) if len(some) else EPS
+    return math.sqrt(median(some) / float(scipy.special.chdtri(left.shape[1], 0.5))) if len(some) else EPS
 
 
 @dataclass(frozen=True)
