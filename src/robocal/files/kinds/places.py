@@ -1,5 +1,5 @@
-"""Places that stay where they are while the arm moves: a socket, a plane, a sphere, a receiver; and contacts with them, which need no
-instrument: a ball in a socket, a ball on a plane, a probe on a sphere.
+"""Columns and keys of a data file for places that stay where they are while the arm moves (socket, plane, sphere, receiver), and for
+contacts with them, which need no instrument: a ball in a socket, a ball on a plane, a probe on a sphere.
 
 One place for the whole file (`place`), one per row (`place: COLUMN`, described under `places`), and for contacts also a known distance
 between two (`between`). What is measured is that the tool touches, so a row is joint values alone; a column of deviations is read where

@@ -1,4 +1,4 @@
-"""Instruments that read ranges, distances and angles.
+"""Columns and keys of a data file for instruments that read ranges, distances and angles.
 
 range         by time of flight from fixed receivers: in seconds or as lengths, one column per receiver or one row each
 distance      a ballbar from a socket on the base to a ball on the tool, a telescopic bar between two configurations; a fixed bar

@@ -1,4 +1,4 @@
-"""Compiled lengths of cables, straight or over pulleys, and their normal equations."""
+"""Compiled residuals of measured cable lengths, straight or over pulleys, and their normal equations."""
 
 from __future__ import annotations
 

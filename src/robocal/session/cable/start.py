@@ -1,5 +1,5 @@
-"""Where a list of poses starts, what the platform looks like to its cables, and the box Z: from options in the robot
-file's units."""
+"""What several verbs of cable robots make of their options, in the units of the robot's file: where a list of poses starts, what the
+platform looks like to its cables, and the box Z."""
 
 from __future__ import annotations
 
