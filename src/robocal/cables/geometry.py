@@ -195,16 +195,23 @@ class CableRobot(Unjointed):
 
     @property
     def motions(self) -> Mapping[str, Mapping[str, float]]:
-        """Small motions of the base and of the platform's coordinates in the directions that the robot has: rates of its anchors."""
+        """Small motions of the base, of the platform's coordinates, and of both together where the robot lacks a direction: rates of
+        its anchors. Which of them lengths cannot tell is for the data to say."""
         out: dict[str, Mapping[str, float]] = {}
-        for whose, symbol, points in (("base", "a", self.a), ("platform", "b", self.b)):
-            for i in self.axes:
-                along = np.eye(3)[i % 3]
-                rate = np.tile(along, (len(points), 1)) if i < 3 else np.cross(along, points)
-                names = [self.row(f"{c}.{symbol}{s}") for c in self.cables for s in "xyz"]
-                moved = {n: float(v) for n, v in zip(names, rate.ravel(), strict=True) if v != 0.0}
-                out[f"the {whose} {'along' if i < 3 else 'about'} {'xyz'[i % 3]}"] = moved
+        of_base, of_platform = self._rates("a", self.a), self._rates("b", self.b)
+        of_both = [{**p, **b} for b, p in zip(of_base, of_platform, strict=True)]
+        for whose, rates in (("the base", of_base), ("the platform", of_platform), ("base and platform", of_both)):
+            for i, rate in enumerate(rates):
+                # A motion of both that the robot can follow is a motion of each.
+                if rate and not (rates is of_both and i in self.axes):
+                    out[f"{whose} {'along' if i < 3 else 'about'} {'xyz'[i % 3]}"] = rate
         return out
+
+    def _rates(self, symbol: str, points: Array) -> list[dict[str, float]]:
+        """What the six small motions of one end's coordinates do to its anchors (m, 3)."""
+        names = [self.row(f"{c}.{symbol}{s}") for c in self.cables for s in "xyz"]
+        motions = [*np.eye(3)[:, None] + np.zeros_like(points), *(np.cross(e, points) for e in np.eye(3))]
+        return [{n: float(v) for n, v in zip(names, m.ravel(), strict=True) if v != 0.0} for m in motions]
 
     @property
     def freedom(self) -> tuple[int, ...]:

@@ -21,32 +21,40 @@ from robocal.remarks.remark import Quantity, Remark
 __all__ = ["lacking", "open_motions", "open_remarks"]
 
 ABSOLUTE = ("position", "pose")  # kinds that read coordinates
+DEPENDENT = 1e-6  # tolerance: of a motion of length 1, what others leave of it
 
 
-def open_motions(model: Model, fit: Fit) -> tuple[str, ...]:
-    """The motions of a machine that a fit to its data cannot tell, by what people call them."""
+def open_motions(model: Model, fit: Fit) -> dict[str, Array]:
+    """The motions of a machine that a fit to its data cannot tell, by what people call them, with their rates of what is free (n,);
+    none of them follows from those before it."""
     seen = fit.identifiability
     names = {n: i for i, n in enumerate(seen.names)}
     table = fit.problem.table
     there = model.with_values({n: float(seen.x[0, table.index[n]]) for n in model.table.names if n in table})
     others = [i for n, i in names.items() if n not in model.table]
-    out = []
+    out: dict[str, Array] = {}
+    span = np.zeros((len(seen.names), 0))
     for what, rates in () if there.mechanism is None else there.mechanism.motions.items():
         if not set(rates) <= set(names):
             continue  # a part of it is held: the motion is not open
-        moved = seen.root[:, [names[n] for n in rates]] @ np.array(list(rates.values()))
+        rate = np.zeros(len(seen.names))
+        rate[[names[n] for n in rates]] = list(rates.values())
+        rate /= np.linalg.norm(rate)
+        new = rate - span @ (span.T @ rate)
+        moved = seen.root @ rate
         left = moved
         if others:
             left = moved - seen.root[:, others] @ np.linalg.lstsq(seen.root[:, others], moved, rcond=1e-12)[0]
         size = float(np.linalg.norm(seen.root[:, [names[n] for n in rates]]))
-        if np.linalg.norm(left) <= MOTION_UNSEEN * size:
-            out.append(what)
-    return tuple(out)
+        if size > 0 and np.linalg.norm(left) <= MOTION_UNSEEN * size and np.linalg.norm(new) > DEPENDENT:
+            span = np.column_stack([span, new / np.linalg.norm(new)])
+            out[what] = rate
+    return out
 
 
 def open_remarks(model: Model, fit: Fit) -> tuple[Remark, ...]:
     """What is said of them: which, and the parameters that stay where they were for it."""
-    motions = open_motions(model, fit)
+    motions = tuple(open_motions(model, fit))
     if not motions:
         return ()
     held = tuple(n for n in fit.identifiability.dropped if n in model.table)
@@ -66,8 +74,7 @@ def lacking(model: Model, fit: Fit) -> Remark | None:
     if not (problem.families and moves and seen.names) or problem.has_prior.any():
         return None
     used = problem.numbers > 0
-    unknown = len(seen.names) - len(open_motions(model, fit))
-    over = problem.numbers - problem.families[0].width
+    unknown, over = len(seen.names) - len(open_motions(model, fit)), fit.spare
     left = int(over[used].sum())
     if left >= unknown or not used.any():
         return None

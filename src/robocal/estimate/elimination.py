@@ -12,7 +12,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 
 __all__ = [
-    "Squares", "beside_blocks", "block_columns", "block_ranks", "eliminate", "reducible", "reweight", "squares", "triangle",
+    "Squares", "beside_blocks", "beyond_blocks", "block_columns", "block_ranks", "eliminate", "reducible", "reweight", "squares", "triangle",
 ]  # fmt: skip
 
 # Exactly dependent to first order, in units of the largest singular value of a block.
@@ -138,6 +138,15 @@ def block_ranks(lin: Linear, blocks: int) -> Ints:
     for own, rows, jl in _blocks(lin):
         out[own] = _spans(np.asarray(np.linalg.svd(jl[:, : rows.shape[1]], compute_uv=False))).sum(axis=1)
     return out
+
+
+def beyond_blocks(problem: Problem, x: Array) -> Ints:
+    """How many numbers each configuration leaves beyond those that its own pose takes, (U,): as many as the pose's columns have ranks.
+    Where no Jacobian is formed, every number of a pose counts as determined."""
+    poses = next((f for f in problem.families[:1] if f.count == problem.configurations), None)
+    if poses is None or reducible(problem):
+        return np.maximum(problem.numbers - (0 if poses is None else poses.size), 0)
+    return problem.numbers - block_ranks(problem.with_free(()).linearize(x), poses.count)
 
 
 def beside_blocks(lin: Linear) -> tuple[Array, Array]:

@@ -21,7 +21,7 @@ import numpy as np
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.estimate.choosing.choice import choose
-from robocal.estimate.elimination import Squares, squares
+from robocal.estimate.elimination import Squares, beyond_blocks, squares
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
@@ -30,6 +30,7 @@ from robocal.fit.estimators import estimator
 from robocal.fit.noise import NoiseGroup, Tau, apply_noise, assess, noise_dof, same_tau, tau_of, under
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
+from robocal.geometry import so3
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
@@ -77,6 +78,11 @@ class Fit:
         return self._uncertainties[1]
 
     @cached_property
+    def spare(self) -> Ints:
+        """How many numbers each configuration leaves beyond those that its own pose takes, (U,)."""
+        return beyond_blocks(self.problem, self.solution.x)
+
+    @cached_property
     def _uncertainties(self) -> tuple[Uncertainty, Total]:
         problem, x = self.problem, self.solution.x
         every, lin = problem.with_free(self.identifiability.names), None
@@ -110,6 +116,9 @@ def fit(
     weights = chosen_weights(len(stated.configurations), configurations)
     first = build(model, stated).with_weights(weights).with_loss(options.loss, options.tuning)
     first = first if options.priors else first.with_priors(False)
+    start = np.array(start)
+    for t in first.table.turns:  # half a turn may come out of a closed form as either; a step never changes which
+        start[:, t : t + 3] = so3.nearest(start[:, t : t + 3], first.table.values[t : t + 3])
 
     def problem_at(tau: Tau) -> Problem:
         return under(first, stated, tau)

@@ -72,7 +72,8 @@ def vector_from_rotation(r, out):
 
 @kernel
 def turn_vectors(values, at, step, columns):
-    """Steps rotation vectors on the group, in place: values[b, at[i]:at[i]+3] <- log(exp(step) exp(value)).
+    """Steps rotation vectors on the group, in place: values[b, at[i]:at[i]+3] <- log(exp(step) exp(value)), of whose values the one
+    nearest to what was there: a vector never jumps from half a turn to minus half a turn.
 
     values (B, P), at (k,), step (B, n), columns (k, 3): the tangent column of each component, or -1 when it is held.
     """
@@ -92,7 +93,14 @@ def turn_vectors(values, at, step, columns):
             for r in range(3):
                 for c in range(3):
                     both[r, c] = left[r, 0] * right[0, c] + left[r, 1] * right[1, c] + left[r, 2] * right[2, c]
+            before_x, before_y, before_z = values[b, p], values[b, p + 1], values[b, p + 2]
             vector_from_rotation(both, values[b, p : p + 3])
+            angle = math.sqrt(values[b, p] ** 2 + values[b, p + 1] ** 2 + values[b, p + 2] ** 2)
+            if angle > 0.5 * math.pi:  # below, all others are farther, unless a step is half a turn
+                along = (before_x * values[b, p] + before_y * values[b, p + 1] + before_z * values[b, p + 2]) / angle
+                whole = 2.0 * math.pi * math.floor((along - angle) / (2.0 * math.pi) + 0.5)
+                for r in range(3):
+                    values[b, p + r] *= 1.0 + whole / angle
 
 
 @kernel

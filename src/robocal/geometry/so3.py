@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robocal._types import Array
 
-__all__ = ["exp", "left_jacobian", "left_jacobian_inverse", "log", "project", "skew"]
+__all__ = ["exp", "left_jacobian", "left_jacobian_inverse", "log", "nearest", "project", "skew"]
 
 
 def skew(v: ArrayLike) -> Array:
@@ -92,3 +92,12 @@ def project(matrix: ArrayLike) -> Array:
     u = u.copy()
     u[..., :, 2] *= np.where(sign < 0, -1.0, 1.0)[..., None]
     return np.asarray(u @ vt)
+
+
+def nearest(w: ArrayLike, reference: ArrayLike) -> Array:
+    """Of the vectors w + 2 pi k w/|w|, which are one rotation, the one nearest to `reference`; both (..., 3) rad."""
+    w = np.asarray(w, float)
+    angle = np.linalg.norm(w, axis=-1, keepdims=True)
+    safe = np.where(angle > 0, angle, 1.0)
+    along = (w * reference).sum(axis=-1, keepdims=True) / safe
+    return np.asarray(w * (1 + 2 * np.pi * np.rint((along - angle) / (2 * np.pi)) / safe))

@@ -74,8 +74,9 @@ def robot_identified(context: Decision[Model]) -> Iterator[Finding]:
 def numbers_of_a_round(context: Decision[Model]) -> Iterator[Finding]:
     """A round leaves too little to fit: that would be met exactly, and what was left out by what was known of it before."""
     assert context.proof is not None
-    problem, split = context.proven.part.problem, context.proof.split
-    left, sought = int((split.fit @ problem.numbers).min()), problem.n - int(problem.has_prior.sum())
+    part, split = context.proven.part, context.proof.split
+    problem = part.problem
+    left, sought = int((split.fit @ part.spare).min()), problem.n - int(problem.has_prior.sum())
     if len(split) > 1 and left <= sought:
         noun = "configuration" if split.how == "leave-one-out" else "fold"
         yield qualify(Code.FEW_NUMBERS, noun=noun, left=left, sought=sought)

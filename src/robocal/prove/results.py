@@ -107,7 +107,7 @@ def parameter_results(context: Decision[Model]) -> tuple[ParameterResult, ...]:
     table, seen = fit.problem.table, fit.identifiability
     share = dict(zip(seen.names, seen.share.tolist(), strict=True))
     start = np.array([model.table[p.name].value if p.name in model.table else p.value for p in table.rows])
-    values = _nearest_turns(table, fit.solution.x[0, : len(start)], start)
+    values = fit.solution.x[0, : len(start)]
     total = _components(table, off.names, off.covariance, values)
     reach = quantile(off.dof)
     free = fit.problem.free
@@ -156,19 +156,6 @@ def parameter_results(context: Decision[Model]) -> tuple[ParameterResult, ...]:
             )
         )  # fmt: skip
     return tuple(out)
-
-
-def _nearest_turns(table: ParameterTable, values: Array, start: Array) -> Array:
-    """The same values with each rotation vector v in the form nearest to its nominal one: v (1 - 2 pi / |v|) is the same
-    rotation, and half a turn may come out as either."""
-    out = np.array(values)
-    for t in table.turns:
-        v = out[t : t + 3]
-        angle = float(np.linalg.norm(v))
-        other = v * (1 - 2 * np.pi / angle) if angle > 0 else v
-        if np.linalg.norm(other - start[t : t + 3]) < np.linalg.norm(v - start[t : t + 3]):
-            out[t : t + 3] = other
-    return out
 
 
 def _components(table: ParameterTable, names: Sequence[str], covariance: Array, values: Array) -> dict[str, float]:
