@@ -2,7 +2,7 @@
 
     @dataclass(frozen=True)
     class Stages:
-        unit: ShownUnit          # "m" in SI, "mm" in a document: the unit in force here and in whatever is below
+        unit: DisplayUnit        # "m" in SI, "mm" in a document: the unit in force here and in whatever is below
         mean: Amount             # in that unit
 
 `files.display` converts whole trees. A number that a document lacks (null) is NaN where a class says `Amount`, and None where it says
@@ -128,7 +128,7 @@ class Column:
 @dataclass(frozen=True, eq=False)
 class Listing:
     """What a verb lists, one row for each pose, cable, target: the CSV (`files.display`), the document, the table on the terminal, on a
-    page and in a notebook (`report.sections.listed`) are made from it."""
+    page and in a notebook (`report.sections.listing_table`) are made from it."""
 
     columns: tuple[Column, ...]
 

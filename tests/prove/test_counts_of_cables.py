@@ -49,7 +49,9 @@ def measured(robot, t, instrument, rng):
     k, m = len(t), len(robot.cables)
     y = read(robot, t) + LENGTH * rng.normal(size=(k, m))
     cables = {"cable": np.tile(np.arange(m), k)}
-    seen = [Observations("lengths", np.repeat(np.arange(k), m), y.reshape(-1, 1), np.full((k * m, 1), LENGTH), extra=cables)]
+    seen = [
+        Observations("lengths", np.repeat(np.arange(k), m), y.reshape(-1, 1), np.full((k * m, 1), LENGTH), extra=cables)
+    ]
     if instrument:
         width = 3 if instrument == "position" else 6
         frame = Frame("tracker", (0.0,) * 6, (True,) * 6)

@@ -16,6 +16,8 @@ import pytest
 from cli.runs import robocal
 
 from robocal.errors import ModelError
+from robocal.simulation.rigs import RIGS
+from robocal.verbs import shared_options
 from robocal.verbs.option import Arg, BaseOptions, Option, entries
 from robocal.verbs.registry import CABLE, COMMAND_NAMES, VERBS
 
@@ -160,3 +162,7 @@ def test_an_entry_knows_its_kind() -> None:
     assert found["share"].optional and found["share"].kind is float and found["share"].default is None
     assert found["rows"].several and found["rows"].kind is str
     assert found["share"].facts.text == "Of it, in the robot file's unit of length, 0 or more.  [default: all]"
+
+
+def test_help_names_every_kind_that_can_be_simulated() -> None:
+    assert ", ".join(RIGS) == shared_options.KINDS

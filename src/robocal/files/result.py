@@ -294,4 +294,4 @@ def read_result(path: str | os.PathLike[str]) -> Result:
 
 
 if __name__ == "__main__":
-    print(json.dumps(schema(), indent=1))
+    print(json.dumps(schema(), indent=1, allow_nan=False))

@@ -1,9 +1,9 @@
 """How the options of a verb are told, once: a frozen dataclass whose fields carry help, unit, range and choices.
 
     @dataclass(frozen=True)
-    class Options(Told):
+    class Options(BaseOptions):
         robot: str = arg(..., "ROBOT", "robot.yaml, a URDF, ...")
-        noise: float | None = opt(None, "Standard deviation per axis", unit="length", otherwise="0.05 mm, converted")
+        noise: float | None = option(None, "Standard deviation per axis", unit="length", otherwise="0.05 mm, converted")
 
 First the default, ... where there is none. What several verbs share is a type that carries what is told of it (`shared_options.py`). The
 command line, calls from Python and messages are made from it: no default and no range is written anywhere else. What follows the

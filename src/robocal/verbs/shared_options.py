@@ -31,14 +31,9 @@ OutputFile = Annotated[Path | None, Option("Write here, not to the terminal", "F
 History = Annotated[
     Path | None, Option("Add the runs to this CSV, a row for each number; they are not added twice", "FILE")
 ]
-Kind = Annotated[
-    str,
-    Option(
-        "What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, "
-        "sphere, pixels",
-        "KIND",
-    ),
-]
+# What `measure.kinds` knows and a rig shows; a test holds them equal, for help imports neither.
+KINDS = "position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels"
+Kind = Annotated[str, Option(f"What is measured: {KINDS}", "KIND")]
 Noise = Annotated[
     float | None, Option("Standard deviation per axis", "SIGMA", unit="length", least=0, otherwise="0.05 mm, converted")
 ]

@@ -63,8 +63,7 @@ class Options(BaseOptions):
     )
     kind: str | None = option(
         None,
-        "What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, "
-        "pixels; of a cable robot position or pose, beside its lengths",
+        f"What is measured: {w.KINDS}; of a cable robot position or pose, beside its lengths",
         "KIND",
         otherwise="position; pose of a platform that turns",
     )
