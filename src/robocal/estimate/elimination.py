@@ -12,7 +12,8 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 
 __all__ = [
-    "Squares", "beside_blocks", "beyond_blocks", "block_columns", "block_ranks", "eliminate", "reducible", "reweight", "squares", "triangle",
+    "Squares", "beside_blocks", "block_columns", "block_ranks", "eliminate", "reducible", "reweight", "spare_numbers", "squares",
+    "triangle",
 ]  # fmt: skip
 
 # Exactly dependent to first order, in units of the largest singular value of a block.
@@ -140,7 +141,7 @@ def block_ranks(lin: Linear, blocks: int) -> Ints:
     return out
 
 
-def beyond_blocks(problem: Problem, x: Array) -> Ints:
+def spare_numbers(problem: Problem, x: Array) -> Ints:
     """How many numbers each configuration leaves beyond those that its own pose takes, (U,): as many as the pose's columns have ranks.
     Where no Jacobian is formed, every number of a pose counts as determined."""
     poses = next((f for f in problem.families[:1] if f.count == problem.configurations), None)

@@ -21,7 +21,7 @@ import numpy as np
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.estimate.choosing.choice import choose
-from robocal.estimate.elimination import Squares, beyond_blocks, squares
+from robocal.estimate.elimination import Squares, spare_numbers, squares
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
@@ -80,7 +80,7 @@ class Fit:
     @cached_property
     def spare(self) -> Ints:
         """How many numbers each configuration leaves beyond those that its own pose takes, (U,)."""
-        return beyond_blocks(self.problem, self.solution.x)
+        return spare_numbers(self.problem, self.solution.x)
 
     @cached_property
     def _uncertainties(self) -> tuple[Uncertainty, Total]:
