@@ -31,5 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:  # before the guard stands, or after it
         return 130
     finally:
-        gc.unfreeze()
+        if arguments is None:
+            gc.freeze()  # the process ends: what it leaves need not be looked through for garbage
+        else:
+            gc.unfreeze()
         gc.enable()
