@@ -22,6 +22,7 @@ from robocal.errors import FormatError, ToWrite
 from robocal.files.dataset import Reading
 from robocal.files.notation import TableNotation
 from robocal.files.robot import Robot
+from robocal.files.robot_rows import MOST_REACH
 from robocal.files.units import UNITS, number
 from robocal.files.yamlio import quote
 from robocal.progress import Watch
@@ -63,8 +64,28 @@ def data_remarks(robot: Robot, reading: Reading, reread: Reread, watch: Watch | 
             raise change_error(robot, reading, found)
         if finding.level is Level.REFUSE and finding.code == Code.REMOUNTED:
             raise target_error(reading, finding)
+        _refuse_robot_units(robot, finding)
         refuse_input(finding)
     return tuple(f.remark for f in findings)
+
+
+def _refuse_robot_units(robot: Robot, finding: Finding) -> None:
+    """Raises FormatError where readings fit in another unit because the robot's own lengths are in one: more than any arm measures."""
+    reach = sum(abs(p.value) for p in robot.chain.table.rows if p.unit == "m" and p.name in robot.chain.geometric)
+    n = finding.numbers
+    wrong = (
+        finding.level is Level.REFUSE and finding.code == WRONG_UNIT and (n["stated"], n["alternative"]) == ("mm", "m")
+    )
+    if not wrong or reach < MOST_REACH:
+        return
+    urdf = robot.format == "urdf"
+    raise FormatError(
+        f"the lengths of the robot are probably in mm: {n['why']}, and the misfit falls {n['times']:.3g} times with other units",
+        file=str(robot.path),
+        key="xyz" if urdf else "units.length",
+        found=f"lengths of {reach:.3g} m in all",
+        expected="a URDF in m: every xyz divided by 1000" if urdf else "mm",
+    )
 
 
 def refuse_input(finding: Finding) -> None:

@@ -6,7 +6,6 @@ in a URDF) is listed in `left_out`, never dropped in silence.
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +20,15 @@ from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError
 from robocal.files.orientation import frame_changes, frame_vector
-from robocal.files.robot_rows import changes, complete_rows, missing_key_remarks, read_row, show_row
+from robocal.files.robot_rows import (
+    MOST_REACH,
+    MOST_TURN,
+    changes,
+    complete_rows,
+    missing_key_remarks,
+    read_row,
+    show_row,
+)
 from robocal.files.schema import FileModel, FrameModel, UnitsModel, Version, validate
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.units import UNITS, Unit, Units, number, same
@@ -244,10 +251,10 @@ def _doubts(arm: Chain, units: Units, document: YamlDocument) -> tuple[Remark, .
     """Values that are possible but look like another unit."""
     out = []
     reach = sum(abs(p.value) for p in arm.table.rows if p.unit == "m" and p.name in arm.geometric)
-    if reach > 50.0 or 0.0 < reach < 5e-3:
+    if reach > MOST_REACH or 0.0 < reach < 5e-3:
         out.append(Remark.of(Code.ROBOT_SIZE, file=str(document.path), reach=reach, unit=units.length.name))
     for p in arm.table.rows:
-        if p.unit == "rad" and abs(p.value) > 2.01 * math.pi:
+        if p.unit == "rad" and abs(p.value) > MOST_TURN:
             shown, unit = units.angle.from_si(p.value), units.angle.name
             out.append(Remark.of(Code.OVER_A_TURN, file=str(document.path), parameter=p.name, value=shown, unit=unit))
             break

@@ -20,9 +20,20 @@ from robocal.files.yamlio import Path_, YamlDocument, quote
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["changes", "complete_rows", "missing_key_remarks", "read_row", "row_numbers", "show_row"]
+__all__ = [
+    "MOST_REACH",
+    "MOST_TURN",
+    "changes",
+    "complete_rows",
+    "missing_key_remarks",
+    "read_row",
+    "row_numbers",
+    "show_row",
+]
 
 ONE = UNITS["1"]
+MOST_REACH = 50.0  # m: no arm's lengths add up to more
+MOST_TURN = 2.01 * math.pi  # rad: more than a whole turn, and what rounding adds
 
 
 def _unit(quantity: str, kind: str, units: Units) -> Unit:

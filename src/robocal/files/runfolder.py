@@ -20,6 +20,7 @@ from pydantic import Field, FiniteFloat
 from robocal.errors import FileError, InputError, nearest
 from robocal.files.covariance import COVARIANCE
 from robocal.files.csvtable import CsvTable, csv_columns, csv_text, read_csv
+from robocal.files.encoding import encode
 from robocal.files.plain import plain
 from robocal.files.result import Result, read_result
 from robocal.files.schema import FileModel, validate
@@ -201,7 +202,7 @@ def write_run(
         files[robot_name] = robot_text
     if residuals is not None:
         files[RESIDUALS] = residual_text(residuals)
-    recorded = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in files.items()}
+    recorded = {name: hashlib.sha256(encode(text)).hexdigest() for name, text in files.items()}
     if report is not None:
         files[REPORT] = report
     texts = {RESULT: replace(result, files=recorded).to_json(), **files}

@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from robocal.errors import CONTROL, FileError, FormatError, InputError, nearest, reason_of
+from robocal.files.encoding import encoding_of
 from robocal.files.writing import guard
 from robocal.remarks.remark import Remark
 
@@ -115,14 +116,15 @@ def read_text(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT) -> Sourc
 
 
 def decode(data: bytes, path: object) -> str:
-    """Bytes to text: UTF-8 only, no line over the limit, no byte 0 but at the end of a line (a damaged line end)."""
+    """Bytes to text: UTF-8, or what an XML declaration says; no line over the limit, no byte 0 but at the end of a line (a damaged line
+    end)."""
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise FileError("wrong encoding", file=path, found="UTF-16", expected="UTF-8: save the file as UTF-8")
     body = data.removeprefix(b"\xef\xbb\xbf")
     if len(body) > LINE_LIMIT:
         _check_lines(body, path)
     try:
-        text = body.decode("utf-8")
+        text = body.decode(encoding_of(body))
     except UnicodeDecodeError as error:
         at = error.start + len(data) - len(body)
         guess = body[error.start : error.start + 1].decode("cp1252", "replace")

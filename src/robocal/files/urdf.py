@@ -13,10 +13,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
-from robocal.files.robot_rows import missing_key_remarks
+from robocal.files.orientation import quaternion, rpy, to_form, to_rpy
+from robocal.files.robot_rows import MOST_REACH, MOST_TURN, missing_key_remarks
 from robocal.files.text import Source
 from robocal.files.units import number, same
 from robocal.files.unread import near_miss, remark_unknown_names
@@ -30,6 +33,7 @@ from robocal.files.urdftree import (
     links_of,
     longest,
     owner_of,
+    refuse_cut,
     root_of,
 )
 from robocal.files.yamlio import Path_, YamlDocument
@@ -41,7 +45,7 @@ __all__ = ["UrdfArm", "edit_urdf", "read_urdf"]
 
 # Elements of a joint and their attributes, as the format has them (wiki.ros.org/urdf/XML/joint).
 WORDS: dict[str, tuple[str, ...]] = {
-    "origin": ("xyz", "rpy"),
+    "origin": ("xyz", "rpy", "quat_xyzw"),
     "parent": ("link",),
     "child": ("link",),
     "axis": ("xyz",),
@@ -60,7 +64,18 @@ def joint_remarks(joints: Sequence[UrdfJoint], path: Path) -> tuple[Remark, ...]
         _refuse_twice(joint)
         found.update(_unknown(joint))
     unread = (remark_unknown_names(Code.ELEMENTS_UNREAD, path, found),) if found else ()
-    return (*unread, *_absent(joints, path))
+    return (*unread, *_absent(joints, path), *_other_units(joints, path))
+
+
+def _other_units(joints: Sequence[UrdfJoint], path: Path) -> Iterator[Remark]:
+    """Lengths that add up to more than any arm measures, and angles of more than a turn: a URDF is in m and rad."""
+    reach = sum(math.hypot(*_floats(j.node.child("origin"), "xyz", (0.0,) * 3, j)) for j in joints)
+    if reach > MOST_REACH:
+        yield Remark.of(Code.URDF_SIZE, file=str(path), reach=reach)
+    angles = [(max(map(abs, _floats(j.node.child("origin"), "rpy", (0.0,) * 3, j))), j.name) for j in joints]
+    value, joint = max(angles, default=(0.0, ""))
+    if value > MOST_TURN:
+        yield Remark.of(Code.URDF_TURN, file=str(path), joint=joint, value=value)
 
 
 def _refuse_twice(joint: UrdfJoint) -> None:
@@ -90,7 +105,8 @@ def _absent(joints: Sequence[UrdfJoint], path: Path) -> Iterator[Remark]:
         lines["joints", i] = joint.node.row
         origin, axis, limit = (joint.node.child(word) for word in ("origin", "axis", "limit"))
         row: dict[str, object] = {"name": joint.name, "type": MOVING.get(joint.type, "fixed")}
-        row |= {key: None if origin is None else origin.attributes.get(key) for key in ("xyz", "rpy")}
+        words = {} if origin is None else origin.attributes
+        row |= {"xyz": words.get("xyz"), "rpy": words.get("rpy", words.get(QUATERNION))}
         # A fixed joint has no axis to state, a continuous one no limits.
         row["axis"] = (None if axis is None else axis.attributes.get("xyz")) if joint.type in MOVING else "none"
         row["limits"] = limit if joint.type in ("revolute", "prismatic") else "none"
@@ -103,6 +119,8 @@ def _absent(joints: Sequence[UrdfJoint], path: Path) -> Iterator[Remark]:
     yield from missing_key_remarks(rows, CONVENTIONS["urdf"], YamlDocument(path, "", "", {}, lines))
 
 
+QUATERNION = "quat_xyzw"
+UNIT = 1e-3  # tolerance: of the length of a quaternion; four digits leave less
 _ATTRIBUTE = re.compile(rb"([^\s=/>\"']+)\s*=\s*(\"[^\"]*\"|'[^']*')")
 
 
@@ -130,6 +148,7 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
     notes: tuple[Remark, ...] = ()
     if tip is None:
         tip, tie = longest(base or start, joints)
+        refuse_cut(base or start, tip, joints)
         if tie:
             notes = (Remark.of(Code.TIP_CHOSEN, file=str(source.path), tip=tip),)
     for word, name in (("base", base), ("tip", tip)):
@@ -174,6 +193,11 @@ def edit_urdf(text: str, arm: Chain, changed: Mapping[str, float]) -> tuple[str,
             names = [name for s in symbols if (name := f"{owner}.{s}") in changed]
             if not all(same(arm.table[name].value, changed[name]) for name in names):
                 words[word] = " ".join(number(v) for v in row[word])  # type: ignore[attr-defined]
+        at = nodes[owner].child("origin")
+        if "rpy" in words and at is not None and QUATERNION in at.attributes:
+            turned = to_form(rpy(row["rpy"])[None], "quaternion_xyzw")[0]  # type: ignore[arg-type]
+            words[QUATERNION] = " ".join(number(float(v)) for v in turned)
+            del words["rpy"]
         if words:
             splices += _origin_splices(data, nodes[owner], words)
     for start, end, new in sorted(splices, reverse=True):
@@ -226,7 +250,7 @@ def _row(joint: UrdfJoint) -> dict[str, object]:
         joint.node.fail("a chain cannot contain this joint", key=key, found=joint.type, expected=expected)
     origin, axis, limit = (joint.node.child(word) for word in ("origin", "axis", "limit"))
     row: dict[str, object] = {"name": owner_of(joint.node), "type": MOVING.get(joint.type, "fixed")}
-    row |= {word: _floats(origin, word, (0.0, 0.0, 0.0), joint) for word in ("xyz", "rpy")}
+    row |= {"xyz": _floats(origin, "xyz", (0.0, 0.0, 0.0), joint), "rpy": _roll_pitch_yaw(origin, joint)}
     if joint.type in MOVING:
         row["axis"] = direction = _floats(axis, "xyz", (1.0, 0.0, 0.0), joint)
         if not any(direction):
@@ -238,6 +262,20 @@ def _row(joint: UrdfJoint) -> dict[str, object]:
             limit.fail("limits in the wrong order", key=key, found=[low, high], expected="lower, upper")
         row["limits"] = [low, high]
     return row
+
+
+def _roll_pitch_yaw(origin: Node | None, joint: UrdfJoint) -> list[float]:
+    """The rotation of an origin, as rpy or, since version 1.2 of the format, as a quaternion."""
+    if origin is None or QUATERNION not in origin.attributes:
+        return _floats(origin, "rpy", (0.0, 0.0, 0.0), joint)
+    key, found = f"joint {joint.name} origin {QUATERNION}", origin.attributes[QUATERNION]
+    if "rpy" in origin.attributes:
+        origin.fail("an origin has two rotations", key=key, found=f"rpy and {QUATERNION}", expected="one of them")
+    x, y, z, w = _floats(origin, QUATERNION, (0.0, 0.0, 0.0, 1.0), joint)
+    size = math.sqrt(x * x + y * y + z * z + w * w)
+    if abs(size - 1) > UNIT:
+        origin.fail("a quaternion of another length than 1", key=key, found=found, expected="x y z w of length 1")
+    return list(map(float, to_rpy(quaternion(np.array([x, y, z, w]) / size))))
 
 
 def _floats(node: Node | None, name: str, default: tuple[float, ...], joint: UrdfJoint) -> list[float]:

@@ -25,6 +25,7 @@ __all__ = [
     "links_of",
     "longest",
     "owner_of",
+    "refuse_cut",
     "root_of",
     "walk",
 ]
@@ -82,7 +83,7 @@ class Node:
         parser.CharacterDataHandler = on_text
         setattr(parser, cls.REFUSED[0], refuse)
         try:
-            parser.Parse(text.encode("utf-8"), True)
+            parser.Parse(_without_late_declaration(text.encode("utf-8")), True)
         except expat.ExpatError as error:
             raise FormatError(f"not valid XML: {expat.ErrorString(error.code)}", file=path, row=error.lineno) from None
         return top[0]
@@ -107,6 +108,17 @@ class Node:
 
 
 N = TypeVar("N", bound=Node)
+_LATE = re.compile(rb"\s*(?:<!--.*?-->\s*)+(<\?xml\s[^>]*\?>)|\s+(<\?xml\s[^>]*\?>)", re.DOTALL)
+
+
+def _without_late_declaration(data: bytes) -> bytes:
+    """The same with blanks for an XML declaration that a comment or blank lines precede: tools write such, XML forbids it, and nothing
+    of it matters here. Every other byte stays where it is."""
+    late = _LATE.match(data)
+    if late is None:
+        return data
+    start, end = late.span(1 if late[1] else 2)
+    return data[:start] + b" " * (end - start) + data[end:]
 
 
 @dataclass(frozen=True)
@@ -224,9 +236,42 @@ def longest(start: str, joints: list[UrdfJoint]) -> tuple[str, bool]:
     stack = [(start, 0, 0)]
     while stack:
         link, moving, count = stack.pop()
-        usable = [j for j in below.get(link, []) if j.type in (*MOVING, "fixed") and j.node.child("mimic") is None]
-        ends += not usable
+        usable = [j for j in below.get(link, []) if follows(j)]
+        # A second finger that mimics the first is an end to choose from as well.
+        ends += 1 if not usable else any(j.node.child("mimic") is not None for j in below[link])
         if (moving, count) > best_key:
             best, best_key = link, (moving, count)
         stack.extend((j.child, moving + (j.type in MOVING), count + 1) for j in reversed(usable))
     return best, ends > 1
+
+
+def follows(joint: UrdfJoint) -> bool:
+    """Whether a chain may pass a joint: it is fixed, or moves along or about an axis by a value of its own."""
+    return joint.type in (*MOVING, "fixed") and joint.node.child("mimic") is None
+
+
+def refuse_cut(base: str, tip: str, joints: list[UrdfJoint]) -> None:
+    """Raises FormatError where a joint that no chain can pass hides more moving joints than lead to the tip: the arm would be cut short
+    without a word."""
+    below, into = _below(joints), {j.child: j for j in joints}
+    mine, at = 0, tip
+    while at != base:
+        mine, at = mine + (into[at].type in MOVING), into[at].parent
+    stack: list[tuple[str, int, UrdfJoint | None]] = [(base, 0, None)]
+    while stack:
+        link, moving, cut = stack.pop()
+        if cut is not None and moving > mine:
+            mimic, key = cut.node.child("mimic"), f"joint {cut.name}"
+            if mimic is not None:
+                expected = (
+                    f"--tip {cut.parent}, if the arm ends there; a joint that follows another cannot be part of a chain"
+                )
+                mimic.fail(
+                    "a mimic joint within the arm", key=key, found=mimic.attributes.get("joint"), expected=expected
+                )
+            cut.node.fail(
+                "the arm hangs on a joint without an axis", key=key, found=cut.type, expected=f"--base {cut.child}"
+            )
+        for j in below.get(link, ()):
+            own = follows(j) and j.type in MOVING
+            stack.append((j.child, moving + own, cut if cut is not None or follows(j) else j))

@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Literal
 
 from robocal.errors import FileError, reason_of
+from robocal.files.encoding import encode
 
 try:
     import fcntl
@@ -53,8 +54,8 @@ TRIES = 100  # of a folder that others make and do away with
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> Path:
-    """Writes a whole UTF-8 file, or nothing."""
-    return write_bytes(path, text.encode("utf-8"))
+    """Writes a whole text file, or nothing."""
+    return write_bytes(path, encode(text))
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> Path:
@@ -76,7 +77,7 @@ def write_files(
         for target, content in zip(targets, files.values(), strict=True):
             refuse_unwritable(target)
             temporary.append(_temporary(target))
-            write_through(temporary[-1], content.encode("utf-8") if isinstance(content, str) else content, "xb")
+            write_through(temporary[-1], encode(content) if isinstance(content, str) else content, "xb")
         gone = [home / name for name in remove if name not in files and (home / name).is_file()]
         with _block_interrupts():
             _clean(home, {*files, *remove})

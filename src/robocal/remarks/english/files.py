@@ -14,6 +14,14 @@ class FileRemarks:
     OVER_A_TURN = Phrase(
         "{file}: {parameter} is {value:.6g} {unit}, more than a whole turn", "Check units.angle: {unit}."
     )
+    URDF_SIZE = Phrase(
+        "{file}: the lengths add up to {reach:.3g} m",
+        "A URDF is in metres: divide every xyz by 1000 where they are millimetres.",
+    )
+    URDF_TURN = Phrase(
+        "{file}: joint {joint}: an angle of rpy is {value:.6g} rad, more than a whole turn",
+        "A URDF is in radians: 90 degrees are 1.5708.",
+    )
     TIP_CHOSEN = Phrase("{file}: the arm is taken to end at link {tip}", "Choose another with --tip.")
     RUN_HOLDS_MORE = Phrase(
         "{file} does not hold the fitted {names}; the run folder {folder} does",
