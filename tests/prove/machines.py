@@ -126,6 +126,7 @@ class Turntable:
     anywhere: frozenset[str] = frozenset()
     open_zeros: tuple[object, ...] = ()
     motions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    frame_points: tuple[object, ...] = ()
 
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"joint": ("turn",)})
 

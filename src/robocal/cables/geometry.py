@@ -151,6 +151,11 @@ class CableRobot(Unjointed):
         return np.asarray(self.numbers[:, :3])
 
     @property
+    def frame_points(self) -> Array:
+        """Its frame anchors: between them the platform moves."""
+        return self.a
+
+    @property
     def b(self) -> Array:
         """Platform anchors in platform coordinates, (m, 3)."""
         return np.asarray(self.numbers[:, 3:6])

@@ -154,6 +154,10 @@ UNEXPLAINED_SHARE = limit(0.01, "of the variance", "No arm's making leaves a ten
 UNEXPLAINED_SIGMA = limit(3.0, "stated sigma", "Less may be the stated noise.")
 ANGLES_LEFT = limit(0.05, "rad per axis", "Measured angles that are left over are not explained.")
 ANGLES_SIGMA = limit(3.0, "stated sigma", "Less may be the stated noise.")
+LEFT_SIGMA = limit(5.0, "stated sigma per axis",
+    "Less may be the stated noise, and what a model always leaves.", "tests/prove/test_left.py")
+LEFT_SHARE = limit(5e-3, "of the size of the machine",
+    "Good models leave up to a quarter of it per axis, wrong labels ten times as much.", "tests/prove/test_left.py")
 BENT_LEAVES = limit(3e-3, "m per axis", "What implausible changes may leave; an arm that is merely bad is explained better.")
 KEPT_GAIN = limit(0.5, "of the gain", "The fit to everything must keep it where it has seen what the other predicted.")
 IMPLAUSIBLE_CHANGE = limit(20.0, "times what is expected", "20 mm or 6 deg: no arm is made so far from its drawing.")

@@ -52,6 +52,8 @@ NEAR = 1e-4  # of the cost, promised by the next step: rows that are far are far
 EXACT = 1e-10  # where one ends whose numbers are told
 ROUGH = 1e-3  # where a fit may be given up: a hundred such steps do not bring CLEARLY what is not near HOPE
 RESTARTS = 8
+NO_NOISE = 5.0  # sigma: what leaves more may have begun in the wrong place
+ELSEWHERE, SCATTER = 4, 0.5  # sets of poses that are tried then, and how far they scatter, of where each began alone
 
 
 @dataclass(frozen=True)
@@ -176,15 +178,37 @@ def soften(problem: Problem, start: Array) -> Problem:
 
 
 def search_poses_again(problem: Problem, x: Array) -> Array:
-    """x (1, P), or x with configurations' own poses where they started alone, where a soft fit of everything free ends far cheaper
-    from there: held at a nominal robot that is decimetres off, a pose may be cheaper upside down, and would stay so."""
+    """x (1, P), or x with other poses of the configurations, where a soft fit of everything free ends far cheaper from there: held at a
+    nominal robot that is decimetres off, a pose may be cheaper upside down, or beyond the frame, and would stay so.
+
+    Poses where they started alone are always tried. Where what is left is no noise, so are all upright in the middle, and scattered
+    about it.
+    """
     if not problem.families or problem.families[0].count != problem.configurations:
         return x
     place = problem.places[0]
     other = np.array(x)
     other[:, place] = problem.start[:, place]
-    ended = least_squares(soften(problem, x), np.concatenate([x, other]), max_iterations=CREEPING)
-    return other if ended.cost[1] < CLEARLY * ended.cost[0] else x
+    x, cost = _cheaper(problem, np.concatenate([x, other]))
+    if 2 * cost <= NO_NOISE**2 * float(problem.numbers.sum()):
+        return x
+    poses = other[0, place].reshape(problem.configurations, -1)
+    middle, spread = np.median(poses, axis=0), SCATTER * poses.std(axis=0)
+    middle[3:] = spread[3:] = 0.0
+    draw = np.random.default_rng(0).normal(size=(ELSEWHERE, *poses.shape))
+    draw[0] = 0.0
+    many = np.repeat(x, 1 + ELSEWHERE, axis=0)
+    many[1:, place] = (middle + spread * draw).reshape(ELSEWHERE, -1)
+    return _cheaper(problem, many)[0]
+
+
+def _cheaper(problem: Problem, many: Array) -> tuple[Array, float]:
+    """The first of many x (B, P), or another (1, P) from which a soft fit ends far cheaper, and the cost where it ends."""
+    ended = least_squares(soften(problem, many[:1]), many, max_iterations=CREEPING)
+    cost = np.where(np.isfinite(ended.cost), ended.cost, np.inf)
+    best = int(np.argmin(cost))
+    best = best if cost[best] < CLEARLY * cost[0] else 0
+    return many[[best]], float(cost[best])
 
 
 def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Ints, start: Array) -> tuple[Tau, Array]:

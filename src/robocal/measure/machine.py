@@ -96,6 +96,10 @@ class Mechanism(Model, Protocol):
         """The zeros of the joints that an identification may move."""
 
     @property
+    def frame_points(self) -> Array:
+        """Points (m, 3) of the frame between which it moves, in base coordinates; none where joints carry it."""
+
+    @property
     def motions(self) -> Mapping[str, Mapping[str, float]]:
         """Motions of the frames in which it is described, by their common names, as rates of its parameters: its own sensors need
         not observe them."""

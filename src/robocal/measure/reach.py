@@ -14,9 +14,10 @@ from robocal.measure.builder import Builder
 from robocal.measure.data import Configurations
 from robocal.measure.machine import Mechanism, Model, freedom_of, joints_of
 
-__all__ = ["limits_of", "names_of", "nominal_poses", "place_is_known", "places_by_joints", "reach"]
+__all__ = ["limits_of", "names_of", "nominal_poses", "place_is_known", "places_by_joints", "reach", "size_of"]
 
 CHUNK = 2048  # configurations whose columns are held at once
+DRAWN = 256  # configurations that show how far an arm reaches
 
 
 def reach(
@@ -54,6 +55,20 @@ def places_by_joints(machine: Mechanism, joints: Array) -> Array:
         some = slice(first, first + CHUNK)
         places[some] = program.run(x, machine.phi(joints[some], None, program)[None])[0][0, :, :3, 3]
     return places
+
+
+def size_of(machine: Mechanism) -> float:
+    """How large a machine is (m), wherever its base is: the mean distance of the points of its frame from their middle; of an arm how
+    far its tool gets from the middle of where it gets, with every joint turned all round. Zero where nothing says it."""
+    points = machine.frame_points
+    if len(points):
+        return float(np.linalg.norm(points - points.mean(axis=0), axis=1).mean())
+    if not joints_of(machine):
+        return 0.0
+    ends = [(j.lower, j.upper) if j.type == "prismatic" else (-np.pi, np.pi) for j in joints_of(machine)]
+    low, high = np.nan_to_num(np.array(ends), posinf=0.0, neginf=0.0).T
+    places = places_by_joints(machine, low + np.random.default_rng(0).random((DRAWN, len(low))) * (high - low))
+    return float(np.linalg.norm(places - places.mean(axis=0), axis=1).max())
 
 
 def place_is_known(machine: Model, configurations: Configurations) -> Bools | None:

@@ -11,7 +11,6 @@ import numpy as np
 
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, Level, When, check, note, of_remarks, qualify, refuse
-from robocal.diagnose.fit_checks import implausible, out_of_tolerance
 from robocal.diagnose.gross import share
 from robocal.fit.baseline import frame_names
 from robocal.fit.estimators import estimator
@@ -40,13 +39,6 @@ def few_unseen(context: Decision[Model]) -> Iterator[Finding]:
     assert context.evidence is not None
     if len(np.unique(context.evidence.configurations)) < limits.PROOF_PLACES:
         yield qualify(Code.FEW_UNSEEN, least=limits.PROOF_PLACES)
-
-
-@check("unexplained-without-gain", When.PROOF, order=30, given=Given.NOTHING, needs=("evidence",))
-def residual_without_gain(context: Decision[Model]) -> Iterator[Finding]:
-    """Much is left and no gain is proven: nobody should hear that the nominal model may be as good as can be."""
-    if not context.improvement:
-        yield from left_over(context, limits.UNEXPLAINED_SHARE)
 
 
 @check("unfinished", When.PROOF, order=40, given=Given.GAIN, needs=("proven",))
@@ -80,28 +72,6 @@ def numbers_of_a_round(context: Decision[Model]) -> Iterator[Finding]:
     if len(split) > 1 and left <= sought:
         noun = "configuration" if split.how == "leave-one-out" else "fold"
         yield qualify(Code.FEW_NUMBERS, noun=noun, left=left, sought=sought)
-
-
-@check("bent", When.PROOF, order=70, given=Given.GAIN, needs=("proven",))
-def bent(context: Decision[Model]) -> Iterator[Finding]:
-    """The model was bent to data that it still does not explain, or to what no making leaves."""
-    part = context.proven.part
-    changes = implausible(context.model, part)
-    left = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
-    if changes and left > limits.BENT_LEAVES:
-        yield refuse(Code.BENT, left=Quantity(left))
-        yield from of_remarks(changes, Level.REFUSE)
-    else:
-        yield from of_remarks(out_of_tolerance(context.model, context.proven.base.problem, part), Level.REFUSE)
-
-
-@check("angles", When.PROOF, order=80, given=Given.GAIN, needs=("proven",))
-def angles(context: Decision[Model]) -> Iterator[Finding]:
-    """Angles that were measured and are not explained."""
-    for g in context.proven.part.groups:
-        if g.unit == "rad" and g.rms > max(limits.ANGLES_LEFT, limits.ANGLES_SIGMA * (g.stated or 0.0)):
-            yield refuse(Code.ANGLES_UNEXPLAINED, group=g.name, left=Quantity(g.rms, "rad"))
-            return
 
 
 @check("same-model", When.PROOF, order=90, given=Given.GAIN, needs=("proven",))
@@ -183,18 +153,3 @@ def mean_rival(context: Decision[Model]) -> Iterator[Finding]:
     if there.mean() >= limits.MEAN_RIVAL * constant.mean():
         after, mean = Quantity(float(there.mean())), Quantity(float(constant.mean()))
         yield refuse(Code.NO_BETTER_THAN_MEAN, after=after, constant=mean)
-
-
-@check("unexplained", When.UNSEEN, order=70, given=Given.NOTHING, needs=("evidence",))
-def residual_finding(context: Decision[Model]) -> Iterator[Finding]:
-    """The model leaves so much that it does not describe this robot."""
-    yield from left_over(context, limits.UNEXPLAINED_MOST)
-
-
-def left_over(context: Decision[Model], most: float) -> Iterator[Finding]:
-    """What is left beyond the stated noise, where it is more than a share of the variance."""
-    assert context.evidence is not None
-    (part, left), stated = context.evidence.residual_share, context.evidence.stated
-    if part > most and left > limits.UNEXPLAINED_SIGMA * (stated or 0.0):
-        noise = Quantity(stated) if stated else None
-        yield refuse(Code.UNEXPLAINED, explained=1 - part, rms=Quantity(left), stated=noise)

@@ -37,6 +37,11 @@ class Whole:
         """Motions of its frames: none."""
         return {}
 
+    @property
+    def frame_points(self) -> NDArray[np.float64]:
+        """Points (m, 3) of the frame between which it moves: none."""
+        return np.empty((0, 3))
+
 
 class Unjointed(Whole):
     """A machine whose configurations have poses of their own: no elements, no joints, no columns."""

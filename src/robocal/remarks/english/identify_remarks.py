@@ -124,6 +124,12 @@ class IdentificationRemarks:
         "Measure in the whole range in which the robot works. Or name that range (limits in the robot file, --region FILE). If the "
         "robot works only near the measured poses, state that (--region measured).",
     )
+    LEFT = Phrase(
+        "{group}: the fit leaves {left:.3g} per axis, {share:.1%} of the size of the machine ({size:.3g})[; the stated noise is "
+        "{stated:.3g}]: the model does not describe these data",
+        "Look for wrong names of targets, for exchanged rows, columns or cables, and for numbers of the robot's file that are far "
+        "off. If the instrument itself is so coarse, state its noise (sigma).",
+    )
     ANGLES_UNEXPLAINED = Phrase(
         "the angles of {group} are not explained: the residual is {left:.3g} per axis",
         "Check their unit, order and signs in the data file.",
