@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ class Options:
     themselves). `particles` is how many the particle filter takes, `bootstrap` how many times the places are drawn
     again to see how far the parameters scatter. `tolerance` (m) stops iterations at a greatest error. `region` is the working range
     in which the correction should hold (the box of the measured joints), `measured` says that it need not hold farther than it was
-    measured.
+    measured. `begin` has values (SI) of the robot's parameters that are known to be far from where they are written: fits begin there.
     """
 
     method: str = "lm"
@@ -55,3 +56,4 @@ class Options:
     region: JointRegion | None = None
     measured: bool = False
     tolerance: float | None = None
+    begin: Mapping[str, float] = field(default_factory=dict)

@@ -12,7 +12,8 @@ identifications asks for the status and for the errors of what was not used.
 
 A joint that lost its zero may be off by any angle, a length by what making leaves. What looks alike is kept by the effect of its
 expected error, often the length; once that has moved by more than ZERO_CHANGE times its own, the zero is the likelier cause, and the
-one that a controller takes: it is expected to be off by ZERO_LOST, and the fit is made again.
+one that a controller takes: it is expected to be off by ZERO_LOST, and the fit is made again. Where conventions hold zeros, or an
+angle is too large for a fit to find, a search over all joints says where the fit begins (`hypotheses/lost_zeros`).
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ import numpy as np
 
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
-from robocal.diagnose.limits import FINEST_ERROR, HOLD_OUT_PLACES, HOLD_OUT_SHARE, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
+from robocal.diagnose.hypotheses.lost_zeros import lost_zeros
+from robocal.diagnose.limits import BENT_LEAVES, FINEST_ERROR, HOLD_OUT_PLACES, HOLD_OUT_SHARE, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
 from robocal.diagnose.rounding import rounding_rms
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import Uncertainty
@@ -155,6 +157,30 @@ def with_zeros(model: M, fit: Fit) -> M | None:
     return model.with_table(model.table.with_expected(likely)) if likely else None
 
 
+def find_zeros(model: M, data: DataSet, fit: Fit) -> tuple[M, dict[str, float]] | None:
+    """The model with those zeros free that are lost by so much that no fit from the nominal ones is sure to find them, and where
+    these parameters begin; None where nothing asks for it, none is lost, or somebody vouches for one."""
+    moving = model.mechanism
+    if moving is None or not moving.joints or not _asks_for_zeros(model, fit):
+        return None
+    open_zeros = {z.joint: z for z in moving.open_zeros}
+    lost = lost_zeros(moving, data) if open_zeros else {}
+    table = model.table
+    if not lost or any(j not in open_zeros or table[open_zeros[j].parameter].prior is not None for j in lost):
+        return None
+    moved = {open_zeros[j].parameter: open_zeros[j].factor * offset for j, offset in lost.items()}
+    expected = {n: max(ZERO_LOST["rad"], abs(v)) for n, v in moved.items()}
+    freed = table.with_free({*table.free, *moved}).with_expected(expected)
+    return model.with_table(freed), {n: table[n].value + v for n, v in moved.items()}
+
+
+def _asks_for_zeros(model: Model, fit: Fit) -> bool:
+    """Whether geometry moved as no making leaves it, or millimetres are left."""
+    x, at = fit.solution.x[0], fit.problem.table.index
+    moved = (abs(float(x[at[n]]) - model.table[n].value) / model.table[n].scale for n in fit.problem.free if n in model.geometric)
+    return any(m > ZERO_CHANGE for m in moved) or any(g.unit == "m" and g.rms > BENT_LEAVES for g in fit.groups)
+
+
 M = TypeVar("M", bound=Model)
 
 
@@ -173,6 +199,8 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
     split = make_split(data, options.hold_out, folds=options.folds, blocks=options.blocks, seed=options.seed)
     everyone = np.arange(len(data.configurations))
     clean, start, whole, base = fit_beside_baseline(model, data, everyone, options, watch)
+    if not options.begin and (found := find_zeros(model, data, whole)) is not None:
+        return decide(found[0], data, replace(options, begin=found[1]), watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return decide(likelier, data, options, watch)
     fits = model, clean, base, whole, options, watch

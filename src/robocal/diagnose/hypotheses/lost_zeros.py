@@ -1,0 +1,98 @@
+"""Joints that count from elsewhere, by any angle, alone or several: what a fit from the nominal zeros does not reach.
+
+    1 seen      a joint whose turn the free frames answer tells nothing of its zero, and keeps it
+    2 coarse    one joint, two and three together, on a grid: frames alone, in one batch
+    3 refined   the few best, and the nominal zeros, with all zeros free, then with the arm softly held
+
+A joint's offset is added to what it shows, so nothing here knows by which convention the arm is written.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import combinations, product
+
+import numpy as np
+
+from robocal._types import Array, Ints
+from robocal.diagnose import limits
+from robocal.diagnose.hypotheses.explain import finite_sights, rows_of, taken
+from robocal.diagnose.hypotheses.lockstep import SoftPrior, fit_trials, reach_of
+from robocal.diagnose.hypotheses.sights import Sights
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Mechanism
+from robocal.parameters import TYPICAL
+
+__all__ = ["lost_zeros"]
+
+PROBE = 1.0  # rad: a turn that shows whether a joint's zero is seen
+GRID = (36, 8, 4)  # steps of a turn: of one joint, of two and of three together
+BEST, KEPT = 40, 6  # of the grid, and of what is refined
+ROUNDS = (12, 12, 25)
+ANY, NEAR = 3.0, 0.015  # rad: how softly zeros are held where they may be anywhere, and where nothing is lost
+
+
+def lost_zeros(chain: Mechanism, data: DataSet) -> dict[str, float]:
+    """The offset of every joint whose zero is lost, rad, by its name; empty where nothing is lost or nobody can tell."""
+    rows = rows_of(data)
+    seen = None if rows is None else finite_sights(chain, taken(data, rows))
+    if seen is None or seen.places < limits.HYPOTHESIS_PLACES:
+        return {}
+    with np.errstate(all="ignore"):
+        reach = reach_of(chain, seen)
+        stated = float(fit_trials(chain, seen, SoftPrior.of_chain(chain, NEAR)).left[0])
+        if stated <= limits.MISFIT_ASKS * reach:
+            return {}
+        joints = _joints_seen(chain, seen)
+        zeros, left = _search(chain, seen, joints)
+    if not left * limits.EXPLAINED_CLEARLY <= stated or left > limits.MAKING_LEAVES * reach:
+        return {}
+    least = limits.ZERO_CHANGE * TYPICAL["rad"]
+    return {chain.joints[i].name: float(zeros[i]) for i in joints if abs(zeros[i]) > least}
+
+
+def _shifted(seen: Sights, zeros: Array) -> Sights:
+    """One trial for every row of offsets (B, n)."""
+    count = len(zeros)
+    own = {n: np.repeat(getattr(seen, n), count, axis=0) for n in ("place", "turn", "thing")}
+    return replace(seen, joints=seen.joints + zeros[:, None], **own)
+
+
+def _joints_seen(chain: Mechanism, seen: Sights) -> Ints:
+    """The turning joints whose zero the frames do not answer."""
+    turning = np.array([i for i, j in enumerate(chain.joints) if j.type != "prismatic"], dtype=np.int64)
+    zeros = np.zeros((len(turning) + 1, len(chain.joints)))
+    zeros[np.arange(len(turning)), turning] = PROBE
+    left = fit_trials(chain, _shifted(seen, zeros)).left
+    return turning[np.abs(left[:-1] - left[-1]) > limits.ZERO_SEEN * left[-1]]
+
+
+def _grid(count: int, joints: Ints) -> Array:
+    """Offsets (B, n): of one joint, of two and of three together."""
+    out = []
+    for many, steps in enumerate(GRID, start=1):
+        angles = 2 * math.pi * np.arange(1, steps) / steps
+        for some in combinations(joints.tolist(), many):
+            turned = np.array(list(product(angles, repeat=many)))
+            zeros = np.zeros((len(turned), count))
+            zeros[:, list(some)] = turned
+            out.append(zeros)
+    return np.concatenate([np.zeros((1, count)), *out])
+
+
+def _search(chain: Mechanism, seen: Sights, joints: Ints) -> tuple[Array, float]:
+    """The offsets (n,) that leave least, within half a turn, and what they leave (m)."""
+    zeros = _grid(len(chain.joints), joints)
+    rough = fit_trials(chain, _shifted(seen, zeros), rounds=0).left
+    zeros = zeros[np.unique(np.append(np.argsort(rough, kind="stable")[:BEST], 0))]
+    loose = np.full(len(chain.joints), NEAR)
+    loose[joints] = ANY
+    free = SoftPrior((), np.zeros(0), loose)
+    whole = replace(SoftPrior.of_chain(chain, ANY), zeros=loose)
+    for prior, rounds, keep in zip((free, free, whole), ROUNDS, (KEPT, KEPT, 1), strict=True):
+        found = fit_trials(chain, _shifted(seen, zeros), prior, rounds=rounds)
+        order = np.argsort(found.left, kind="stable")[:keep]
+        zeros = (zeros + found.zeros)[order]
+    best = zeros[0] - 2 * math.pi * np.round(zeros[0] / (2 * math.pi))
+    return np.asarray(best), float(found.left[order[0]])

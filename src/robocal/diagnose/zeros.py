@@ -1,0 +1,38 @@
+"""Joints that count from elsewhere than the robot's file says, told one by one in the joint's own unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from robocal.diagnose import limits
+from robocal.diagnose.check_registry import Context, Finding, Machines, When, check, doubt
+from robocal.measure.machine import Model
+from robocal.parameters import TYPICAL
+from robocal.remarks.english import declare
+from robocal.remarks.remark import Quantity
+
+__all__ = ["LOST", "lost_zeros_found"]
+
+LOST = declare(
+    "zero-lost",
+    "where joints count from is off by: {zeros}",
+    "Add these angles to what the joints show, or write the calibrated robot to the controller. Set the mastering anew where it was lost.",
+)
+
+
+@check("lost-zeros", When.FIT, order=155, machines=Machines.JOINTED, needs=("fit",))
+def lost_zeros_found(context: Context[Model]) -> Iterator[Finding]:
+    """Zeros of turning joints that moved, beyond doubt, as no mastering leaves them."""
+    model, fit = context.model, context.need_fit
+    moving = model.mechanism
+    assert moving is not None
+    zeros = [z for z in moving.open_zeros if z.parameter in fit.problem.free and model.table[z.parameter].unit == "rad"]
+    moved = {z: (context.values[z.parameter] - model.table[z.parameter].value) / z.factor for z in zeros}
+    least = limits.ZERO_CHANGE * TYPICAL["rad"]
+    far = {z: v for z, v in moved.items() if abs(v) > least}
+    if not far:
+        return
+    sigma = dict(zip(fit.total.names, fit.total.sigma, strict=True))
+    sure = {z: v for z, v in far.items() if abs(v * z.factor) > limits.ZERO_SIGMA * sigma[z.parameter]}
+    if sure:
+        yield doubt(LOST, zeros=tuple(f"{z.joint} {Quantity(v, 'rad'):.4g}" for z, v in sure.items()))
