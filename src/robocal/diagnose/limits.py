@@ -12,6 +12,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from robocal.fit import place_sizes
+
 __all__ = ["LIMITS", "Limit", "limit", "topics"]
 
 T = TypeVar("T")
@@ -142,6 +144,15 @@ RADIANS_TURNS = limit(2.5, "turns", "Radians beyond are degrees.")
 RADIANS_OUTSIDE = limit(0.5, "of the rows", "Angles of which more lie outside the limits are in the other unit.")
 DEGREES_RANGE = limit(math.radians(7.0), "rad", "Degrees that never leave it are radians: a measured robot moves further.")
 DEGREES_MOVED = limit(0.3, "rad", "So far they must move when read as radians.")
+
+topic("Places that are visited again")
+PLACE_DIAMETER = limit(place_sizes.PLACE_DIAMETER, "rad or m",
+    "Fifty visits that scatter by a degree (sigma) in six joints are 6 deg apart, seldom 8.", "tests/prove/test_places.py")
+PLACE_APART = limit(place_sizes.PLACE_APART, "times its diameter",
+    "What stands closer is no other place: rows of a path, poses of a dense list.", "tests/prove/test_places.py")
+PLACE_SHARE = limit(place_sizes.PLACE_SHARE, "of the configurations",
+    "Of poses drawn by chance fewer stand so: 1 in 20 with two joints, 1 in 5 along a line.", "tests/prove/test_places.py")
+PLACES_LEAST = limit(6, "places", "Five gains of one sign happen once in 32, and fewer places than numbers fit anything.")
 
 topic("Proof and verdict")
 PROOF_PLACES = limit(5, "places", "A bootstrap of n gains of one sign never doubts them; by chance that happens once in 2^n.")
