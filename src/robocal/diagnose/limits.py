@@ -157,6 +157,7 @@ PLACES_LEAST = limit(6, "places", "Five gains of one sign happen once in 32, and
 topic("Proof and verdict")
 PROOF_PLACES = limit(5, "places", "A bootstrap of n gains of one sign never doubts them; by chance that happens once in 2^n.")
 HOLD_OUT_SHARE = limit(0.2, "of the places", "What is held out where nothing else is asked for.")
+GROUP_FOLDS = limit(5, "rounds", "Of fewer than 25 groups a fifth would prove little: each is held out once.")
 HOLD_OUT_PLACES = limit(25, "places", "Of fewer a held-out fifth proves little, and leave-one-out is cheap.")
 LEAVE_ONE_OUT_PLACES = limit(400, "places", "Of more leave-one-out takes long and adds nothing to a hold-out.")
 MEAN_RIVAL = limit(0.9, "of the error of the mean", "A model that is hardly better than predicting the mean explains nothing.")

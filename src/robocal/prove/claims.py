@@ -36,9 +36,18 @@ def convergence(context: Decision[Model]) -> Iterator[Finding]:
 
 @check("few-unseen", When.PROOF, order=20, given=Given.NOTHING, needs=("evidence",))
 def few_unseen(context: Decision[Model]) -> Iterator[Finding]:
-    """Too few unseen places for a bootstrap to doubt."""
+    """Too few unseen places for a bootstrap to doubt, or too few places in all."""
     assert context.evidence is not None
-    if len(np.unique(context.evidence.configurations)) < limits.PROOF_PLACES:
+    few = len(np.unique(context.evidence.configurations)) < limits.PROOF_PLACES
+    yield from _too_few(context, few)
+
+
+def _too_few(context: Decision[Model], few: bool) -> Iterator[Finding]:
+    """What is said of `few` unseen places: of places that were visited again, more rows would not help."""
+    places = len(np.unique(context.places))
+    if places < limits.PLACES_LEAST and (not few or places < len(context.places)):
+        yield qualify(Code.FEW_PLACES, least=limits.PLACES_LEAST, instrument=None)
+    elif few:
         yield qualify(Code.FEW_UNSEEN, least=limits.PROOF_PLACES)
 
 
@@ -150,7 +159,7 @@ def nothing_unseen(context: Decision[Model]) -> Iterator[Finding]:
     if context.proof is None:
         yield qualify(Code.NOTHING_HELD_OUT)
     elif not context.errors[2].any() and len(np.unique(context.places)) < limits.PROOF_PLACES:
-        yield qualify(Code.FEW_UNSEEN, least=limits.PROOF_PLACES)
+        yield from _too_few(context, True)
     elif not context.errors[2].any():
         yield qualify(Code.NOTHING_MEASURED_THERE)
 
