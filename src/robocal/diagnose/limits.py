@@ -148,7 +148,7 @@ DEGREES_MOVED = limit(0.3, "rad", "So far they must move when read as radians.")
 topic("Places that are visited again")
 PLACE_DIAMETER = limit(place_sizes.PLACE_DIAMETER, "rad or m",
     "Fifty visits that scatter by a degree (sigma) in six joints are 6 deg apart, seldom 8.", "tests/prove/test_places.py")
-PLACE_APART = limit(place_sizes.PLACE_APART, "times its diameter",
+PLACE_GAP = limit(place_sizes.PLACE_GAP, "times its diameter",
     "What stands closer is no other place: rows of a path, poses of a dense list.", "tests/prove/test_places.py")
 PLACE_SHARE = limit(place_sizes.PLACE_SHARE, "of the configurations",
     "Of poses drawn by chance fewer stand so: 1 in 20 with two joints, 1 in 5 along a line.", "tests/prove/test_places.py")

@@ -26,6 +26,7 @@ from robocal._types import Array, Bools, Ints
 from robocal.estimate.elimination import spare_numbers
 from robocal.estimate.problem import Problem
 from robocal.fit.noise import CHANCE, owners
+from robocal.fit.place_sizes import PLACE_SHARE
 from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
 
@@ -33,8 +34,10 @@ __all__ = ["visit_again", "weigh_visits"]
 
 
 def visit_again(data: DataSet, configurations: Ints) -> bool:
-    """Whether some of these configurations stood at one place."""
-    return bool(np.bincount(places(data.configurations)[configurations]).max(initial=0) > 1)
+    """Whether places were visited again by habit: PLACE_SHARE of these configurations have company. A few repeats, as of a place for
+    checks, are rows like any."""
+    label = places(data.configurations)[configurations]
+    return bool((np.bincount(label)[label] > 1).sum() >= PLACE_SHARE * max(len(label), 1))
 
 
 def weigh_visits(data: DataSet, problem: Problem, x: Array, configurations: Ints, columns: float) -> Array:

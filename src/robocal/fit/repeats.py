@@ -3,7 +3,7 @@
 Encoders jitter, so configurations closer than NEAR are always one place. Who visits places again may come back less closely. Such
 visits are a place as well, by three conditions, with |.| the largest component:
 
-    diameter   max |q_i - q_j| <= L / PLACE_APART, with L at most PLACE_DIAMETER PLACE_APART
+    diameter   max |q_i - q_j| <= L / PLACE_GAP, with L at most PLACE_DIAMETER PLACE_GAP
     apart      min |q_i - q_k| > L for every k of another place
     habit      at least PLACE_SHARE of what is no closer than NEAR stands at a place with company
 
@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 
 from robocal._types import Array, Bools, Ints
-from robocal.fit.place_sizes import PLACE_APART, PLACE_DIAMETER, PLACE_SHARE
+from robocal.fit.place_sizes import PLACE_DIAMETER, PLACE_GAP, PLACE_SHARE
 from robocal.measure.data import Configurations
 
 __all__ = ["NEAR", "joined", "places"]
@@ -62,10 +62,10 @@ def _visits(configurations: Configurations, label: Ints) -> Ints:
     if (nearest <= PLACE_DIAMETER).sum() < PLACE_SHARE * max(len(stood), 1):
         return label
     own, company = np.arange(len(first)), np.zeros(len(first), dtype=bool)
-    finer = int(np.log(PLACE_DIAMETER / max(float(nearest.min()), NEAR / PLACE_APART)) / np.log(FINER))
+    finer = int(np.log(PLACE_DIAMETER / max(float(nearest.min()), NEAR / PLACE_GAP)) / np.log(FINER))
     # From fine to coarse: a place that is met again at a coarser level holds the finer ones.
     for size in PLACE_DIAMETER / FINER ** np.arange(finer, -1, -1):
-        near, whole = _link(stood, PLACE_APART * float(size))
+        near, whole = _link(stood, PLACE_GAP * float(size))
         order = np.argsort(near, kind="stable")
         starts = np.flatnonzero(np.append(True, np.diff(near[order]) > 0))
         rows = stood[order]
