@@ -21,7 +21,7 @@ from robocal.estimate.terms import spread
 from robocal.fit.fit import EXACT, NEAR
 from robocal.fit.noise import apply_noise, under
 from robocal.fit.repeats import NEAR as PLACE
-from robocal.fit.repeats import places
+from robocal.fit.repeats import joined
 from robocal.geometry.path.program import Element, Term, compile_path
 from robocal.measure import reach as reaching
 from robocal.measure.base import problem
@@ -129,7 +129,7 @@ def test_places_are_those_of_all_pairs():
         q = rng.integers(0, 5, (60, 3)) * rng.choice([PLACE, 0.3]) + rng.normal(0, PLACE / 4, (60, 3))
         near = (np.abs(q[:, None] - q[None]) <= PLACE).all(axis=-1)
         label = scipy.sparse.csgraph.connected_components(near, directed=False)[1]
-        np.testing.assert_array_equal(places(Configurations(tuple(map(str, range(60))), q)), label)
+        np.testing.assert_array_equal(joined(Configurations(tuple(map(str, range(60))), q), PLACE), label)
 
 
 def test_cells_are_halved_from_the_largest():

@@ -58,7 +58,7 @@ def test_every_fold_covers_the_whole_space():
     """Eight corners of a cube, ten places at each: five folds take two of each corner."""
     rng = np.random.default_rng(0)
     corner = np.repeat(np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]), 10, axis=0).astype(float)
-    split = make_split(points(corner + 0.01 * rng.normal(size=(80, 3))), 0.0, folds=5)
+    split = make_split(points(corner + 0.1 * rng.normal(size=(80, 3))), 0.0, folds=5)
     for held in split.held_out:
         assert np.bincount(np.flatnonzero(held) // 10, minlength=8).tolist() == [2] * 8
 

@@ -103,7 +103,7 @@ def _missing(found: Visits, mine: PoseFigures, far: DistanceFigures) -> dict[str
         marked = found.direction is not None
         out["vAP"] = Remark.of(Code.ONE_DIRECTION) if marked else Remark.of(Code.DIRECTIONS_UNMARKED, column=DIRECTION)
     if not len(far.pair):
-        out["AD"] = Remark.of(Code.FEW_PLACES)
+        out["AD"] = Remark.of(Code.FEW_PLACES, least=2, instrument="one instrument")
     if not np.isfinite(far.rd).any():
         out["RD"] = Remark.of(Code.DISTANCES_ONCE)
     return out

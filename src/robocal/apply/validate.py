@@ -26,7 +26,7 @@ import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
-from robocal.fit.repeats import places
+from robocal.fit.repeats import joined
 from robocal.geometry import se3, so3
 from robocal.measure.data import DataSet, Observations
 from robocal.parameters import FRAME_SYMBOLS
@@ -177,7 +177,7 @@ def visits(model: Chain, data: DataSet, values: Mapping[str, float]) -> Visits |
     """
     arm = model.with_values({n: v for n, v in values.items() if n in model.table})
     c = data.configurations
-    label = places(c, SAME) if PLACE not in c.columns else np.unique(c.columns[PLACE], return_inverse=True)[1].ravel()
+    label = joined(c, SAME) if PLACE not in c.columns else np.unique(c.columns[PLACE], return_inverse=True)[1].ravel()
     parts, keys = [], []
     fit = [o for o in data.observations if _absolute(o)]
     whole = all(o.kind == "pose" for o in fit)

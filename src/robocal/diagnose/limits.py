@@ -12,6 +12,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from robocal.fit import place_sizes
+
 __all__ = ["LIMITS", "Limit", "limit", "topics"]
 
 T = TypeVar("T")
@@ -143,9 +145,19 @@ RADIANS_OUTSIDE = limit(0.5, "of the rows", "Angles of which more lie outside th
 DEGREES_RANGE = limit(math.radians(7.0), "rad", "Degrees that never leave it are radians: a measured robot moves further.")
 DEGREES_MOVED = limit(0.3, "rad", "So far they must move when read as radians.")
 
+topic("Places that are visited again")
+PLACE_DIAMETER = limit(place_sizes.PLACE_DIAMETER, "rad or m",
+    "Fifty visits that scatter by a degree (sigma) in six joints are 6 deg apart, seldom 8.", "tests/prove/test_places.py")
+PLACE_GAP = limit(place_sizes.PLACE_GAP, "times its diameter",
+    "What stands closer is no other place: rows of a path, poses of a dense list.", "tests/prove/test_places.py")
+PLACE_SHARE = limit(place_sizes.PLACE_SHARE, "of the configurations",
+    "Of poses drawn by chance fewer stand so: 1 in 20 with two joints, 1 in 5 along a line.", "tests/prove/test_places.py")
+PLACES_LEAST = limit(6, "places", "Five gains of one sign happen once in 32, and fewer places than numbers fit anything.")
+
 topic("Proof and verdict")
 PROOF_PLACES = limit(5, "places", "A bootstrap of n gains of one sign never doubts them; by chance that happens once in 2^n.")
 HOLD_OUT_SHARE = limit(0.2, "of the places", "What is held out where nothing else is asked for.")
+GROUP_FOLDS = limit(5, "rounds", "Of fewer than 25 groups a fifth would prove little: each is held out once.")
 HOLD_OUT_PLACES = limit(25, "places", "Of fewer a held-out fifth proves little, and leave-one-out is cheap.")
 LEAVE_ONE_OUT_PLACES = limit(400, "places", "Of more leave-one-out takes long and adds nothing to a hold-out.")
 MEAN_RIVAL = limit(0.9, "of the error of the mean", "A model that is hardly better than predicting the mean explains nothing.")

@@ -234,6 +234,14 @@ class Problem(Unknowns):
         """Which configurations have a weight, (U,)."""
         return np.asarray(self.first_weight > 0)
 
+    @property
+    def repeated(self) -> float:
+        """How many numbers tell nothing of their own: of configurations with a weight below one, what it lacks of one."""
+        if self.weights is None:
+            return 0.0
+        weight = self.first_weight
+        return float(np.sum(self.numbers * np.where(weight > 0, np.maximum(1 - weight, 0.0), 0.0)))
+
     @cached_property
     def aside(self) -> float:
         """Which share of the rows counts for nothing: those that were set aside."""

@@ -80,7 +80,8 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: S
     chi2 = rows.square + float(np.sum((problem.prior_root @ problem.difference(x)[0]) ** 2))
     for i, family in enumerate(problem.families):
         chi2 += 0.0 if family.prior is None else float(np.sum(family.prior.rows(problem.values_of(i, x))[0] ** 2))
-    dof = rows.rows + int(problem.has_prior.sum()) - int(resolved.sum()) - rows.taken
+    counted = rows.rows - round(problem.repeated)
+    dof = counted + int(problem.has_prior.sum()) - int(resolved.sum()) - rows.taken
     factor = np.sqrt(chi2 / dof) if dof > 0 else 1.0
     # Downweighted residuals are too small to tell that the noise is: they may only enlarge.
     free_scale = estimated and problem.loss == "none"
@@ -244,7 +245,8 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
     n = float(np.sum(q**2))
     if not n:
         return 1.0
-    r = lin.r * np.sqrt((len(lin.r) - n) / max(float(lin.r @ lin.r), 1e-300))
+    counted = len(lin.r) - problem.repeated
+    r = lin.r * np.sqrt(max(counted - n, 0.0) / max(float(lin.r @ lin.r), 1e-300))
     together = lin.configuration if label is None else label[lin.configuration]
     order = np.argsort(together, kind="stable")
     counts = np.unique(together, return_counts=True)[1]

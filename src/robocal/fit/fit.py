@@ -29,6 +29,7 @@ from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, 
 from robocal.fit.estimators import estimator
 from robocal.fit.noise import NoiseGroup, Tau, apply_noise, assess, noise_dof, same_tau, tau_of, under
 from robocal.fit.options import Options
+from robocal.fit.place_noise import visit_again, weigh_visits
 from robocal.fit.repeats import places
 from robocal.geometry import so3
 from robocal.measure.base import problem as build
@@ -141,6 +142,11 @@ def fit(
     tau, soft = _large_errors(problem_at, stated, configurations, start, tau, soft)
     tell(watch, "noise", groups=len(tau))
     candidate = problem_at(tau)
+    if visit_again(stated, configurations):
+        columns = effective_columns(soften(candidate, start), soft)
+        first = first.with_weights(weights * weigh_visits(stated, candidate, soft, configurations, columns))
+        tau = tau_of(assess(stated, problem_at(tau), soft, configurations, columns))
+        candidate = problem_at(tau)
     seen = choose(candidate, soft)
     kept = names if options.keep_all else seen.basis
     restarted = 0

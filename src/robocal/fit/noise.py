@@ -106,6 +106,9 @@ def assess(stated: DataSet, problem: Problem, x: Array, configurations: Ints, co
     # A fit that resists outliers must not let them decide what the noise is.
     resistant = problem.loss != "none"
     rows: dict[Key, list[list[Array]]] = {}
+    # What visits of one place have in common is fitted by fewer numbers, and costs as much of the others.
+    lost = problem.repeated
+    columns *= 1.0 if not lost else 1 + lost / max(float(problem.numbers[chosen].sum()) - lost, 1.0)
     in_use: dict[Key, tuple[Residuals, int, int]] = {}
     kinds: dict[str, str] = {}
     keep = [np.flatnonzero(chosen[t.configuration] & t.used) for t in problem.terms]

@@ -1,46 +1,112 @@
-"""Which configurations stood at the same place: repeats, that are held out together and that show what readings scatter by."""
+"""Which configurations stood at the same place: repeats, that are held out together and that show what readings scatter by.
+
+Encoders jitter, so configurations closer than NEAR are always one place. Who visits places again may come back less closely. Such
+visits are a place as well, by three conditions, with |.| the largest component:
+
+    diameter   max |q_i - q_j| <= L / PLACE_GAP, with L at most PLACE_DIAMETER PLACE_GAP
+    apart      min |q_i - q_k| > L for every k of another place
+    habit      at least PLACE_SHARE of what is no closer than NEAR stands at a place with company
+
+A row of a path has neighbours beyond any diameter, and is a place of its own. By chance, poses of a list hardly stand so: of uniform
+ones in two joints one in twenty, in six joints none.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import scipy
 
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
+from robocal.fit.place_sizes import PLACE_DIAMETER, PLACE_GAP, PLACE_SHARE
 from robocal.measure.data import Configurations
 
-__all__ = ["NEAR", "places"]
+__all__ = ["NEAR", "joined", "places"]
 
 NEAR = 2e-4  # tolerance: rad or m, in every joint
+FINER = 2.0  # grid: times from one size of places to the next
+CROWD = 256  # grid: neighbours; no place of a list has so many, and all pairs of a path would be too many
+ASKED = 200  # grid: rows of which neighbours are counted
 
 
-def places(configurations: Configurations, near: float = NEAR) -> Ints:
-    """A number for every configuration, equal where the machine stood at the same place, no joint further than `near`
-    (rad, m) away: repeats are held out together, or the fit would have seen them."""
-    known: Ints | None = configurations.memo.get(("places", near))
+def places(configurations: Configurations) -> Ints:
+    """A number for every configuration, equal where the machine stood at the same place; see the module. Repeats are held out
+    together, or the fit would have seen them."""
+    known: Ints | None = configurations.memo.get("places")
     if known is None:
-        known = configurations.memo["places", near] = _labels(configurations, near)
+        known = configurations.memo["places"] = _visits(configurations, joined(configurations, NEAR))
     return known.copy()
 
 
-def _labels(configurations: Configurations, near: float) -> Ints:
-    place = configurations.joints if configurations.joints is not None else configurations.start
+def joined(configurations: Configurations, near: float) -> Ints:
+    """A number for every configuration, equal where steps lead from one to the other in which no joint moves by more than `near`
+    (rad, m)."""
+    place = _where(configurations)
     if place is None or not len(place):
         return np.arange(len(configurations))
-    # Encoders jitter: what is nearer than that is the same place.
-    known = np.nan_to_num(place)
-    label = _chains(known, near)
-    some = _loose(known, label, near)
-    if len(some):
-        pairs = some[scipy.spatial.cKDTree(known[some]).query_pairs(near, p=np.inf, output_type="ndarray")]
-        graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(place), len(place)))
-        linked = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
-        label[some] = len(place) + linked[some]
-    # Numbered by the first of each; one without joint values (two sockets a known distance apart) is a place of its own.
+    return _first(place, _link(np.nan_to_num(place), near)[0])
+
+
+def _where(configurations: Configurations) -> Array | None:
+    return configurations.joints if configurations.joints is not None else configurations.start
+
+
+def _visits(configurations: Configurations, label: Ints) -> Ints:
+    """These labels (U,), one for each set of equal joint values, where places that were visited again have one."""
+    place = _where(configurations)
+    if place is None or len(label) < 2:
+        return label
+    first = np.unique(label, return_index=True)[1]
+    first = first[np.isfinite(place[first]).all(axis=1)]
+    stood = place[first]
+    nearest = scipy.spatial.cKDTree(stood).query(stood, k=2, p=np.inf)[0][:, 1] if len(stood) > 1 else np.zeros(0)
+    if (nearest <= PLACE_DIAMETER).sum() < PLACE_SHARE * max(len(stood), 1):
+        return label
+    own, company = np.arange(len(first)), np.zeros(len(first), dtype=bool)
+    finer = int(np.log(PLACE_DIAMETER / max(float(nearest.min()), NEAR / PLACE_GAP)) / np.log(FINER))
+    # From fine to coarse: a place that is met again at a coarser level holds the finer ones.
+    for size in PLACE_DIAMETER / FINER ** np.arange(finer, -1, -1):
+        near, whole = _link(stood, PLACE_GAP * float(size))
+        order = np.argsort(near, kind="stable")
+        starts = np.flatnonzero(np.append(True, np.diff(near[order]) > 0))
+        rows = stood[order]
+        span = (np.maximum.reduceat(rows, starts) - np.minimum.reduceat(rows, starts)).max(axis=1)
+        count = np.diff(np.append(starts, len(order)))
+        compact = np.repeat((span <= size) & (count > 1), count) & whole
+        own[order[compact]] = np.repeat(order[starts], count)[compact]
+        company[order[compact]] = True
+    if company.sum() < PLACE_SHARE * len(first):
+        return label
+    merged = np.arange(len(label))
+    merged[label[first]] = label[first[own]]
+    return _first(place, merged[label])
+
+
+def _first(place: Array, label: Ints) -> Ints:
+    """Labels numbered by the first of each; one without joint values (two sockets a known distance apart) is a place of its own."""
     _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
     order = first[inverse.ravel()]
     unknown = np.flatnonzero(np.isnan(place).any(axis=1))
     order[unknown] = len(place) + np.arange(len(unknown))
     return np.unique(order, return_inverse=True)[1].ravel()
+
+
+def _link(place: Array, near: float) -> tuple[Ints, Bools]:
+    """A number for every row (m,), equal where rows are linked by steps of at most `near` in every component, and whether all of its
+    steps were looked at: in a crowd they are not, and rows keep the number of their chain."""
+    label = _chains(place, near)
+    some, whole = _loose(place, label, near), np.ones(len(place), dtype=bool)
+    if not len(some):
+        return label, whole
+    tree = scipy.spatial.cKDTree(place[some])
+    asked = place[some[:: max(1, len(some) // ASKED)]]
+    if near > NEAR and tree.query_ball_point(asked, near, p=np.inf, return_length=True).mean() > CROWD:
+        whole[some] = False
+        return label, whole
+    pairs = some[tree.query_pairs(near, p=np.inf, output_type="ndarray")]
+    graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(place), len(place)))
+    linked = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
+    label[some] = len(place) + linked[some]
+    return label, whole
 
 
 def _chains(place: Array, near: float) -> Ints:

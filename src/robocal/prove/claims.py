@@ -33,6 +33,20 @@ def convergence(context: Decision[Model]) -> Iterator[Finding]:
         yield qualify(Code.NOT_CONVERGED)
 
 
+@check("few-places", When.PROOF, order=15, given=Given.NOTHING, needs=("evidence", "proven"))
+def few_places(context: Decision[Model]) -> Iterator[Finding]:
+    """Too few places, of which more visits would be no more of them."""
+    assert context.evidence is not None
+    yield from _too_few(context, len(np.unique(context.evidence.configurations)))
+
+
+def _too_few(context: Decision[Model], unseen: int) -> Iterator[Finding]:
+    """Of places that were visited again, more rows would not help; of others, few `unseen` ones are told as such."""
+    places = len(np.unique(context.places))
+    if places < limits.PLACES_LEAST and (unseen >= limits.PROOF_PLACES or places < len(context.places)):
+        yield qualify(Code.FEW_PLACES, least=limits.PLACES_LEAST, instrument=None)
+
+
 @check("few-unseen", When.PROOF, order=20, given=Given.NOTHING, needs=("evidence",))
 def few_unseen(context: Decision[Model]) -> Iterator[Finding]:
     """Too few unseen places for a bootstrap to doubt."""
@@ -120,7 +134,8 @@ def nothing_unseen(context: Decision[Model]) -> Iterator[Finding]:
     if context.proof is None:
         yield qualify(Code.NOTHING_HELD_OUT)
     elif not context.errors[2].any() and len(np.unique(context.places)) < limits.PROOF_PLACES:
-        yield qualify(Code.FEW_UNSEEN, least=limits.PROOF_PLACES)
+        again = list(_too_few(context, 0))
+        yield from again or [qualify(Code.FEW_UNSEEN, least=limits.PROOF_PLACES)]
     elif not context.errors[2].any():
         yield qualify(Code.NOTHING_MEASURED_THERE)
 

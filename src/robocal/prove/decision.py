@@ -27,7 +27,7 @@ import numpy as np
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
 from robocal.diagnose.hypotheses.lost_zeros import lost_zeros
-from robocal.diagnose.limits import BENT_LEAVES, FINEST_ERROR, HOLD_OUT_PLACES, HOLD_OUT_SHARE, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
+from robocal.diagnose.limits import BENT_LEAVES, FINEST_ERROR, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
 from robocal.diagnose.rounding import rounding_rms
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import Uncertainty
@@ -36,7 +36,6 @@ from robocal.fit.fit import Fit
 from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
 from robocal.fit.options import Options
-from robocal.fit.repeats import places
 from robocal.fit.starts.own import place_configurations
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
@@ -44,7 +43,7 @@ from robocal.progress import Watch
 from robocal.prove.evidence import Evidence, Gain
 from robocal.prove.judge import Proof, Proven, absolute_observations, constant_of, drawn, units_of, unseen_of
 from robocal.prove.prove import fit_beside_baseline, prove
-from robocal.prove.split import make_split
+from robocal.prove.split import default_hold_out, make_split
 from robocal.prove.statistics import Statistic, rms
 
 __all__ = ["Decision", "decide"]
@@ -191,10 +190,9 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
         raise ModelError("the data set holds no measurement")
     _numbers(data)
     data = place_configurations(model, data)
-    count = len(np.unique(places(data.configurations)))
     if options.hold_out is None:
-        enough = count >= HOLD_OUT_PLACES and options.folds is None
-        options = replace(options, hold_out=HOLD_OUT_SHARE if enough else 0.0)
+        held, folds = default_hold_out(data, options.folds)
+        options = replace(options, hold_out=held, folds=folds)
     assert options.hold_out is not None
     split = make_split(data, options.hold_out, folds=options.folds, blocks=options.blocks, seed=options.seed)
     everyone = np.arange(len(data.configurations))

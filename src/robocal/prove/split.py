@@ -20,12 +20,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from robocal._types import Bools, Ints
-from robocal.diagnose.limits import HOLD_OUT_SHARE
+from robocal.diagnose.limits import GROUP_FOLDS, HOLD_OUT_PLACES, HOLD_OUT_SHARE
 from robocal.errors import ModelError
 from robocal.fit.repeats import places
 from robocal.measure.data import Configurations, DataSet
 
-__all__ = ["Split", "groups_of", "leave_one_out_rounds", "make_split", "stratify"]
+__all__ = ["Split", "default_hold_out", "groups_of", "leave_one_out_rounds", "make_split", "stratify"]
 
 BLOCKS = 10  # grid: blocks, and names that a sentence lists
 
@@ -112,6 +112,19 @@ def groups_of(data: DataSet) -> tuple[str, ...]:
         expected = "a column that names the group of every row, or several data files"
         raise ModelError("there are no groups to hold out", key="hold_out", found="group", expected=expected)
     return groups
+
+
+def default_hold_out(data: DataSet, folds: int | None) -> tuple[float | str, int | None]:
+    """What is held out where nobody says it, as `make_split` takes it, and in how many rounds.
+
+    Groups that are stated are held out whole, as long as they are few all of them in turn. Else it is a share of the places, or none
+    where folds or leave-one-out are the proof.
+    """
+    groups = len(set(data.configurations.groups or ()) - {""})
+    if groups >= max(2, folds or 0):
+        return "group", min(GROUP_FOLDS, groups) if folds is None and groups < HOLD_OUT_PLACES else folds
+    enough = folds is None and len(np.unique(places(data.configurations))) >= HOLD_OUT_PLACES
+    return HOLD_OUT_SHARE if enough else 0.0, folds
 
 
 def make_split(

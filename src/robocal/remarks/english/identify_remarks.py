@@ -46,6 +46,10 @@ class IdentificationRemarks:
         "fewer than {least} unseen configurations prove nothing",
         "Measure more configurations, or hold out more of them.",
     )
+    FEW_PLACES = Phrase(
+        "fewer than {least} places were measured[ by {instrument}]",
+        "Measure at other poses: visits of one place repeat each other, however many they are.",
+    )
     NOTHING_HELD_OUT = Phrase(
         "nothing was held out, so nothing is proven",
         "Hold out a part of the configurations (--hold-out 0.2) or predict each from the others (--leave-one-out).",

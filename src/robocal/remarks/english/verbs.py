@@ -136,5 +136,4 @@ class UseRemarks:
     NO_ORIENTATIONS = Phrase("no orientations were measured")
     ONE_DIRECTION = Phrase("no place was approached from several directions")
     DIRECTIONS_UNMARKED = Phrase("no column {column} marks them")
-    FEW_PLACES = Phrase("fewer than two places were measured by one instrument")
     DISTANCES_ONCE = Phrase("no distance was run repeatedly")

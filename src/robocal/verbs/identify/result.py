@@ -20,7 +20,6 @@ import numpy as np
 from robocal.arms import catalog
 from robocal.arms.chain import Chain
 from robocal.arms.groups import rule_of
-from robocal.diagnose.limits import HOLD_OUT_PLACES, HOLD_OUT_SHARE
 from robocal.errors import ModelError
 from robocal.files import evidence_parts as files
 from robocal.files.display import to_display
@@ -34,7 +33,6 @@ from robocal.files.unread import LeftOut
 from robocal.fit.estimators import ESTIMATORS, estimator
 from robocal.fit.noise import apply_noise
 from robocal.fit.options import JointRegion, Options
-from robocal.fit.repeats import places
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
@@ -42,7 +40,7 @@ from robocal.prove.bands import range_of_joints
 from robocal.prove.identify import Identification
 from robocal.prove.place_bands import TURN, between
 from robocal.prove.region import SAMPLES, region_of_limits
-from robocal.prove.split import make_split
+from robocal.prove.split import default_hold_out, make_split
 from robocal.session.opened import Opened
 from robocal.session.watching import Watch
 
@@ -138,12 +136,11 @@ def with_groups(
 
     there = {g.name for g in arm.chain.groups}
     extra: dict[str, dict[str, Any]] = {rule_of(n).name: {} for n in names if n not in there}
-    share = options.hold_out
+    share, folds = options.hold_out, options.folds
     if share is None:
-        many = len(np.unique(places(data.configurations)))
-        share = HOLD_OUT_SHARE if many >= HOLD_OUT_PLACES and options.folds is None else 0.0
-    split = make_split(data, share, folds=options.folds, blocks=options.blocks, seed=options.seed)
-    if len(split) and options.folds is None:
+        share, folds = default_hold_out(data, folds)
+    split = make_split(data, share, folds=folds, blocks=options.blocks, seed=options.seed)
+    if len(split) and folds is None:
         data = data.take(split.configurations(0)[0])
     choice = choose_groups(arm.chain, data, extra, options, watch)
     tried = []
