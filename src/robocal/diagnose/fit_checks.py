@@ -12,12 +12,13 @@ import scipy
 
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, note, of_remarks, once
+from robocal.diagnose.fixed_numbers import names_to_free
 from robocal.diagnose.segments.find import find_segments, segment_remarks
 from robocal.diagnose.stated_numbers import reads
 from robocal.estimate.problem import Problem
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, joints_of
 from robocal.measure.rows import KINDS, Rows
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -84,12 +85,20 @@ def noise_findings(context: Context[Model]) -> Iterator[Finding]:
         if g.stated is not None:
             amounts = {"left": Quantity(g.rms, g.unit), "stated": Quantity(g.stated, g.unit)}
             if g.tau > limits.NOISE_ABOVE * g.stated:
-                yield doubt(Code.ABOVE_STATED_NOISE, group=g.name, **amounts)
+                yield doubt(Code.ABOVE_STATED_NOISE, group=g.name, **amounts, **_remedy(context))
             chance = 1.0 if g.chi2 is None else scipy.special.chdtr(g.dof, limits.NOISE_BELOW**2 * g.chi2)
             if g.name in read and chance < limits.NOISE_CHANCE:
                 yield doubt(Code.BELOW_STATED_NOISE, group=g.name, **amounts)
         if g.name in read and g.unit == "m" and g.rms < limits.COMPUTED_ERROR and g.dof > limits.COMPUTED_FREEDOM:
             yield doubt(Code.COMPUTED, group=g.name, left=Quantity(g.rms))
+
+
+def _remedy(context: Context[Model]) -> dict[str, str | None]:
+    """What may explain it: of an arm what lies beyond geometry, of a cable robot numbers that are fixed, or parts that are left out."""
+    if joints_of(context.model):
+        return {"option": "--groups", "free": None, "beyond": None}
+    line = names_to_free(context)
+    return {"option": None, "free": line, "beyond": None if line else "sag"}
 
 
 @check("ignored-priors", When.FIT, order=130, needs=("fit", "options"))

@@ -89,6 +89,8 @@ SCALE_SIGMA = limit(3.0, "sigma", "A scale that making does not leave is that of
 SCALE_DOUBT_SIGMA = limit(2.0, "sigma", "One in twenty honest scales is as far off: worth a remark.")
 SCALE_READ_SIGMA = limit(5.0, "sigma",
     "Where readings are lengths themselves: trackers have a calibrated scale.", "tests/statistics/test_scale.py")
+SCALE_SHARE = limit(0.05, "of the squares left",
+    "A scale between instrument and cables that explains less is of no consequence.", "tests/prove/test_scale_of_instruments.py")
 SCALE_CHANCE = limit(1e-3, "chance", "Of changes that are larger than expected and mean nothing.")
 SCALE_LEAST = limit(1e-6, "of a length", "A micron in a metre is no mistake but rounding.")
 SCALE_WIDEST = limit(2e-3, "of a length", "No more is taken for errors of an arm's lengths.")

@@ -74,9 +74,9 @@ class Score:
     share: float
 
 
-def score(j: Array, r: Array, scales: Array, c: Array) -> Score | None:
+def score(j: Array, r: Array, scales: Array, c: Array, taken: int = 0) -> Score | None:
     """What residuals r (N,) say of further columns c (N, k) beside those that were fitted, j (N, n), of numbers of these `scales`
-    (n,); None where nothing is left, or nothing can be told."""
+    (n,), where local blocks have `taken` so many numbers; None where nothing is left, or nothing can be told."""
     # The fitted ones are held softly: otherwise all could shrink to a point with the number, and nothing would be left.
     soft = np.diag(1 / (HOLD * scales))
     q, _ = np.linalg.qr(np.vstack([j, soft]))
@@ -85,7 +85,7 @@ def score(j: Array, r: Array, scales: Array, c: Array) -> Score | None:
     size, whole = (np.linalg.norm(a, axis=0) for a in (over, c))
     size = np.where(size > HIDDEN * whole, size, np.inf)
     along = np.where(np.isfinite(size), -(over.T @ r) / size, 0.0)
-    left, dof = float(r @ r), len(j) - q.shape[1] - 1
+    left, dof = float(r @ r), len(j) - q.shape[1] - taken - 1
     if not left > 0 or dof < 1:
         return None
     share = along**2 / left

@@ -110,7 +110,8 @@ class Observations:
     every problem of a batch its own measurements. `used` (k,) is False for rows that are set aside: they are predicted, and
     weigh nothing (None: all are used). `digits` (k, d) is what one unit in the last digit of each value means, as it was
     written (None: not known); `rounding` (k, d) is the standard deviation that rounding alone leaves in each component, that of
-    the joint values included, where it was computed.
+    the joint values included, where it was computed. `scale` is the standard deviation of the factor by which all lengths may be
+    read too long (0: the scale is known; None: as is usual for the kind).
     """
 
     kind: str
@@ -129,6 +130,7 @@ class Observations:
     used: Bools | None = None
     digits: Array | None = None
     rounding: Array | None = None
+    scale: float | None = None
 
     @property
     def label(self) -> str:

@@ -24,6 +24,7 @@ __all__ = ["PIXELS", "rays"]
 
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 UNDISTORT = 8  # steps; each gains a factor of the distortion
+SCALE = 5e-3  # of a printed marker or board: a printer scales, paper and glue swell
 EXPECTED = (10.0, 10.0, 10.0, 10.0, 0.1, 0.1, 0.01, 0.01, 0.1)
 
 
@@ -54,6 +55,13 @@ class PixelRows(SightRows):
         both = np.concatenate([jp, np.cross(lever[:, :, None, :], jp)], axis=-1)
         jac = np.concatenate([both @ j, ji[..., self.own]], axis=-1)
         return uv - self.values_at(which, first, rows), jac, both @ jl
+
+    def stretch(self, x: Array, r: Array, first: int, rows: int) -> Array:
+        """Of points that are stated 1 + s too far from the origin of their target."""
+        (t, _, _), sight, _ = self.look(x, first, rows)
+        lever = np.einsum("bmij,mj->bmi", t[:, sight, :3, :3], self.point[first : first + rows])
+        jp = project(lever + t[:, sight, :3, 3], x[:, None, self.numbers])[1]
+        return np.asarray(-np.einsum("bmij,bmj->bmi", jp, lever))
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         from robocal.measure._kernels import accumulate_sights
@@ -110,4 +118,4 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     ]
 
 
-PIXELS = register(Kind("pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1))
+PIXELS = register(Kind("pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1, scale=SCALE))

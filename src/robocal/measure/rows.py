@@ -23,7 +23,7 @@ from robocal.measure.kinds import NAMES
 from robocal.parameters import Parameter
 
 __all__ = [
-    "KINDS", "Between", "Kind", "Number", "Rows", "SightRows", "kind_of", "number_names", "numbers", "per_target", "register",
+    "KINDS", "Between", "Kind", "Number", "Rows", "SightRows", "kind_of", "number_names", "numbers", "per_target", "register", "scale_of",
 ]  # fmt: skip
 
 NONE = np.empty(0, dtype=np.int64)
@@ -136,6 +136,16 @@ class Rows(ABC):
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         """Kinds that have a shorter way to the normal equations than row by row say so."""
         return False
+
+    def stretch(self, x: Array, r: Array, first: int, rows: int) -> Array:
+        """How residuals r (1, m, d) at x answer where all lengths are read a factor 1 + s too long, dr/ds (1, m, d): a reading that is
+        a length by what is predicted of it; any other not at all."""
+        out = np.zeros_like(r)
+        # What was measured would bring its own noise into the column, and seem to tell a scale that nothing tells.
+        for start, stop, unit in self.parts if self.metric else ():
+            if unit == "m":
+                out[..., start:stop] = (r + self.value[:1, first : first + rows])[..., start:stop]
+        return out
 
     def predict(self, x: Array) -> Array:
         """What a perfect instrument would read, (m, d)."""
@@ -258,6 +268,9 @@ class Kind:
     contact: bool = False  # the machine has to touch something, so not every configuration can be measured
     # Symbols of its own numbers that, like the machine's, somebody made: how far off they can be is known.
     manufactured: tuple[str, ...] = ()
+    scale: float = (
+        0.0  # how far the scale of such an instrument is usually off, as a factor; 0: its readings are lengths
+    )
     owner: str = ""  # the option, and the key in a data file, that names the owner of the kind's own numbers
 
 
@@ -293,6 +306,11 @@ def register(kind: Kind) -> Kind:
     """Makes a kind known under its name; one line at the end of its file, and one in `measure/kinds.py`."""
     KINDS.enter(kind)
     return kind
+
+
+def scale_of(obs: Observations) -> float:
+    """The standard deviation of the factor by which some observations may read all lengths too long: as stated, else as usual."""
+    return kind_of(obs).scale if obs.scale is None else obs.scale
 
 
 def kind_of(obs: Observations) -> Kind:

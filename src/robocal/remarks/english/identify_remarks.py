@@ -186,7 +186,9 @@ class IdentificationRemarks:
     )
     ABOVE_STATED_NOISE = Phrase(
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}; uncertainties are those of the fit",
-        "Non-geometric effects may explain the rest (identify --groups), or the stated sigma is too small.",
+        "[Non-geometric effects may explain the rest (identify {option}), or the stated sigma is too small.][Numbers that are fixed "
+        "explain much of the rest: free them too (--free {free}).][What is left out (pulleys, elasticity, {beyond}, the gain of drums) "
+        "may explain the rest, or the stated sigma is too small.]",
     )
     BELOW_STATED_NOISE = Phrase(
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}: so much noise is not in these data",
