@@ -56,16 +56,18 @@ def shape_of_lengths(context: Decision[Model], count: int) -> tuple[Array, Array
     away = _lengths_at(context.model, obs, poses_within(moving, measured, count))
     known = dict(zip(fit.problem.table.names, map(float, fit.solution.x[0]), strict=False))
     before = dict(zip(base.problem.table.names, map(float, base.x[0]), strict=False))
-    length, jac, slope = _linear(context.model, away, known, fit.total.names)
-    gap = length - _linear(context.model, away, before, ())[0]
+    made = build(context.model, away)
+    length, jac, slope = _linear(made, known, fit.total.names)
+    gap = length - _linear(made, before, ())[0]
     size = np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), TINY)
-    values = np.linalg.svd(slope / size, compute_uv=False)
+    u, values, vt = np.linalg.svd(slope / size, full_matrices=False)
     told = values[:, -1] > SINGULAR_BELOW * values[:, 0]
     if not told.any() or slope.shape[1] < slope.shape[2]:
         return None
     moves = [i for i in moving.freedom or () if i < 3]
     back = np.zeros((int(told.sum()), 3, slope.shape[1]))
-    back[:, moves] = -np.linalg.pinv(slope[told])[:, : len(moves)]
+    inverse = (vt[told].swapaxes(1, 2) / values[told, None]) @ u[told].swapaxes(1, 2) / size[told].swapaxes(1, 2)
+    back[:, moves] = -inverse[:, : len(moves)]
     place = away.configurations.starts[told, :3]
     return place, back @ jac[told], (back @ gap[told, :, None])[..., 0], back if owner(obs) else back[..., :0]
 
@@ -76,15 +78,14 @@ def _lengths_at(model: Model, obs: Observations, vectors: Array) -> DataSet:
     return DataSet(where, (read_everywhere(obs, count, cables),))
 
 
-def _linear(model: Model, away: DataSet, values: dict[str, float], names: Sequence[str]) -> tuple[Array, Array, Array]:
+def _linear(made: Problem, values: dict[str, float], names: Sequence[str]) -> tuple[Array, Array, Array]:
     """What the sensors show (m, c), its derivatives by named columns (m, c, k), zero where none depends on them, and by the pose
     (m, c, d)."""
-    made = build(model, away)
-    made = build(model, away, values={n: values[n] for n in made.table.names if n in values})
-    made = made.with_free([n for n in names if n in made.table])
-    lengths, jac, slope = _rows(made)
+    table = made.table.with_values({n: values[n] for n in made.table.names if n in values})
+    there = made.with_table(table).with_free([n for n in names if n in table])
+    lengths, jac, slope = _rows(there)
     out = np.zeros((*lengths.shape, len(names)))
-    out[..., [list(names).index(n) for n in made.free]] = jac.reshape(*lengths.shape, -1)
+    out[..., [list(names).index(n) for n in there.free]] = jac.reshape(*lengths.shape, -1)
     return lengths, out, slope
 
 
