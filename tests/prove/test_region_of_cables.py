@@ -21,7 +21,7 @@ LENGTH, PLACE, OFF = 3e-4, 1.5e-4, 0.006
 TRACKER = Frame("tracker", (1.0, 2.0, 0.4, 0.1, -0.2, 0.6), (True,) * 6, expected=(10.0, 3.0))
 
 
-def measured(kind, seed, *, corner=0.0, frame=None, anew=False, m=50):
+def measured(kind, seed, *, corner=0.0, frame=None, anew=False, m=50, place=PLACE):
     """A robot, the true one, and lengths and poses of it: across its frame, or in a cube of so many metres somewhere in it."""
     rng, robot = np.random.default_rng(seed), hung(kind)
     truth = robot.with_values({n: robot.table[n].value + rng.normal(0, OFF) for n in robot.table.free})
@@ -33,7 +33,7 @@ def measured(kind, seed, *, corner=0.0, frame=None, anew=False, m=50):
     start[:, [i for i in range(6) if i not in robot.freedom]] = 0.0
     drums = {"cables": robot.cables} | ({"zeros": "morning"} if anew else {})
     width = 3 if kind in ("2T", "3T") else 6
-    spread = np.tile(np.repeat([PLACE, 2 * PLACE], 3)[:width], (m, 1))
+    spread = np.tile(np.repeat([place, 2 * place], 3)[:width], (m, 1))
     seen = Observations("position" if width == 3 else "pose", np.arange(m), np.zeros((m, width)), spread, frame)
     data = synthesise(truth, DataSet(where(start), (replace(lengths(robot, m, LENGTH), options=drums), seen)), rng)
     return robot, truth, replace(data, configurations=replace(data.configurations, start=None))
