@@ -182,6 +182,9 @@ ZERO_SEEN = limit(0.01, "of what is left", "A joint that was turned by a radian 
 ZERO_LOST = limit({"rad": 0.5, "m": 0.1}, "rad, m", "So far a zero may be off that was lost.")
 WORSE_CHANCE = limit(0.025, "chance",
     "That the nominal model is better in the working range: more is no proof, as for the gain.", "tests/statistics/test_region.py")
+FRAME_RANGE = limit(0.7, "of the box of the frame anchors",
+    "Where a platform works, unless somebody says otherwise: beyond, cables pull to one side.", "tests/prove/test_region_of_cables.py")
+FRAME_FLAT = limit(0.1, "of its largest extent", "A frame that is thinner says nothing of how far its platform moves across it.")
 BESIDE_NEAR = limit(0.02, "of the distance of two places", "A fiftieth of the way to another place is no other place.")
 BESIDE_SHARE = limit(0.5, "of what was held out", "Held-out places beside fitted ones tell nothing of the way between them.")
 FRAME_SEEN = limit(10.0, "times what is expected", "A direction of a frame that all rows see is seen beyond doubt.")

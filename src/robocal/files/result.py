@@ -167,6 +167,15 @@ class ResidualSummary(AngleResiduals):
 
 
 @dataclass(frozen=True, kw_only=True)
+class PoseFromLengths(AngleResiduals):
+    """Of a cable robot: errors of the position that lengths alone give, beside what an instrument reads, on unseen configurations;
+    those of the orientation, and of lengths."""
+
+    angle: AngleResiduals | None = None
+    lengths: AngleResiduals | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class SensorGroup:
     """One sensor's share of the fit."""
 
@@ -243,6 +252,7 @@ class Result:
     parameters: list[ParameterResult]
     identifiability: IdentifiabilitySummary
     residuals: ResidualSummary
+    pose_from_lengths: PoseFromLengths | None = None
     prediction: Prediction | None = None
     working_range: WorkingRange | None = None
     scale: ScaleSummary | None = None

@@ -27,7 +27,7 @@ from robocal.measure.machine import Model
 from robocal.measure.rows import METRES, Kind, Rows, register
 from robocal.parameters import Parameter
 
-__all__ = ["LENGTHS", "locate_platform", "owner", "zeros_at"]
+__all__ = ["LENGTHS", "locate_platform", "owner", "read_everywhere", "zeros_at"]
 
 CHUNK = 1 << 17  # numbers of poses and their Jacobians at once
 ZERO = "l0"
@@ -179,6 +179,13 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
         expected = f"0 to {len(cables) - 1}"
         raise ModelError("no such cable", key="cable", found=[int(number.min()), int(number.max())], expected=expected)
     return [LengthRows(builder, obs, cables, np.argsort(number, kind="stable"))] if len(number) else []
+
+
+def read_everywhere(obs: Observations, count: int, cables: int) -> Observations:
+    """The same sensors at so many configurations, of every cable; they read nothing yet."""
+    each, cable = np.divmod(np.arange(count * cables), cables)
+    plain = {"extra": {"cable": cable}, "options": obs.options, "group": obs.group}
+    return Observations("lengths", each, np.zeros((len(each), 1)), np.ones((len(each), 1)), **plain)  # type: ignore[arg-type]
 
 
 def locate_platform(machine: Model, obs: Observations, wanted: Bools) -> Array:

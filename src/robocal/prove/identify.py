@@ -34,6 +34,7 @@ from robocal.prove.decision import decide
 from robocal.prove.fit_findings import Linearity, linearity_of, outliers, unseen_coverage
 from robocal.prove.judge import stages, units_of
 from robocal.prove.offsets import OffsetsAlone, offsets_alone
+from robocal.prove.pose_from_lengths import PoseFromLengths, pose_from_lengths
 from robocal.prove.region import Holds, range_of
 from robocal.prove.results import Band, ParameterResult, RowTable, parameter_results, prediction_of, row_table
 from robocal.prove.statistics import Coverage, Stages
@@ -83,6 +84,7 @@ class Identification(Generic[M_co]):
     resampled: Resampled | None  # the bootstrap, where it was asked for
     offsets: OffsetsAlone | None  # the joint offsets alone; None where no joint's zero may move
     holds: Holds | None  # over the working range
+    pose_from_lengths: PoseFromLengths | None  # on unseen configurations
     scale: Scale | None  # of the fitted lengths, all together
     whitened_rows: WhitenedRows | None  # the rows at the solution, for a comparison with another run
 
@@ -120,5 +122,5 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         baseline=nominal.with_values(proven.base.x[0, : len(nominal)]), coverage=unseen_coverage(made),
         joints=range_of_joints(data.configurations), linearity=linearity_of(made), outliers=outliers(made),
         conditions=mean_conditions(data.configurations), resampled=bootstrap_of(made), holds=range_of(made), scale=common_scale(made),
-        whitened_rows=whiten_fit(made), offsets=offsets_alone(made),
+        whitened_rows=whiten_fit(made), offsets=offsets_alone(made), pose_from_lengths=pose_from_lengths(made),
     )  # fmt: skip

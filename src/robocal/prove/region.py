@@ -11,10 +11,12 @@ mean |e - d|^2 < mean |e|^2:
 
     P(2 g^T dx > moved^2),    g = mean over q of J(q)^T d(q),    var(g^T dx) = g^T C g
 
+A machine that stands where its own lengths say has its poses from lengths in place of J (`frame_range`).
+
 Where band exceeds moved, the correction is proven near the measurements alone; in a range that somebody named it must also be
 the better one with as much confidence as the gain itself. Where nobody named one, it is what the measured joints span, and
 held-out measurements have told already; unless each stood beside one that was fitted, as where all poses lie in a few
-clusters: then they told nothing of the way between these.
+clusters: then they told nothing of the way between these. The middle of a frame is named by the frame, not by what was measured.
 """
 
 from __future__ import annotations
@@ -32,10 +34,11 @@ from robocal.diagnose.scale import common_scale
 from robocal.estimate.uncertainty import band
 from robocal.fit.options import JointRegion
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import reach
 from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.decision import Decision
+from robocal.prove.frame_range import FRAME, shape_of_lengths
 from robocal.prove.place_bands import motion_field, parameters_of, sample_joints
 from robocal.prove.split import Split
 from robocal.remarks.code import Code
@@ -94,11 +97,20 @@ def range_of(context: Decision[Model]) -> Holds | None:
     """Where the correction of the fit to everything holds: over the range that was asked for, by default what the measured joints span.
     None where nothing was fitted or no joints were recorded."""
     data, off, known, scale = context.need_data, context.need_fit.total, context.chosen.region, common_scale(context)
-    if data.configurations.joints is None or not context.need_fit.identifiability.names:
+    if not context.need_fit.identifiability.names:
         return None
-    region = known or region_between_poses(context.model, data)
-    scaled = scale is None or scale.observable or not scale.stated
-    jac, covariance, moved = _shape(context, region.joints, scaled)
+    joints, scaled = data.configurations.joints, scale is None or scale.observable or not scale.stated
+    if joints is None:
+        framed = shape_of_lengths(context, SAMPLES)
+        if framed is None:
+            return None
+        place, jac, moved, anew = framed
+        jac, moved = _without(np.concatenate([motion_field(place)[:, :3], anew], axis=2), jac, moved)
+        covariance, name = off.covariance, FRAME
+    else:
+        region = known or region_between_poses(context.model, data)
+        jac, covariance, moved = _shape(context, region.joints, scaled)
+        name = region.name
     far, square = float(np.mean(band(jac, covariance) ** 2)), float(np.mean(np.sum(moved**2, axis=1)))
     along = np.einsum("mai,ma->i", jac, moved) / len(moved)
     spread = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0)))
@@ -107,8 +119,12 @@ def range_of(context: Decision[Model]) -> Holds | None:
     if not np.isfinite(found).all():
         return None
     proof = context.proof
-    near = chance > WORSE_CHANCE and proof is not None and beside(data.configurations.joints, proof.split)
-    return Holds(region.name, *found, len(region.joints), known is not None or near, scaled)
+    # What was held out tells of the measured range, unless it stood beside what was fitted; of a frame it tells nothing.
+    other = joints is None or known is not None
+    near = (
+        chance > WORSE_CHANCE and not other and joints is not None and proof is not None and beside(joints, proof.split)
+    )
+    return Holds(name, *found, len(moved), other or near, scaled)
 
 
 def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array, Array, Array]:
@@ -121,11 +137,17 @@ def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array
     here, jac = pose[:, :3, 3], jac[:, :3]
     gap = here - reach(nominal, joints, (), conditions)[0][:, :3, 3]
     moved = [motion_field(here)[:, :3], pose[:, :3, :3], *(() if scaled else (here[:, :, None],))]
-    field = np.concatenate(moved, axis=2).reshape(3 * len(joints), -1)
-    both = np.column_stack([gap.reshape(-1, 1), jac.reshape(len(field), -1)])
-    both -= field @ np.linalg.lstsq(field, both, rcond=None)[0]
     at = [off.names.index(n) for n in names]
-    return both[:, 1:].reshape(len(joints), 3, -1), off.covariance[np.ix_(at, at)], both[:, 0].reshape(-1, 3)
+    jac, gap = _without(np.concatenate(moved, axis=2), jac, gap)
+    return jac, off.covariance[np.ix_(at, at)], gap
+
+
+def _without(field: Array, jac: Array, gap: Array) -> tuple[Array, Array]:
+    """Columns (m, 3, k) and gap (m, 3) less what a field (m, 3, f) of the measurement explains of them."""
+    flat = field.reshape(3 * len(gap), -1)
+    both = np.column_stack([gap.reshape(-1, 1), jac.reshape(len(flat), -1)])
+    both -= flat @ np.linalg.lstsq(flat, both, rcond=None)[0]
+    return both[:, 1:].reshape(jac.shape), both[:, 0].reshape(gap.shape)
 
 
 def beside(joints: Array, split: Split) -> bool:
@@ -145,4 +167,5 @@ def outside_measured(context: Decision[Model]) -> Iterator[Finding]:
     holds = range_of(context)
     if holds is not None and holds.region != "working":
         amounts = {"band": Quantity(holds.band), "moved": Quantity(holds.moved)}
-        yield qualify(Code.HOLDS_WHERE_MEASURED, region=holds.name, **amounts, chance=holds.chance)
+        names = "limits in the robot file, --region FILE" if joints_of(context.model) else None
+        yield qualify(Code.HOLDS_WHERE_MEASURED, region=holds.name, **amounts, chance=holds.chance, names=names)

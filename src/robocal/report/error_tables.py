@@ -72,7 +72,11 @@ def errors(result: Any, rows: Columns | None) -> Section:
     """Errors at every stage; `rows` are the columns of residuals.csv, for the pictures."""
     residuals = result.residuals
     tables: list[Block | None] = []
-    for found, title in ((residuals, "error"), (residuals.angle, "angle")):
+    posed, shown = result.pose_from_lengths, [(residuals, "error"), (residuals.angle, "angle")]
+    if posed is not None:
+        own = [(posed, "position from lengths"), (posed.angle, "orientation from lengths"), (posed.lengths, "lengths")]
+        shown = [*own, (residuals, "all rows, poses from them"), (residuals.angle, "angle, poses from all rows")]
+    for found, title in shown:
         if found is not None:
             tables += [errors_table(found, title), _folds(found)]
     meaning, drawn = Detail(lambda: _meaning(result)), Detail(lambda: _pictures(residuals, rows))

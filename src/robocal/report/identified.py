@@ -75,7 +75,7 @@ def identification_sections(
     if split.embargoed:
         facts += f", {len(split.embargoed)} left out because they share a place with those"
     head = Text.of((result.robot.name, "strong"), f"   {result.method}; {facts}; {result.fit.reason}")
-    yield Section.of("", head, verdict(result), tiles(result.residuals))
+    yield Section.of("", head, verdict(result), tiles(result.pose_from_lengths or result.residuals))
     yield errors(result, rows)
     shares = result.prediction.coverage if result.prediction else []
     told = [

@@ -40,9 +40,9 @@ def verdict(result: Any, brief: bool = False) -> VerdictBlock:
     if brief:
         return VerdictBlock(word, style, tuple(said.reasons[:1]))
     advice = [] if status == "improved" else [r.advice for r in said.remarks if r.advice]
-    return VerdictBlock(
-        word, style, tuple(said.reasons), tuple(dict.fromkeys(advice)), meaning, proof(result.residuals)
-    )
+    posed = result.pose_from_lengths
+    told = proof(result.residuals) if posed is None else proof_of_poses(posed)
+    return VerdictBlock(word, style, tuple(said.reasons), tuple(dict.fromkeys(advice)), meaning, told)
 
 
 def times_smaller(before: float | None, after: float | None) -> str:
@@ -56,6 +56,20 @@ def times_smaller(before: float | None, after: float | None) -> str:
     ratio = max(ratio, 1 / ratio)
     shown = f"{ratio:.0f}" if ratio >= 9.5 else f"{ratio:.1f}" if ratio >= 1.95 else f"{ratio:.2f}"
     return f"{shown} times {word}"
+
+
+def proof_of_poses(posed: Any) -> str:
+    """One sentence: what a cable robot is off by where lengths alone say where it is, and its lengths beside that."""
+    told = []
+    for found, what in ((posed, "the position"), (posed.angle, "the orientation"), (posed.lengths, "the lengths")):
+        for name in ("held_out", "k_fold", "leave_one_out"):
+            before, after = found and getattr(found, f"{name}_before"), found and getattr(found, name)
+            if before is not None and after is not None:
+                factor = times_smaller(before.mean, after.mean)
+                amounts = f"from {figure(before.mean, 3)} to {figure(after.mean, 3)} {found.unit}"
+                told.append(f"{what} {amounts}{f' ({factor})' if factor else ''}")
+    count = next(s.n for n in ("held_out", "k_fold", "leave_one_out") if (s := getattr(posed, n)) is not None)
+    return f"On {count} poses that the identification never saw, mean errors of the pose from lengths went: {'; '.join(told)}."
 
 
 def proof(residuals: Any) -> str:

@@ -85,6 +85,7 @@ def to_result(
         parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],
         identifiability=_identifiability(found, robot),
         residuals=_residuals(found),
+        pose_from_lengths=_pose_from_lengths(found),
         fit=_fit(found),
         split=_split(found),
         prediction=_prediction_part(found),
@@ -141,6 +142,17 @@ def _residuals(found: Identification[Model]) -> files.ResidualSummary:
     beside = by_unit.get("rad") if main is None or main.unit != "rad" else None
     angle = None if beside is None else to_display(files.AngleResiduals, beside)
     return files.ResidualSummary(unit="mm") if main is None else to_display(files.ResidualSummary, main, angle=angle)
+
+
+def _pose_from_lengths(found: Identification[Model]) -> files.PoseFromLengths | None:
+    """What a cable robot is off by, where an instrument saw it."""
+    p = found.pose_from_lengths
+    if p is None:
+        return None
+    angle = None if p.orientation is None else to_display(files.AngleResiduals, p.orientation)
+    return to_display(
+        files.PoseFromLengths, p.position, angle=angle, lengths=to_display(files.AngleResiduals, p.lengths)
+    )
 
 
 def _fit(found: Identification[Model]) -> files.FitReport:

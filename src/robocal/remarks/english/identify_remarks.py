@@ -125,8 +125,8 @@ class IdentificationRemarks:
     HOLDS_WHERE_MEASURED = Phrase(
         "the model holds where it was measured, not in the whole {region}: there it may be off by {band:.3g} rms; it differs from "
         "the nominal model by {moved:.3g}, and is the worse of the two with a chance of {chance:.0%}",
-        "Measure in the whole range in which the robot works. Or name that range (limits in the robot file, --region FILE). If the "
-        "robot works only near the measured poses, state that (--region measured).",
+        "Measure in the whole range in which the robot works.[ Or name that range ({names}).] If the robot works only near the "
+        "measured poses, state that (--region measured).",
     )
     LEFT = Phrase(
         "{group}: the fit leaves {left:.3g} per axis, {share:.1%} of the size of the machine ({size:.3g})[; the stated noise is "
