@@ -7,9 +7,9 @@ visits are a place as well, by three conditions, with |.| the largest component:
     apart      min |q_i - q_k| > L for every k of another place
     habit      at least PLACE_SHARE of the configurations stand at a place with company
 
-Here L takes all values from small to PLACE_DIAMETER PLACE_GAP, each half the next. Where that is so, all that lies together within the
-size of those places is one of them. A row of a path has neighbours beyond any diameter, and is a place of its own. By chance, poses of a list hardly stand so: of uniform
-ones in two joints one in twenty, in six joints none.
+Here L takes all values from small to PLACE_DIAMETER PLACE_GAP, each half the next. Where that is so, all that lies together within
+WIDER times the size of those places is one of them. A row of a path has neighbours beyond any diameter, and is a place of its own. By
+chance, poses of a list hardly stand so: of uniform ones in two joints one in twenty, in six joints none.
 """
 
 from __future__ import annotations
