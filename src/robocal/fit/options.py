@@ -24,7 +24,7 @@ class JointRegion:
 class Options:
     """How to identify; what was used is kept with the result.
 
-    `hold_out` says what is kept for judging: None, a fifth of the configurations, or leave-one-out alone below 25 of
+    `hold_out` says what is kept for judging: None, stated groups, else a fifth of the places, or leave-one-out alone below 25 of
     them; a share, spread over joint space; "blocks", `blocks` blocks of rows in time order, of which a fifth is held
     out; "group", whole groups (`Configurations.groups`, or the data files), a fifth of them. With `folds` everything
     is held out once, in so many rounds, in the same way: five shares, five blocks, or the groups dealt to five rounds

@@ -83,13 +83,20 @@ def _readings(data: DataSet, problem: Problem, x: Array, chosen: Bools, label: I
         row, at = term.index[some], r.configuration[some]
         target = np.zeros(len(some), dtype=np.int64) if obs.target is None else obs.target[row]
         other = np.zeros(len(some), dtype=np.int64) if obs.second is None else label[obs.second[row]]
-        # The first row of a target at every visit, the second, ...: a reading that is repeated in one visit tells as much as ever.
-        same = np.unique(np.stack([at, target, other]), axis=1, return_inverse=True)[1].ravel()
+        # What else says which reading it is: a cable, a receiver.
+        said = [
+            v[row].astype(np.int64)
+            for v in obs.extra.values()
+            if v.ndim == 1 and v.dtype.kind in "if" and not np.mod(v, 1).any()
+        ]
+        which = np.unique(np.stack([target, other, *said]), axis=1, return_inverse=True)[1].ravel()
+        # The first such row of every visit, the second, ...: a reading that is repeated in one visit tells as much as ever.
+        same = np.unique(np.stack([at, which]), axis=1, return_inverse=True)[1].ravel()
         order = np.argsort(same, kind="stable")
         starts = np.flatnonzero(np.append(True, np.diff(same[order]) > 0))[: len(some)]
         turn = np.empty(len(some), dtype=np.int64)
         turn[order] = np.arange(len(some)) - np.repeat(starts, np.diff(np.append(starts, len(some))))
-        mine = np.unique(np.stack([label[at], target, other, turn]), axis=1, return_inverse=True)[1].ravel()
+        mine = np.unique(np.stack([label[at], which, turn]), axis=1, return_inverse=True)[1].ravel()
         white = (r.value * r.scale)[some]
         width = white.shape[1]
         keys.append((first + mine[:, None] * width + np.arange(width)).ravel())

@@ -3,12 +3,13 @@
 Encoders jitter, so configurations closer than NEAR are always one place. Who visits places again may come back less closely. Such
 visits are a place as well, by three conditions, with |.| the largest component:
 
-    diameter   max |q_i - q_j| <= L / PLACE_GAP, with L at most PLACE_DIAMETER PLACE_GAP
+    diameter   max |q_i - q_j| <= L / PLACE_GAP
     apart      min |q_i - q_k| > L for every k of another place
-    habit      at least PLACE_SHARE of what is no closer than NEAR stands at a place with company
+    habit      at least PLACE_SHARE of the configurations stand at a place with company
 
-A row of a path has neighbours beyond any diameter, and is a place of its own. By chance, poses of a list hardly stand so: of uniform
-ones in two joints one in twenty, in six joints none.
+Here L takes all values from small to PLACE_DIAMETER PLACE_GAP, each half the next. Where that is so, all that lies together within
+WIDER times the size of those places is one of them. A row of a path has neighbours beyond any diameter, and is a place of its own. By
+chance, poses of a list hardly stand so: of uniform ones in two joints one in twenty, in six joints none.
 """
 
 from __future__ import annotations
@@ -23,9 +24,10 @@ from robocal.measure.data import Configurations
 __all__ = ["NEAR", "joined", "places"]
 
 NEAR = 2e-4  # tolerance: rad or m, in every joint
+WIDER = 1.5  # tolerance: times the widest place that stands apart from others
 FINER = 2.0  # grid: times from one size of places to the next
 CROWD = 256  # grid: neighbours; no place of a list has so many, and all pairs of a path would be too many
-ASKED = 200  # grid: rows of which neighbours are counted
+ASKED = 100  # grid: rows of which neighbours are looked at
 
 
 def places(configurations: Configurations) -> Ints:
@@ -58,27 +60,62 @@ def _visits(configurations: Configurations, label: Ints) -> Ints:
     first = np.unique(label, return_index=True)[1]
     first = first[np.isfinite(place[first]).all(axis=1)]
     stood = place[first]
-    nearest = scipy.spatial.cKDTree(stood).query(stood, k=2, p=np.inf)[0][:, 1] if len(stood) > 1 else np.zeros(0)
-    if (nearest <= PLACE_DIAMETER).sum() < PLACE_SHARE * max(len(stood), 1):
+    times = np.bincount(label)[label[first]]  # how often each was visited as closely as encoders repeat
+    company = times > 1
+    enough = PLACE_SHARE * int(times.sum())
+    # A look at some rows is enough to know a path or a list.
+    asked = np.arange(0, len(stood), -(-len(stood) // ASKED) or 1)
+    alone, nearest = _stand_apart(stood, asked)
+    if (
+        len(stood) < 2
+        or not alone.any()
+        or times[asked[alone | company[asked]]].sum() < times[asked].sum() * PLACE_SHARE / 2
+    ):
         return label
-    own, company = np.arange(len(first)), np.zeros(len(first), dtype=bool)
-    finer = int(np.log(PLACE_DIAMETER / max(float(nearest.min()), NEAR / PLACE_GAP)) / np.log(FINER))
+    own, widest = np.arange(len(first)), 0.0
+    finer = int(np.log(PLACE_DIAMETER / max(nearest, NEAR / PLACE_GAP)) / np.log(FINER))
     # From fine to coarse: a place that is met again at a coarser level holds the finer ones.
     for size in PLACE_DIAMETER / FINER ** np.arange(finer, -1, -1):
-        near, whole = _link(stood, PLACE_GAP * float(size))
-        order = np.argsort(near, kind="stable")
-        starts = np.flatnonzero(np.append(True, np.diff(near[order]) > 0))
-        rows = stood[order]
-        span = (np.maximum.reduceat(rows, starts) - np.minimum.reduceat(rows, starts)).max(axis=1)
-        count = np.diff(np.append(starts, len(order)))
-        compact = np.repeat((span <= size) & (count > 1), count) & whole
-        own[order[compact]] = np.repeat(order[starts], count)[compact]
-        company[order[compact]] = True
-    if company.sum() < PLACE_SHARE * len(first):
+        some, lead, span = _compact(stood, float(size), PLACE_GAP * float(size))
+        own[some], company[some], widest = lead, True, max(widest, span)
+    if times[company].sum() < enough:
         return label
+    # Who visits places visits those too that have another one nearer than that: they are about as large as the widest.
+    size = min(WIDER * widest, PLACE_DIAMETER)
+    some, lead, _ = _compact(stood, size, size)
+    own[some] = lead
     merged = np.arange(len(label))
     merged[label[first]] = label[first[own]]
     return _first(place, merged[label])
+
+
+def _stand_apart(stood: Array, asked: Ints) -> tuple[Bools, float]:
+    """Which of some rows may stand at a place with company, which no other one is near to, and the least distance of any to its next."""
+    k = min(CROWD, len(stood) - 1)
+    if k < 1:
+        return np.zeros(len(asked), dtype=bool), np.inf
+    far = np.zeros((len(asked), len(stood)))
+    for values in stood.T:
+        np.maximum(far, np.abs(values[asked, None] - values), out=far)
+    far = np.sort(np.partition(far, k, axis=1)[:, : k + 1], axis=1)
+    after = np.column_stack([far[:, 2:], np.full(len(far), np.inf if k == len(stood) - 1 else 0.0)])
+    near = far[:, 1:]
+    alone = np.asarray(((near <= PLACE_DIAMETER) & (after > PLACE_GAP * near)).any(axis=1))
+    return alone, float(near.min())
+
+
+def _compact(stood: Array, size: float, gap: float) -> tuple[Ints, Ints, float]:
+    """Rows (m, n) with company within `size` and nothing else within `gap`: which, the first of each one's company, and how far the
+    widest of these reaches."""
+    near, whole = _link(stood, gap)
+    order = np.argsort(near, kind="stable")
+    starts = np.flatnonzero(np.append(True, np.diff(near[order]) > 0))
+    rows = stood[order]
+    span = (np.maximum.reduceat(rows, starts) - np.minimum.reduceat(rows, starts)).max(axis=1)
+    count = np.diff(np.append(starts, len(order)))
+    good = (span <= size) & (count > 1) & whole[order[starts]]
+    some = np.repeat(good, count)
+    return order[some], np.repeat(order[starts], count)[some], float(span[good].max(initial=0.0))
 
 
 def _first(place: Array, label: Ints) -> Ints:
