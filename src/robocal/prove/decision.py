@@ -27,7 +27,15 @@ import numpy as np
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
 from robocal.diagnose.hypotheses.lost_zeros import lost_zeros
-from robocal.diagnose.limits import BENT_LEAVES, FINEST_ERROR, HOLD_OUT_PLACES, HOLD_OUT_SHARE, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
+from robocal.diagnose.limits import (
+    BENT_LEAVES,
+    FINEST_ERROR,
+    HOLD_OUT_PLACES,
+    HOLD_OUT_SHARE,
+    ZERO_CHANGE,
+    ZERO_LOST,
+    ZERO_SIGMA,
+)
 from robocal.diagnose.rounding import rounding_rms
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import Uncertainty
@@ -177,7 +185,11 @@ def find_zeros(model: M, data: DataSet, fit: Fit) -> tuple[M, dict[str, float]] 
 def _asks_for_zeros(model: Model, fit: Fit) -> bool:
     """Whether geometry moved as no making leaves it, or millimetres are left."""
     x, at = fit.solution.x[0], fit.problem.table.index
-    moved = (abs(float(x[at[n]]) - model.table[n].value) / model.table[n].scale for n in fit.problem.free if n in model.geometric)
+    moved = (
+        abs(float(x[at[n]]) - model.table[n].value) / model.table[n].scale
+        for n in fit.problem.free
+        if n in model.geometric
+    )
     return any(m > ZERO_CHANGE for m in moved) or any(g.unit == "m" and g.rms > BENT_LEAVES for g in fit.groups)
 
 
