@@ -20,13 +20,14 @@ from robocal.diagnose import limits
 from robocal.diagnose.hypotheses.explain import finite_sights, rows_of, taken
 from robocal.diagnose.hypotheses.lockstep import SoftPrior, fit_trials, reach_of
 from robocal.diagnose.hypotheses.sights import Sights
-from robocal.measure.data import DataSet
+from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Mechanism
 from robocal.measure.reach import reach as reach_poses
 from robocal.parameters import TYPICAL
 
 __all__ = ["lost_zeros"]
 
+IN_BASE = Frame("base")  # of an instrument that reads in base coordinates
 PROBE = 1.0  # rad: a turn that shows whether a joint's zero is seen
 ASIDE = 0.05  # of the reach: a thing on the last axis would tell nothing of that joint, wherever it is in truth
 GRID = (36, 8, 6)  # steps of a turn: of one joint, of two and of three together
@@ -37,6 +38,8 @@ ANY, NEAR = 3.0, 0.015  # rad: how softly zeros are held where they may be anywh
 
 def lost_zeros(chain: Mechanism, data: DataSet) -> dict[str, float]:
     """The offset of every joint whose zero is lost, rad, by its name; empty where nothing is lost or nobody can tell."""
+    framed = (replace(o, frame=o.frame or IN_BASE) for o in data.observations)
+    data = DataSet(data.configurations, tuple(framed))
     rows = rows_of(data)
     seen = None if rows is None else finite_sights(chain, taken(data, rows))
     if seen is None or seen.places < limits.HYPOTHESIS_PLACES:
