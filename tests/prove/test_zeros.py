@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from trials import joints, observations, perturbed
 
-from robocal.files.robot import open_robot
+from robocal.arms.chain import joint_offsets, with_offsets
+from robocal.files.robot import open_robot, render_robot
+from robocal.files.urdf_into import urdf_text
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet
@@ -56,3 +58,42 @@ def test_a_zero_that_somebody_vouches_for_stays(measured):
     sure = replace(wrong, table=wrong.table.with_priors({"j5.theta": 1e-4}))
     found = identify(sure, data, Options(leave_one_out=False))
     assert found.verdict.status == "refused"
+
+
+@pytest.fixture(scope="module")
+def urdf(tmp_path_factory):
+    """A robot in the conventions that hold a joint's zero: its frames say the same."""
+    path = tmp_path_factory.mktemp("arm") / "arm.urdf"
+    path.write_text(urdf_text(open_robot("irb-120").chain)[0])
+    return open_robot(str(path))
+
+
+LOST = [{"j3": -118.0}, {"j4": 12.0}, {"j2": 64.0, "j5": -141.0}, {"j2": -27.0, "j3": 61.0, "j4": 166.0}]
+
+
+@pytest.mark.sampled(2)
+@pytest.mark.parametrize("written_as", ["urdf", "dh"])
+@pytest.mark.parametrize("lost", LOST, ids=lambda v: "-".join(v))
+def test_zeros_are_found_at_any_angle_in_any_convention(urdf, written_as, lost):
+    chain = urdf.chain if written_as == "urdf" else open_robot("irb-120").chain
+    rng = np.random.default_rng(11)
+    truth = with_offsets(perturbed(chain, rng, 0.5), {j: float(np.deg2rad(v)) for j, v in lost.items()})
+    data = synthesise(truth, DataSet(joints(chain, rng, 50), (replace(observations("position", 50), frame=None),)), rng)
+    found = identify(chain, data, Options(leave_one_out=False))
+    assert found.verdict.status == "improved", found.verdict.reasons
+    told = dict(joint_offsets(chain, {n: found.corrected.table[n].value for n in chain.table.names}))
+    for joint in chain.joint_names[1:-1]:
+        assert np.rad2deg(told[joint]) == pytest.approx(lost.get(joint, 0.0), abs=3.0), joint
+    remark = next(str(w) for w in found.warnings if w.code == "zero-lost")
+    assert all(j in remark for j in lost)
+
+
+def test_a_urdf_holds_zeros_in_its_origins(urdf, tmp_path):
+    chain = urdf.chain
+    values = {"j2.offset": 0.9, "j4.offset": -2.4, "j4.x": chain.table["j4.x"].value + 2e-3}
+    text, left_out = render_robot(urdf, values)
+    assert not left_out
+    (tmp_path / "turned.urdf").write_text(text)
+    q = np.random.default_rng(1).uniform(-1, 1, (20, 6))
+    again = open_robot(str(tmp_path / "turned.urdf")).chain.pose(q)
+    assert np.abs(again - chain.with_values(values).pose(q)).max() < 1e-12

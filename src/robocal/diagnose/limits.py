@@ -178,7 +178,6 @@ IMPLAUSIBLE_CHANGE = limit(20.0, "times what is expected", "20 mm or 6 deg: no a
 UNMADE_SIGMA = limit(5.0, "sigma", "A change that is none of the fit's own uncertainty.")
 ZERO_CHANGE = limit(10.0, "times what is expected", "10 mm or 3 deg: from here on a joint's zero is tried instead.")
 ZERO_SIGMA = limit(5.0, "sigma", "A change that is none of the fit's own uncertainty.")
-ZERO_SEEN = limit(0.01, "of what is left", "A joint that was turned by a radian and leaves the same tells nothing of its zero.")
 ZERO_LOST = limit({"rad": 0.5, "m": 0.1}, "rad, m", "So far a zero may be off that was lost.")
 WORSE_CHANCE = limit(0.025, "chance",
     "That the nominal model is better in the working range: more is no proof, as for the gain.", "tests/statistics/test_region.py")

@@ -15,8 +15,8 @@ __all__ = ["LOST", "lost_zeros_found"]
 
 LOST = declare(
     "zero-lost",
-    "where joints count from is off by: {zeros}",
-    "Add these angles to what the joints show, or write the calibrated robot to the controller. Set the mastering anew where it was lost.",
+    "joints count from elsewhere than the robot's file says; add to what they show: {zeros}",
+    "Write the calibrated robot to the controller, or these angles as joint offsets. Where a mastering was lost, set it anew.",
 )
 
 

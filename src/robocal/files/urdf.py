@@ -12,6 +12,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 import numpy as np
 
@@ -37,6 +40,7 @@ from robocal.files.urdftree import (
     root_of,
 )
 from robocal.files.yamlio import Path_, YamlDocument
+from robocal.geometry import se3
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -179,7 +183,7 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
 
 def edit_urdf(text: str, arm: Chain, changed: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
     """The URDF with the origins of an arm that other values have moved, and the names that a URDF cannot hold."""
-    data = text.encode("utf-8")
+    data, changed = text.encode("utf-8"), _turn_origins(arm, changed)
     owners = {n.rpartition(".")[0] for n in arm.table.names} - set(RESERVED)
     origin = {f"{o}.{s}" for o in owners for s in FRAME_SYMBOLS}
     left_out = tuple(n for n in changed if n not in origin)
@@ -203,6 +207,22 @@ def edit_urdf(text: str, arm: Chain, changed: Mapping[str, float]) -> tuple[str,
     for start, end, new in sorted(splices, reverse=True):
         data = data[:start] + new + data[end:]
     return data.decode("utf-8"), left_out
+
+
+def _turn_origins(arm: Chain, changed: Mapping[str, float]) -> dict[str, float]:
+    """The same changes with the zeros of joints in the origins before them: T Q(axis, q + offset) = (T Q(axis, offset)) Q(axis, q)."""
+    out = dict(changed)
+    given: Any = arm.meta.get("rows", ())
+    for row in given:
+        names = [f"{row['name']}.{s}" for s in FRAME_SYMBOLS]
+        offset = out.pop(f"{row['name']}.offset", 0.0)
+        if offset:
+            axis = np.asarray(row["axis"], float)
+            screw = np.zeros(6)
+            screw[slice(3) if row["type"] == "prismatic" else slice(3, 6)] = offset * axis / np.linalg.norm(axis)
+            origin = se3.from_vector(np.array([out.get(n, arm.table[n].value) for n in names]))
+            out |= dict(zip(names, se3.to_vector(origin @ se3.from_vector(screw)).tolist(), strict=True))
+    return out
 
 
 def _origin_splices(data: bytes, joint: Node, words: Mapping[str, str]) -> list[tuple[int, int, bytes]]:

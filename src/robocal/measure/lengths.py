@@ -16,7 +16,7 @@ import numpy as np
 
 from robocal._jit import as_kernel_array
 from robocal._types import Array, Bools, Ints
-from robocal.cables.geometry import SYMBOLS, lengths
+from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
@@ -27,7 +27,7 @@ from robocal.measure.machine import Model
 from robocal.measure.rows import METRES, Kind, Rows, register
 from robocal.parameters import Parameter
 
-__all__ = ["LENGTHS", "locate_platform", "owner", "read_everywhere", "zeros_at"]
+__all__ = ["LENGTHS", "locate_platform", "owner", "read_everywhere", "readings", "zeros_at"]
 
 CHUNK = 1 << 17  # numbers of poses and their Jacobians at once
 ZERO = "l0"
@@ -171,6 +171,13 @@ def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dic
     return out
 
 
+def readings(robot: CableRobot, obs: Observations, count: int) -> Array:
+    """What the sensor of every cable showed at each of so many configurations (U, m) in m, NaN where nothing was read."""
+    table = np.full((count, len(robot.cables)), np.nan)
+    table[obs.configuration, obs.extra["cable"].astype(np.int64)] = _gain(obs) * obs.value[:, 0]
+    return table
+
+
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term for all cables, their rows one cable after the other."""
     cables = cable_robot_of(builder.machine, WHAT).cables
@@ -197,8 +204,7 @@ def locate_platform(machine: Model, obs: Observations, wanted: Bools) -> Array:
     if owner(obs):
         return out  # nobody knows what they count from
     robot = cable_robot_of(machine, WHAT)
-    table = np.full((len(wanted), len(robot.cables)), np.nan)
-    table[obs.configuration, obs.extra["cable"].astype(np.int64)] = _gain(obs) * obs.value[:, 0]
+    table = readings(robot, obs, len(wanted))
     some = np.flatnonzero(wanted & np.isfinite(table).all(axis=1))
     turned = len(robot.cables) >= len(robot.axes)
     axes = tuple(i for i in robot.axes if turned or i < 3)

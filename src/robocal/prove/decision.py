@@ -176,7 +176,11 @@ def find_zeros(model: M, data: DataSet, fit: Fit) -> tuple[M, dict[str, float]] 
 def _asks_for_zeros(model: Model, fit: Fit) -> bool:
     """Whether geometry moved as no making leaves it, or millimetres are left."""
     x, at = fit.solution.x[0], fit.problem.table.index
-    moved = (abs(float(x[at[n]]) - model.table[n].value) / model.table[n].scale for n in fit.problem.free if n in model.geometric)
+    moved = (
+        abs(float(x[at[n]]) - model.table[n].value) / model.table[n].scale
+        for n in fit.problem.free
+        if n in model.geometric
+    )
     return any(m > ZERO_CHANGE for m in moved) or any(g.unit == "m" and g.rms > BENT_LEAVES for g in fit.groups)
 
 

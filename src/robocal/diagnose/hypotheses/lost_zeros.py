@@ -20,21 +20,26 @@ from robocal.diagnose import limits
 from robocal.diagnose.hypotheses.explain import finite_sights, rows_of, taken
 from robocal.diagnose.hypotheses.lockstep import SoftPrior, fit_trials, reach_of
 from robocal.diagnose.hypotheses.sights import Sights
-from robocal.measure.data import DataSet
+from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Mechanism
+from robocal.measure.reach import reach as reach_poses
 from robocal.parameters import TYPICAL
 
 __all__ = ["lost_zeros"]
 
+IN_BASE = Frame("base")  # of an instrument that reads in base coordinates
 PROBE = 1.0  # rad: a turn that shows whether a joint's zero is seen
-GRID = (36, 8, 4)  # steps of a turn: of one joint, of two and of three together
-BEST, KEPT = 40, 6  # of the grid, and of what is refined
+ASIDE = 0.05  # of the reach: a thing on the last axis would tell nothing of that joint, wherever it is in truth
+GRID = (36, 8, 6)  # steps of a turn: of one joint, of two and of three together
+BEST, KEPT = 80, 8  # of the grid, and of what is refined
 ROUNDS = (12, 12, 25)
 ANY, NEAR = 3.0, 0.015  # rad: how softly zeros are held where they may be anywhere, and where nothing is lost
 
 
 def lost_zeros(chain: Mechanism, data: DataSet) -> dict[str, float]:
     """The offset of every joint whose zero is lost, rad, by its name; empty where nothing is lost or nobody can tell."""
+    framed = (replace(o, frame=o.frame or IN_BASE) for o in data.observations)
+    data = DataSet(data.configurations, tuple(framed))
     rows = rows_of(data)
     seen = None if rows is None else finite_sights(chain, taken(data, rows))
     if seen is None or seen.places < limits.HYPOTHESIS_PLACES:
@@ -44,7 +49,7 @@ def lost_zeros(chain: Mechanism, data: DataSet) -> dict[str, float]:
         stated = float(fit_trials(chain, seen, SoftPrior.of_chain(chain, NEAR)).left[0])
         if stated <= limits.MISFIT_ASKS * reach:
             return {}
-        joints = _joints_seen(chain, seen)
+        joints = _joints_seen(chain, seen, reach)
         zeros, left = _search(chain, seen, joints)
     if not left * limits.EXPLAINED_CLEARLY <= stated or left > limits.MAKING_LEAVES * reach:
         return {}
@@ -59,13 +64,18 @@ def _shifted(seen: Sights, zeros: Array) -> Sights:
     return replace(seen, joints=seen.joints + zeros[:, None], **own)
 
 
-def _joints_seen(chain: Mechanism, seen: Sights) -> Ints:
-    """The turning joints whose zero the frames do not answer."""
+def _joints_seen(chain: Mechanism, seen: Sights, reach: float) -> Ints:
+    """The turning joints whose zero the frames do not answer: readings that the nominal arm would give are met by no frames once
+    such a joint is turned."""
+    things = seen.things.copy()
+    things[:, :3, 3] += np.where(seen.things_free[:, :3], ASIDE * reach, 0.0)
+    thing = seen.thing[0]
+    pose = seen.frames[seen.frame] @ reach_poses(chain, seen.joints[0], (), seen.columns)[0] @ things[thing]
+    exact = replace(seen, place=pose[None, :, :3, 3], turn=pose[None, :, :3, :3])
     turning = np.array([i for i, j in enumerate(chain.joints) if j.type != "prismatic"], dtype=np.int64)
-    zeros = np.zeros((len(turning) + 1, len(chain.joints)))
+    zeros = np.zeros((len(turning), len(chain.joints)))
     zeros[np.arange(len(turning)), turning] = PROBE
-    left = fit_trials(chain, _shifted(seen, zeros)).left
-    return turning[np.abs(left[:-1] - left[-1]) > limits.ZERO_SEEN * left[-1]]
+    return turning[fit_trials(chain, _shifted(exact, zeros)).left > limits.MISFIT_ASKS * reach]
 
 
 def _grid(count: int, joints: Ints) -> Array:

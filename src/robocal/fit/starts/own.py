@@ -18,6 +18,7 @@ from itertools import product
 import numpy as np
 
 from robocal._types import Array, Bools, Ints
+from robocal.fit.starts.unknown_zeros import replace_by_anchors
 from robocal.geometry import se3
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model, freedom_of
@@ -44,8 +45,12 @@ def place_configurations(model: Model, data: DataSet) -> DataSet:
             vector = se3.to_vector(found[good])
             vector[:, [i for i in range(6) if i not in freedom]] = 0.0
             start[good] = vector
+    unsaid = np.ones(count, dtype=np.bool_) if given is None else np.isnan(given).any(axis=1)
     lacking = np.isnan(start).any(axis=1)
     start[lacking] = 0.0 if lacking.all() else np.median(start[~lacking], axis=0)
+    start = replace_by_anchors(
+        model, data, start, unsaid, lambda obs: _pose(model, obs, np.ones(count, dtype=np.bool_))
+    )
     return replace(data, configurations=replace(data.configurations, start=start))
 
 

@@ -1,0 +1,57 @@
+"""Poses of a platform whose cables count from nobody knows where: they start where the anchors are that the lengths ask for.
+
+Asked only where poses, as an instrument saw them, and lengths contradict each other from any zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from robocal._types import Array, Bools
+from robocal.geometry import fits, se3
+from robocal.measure.data import DataSet, Observations
+from robocal.measure.machine import Model
+
+__all__ = ["replace_by_anchors"]
+
+ASKS = 0.01  # of the machine: no zero explains so much
+CLEARLY = 0.5  # of that, which another start must leave
+FEWEST = 6  # poses
+
+
+def replace_by_anchors(
+    model: Model, data: DataSet, start: Array, lacking: Bools, seen_by: Callable[[Observations], Array]
+) -> Array:
+    """The start (U, 6) with those that were `lacking` (U,) placed anew where lengths and the poses of an instrument contradict each
+    other; `seen_by` gives T_base_tool (U, 4, 4) as an observation of poses has it, with its frame as stated."""
+    watched = [o for o in data.observations if o.kind == "pose" and o.frame is not None and o.frame.mount == "base"]
+    drawn = [o for o in data.observations if o.kind == "lengths"]
+    if not watched or not drawn or not lacking.any():
+        return start
+    from robocal.cables.geometry import CableRobot
+    from robocal.measure.cable.seen_anchors import machine_size, place_by_anchors, zero_spread
+
+    robot = model.part(CableRobot)
+    if robot is None:
+        return start
+    out, least = np.array(start), ASKS * machine_size(robot)
+    for obs in watched:
+        seen = seen_by(obs)
+        known = np.isfinite(seen[:, 0, 0])
+        if known.sum() < FEWEST:
+            continue
+        free = obs.frame is not None and all(obs.frame.free)
+        here = se3.from_vector(out)
+        as_begun = fits.rigid(seen[known, :3, 3], here[known, :3, 3]) @ seen if free else seen
+        for lengths in drawn:
+            left = zero_spread(robot, lengths, as_begun)
+            if left <= least and free:
+                continue
+            placed = place_by_anchors(robot, lengths, seen) if free else seen
+            if placed is not None and zero_spread(robot, lengths, placed) < CLEARLY * left:
+                vector = se3.to_vector(placed[known & lacking])
+                out[known & lacking] = vector
+                break
+    return out
