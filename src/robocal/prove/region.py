@@ -9,11 +9,12 @@ q): a tool that cannot be told from an instrument's frame, as on a grid measured
 With e = J dx the error of the model, that of the baseline is e - d, and the baseline is the better one where
 mean |e - d|^2 < mean |e|^2:
 
-    P(2 g^T dx > moved^2),    g = mean over q of J(q)^T d(q),    var(g^T dx) = g^T C g
+    P(2 g^T dx > moved^2),    g = mean over q of J(q)^T d(q),    var(g^T dx) = g^T C g,    E[g^T dx] = g^T G E[s]
 
 Where band exceeds moved, the correction is proven near the measurements alone; in a range that somebody named it must also be
 the better one with as much confidence as the gain itself. Where nobody named one, it is what the measured joints span, and
-held-out measurements have told already; unless each stood beside one that was fitted, as where all poses lie in a few
+held-out measurements have told already; not of a scale s of their instrument that is not known (G, `fit.scale`), for they share
+it; and unless each stood beside one that was fitted, as where all poses lie in a few
 clusters: then they told nothing of the way between these.
 """
 
@@ -29,8 +30,9 @@ from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Given, When, check, once, qualify
 from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, WORSE_CHANCE
 from robocal.diagnose.scale import common_scale
-from robocal.estimate.uncertainty import band
+from robocal.estimate.uncertainty import Total, band
 from robocal.fit.options import JointRegion
+from robocal.fit.scale import without_scales
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.measure.reach import reach
@@ -52,7 +54,8 @@ SPAN = "range that the measured joints span"
 class Holds:
     """Rms over n configurations of the working range (m): what the model may be off by, and what the correction moves; and
     the chance that the nominal model is the better one there. `asked` says that this chance decides too, `sized` that the data
-    see how long the arm is; else all are up to one factor on its lengths."""
+    see how long the arm is; else all are up to one factor on its lengths; `alone` is the band beside scales of instruments that are not
+    known (m; None: there are none), `unseen` the chance that those alone make the nominal model the better one."""
 
     name: str
     band: float
@@ -61,12 +64,15 @@ class Holds:
     n: int
     asked: bool = True
     sized: bool = True
+    alone: float | None = None
+    unseen: float = 0.0
 
     @property
     def region(self) -> str:
         """`working` where the correction holds in the whole range, else `measured`."""
-        sure = self.chance <= WORSE_CHANCE or not self.asked
-        return "working" if self.band <= self.moved and sure else "measured"
+        sure = (self.chance <= WORSE_CHANCE or not self.asked) and self.unseen <= WORSE_CHANCE
+        band = self.band if self.alone is None else self.alone
+        return "working" if band <= self.moved and sure else "measured"
 
 
 def region_of_limits(chain: Model, data: DataSet) -> JointRegion:
@@ -99,16 +105,35 @@ def range_of(context: Decision[Model]) -> Holds | None:
     region = known or region_between_poses(context.model, data)
     scaled = scale is None or scale.observable or not scale.stated
     jac, covariance, moved = _shape(context, region.joints, scaled)
-    far, square = float(np.mean(band(jac, covariance) ** 2)), float(np.mean(np.sum(moved**2, axis=1)))
-    along = np.einsum("mai,ma->i", jac, moved) / len(moved)
-    spread = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0)))
-    chance = float(scipy.special.stdtr(min(off.dof, 1e9), -square / spread)) if spread > 0 else 0.0
-    found = (float(np.sqrt(far)), float(np.sqrt(square)), chance)
+    far, square = _rms(jac, covariance), float(np.mean(np.sum(moved**2, axis=1)))
+    scales = context.need_fit.scales
+    alone = None if scales is None else _rms(jac, _covariance(context.model, without_scales(off)))
+    chance, unseen = _chances(context, jac, covariance, moved)
+    found = far, float(np.sqrt(square)), chance
     if not np.isfinite(found).all():
         return None
     proof = context.proof
     near = chance > WORSE_CHANCE and proof is not None and beside(data.configurations.joints, proof.split)
-    return Holds(region.name, *found, len(region.joints), known is not None or near, scaled)
+    return Holds(region.name, *found, len(region.joints), known is not None or near, scaled, alone, unseen)
+
+
+def _rms(jac: Array, covariance: Array) -> float:
+    return float(np.sqrt(np.mean(band(jac, covariance) ** 2)))
+
+
+def _chances(context: Decision[Model], jac: Array, covariance: Array, moved: Array) -> tuple[float, float]:
+    """That the nominal model is the better one; and that the scales of instruments alone make it so, which no measurement by the same
+    instruments can tell, held out or not."""
+    off, scales = context.need_fit.total, context.need_fit.scales
+    along, square = np.einsum("mai,ma->i", jac, moved) / len(moved), float(np.mean(np.sum(moved**2, axis=1)))
+    spread, shift, own = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0))), 0.0, 0.0
+    if scales is not None:
+        answer = 2 * along @ scales.response[_places(context.model, off)]
+        shift, own = float(answer @ scales.mean), float(np.linalg.norm(answer * scales.sigma))
+    one, other = (
+        float(scipy.special.stdtr(min(off.dof, 1e9), (shift - square) / s)) if s > 0 else 0.0 for s in (spread, own)
+    )
+    return one, other
 
 
 def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array, Array, Array]:
@@ -124,8 +149,17 @@ def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array
     field = np.concatenate(moved, axis=2).reshape(3 * len(joints), -1)
     both = np.column_stack([gap.reshape(-1, 1), jac.reshape(len(field), -1)])
     both -= field @ np.linalg.lstsq(field, both, rcond=None)[0]
-    at = [off.names.index(n) for n in names]
-    return both[:, 1:].reshape(len(joints), 3, -1), off.covariance[np.ix_(at, at)], both[:, 0].reshape(-1, 3)
+    return both[:, 1:].reshape(len(joints), 3, -1), _covariance(model, off), both[:, 0].reshape(-1, 3)
+
+
+def _places(model: Model, total: Total) -> list[int]:
+    """Where the names of the machine stand among all."""
+    return [total.names.index(n) for n in parameters_of(model, total)]
+
+
+def _covariance(model: Model, total: Total) -> Array:
+    at = _places(model, total)
+    return total.covariance[np.ix_(at, at)]
 
 
 def beside(joints: Array, split: Split) -> bool:
