@@ -25,7 +25,15 @@ import numpy as np
 
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
-from robocal.diagnose.limits import FINEST_ERROR, HOLD_OUT_PLACES, HOLD_OUT_SHARE, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
+from robocal.diagnose.limits import (
+    FINEST_ERROR,
+    FOLDS,
+    HOLD_OUT_PLACES,
+    HOLD_OUT_SHARE,
+    ZERO_CHANGE,
+    ZERO_LOST,
+    ZERO_SIGMA,
+)
 from robocal.diagnose.rounding import rounding_rms
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import Uncertainty
@@ -39,6 +47,7 @@ from robocal.fit.starts.own import place_configurations
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.progress import Watch
+from robocal.prove.default_folds import likely_lost
 from robocal.prove.evidence import Evidence, Gain
 from robocal.prove.judge import Proof, Proven, absolute_observations, constant_of, drawn, units_of, unseen_of
 from robocal.prove.prove import fit_beside_baseline, prove
@@ -166,6 +175,7 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
     _numbers(data)
     data = place_configurations(model, data)
     count = len(np.unique(places(data.configurations)))
+    usual = options.hold_out is None and options.folds is None
     if options.hold_out is None:
         enough = count >= HOLD_OUT_PLACES and options.folds is None
         options = replace(options, hold_out=HOLD_OUT_SHARE if enough else 0.0)
@@ -175,6 +185,9 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
     clean, start, whole, base = fit_beside_baseline(model, data, everyone, options, watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return decide(likelier, data, options, watch)
+    if usual and options.hold_out and likely_lost(clean, base, whole, options):
+        options = replace(options, folds=FOLDS, hold_out=0.0)
+        split = make_split(data, 0.0, folds=FOLDS, blocks=options.blocks, seed=options.seed)
     fits = model, clean, base, whole, options, watch
     return Decision(*fits, start=start, proven=prove(Context(*fits), data, split))
 

@@ -28,7 +28,7 @@ import scipy
 
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Given, When, check, once, qualify
-from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, WORSE_CHANCE
+from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, SCALE_WORSE_CHANCE, WORSE_CHANCE
 from robocal.diagnose.scale import common_scale
 from robocal.estimate.uncertainty import Total, band
 from robocal.fit.options import JointRegion
@@ -70,7 +70,7 @@ class Holds:
     @property
     def region(self) -> str:
         """`working` where the correction holds in the whole range, else `measured`."""
-        sure = (self.chance <= WORSE_CHANCE or not self.asked) and self.unseen <= WORSE_CHANCE
+        sure = (self.chance <= WORSE_CHANCE or not self.asked) and self.unseen <= SCALE_WORSE_CHANCE
         band = self.band if self.alone is None else self.alone
         return "working" if band <= self.moved and sure else "measured"
 
