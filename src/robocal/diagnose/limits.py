@@ -184,6 +184,13 @@ WORSE_CHANCE = limit(0.025, "chance",
 FRAME_RANGE = limit(0.7, "of the box of the frame anchors",
     "Where a platform works, unless somebody says otherwise: beyond, cables pull to one side.", "tests/prove/test_region_of_cables.py")
 FRAME_FLAT = limit(0.1, "of its largest extent", "A frame that is thinner says nothing of how far its platform moves across it.")
+SCALE_WORSE_CHANCE = limit(0.15, "chance",
+    "That the scale of an instrument makes the nominal model the better one; no reading of that instrument can tell.",
+    "tests/statistics/test_wrong_markers.py")
+FOLDS = limit(5, "folds", "As many rounds as a hold-out has fifths.")
+FOLDS_PLACES = limit(400, "places", "Of more a held-out fifth is not few.")
+FOLDS_SIGMA = limit(3.0, "sigma",
+    "A gain that a held-out fifth shows so clearly is lost in one case of six.", "tests/prove/test_default_folds.py")
 BESIDE_NEAR = limit(0.02, "of the distance of two places", "A fiftieth of the way to another place is no other place.")
 BESIDE_SHARE = limit(0.5, "of what was held out", "Held-out places beside fitted ones tell nothing of the way between them.")
 FRAME_SEEN = limit(10.0, "times what is expected", "A direction of a frame that all rows see is seen beyond doubt.")

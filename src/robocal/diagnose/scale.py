@@ -24,8 +24,10 @@ import scipy
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, check_fit_twice, of_remarks, once
+from robocal.fit.scale import without_scales
 from robocal.measure.base import Rows
 from robocal.measure.machine import Model
+from robocal.measure.rows import scale_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -36,7 +38,7 @@ __all__ = ["Scale", "common_scale"]
 class Scale:
     """The lengths are 1 + `factor` times the nominal ones, within `sigma`; its parts: what the fit and a stated length leave
     open, and what making leaves. `stated` says that the data have no other scale than a stated length, `common` that the factor
-    explains the changes better than one length does."""
+    explains the changes better than one length does, `known` that the scale of every instrument is."""
 
     factor: float
     sigma: float
@@ -44,6 +46,7 @@ class Scale:
     making: float
     stated: bool
     common: bool
+    known: bool = False
 
     @property
     def observable(self) -> bool:
@@ -59,7 +62,7 @@ class Scale:
         """Whether no arm's making leaves that."""
         return (
             self._notable
-            and abs(self.factor) > (limits.SCALE_SIGMA if self.stated else limits.SCALE_READ_SIGMA) * self.sigma
+            and abs(self.factor) > (limits.SCALE_READ_SIGMA if self.known else limits.SCALE_SIGMA) * self.sigma
         )
 
     @property
@@ -78,7 +81,7 @@ class Scale:
 @once
 def common_scale(context: Context[Model]) -> Scale | None:
     """The common scale of the lengths that were fitted to everything; None where none was fitted."""
-    model, fit, off = context.model, context.need_fit, context.need_fit.total
+    model, fit, off = context.model, context.need_fit, without_scales(context.need_fit.total)
     table, x = fit.problem.table, fit.solution.x[0]
     fitted = set(fit.problem.free)
     long = [n for n in off.names if n in model.lengths]
@@ -105,7 +108,9 @@ def common_scale(context: Context[Model]) -> Scale | None:
     wider = min(_wider(white - along * float(weight @ delta)), max(1.0, limits.SCALE_WIDEST / narrow))
     fitted_part, making_part = (wider * float(np.sqrt(max(weight @ c @ weight, 0.0))) for c in (noise, making))
     stated = not any(t.metric for t in fit.problem.terms if isinstance(t, Rows))
-    return Scale(float(weight @ delta), wider * narrow, fitted_part, making_part, stated, common)
+    seen = context.need_data.observations
+    known = not any(scale_of(o) for o in seen) and (not stated or all(o.scale is not None for o in seen))
+    return Scale(float(weight @ delta), wider * narrow, fitted_part, making_part, stated, common, known)
 
 
 def _wider(left: Array) -> float:

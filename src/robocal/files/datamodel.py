@@ -7,9 +7,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat
 
-from robocal.errors import one_of
+from robocal.errors import FormatError, one_of
 from robocal.files.orientation import FORMS
 from robocal.files.schema import Columns, FileModel, FrameModel, Name, UnitsModel, Version, refuse
+from robocal.files.units import parse_quantity
 from robocal.files.unread import split_list
 
 __all__ = [
@@ -197,6 +198,32 @@ def _words(value: Any) -> Any:
     return split_list(parts)
 
 
+SCALE_MOST = 0.5  # of a length: beyond, nobody means the scale of an instrument
+
+
+def _scale(value: Any) -> Any:
+    """The standard deviation of the scale as a factor: 0 where it is known."""
+    expected = "known, or {sigma: 0.1 %}"
+    if value is None or value == "known":
+        return None if value is None else 0.0
+    if not isinstance(value, dict) or set(value) != {"sigma"} or isinstance(value["sigma"], bool):
+        refuse("not the scale of an instrument", found=value, expected=expected)
+    sigma = value["sigma"]
+    try:
+        found = float(sigma) if isinstance(sigma, int | float) else parse_quantity(str(sigma), "1", key="scale.sigma")
+    except FormatError:
+        refuse(
+            "not the standard deviation of a scale",
+            found=sigma,
+            expected="a share with its unit, such as 0.1 %, or 0.001",
+        )
+    if not 0 < found < SCALE_MOST:
+        refuse(
+            "not the standard deviation of a scale", found=sigma, expected="above 0 and below 50 %; known where it is 0"
+        )
+    return found
+
+
 class DataModel(FileModel):
     """data.yaml; a kind of measurement adds its own keys."""
 
@@ -210,6 +237,9 @@ class DataModel(FileModel):
     target: Annotated[Any, BeforeValidator(column_model)] = None
     configuration: dict[str, Annotated[Any, BeforeValidator(_several)]] = Field(default_factory=dict)
     group: Name | None = None  # whose noise these are; by default the instrument's, or the file's
+    scale: Annotated[Any, BeforeValidator(_scale)] = (
+        None  # of the instrument's lengths; by default as is usual for the kind
+    )
     exclude: Annotated[Any, BeforeValidator(_words)] = ()  # rows that are left out
     source: str | None = None
 

@@ -204,7 +204,7 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
         obs = Observations(
             part.kind or kind.name, where, read.value, read.sigma, frame, targets if part.targeted else (), seen,
             read.extra, read.options, group, str(table.path), None if part.nowhere else table.lines[rows], second,
-            digits=read.digits,
+            digits=read.digits, scale=model.scale,
         )  # fmt: skip
         observations.append(obs)
     warnings = remarks_on_columns(model, document)

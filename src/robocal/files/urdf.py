@@ -16,8 +16,6 @@ from typing import Any
 
 import numpy as np
 
-import numpy as np
-
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest

@@ -31,6 +31,7 @@ from robocal.fit.noise import NoiseGroup, Tau, apply_noise, assess, noise_dof, s
 from robocal.fit.options import Options
 from robocal.fit.place_noise import visit_again, weigh_visits
 from robocal.fit.repeats import places
+from robocal.fit.scale import InstrumentScales, add_scales, scales_of
 from robocal.geometry import so3
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
@@ -80,13 +81,18 @@ class Fit:
         """What the parameters may be off by, hidden partners included."""
         return self._uncertainties[1]
 
+    @property
+    def scales(self) -> InstrumentScales | None:
+        """The scales of instruments that are not known; None where all are."""
+        return self._uncertainties[2]
+
     @cached_property
     def spare(self) -> Ints:
         """How many numbers each configuration leaves beyond those that its own pose takes, (U,)."""
         return spare_numbers(self.problem, self.solution.x)
 
     @cached_property
-    def _uncertainties(self) -> tuple[Uncertainty, Total]:
+    def _uncertainties(self) -> tuple[Uncertainty, Total, InstrumentScales | None]:
         problem, x = self.problem, self.solution.x
         every, lin = problem.with_free(self.identifiability.names), None
         if problem.loss == "none" and not problem.blocks and np.array_equal(self.identifiability.x, x):
@@ -102,7 +108,9 @@ class Fit:
         visits = places(self.data.configurations)
         own = None if lin is None else lin.columns(every.column_of[problem.index])
         more = np.sqrt(uneven(problem, x, visits, own)) if np.isfinite(dof) else 1.0
-        return u, total(every, problem.free, x, factor=u.factor * float(more), dof=dof, known=known)
+        scales = scales_of(every, problem.free, x, self.data, lin)
+        whole = total(every, problem.free, x, factor=u.factor * float(more), dof=dof, known=known)
+        return u, add_scales(whole, scales), scales
 
 
 def chosen_weights(count: int, configurations: Ints) -> Array:

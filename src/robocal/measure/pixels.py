@@ -59,8 +59,9 @@ class PixelRows(SightRows):
     def stretch(self, x: Array, r: Array, first: int, rows: int) -> Array:
         """Of points that are stated 1 + s too far from the origin of their target."""
         (t, _, _), sight, _ = self.look(x, first, rows)
-        lever = np.einsum("bmij,mj->bmi", t[:, sight, :3, :3], self.point[first : first + rows])
-        jp = project(lever + t[:, sight, :3, 3], x[:, None, self.numbers])[1]
+        t = t[:, sight]
+        lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[first : first + rows])
+        jp = project(lever + t[:, :, :3, 3], x[:, None, self.numbers])[1]
         return np.asarray(-np.einsum("bmij,bmj->bmi", jp, lever))
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:

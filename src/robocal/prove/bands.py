@@ -21,6 +21,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.terms import ProblemTerm, spread
 from robocal.estimate.uncertainty import LEVEL, Total, quantile
 from robocal.fit.fit import Fit
+from robocal.fit.scale import without_scales
 from robocal.measure.data import Configurations
 from robocal.prove.statistics import Coverage
 
@@ -73,6 +74,7 @@ def mean_conditions(configurations: Configurations) -> dict[str, float]:
 def row_bands(problem: Problem, x: Array, total: Total, configurations: Ints, blind: Sequence[str] = ()) -> list[Bands]:
     """Bands of all rows at some configurations; the problem's sigma is that of a new measurement, as fitted. Rows that
     depend on one of the `blind` parameters are left out."""
+    total = without_scales(total)
     every = problem.with_weights(None).with_free(tuple(n for n in total.names if n in problem.table))
     where = [total.names.index(n) for n in every.free]
     c = total.covariance[np.ix_(where, where)]

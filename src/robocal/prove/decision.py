@@ -27,7 +27,7 @@ import numpy as np
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
 from robocal.diagnose.hypotheses.lost_zeros import lost_zeros
-from robocal.diagnose.limits import BENT_LEAVES, FINEST_ERROR, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
+from robocal.diagnose.limits import BENT_LEAVES, FINEST_ERROR, FOLDS, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
 from robocal.diagnose.rounding import rounding_rms
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import Uncertainty
@@ -40,6 +40,7 @@ from robocal.fit.starts.own import place_configurations
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.progress import Watch
+from robocal.prove.default_folds import likely_lost
 from robocal.prove.evidence import Evidence, Gain
 from robocal.prove.judge import Proof, Proven, absolute_observations, constant_of, drawn, units_of, unseen_of
 from robocal.prove.prove import fit_beside_baseline, prove
@@ -194,6 +195,7 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
         raise ModelError("the data set holds no measurement")
     _numbers(data)
     data = place_configurations(model, data)
+    usual = options.hold_out is None and options.folds is None
     if options.hold_out is None:
         held, folds = default_hold_out(data, options.folds)
         options = replace(options, hold_out=held, folds=folds)
@@ -205,6 +207,9 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
         return decide(found[0], data, replace(options, begin=found[1]), watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return decide(likelier, data, options, watch)
+    if usual and options.hold_out and likely_lost(clean, base, whole, options):
+        options = replace(options, folds=FOLDS, hold_out=0.0)
+        split = make_split(data, 0.0, folds=FOLDS, blocks=options.blocks, seed=options.seed)
     fits = model, clean, base, whole, options, watch
     return Decision(*fits, start=start, proven=prove(Context(*fits), data, split))
 

@@ -9,14 +9,15 @@ q): a tool that cannot be told from an instrument's frame, as on a grid measured
 With e = J dx the error of the model, that of the baseline is e - d, and the baseline is the better one where
 mean |e - d|^2 < mean |e|^2:
 
-    P(2 g^T dx > moved^2),    g = mean over q of J(q)^T d(q),    var(g^T dx) = g^T C g
+    P(2 g^T dx > moved^2),    g = mean over q of J(q)^T d(q),    var(g^T dx) = g^T C g,    E[g^T dx] = g^T G E[s]
 
 A machine that stands where its own lengths say has its poses from lengths in place of J (`frame_range`).
 
 Where band exceeds moved, the correction is proven near the measurements alone; in a range that somebody named it must also be
 the better one with as much confidence as the gain itself. Where nobody named one, it is what the measured joints span, and
-held-out measurements have told already; unless each stood beside one that was fitted, as where all poses lie in a few
-clusters: then they told nothing of the way between these. The middle of a frame is named by the frame, not by what was measured.
+held-out measurements have told already; not of a scale s of their instrument that is not known (G, `fit.scale`), for they share
+it; and unless each stood beside one that was fitted, as where all poses lie in a few clusters: then they told nothing of the way
+between these. The middle of a frame is named by the frame, not by what was measured.
 """
 
 from __future__ import annotations
@@ -29,10 +30,11 @@ import scipy
 
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Given, When, check, once, qualify
-from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, WORSE_CHANCE
+from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, SCALE_WORSE_CHANCE, WORSE_CHANCE
 from robocal.diagnose.scale import common_scale
 from robocal.estimate.uncertainty import band
 from robocal.fit.options import JointRegion
+from robocal.fit.scale import without_scales
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import reach
@@ -55,7 +57,8 @@ SPAN = "range that the measured joints span"
 class Holds:
     """Rms over n configurations of the working range (m): what the model may be off by, and what the correction moves; and
     the chance that the nominal model is the better one there. `asked` says that this chance decides too, `sized` that the data
-    see how long the arm is; else all are up to one factor on its lengths."""
+    see how long the arm is; else all are up to one factor on its lengths; `alone` is the band beside scales of instruments that are not
+    known (m; None: there are none), `unseen` the chance that those alone make the nominal model the better one."""
 
     name: str
     band: float
@@ -64,12 +67,15 @@ class Holds:
     n: int
     asked: bool = True
     sized: bool = True
+    alone: float | None = None
+    unseen: float = 0.0
 
     @property
     def region(self) -> str:
         """`working` where the correction holds in the whole range, else `measured`."""
-        sure = self.chance <= WORSE_CHANCE or not self.asked
-        return "working" if self.band <= self.moved and sure else "measured"
+        sure = (self.chance <= WORSE_CHANCE or not self.asked) and self.unseen <= SCALE_WORSE_CHANCE
+        band = self.band if self.alone is None else self.alone
+        return "working" if band <= self.moved and sure else "measured"
 
 
 def region_of_limits(chain: Model, data: DataSet) -> JointRegion:
@@ -106,16 +112,17 @@ def range_of(context: Decision[Model]) -> Holds | None:
             return None
         place, jac, moved, anew = framed
         jac, moved = _without(np.concatenate([motion_field(place)[:, :3], anew], axis=2), jac, moved)
-        covariance, name = off.covariance, FRAME
+        at, name = list(range(len(off.names))), FRAME
     else:
         region = known or region_between_poses(context.model, data)
-        jac, covariance, moved = _shape(context, region.joints, scaled)
+        jac, at, moved = _shape(context, region.joints, scaled)
         name = region.name
-    far, square = float(np.mean(band(jac, covariance) ** 2)), float(np.mean(np.sum(moved**2, axis=1)))
-    along = np.einsum("mai,ma->i", jac, moved) / len(moved)
-    spread = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0)))
-    chance = float(scipy.special.stdtr(min(off.dof, 1e9), -square / spread)) if spread > 0 else 0.0
-    found = (float(np.sqrt(far)), float(np.sqrt(square)), chance)
+    covariance = off.covariance[np.ix_(at, at)]
+    far, square = _rms(jac, covariance), float(np.mean(np.sum(moved**2, axis=1)))
+    scales = context.need_fit.scales
+    alone = None if scales is None else _rms(jac, without_scales(off).covariance[np.ix_(at, at)])
+    chance, unseen = _chances(context, jac, at, moved)
+    found = far, float(np.sqrt(square)), chance
     if not np.isfinite(found).all():
         return None
     proof = context.proof
@@ -124,11 +131,31 @@ def range_of(context: Decision[Model]) -> Holds | None:
     near = (
         chance > WORSE_CHANCE and not other and joints is not None and proof is not None and beside(joints, proof.split)
     )
-    return Holds(name, *found, len(moved), other or near, scaled)
+    return Holds(name, *found, len(moved), other or near, scaled, alone, unseen)
 
 
-def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array, Array, Array]:
-    """At joint values (m, n): the Jacobian of the tool (m, 3, k), the covariance of its columns, and what the correction
+def _rms(jac: Array, covariance: Array) -> float:
+    return float(np.sqrt(np.mean(band(jac, covariance) ** 2)))
+
+
+def _chances(context: Decision[Model], jac: Array, at: list[int], moved: Array) -> tuple[float, float]:
+    """That the nominal model is the better one; and that the scales of instruments alone make it so, which no measurement by the same
+    instruments can tell, held out or not."""
+    off, scales = context.need_fit.total, context.need_fit.scales
+    along, square = np.einsum("mai,ma->i", jac, moved) / len(moved), float(np.mean(np.sum(moved**2, axis=1)))
+    covariance = off.covariance[np.ix_(at, at)]
+    spread, shift, own = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0))), 0.0, 0.0
+    if scales is not None:
+        answer = 2 * along @ scales.response[at]
+        shift, own = float(answer @ scales.mean), float(np.linalg.norm(answer * scales.sigma))
+    one, other = (
+        float(scipy.special.stdtr(min(off.dof, 1e9), (shift - square) / s)) if s > 0 else 0.0 for s in (spread, own)
+    )
+    return one, other
+
+
+def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array, list[int], Array]:
+    """At joint values (m, n): the Jacobian of the tool (m, 3, k), where its columns stand among all names, and what the correction
     moves (m, 3), up to the frames, and up to one factor on all lengths unless the data are `scaled`."""
     model, off, base = context.model, context.need_fit.total, context.proven.base
     conditions, names = mean_conditions(context.need_data.configurations), parameters_of(model, off)
@@ -137,9 +164,8 @@ def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array
     here, jac = pose[:, :3, 3], jac[:, :3]
     gap = here - reach(nominal, joints, (), conditions)[0][:, :3, 3]
     moved = [motion_field(here)[:, :3], pose[:, :3, :3], *(() if scaled else (here[:, :, None],))]
-    at = [off.names.index(n) for n in names]
     jac, gap = _without(np.concatenate(moved, axis=2), jac, gap)
-    return jac, off.covariance[np.ix_(at, at)], gap
+    return jac, [off.names.index(n) for n in names], gap
 
 
 def _without(field: Array, jac: Array, gap: Array) -> tuple[Array, Array]:

@@ -33,6 +33,7 @@ from robocal.files.runfolder import (
     write_run,
 )
 from robocal.fit.estimators import describe_end, estimator
+from robocal.fit.scale import is_scale
 from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.bootstrap import Resampled
@@ -252,8 +253,9 @@ def _none_for_nan(values: Array) -> NDArray[Any]:
 def _knowledge(found: Identification[Model]) -> Knowledge:
     """What an identification knows of its parameters."""
     by_name = {p.name: p for p in found.parameters}
-    values = {n: by_name[n].identified for n in found.total.names}
-    nominal = {n: by_name[n].nominal for n in found.total.names}
+    # The scale of an instrument is a factor that nobody fitted.
+    values = {n: 1.0 if is_scale(n) else by_name[n].identified for n in found.total.names}
+    nominal = {n: 1.0 if is_scale(n) else by_name[n].nominal for n in found.total.names}
     # The first instrument of a unit speaks for new measurements in it.
     noise = {g.unit: g.sigma for g in reversed(found.groups) if math.isfinite(g.sigma)}
     known = _base_is_known(found)
@@ -264,7 +266,7 @@ def _base_is_known(found: Identification[Model]) -> bool:
     """Whether an instrument stood still on the base: no frame was free, and of a platform on cables one of the instruments is no part
     of the robot."""
     if not freedom_of(found.nominal):
-        return all(n in found.nominal.table for n in found.total.names)
+        return all(n in found.nominal.table or is_scale(n) for n in found.total.names)
     frames = [n for n in found.total.names if n not in found.nominal.table and n.rpartition(".")[2] in FRAME_SYMBOLS]
     return not frames and any(g.kind not in ABOARD for g in found.groups)
 
@@ -289,7 +291,7 @@ def _knowledge_files(found: Identification[Model], cells: dict[str, list[Any]]) 
     """The texts by file name; a method that knows no errors has none."""
     if estimator(found.options.method).blind:
         return {}
-    units = {p.name: p.unit for p in found.parameters}
+    units = {p.name: p.unit for p in found.parameters} | {n: "1" for n in found.total.names if is_scale(n)}
     return {COVARIANCE: covariance_text(_knowledge(found), units)} | ({ACCURACY: accuracy_text(cells)} if cells else {})
 
 

@@ -100,7 +100,7 @@ def explain(
     small = taken(data, doubt.rows)
     with np.errstate(all="ignore"):
         for trials in ([(c,) for c in changes], pairs(changes)):
-            order, left = _best(chain, data, small, doubt.rows, trials) if trials else ([], np.zeros(0))
+            order, left = _best(chain, data, small, doubt.rows, trials, doubt.stated) if trials else ([], np.zeros(0))
             if order and doubt.explains(best := float(left[order[0]])):
                 return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
     return None
@@ -143,19 +143,30 @@ def _rms_without_mastering(chain: Mechanism, stated: Sights, as_stated: float) -
 
 
 def _best(
-    chain: Mechanism, data: DataSet, small: DataSet, rows: list[NDArray[np.int64]], trials: Sequence[Trial]
+    chain: Mechanism,
+    data: DataSet,
+    small: DataSet,
+    rows: list[NDArray[np.int64]],
+    trials: Sequence[Trial],
+    stated: float,
 ) -> tuple[list[int], Array]:
-    """The few best of a batch in order, and what each of the batch leaves; inf where it was not looked at again."""
+    """The few best of a batch in order, and what each of the batch leaves; inf where it was not looked at again,
+    or leaves as large a share of what it reads as is left (m) as `stated`."""
     whole = [any(change.what in WHOLE for change in trial) for trial in trials]
     made = [taken(apply_all(t, data), rows) if w else apply_all(t, small) for t, w in zip(trials, whole, strict=True)]
     seen = sights(chain, made)
     assert seen is not None
     rough = fit_trials(chain, seen, rounds=3).left
     few = np.argsort(rough, kind="stable")[:BEST]
+    first = sights(chain, [small])
+    assert first is not None
     left = np.full(len(trials), np.inf)
     again = fit_trials(chain, seen.take(few), SoftPrior.of_chain(chain, SOFT))
     # Readings made so small that anything meets them are explained by nothing.
-    left[few] = np.where(again.left <= 2 * limits.MAKING_LEAVES * again.spread, again.left, np.inf)
+    small_enough = again.left <= 2 * limits.MAKING_LEAVES * again.spread
+    # Where the arm has no lengths, a smaller unit makes everything smaller, what is left like what was read.
+    as_read = again.left * first.spread[0] / again.spread
+    left[few] = np.where(small_enough & (as_read * limits.EXPLAINED_CLEARLY <= stated), again.left, np.inf)
     return [int(i) for i in np.argsort(left, kind="stable") if np.isfinite(left[i])], left
 
 

@@ -75,8 +75,7 @@ def fit_trials(chain: Mechanism, trials: Sights, held: SoftPrior | None = None, 
         better = left < best
         best = np.where(better, left, best)
         zeros[better] = state.zeros[better]
-    away = trials.place - np.median(trials.place, axis=1, keepdims=True)
-    return TrialOutcome(best, zeros, np.asarray(np.median(np.linalg.norm(away, axis=-1), axis=1)))
+    return TrialOutcome(best, zeros, trials.spread)
 
 
 class _State:

@@ -48,6 +48,12 @@ class Sights:
         """At how many different places the joints stood, in the first trial."""
         return len(np.unique(np.round(self.joints[0], 9), axis=0))
 
+    @property
+    def spread(self) -> Array:
+        """How far the places that were read spread, (B,) in m: the median distance from their median."""
+        away = self.place - np.median(self.place, axis=1, keepdims=True)
+        return np.asarray(np.median(np.linalg.norm(away, axis=-1), axis=1))
+
     def take(self, index: Ints) -> Sights:
         """Some of the trials."""
         own = {name: getattr(self, name)[index] for name in ("joints", "place", "turn", "thing")}

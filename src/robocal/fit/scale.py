@@ -1,0 +1,110 @@
+"""The scale of instruments that may read all lengths too long: how far it may be off, and what a fit that trusted it made of that.
+
+    e_k = ... + G s,    G = (J_k^T J_k + P)^-1 J_k^T C                                what kept columns take for a scale s
+    I = C^T (1 - J H^-1 J^T) C + diag(1 / sigma^2),    H = J^T J + 1                  columns in units of their expected errors
+    E[s] = -I^-1 (C^T r - C^T J H^-1 (J^T r + d)),    cov(s) = I^-1
+
+J are the columns of everything free and C those of the scales, local poses projected out; r the residuals, d how far the columns are from
+where they were expected. What making leaves says how long a machine is, often better than the scale was stated. Lindley and Smith,
+Bayes estimates for the linear model (1972).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from robocal._types import Array
+from robocal.estimate.elimination import beside_blocks, reweight
+from robocal.estimate.problem import Problem
+from robocal.estimate.terms import Linear
+from robocal.estimate.uncertainty import Total
+from robocal.measure.data import DataSet
+from robocal.measure.rows import Rows, scale_of
+from robocal.measure.stretch import stretch_columns
+
+__all__ = ["InstrumentScales", "add_scales", "is_scale", "scales_of", "without_scales"]
+
+SYMBOL = "scale"
+
+
+@dataclass(frozen=True)
+class InstrumentScales:
+    """Scales that are not known, by `names` (m): stated or usual standard deviations, and their means and standard deviations after a
+    fit; `response` (n, m) is what the fit's error takes for each, over all free names."""
+
+    names: tuple[str, ...]
+    stated: Array
+    mean: Array
+    sigma: Array
+    response: Array
+
+
+def scales_of(
+    every: Problem, kept: tuple[str, ...], x: Array, data: DataSet, lin: Linear | None
+) -> InstrumentScales | None:
+    """Of the instruments of a fit at x (1, P) of the `kept` columns of `every` free one; None where all scales are known."""
+    stated: dict[str, float] = {}
+    for obs in data.observations:
+        stated[obs.label] = max(stated.get(obs.label, 0.0), scale_of(obs))
+    groups = [g for g, s in stated.items() if s > 0]
+    if not groups:
+        return None
+    lin = reweight(every.linearize(x) if lin is None else lin, every)
+    choices: list[Callable[[Rows], bool]] = [lambda t, g=g: t.group == g for g in groups]  # type: ignore[misc]
+    c = stretch_columns(every, x, choices)
+    # Where a robust loss is used the columns count as the rows do; a scale that is not seen at all answers to nothing.
+    told = np.linalg.norm(c, axis=0) > 0
+    if not told.any():
+        return None
+    c, sigma = c[:, told], np.array([stated[g] for g in groups])[told]
+    _, left = beside_blocks(replace(lin, j=np.hstack([lin.j, c])))
+    n = every.n
+    j, c = left[:, :n] * every.scales, left[:, n:]
+    h = j.T @ j + np.eye(n)
+    pull = every.difference(x)[0] / every.scales
+    both = np.linalg.solve(h, np.column_stack([j.T @ c, j.T @ lin.r + pull]))
+    information = c.T @ c - (j.T @ c).T @ both[:, :-1] + np.diag(1 / sigma**2)
+    covariance = np.linalg.inv(information)
+    mean = -covariance @ (c.T @ lin.r - (j.T @ c).T @ both[:, -1])
+    chosen = np.isin(every.free, kept)
+    hold = every.with_free(kept).prior_root * every.scales[chosen]
+    rows = np.vstack([j[:, chosen], hold])
+    response = np.zeros((n, c.shape[1]))
+    answer = scipy.linalg.lstsq(rows, np.vstack([c, np.zeros((len(hold), c.shape[1]))]), cond=1e-12)[0]
+    response[chosen] = every.scales[chosen, None] * answer
+    names = tuple(f"{g}.{SYMBOL}" for g, seen in zip(groups, told, strict=True) if seen)
+    return InstrumentScales(names, sigma, mean, np.sqrt(np.diag(covariance)), response)
+
+
+def is_scale(name: str) -> bool:
+    """Whether a name of a `Total` is the scale of an instrument."""
+    return name.rpartition(".")[2] == SYMBOL
+
+
+def without_scales(total: Total) -> Total:
+    """What an estimate may be off by beside the scales of its instruments: readings of the same instruments share those."""
+    own = np.array([i for i, n in enumerate(total.names) if not is_scale(n)], dtype=np.int64)
+    if len(own) == len(total.names):
+        return total
+    at, names = np.ix_(own, own), tuple(total.names[i] for i in own)
+    root = None if total.root is None else total.root[at]
+    return replace(
+        total, names=names, noise=total.noise[at], response=total.response[at], expected=total.expected[own], root=root
+    )
+
+
+def add_scales(total: Total, scales: InstrumentScales | None) -> Total:
+    """What an estimate may be off by, with the scales among what was not fitted."""
+    if scales is None:
+        return total
+    n, m = len(total.names), len(scales.names)
+    noise, response = np.zeros((n + m, n + m)), np.zeros((n + m, n + m))
+    noise[:n, :n], response[:n, :n] = total.noise, total.response
+    response[:n, n:], response[n:, n:] = scales.response, -np.eye(m)
+    root = None if total.root is None else scipy.linalg.block_diag(total.root, np.diag(scales.sigma))
+    expected = np.concatenate([total.expected, scales.sigma])
+    return Total((*total.names, *scales.names), noise, response, expected, total.dof, root)
