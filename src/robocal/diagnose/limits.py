@@ -78,7 +78,8 @@ topic("Stated numbers, time and scale")
 NUMBER_SIGMA = limit(5.0, "sigma", "Beyond, a stated number of an instrument is contradicted beyond chance.", "tests/prove/test_numbers.py")
 NUMBER_SHARE = limit(0.3, "of the squares left",
     "A stated number that explains more is wrong, and a gain says nothing; less is a remark.", "tests/prove/test_numbers.py")
-LATE_SHARE = limit(0.5, "of the squares left", "Play that a path takes up one way explains up to a third.", "tests/prove/test_late.py")
+LATE_SHARE = limit(0.5, "of the squares left beyond stated noise",
+    "Play that a path takes up one way explains up to a third.", "tests/prove/test_late.py")
 LATE_DOUBT_SHARE = limit(0.1, "of the squares left", "A time offset that explains less is of no consequence.")
 PATH_STEP = limit(0.25, "of the distance of two places", "A longer step between neighbours in time is no path.")
 PATH_SHARE = limit(0.5, "of the configurations", "With fewer near neighbours the configurations were taken one by one.")
@@ -158,6 +159,9 @@ BENT_LEAVES = limit(3e-3, "m per axis", "What implausible changes may leave; an 
 KEPT_GAIN = limit(0.5, "of the gain", "The fit to everything must keep it where it has seen what the other predicted.")
 IMPLAUSIBLE_CHANGE = limit(20.0, "times what is expected", "20 mm or 6 deg: no arm is made so far from its drawing.")
 UNMADE_SIGMA = limit(5.0, "sigma", "A change that is none of the fit's own uncertainty.")
+UNMADE_FAR = limit(0.5, "m",
+    "Anchors that a tape measure tells to 0.1 m are not off by more; a wider stated error allows five times itself.",
+    "tests/prove/test_unmade_anchors.py")
 ZERO_CHANGE = limit(10.0, "times what is expected", "10 mm or 3 deg: from here on a joint's zero is tried instead.")
 ZERO_SIGMA = limit(5.0, "sigma", "A change that is none of the fit's own uncertainty.")
 ZERO_LOST = limit({"rad": 0.5, "m": 0.1}, "rad, m", "So far a zero may be off that was lost.")

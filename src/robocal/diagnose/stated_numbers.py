@@ -13,7 +13,7 @@ and the model with it: a gain says nothing then. Source: Rao, Large sample tests
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -66,17 +66,19 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
 @dataclass(frozen=True)
 class Score:
     """Of several numbers that were held, each with its column: the one that lowers the squares most, by how much it changes, how
-    many sigma that is, and which share of the squares it explains."""
+    many sigma that is, and which share of the squares it explains; `addends` (N,) are the terms, one a row, of the sum
+    whose scatter that sigma tells."""
 
     column: int
     change: float
     t: float
     share: float
+    addends: Array = field(compare=False, repr=False)
 
 
-def score(j: Array, r: Array, scales: Array, c: Array) -> Score | None:
+def score(j: Array, r: Array, scales: Array, c: Array, taken: int = 0) -> Score | None:
     """What residuals r (N,) say of further columns c (N, k) beside those that were fitted, j (N, n), of numbers of these `scales`
-    (n,); None where nothing is left, or nothing can be told."""
+    (n,), and beside so many that were `taken` out of all of them; None where nothing is left, or nothing can be told."""
     # The fitted ones are held softly: otherwise all could shrink to a point with the number, and nothing would be left.
     soft = np.diag(1 / (HOLD * scales))
     q, _ = np.linalg.qr(np.vstack([j, soft]))
@@ -85,13 +87,15 @@ def score(j: Array, r: Array, scales: Array, c: Array) -> Score | None:
     size, whole = (np.linalg.norm(a, axis=0) for a in (over, c))
     size = np.where(size > HIDDEN * whole, size, np.inf)
     along = np.where(np.isfinite(size), -(over.T @ r) / size, 0.0)
-    left, dof = float(r @ r), len(j) - q.shape[1] - 1
+    left, dof = float(r @ r), len(j) - q.shape[1] - 1 - taken
     if not left > 0 or dof < 1:
         return None
     share = along**2 / left
     t = np.sqrt(dof * share / np.maximum(1 - share, 1e-12))
     i = int(np.argmax(t))
-    return Score(i, float(along[i] / size[i]), float(t[i]), float(share[i]))
+    change = float(along[i] / size[i])
+    addends = over[:, i] * (r - q @ (q.T @ r) + over[:, i] * change)
+    return Score(i, change, float(t[i]), float(share[i]), addends[: len(j)])
 
 
 def _shared(own: Mapping[str, tuple[Observations, Parameter]], held: Sequence[str]) -> list[tuple[str, ...]]:

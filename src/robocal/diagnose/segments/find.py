@@ -28,6 +28,7 @@ from robocal.diagnose.segments.candidate_rows import runs
 from robocal.diagnose.segments.posed import ZERO
 from robocal.diagnose.segments.robust_model import SegmentFit, SegmentModel, spread
 from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
+from robocal.diagnose.serial import correlation_factor
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
@@ -163,7 +164,7 @@ def _assess_segment(
         return None
     if all(v <= limits.SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items()):
         return None
-    inflation = _correlation_factor(np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked]))
+    inflation = correlation_factor(np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked]))
     q = c.column.shape[2]
     dof = max((int(looked.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
     gain = best.gain * max(1.0, float(np.min(state.unit[i] / unit)) ** 2)
@@ -229,15 +230,3 @@ def _profile(k: int, first: int, last: int, width: int) -> Array:
     rise = np.ones(k) if first == 0 else np.clip((at - first) / max(width, 1e-9) + 0.5, 0, 1)
     fall = np.ones(k) if last == k else np.clip((last - at) / max(width, 1e-9) + 0.5, 0, 1)
     return np.asarray(np.minimum(rise, fall))
-
-
-def _correlation_factor(score: Array) -> float:
-    """By how much serial correlation widens the spread of a sum of scores (k, q): Bartlett's window, never below 1."""
-    k = len(score)
-    centred = score - score.mean(axis=0)
-    square = float((centred**2).sum())
-    if square <= 0:
-        return 1.0
-    reach = max(1, min(k // 4, int(4 * (k / 100) ** (2 / 9)) + 8))
-    lags = [(1 - h / (reach + 1)) * float((centred[h:] * centred[:-h]).sum()) for h in range(1, reach + 1)]
-    return max(1.0, 1 + 2 * sum(lags) / square)

@@ -17,7 +17,7 @@ from robocal.diagnose.limits import SEGMENT_COMPLETE
 from robocal.diagnose.segments.row_sequence import Candidate, Parts, Plain, RowSequence, whiten_terms
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, sensor_zeros
 from robocal.measure.rows import KINDS
 from robocal.parameters import FRAME_SYMBOLS
 
@@ -29,8 +29,7 @@ FELT = 1e-9  # tolerance: of a number's own standard deviation: what is less is 
 
 def runs_of_poses(machine: Model, problem: Problem, data: DataSet, x: Array) -> list[RowSequence]:
     """One run of all configurations in their order, at x (1, P); none where nothing may have moved."""
-    own = [p for p in problem.free if p in machine.table and p not in machine.geometric]
-    zeros = [p for p in own if problem.table[p].unit == "m"]
+    zeros = [p for p in sensor_zeros(machine) if p in problem.free]
     seen = dict.fromkeys(o.frame.name for o in data.observations if o.frame)
     frames = {name: [f"{name}.{s}" for s in FRAME_SYMBOLS] for name in seen}
     wide = problem.with_free([*problem.free, *(s for symbols in frames.values() for s in symbols)])
