@@ -65,6 +65,9 @@ SEGMENT_SIZE = limit(3.0, "sigma per axis", "A step must stand out of what model
 SEGMENT_ZERO_SIZE = limit(1.5, "sigma",
     "One sensor's zero is contradicted by all other sensors, so less is enough.", "tests/prove/test_segments_of_cables.py")
 SEGMENT_SEEN = limit(1.5, "sigma", "The same after the model's own answer.")
+SEGMENT_SHARE = limit(0.15, "of the squares left",
+    "Of a machine with poses of its own a step that explains more is large: a fit that follows it leaves few sigma.",
+    "tests/prove/test_moved_cables.py")
 SEGMENT_MAJORITY = limit(0.8, "of the rows", "So many rows of a segment must have moved alike: gross rows do not.")
 SEGMENT_SMALL = limit({"m": 1e-5, "rad": 1e-5, "px": 0.05}, "m, rad, px",
     "What moved by less matters to no one, however exact the numbers are.")

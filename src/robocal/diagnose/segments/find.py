@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.segments.candidate_rows import runs
-from robocal.diagnose.segments.posed import ZERO
+from robocal.diagnose.segments.posed import ZERO, ZEROS
 from robocal.diagnose.segments.robust_model import SegmentFit, SegmentModel, spread
 from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
 from robocal.diagnose.serial import correlation_factor
@@ -41,7 +41,9 @@ LINES = {
     "target": "targets: {moved: {}}",
     "instrument": "frame: {name: moved}",
     "target or instrument": "frame: {name: moved}, or targets: {moved: {}}",
+    "instrument or zeros": "frame: {name: moved}, or of lengths zeros: NAME",
 }
+EITHER = ("target or instrument", "instrument or zeros")  # of an arm, of a machine with poses of its own
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class Segment:
     last: int
     rows: tuple[int, int]
     without: tuple[int, int]  # the same with rows beside them that were held out: what to do without
-    cause: str  # target, instrument, either, or zero
+    cause: str  # target, instrument, either, zero, or zeros
     name: str  # of the target (or all targets) where there are several, else ""
     shift: float | None  # m
     turn: float | None  # rad
@@ -74,7 +76,7 @@ def find_segments(
     if not long:
         return ()
     state = SegmentModel(found, [r.jacobian for r in found], info)
-    ends = [(r, c, e) for r in long for c in r.candidates if c.cause == ZERO for e in r.files]
+    ends = [(r, c, e) for r in long for c in r.candidates if c.cause == ZERO for e in r.files(c)]
     files = [(r, c, *e) for r, c, e in ends if e[1] - e[0] >= limits.SEGMENT_ROWS]
     tried = sum(len(r.candidates) * len(r.residual) ** 2 / 2 for r in long)
     out: list[Segment] = []
@@ -101,6 +103,9 @@ def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
             of_zero = {k: v for k, v in said.items() if k != "turn"}
             begin, end = s.without
             out.append(Remark.of(Code.SEGMENT_OF_ZERO, **of_zero, zero=s.name, begin=begin, end=end))
+        elif s.cause == ZEROS:
+            of_zeros = {k: v for k, v in said.items() if k != "turn"}
+            out.append(Remark.of(Code.SEGMENT_OF_ZEROS, **of_zeros))
         elif s.name and s.cause == "target":
             out.append(Remark.of(Code.SEGMENT_OF_TARGET, **said, target=s.name))
         else:
@@ -119,7 +124,12 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     after = [state.with_segment(f) for f in rivals]
     best = int(np.argmin([m.misfit(first.run) + f.cost for f, m in zip(rivals, after, strict=True)]))
     left = [_left_of(m, rivals[best]) for m in after]
-    causes = {f.candidate.cause for f, v in zip(rivals, left, strict=True) if v < limits.SEGMENT_APART * left[best]}
+    # One zero is among all zeros.
+    causes = {
+        f.candidate.cause.removesuffix("s")
+        for f, v in zip(rivals, left, strict=True)
+        if v < limits.SEGMENT_APART * left[best]
+    }
     return replace(rivals[best], either=len(causes) > 1)
 
 
@@ -158,8 +168,10 @@ def _assess_segment(
     few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
     moved = _motion_size(best, mine)
     seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
-    least = limits.SEGMENT_ZERO_SIZE if c.cause == ZERO else limits.SEGMENT_SIZE
+    least = limits.SEGMENT_ZERO_SIZE if c.cause in (ZERO, ZEROS) else limits.SEGMENT_SIZE
     large = strength >= least and seen >= limits.SEGMENT_SEEN
+    if c.plain is not None:  # where poses are projected out, every number shows little of a step
+        large |= best.gain >= limits.SEGMENT_SHARE * left.size
     if not whole and (not large or _together(best, left, unit, mine) < limits.SEGMENT_MAJORITY):
         return None
     if all(v <= limits.SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items()):
@@ -171,11 +183,11 @@ def _assess_segment(
     chance = float(scipy.special.fdtrc(q, dof, gain / (inflation * q))) * tried
     if chance > limits.SEGMENT_CHANCE or not (whole or _abrupt(state, best)):
         return None
-    source, rows = best.run.place(best.a, best.b - 1)
-    _, without = best.run.place(*best.run.beside(c, best.a, best.b - 1))
+    source, rows = best.run.place(c, best.a, best.b - 1)
+    _, without = best.run.place(c, *best.run.beside(c, best.a, best.b - 1))
     return Segment(
         source, best.run.obs.label, best.a, best.b - 1, rows, without,
-        "target or instrument" if best.either else c.cause, c.name,
+        EITHER[c.plain is not None] if best.either else c.cause, c.name,
         moved.get("m"), moved.get("rad"), float(strength), chance, int(mine.sum()),
     )  # fmt: skip
 
@@ -205,8 +217,9 @@ def _motion_size(best: SegmentFit, mine: NDArray[np.bool_]) -> dict[str, float]:
         sigma = np.where(np.isfinite(plain.sigma), plain.sigma, 0.0)
     far = (effect * sigma)[(effect != 0).any(axis=1)]
     out: dict[str, float] = {}
+    each = np.mean if best.candidate.cause == ZEROS else np.sum  # of one zero, or of a place's coordinates
     for a, b, u in parts:
-        out[u] = max(out.get(u, 0.0), float(np.sqrt(np.mean(np.sum(far[:, a:b] ** 2, axis=1)))))
+        out[u] = max(out.get(u, 0.0), float(np.sqrt(np.mean(each(far[:, a:b] ** 2, axis=1)))))
     return out
 
 
