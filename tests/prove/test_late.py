@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from measure.rigs import recorded
 
-from robocal.diagnose.time_offset import joint_rates
+from robocal.diagnose.path_rates import joint_rates
 from robocal.files.robot import open_robot
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise

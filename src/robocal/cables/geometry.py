@@ -199,6 +199,16 @@ class CableRobot(Unjointed):
         return tuple(n for n in self.table.names if n.rpartition(".")[2] in (*SYMBOLS[:6], "radius"))
 
     @property
+    def anywhere(self) -> frozenset[str]:
+        """What nobody has said: an anchor or a zero that is nought in all its numbers, or that somebody assumed."""
+        out = set()
+        for cable, numbers in zip(self.cables, self.numbers, strict=True):
+            for what, some in (("a", slice(0, 3)), ("b", slice(3, 6)), ("zero", slice(6, 7))):
+                if f"{cable}.{what}" in self.assumed or not numbers[some].any():
+                    out |= {self.row(f"{cable}.{s}") for s in SYMBOLS[some]}
+        return frozenset(out)
+
+    @property
     def motions(self) -> Mapping[str, Mapping[str, float]]:
         """Small motions of the base, of the platform's coordinates, and of both together where the robot lacks a direction: rates of
         its anchors. Which of them lengths cannot tell is for the data to say."""

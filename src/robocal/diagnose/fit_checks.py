@@ -18,7 +18,7 @@ from robocal.diagnose.stated_numbers import reads
 from robocal.estimate.problem import Problem
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
-from robocal.measure.machine import Model, joints_of
+from robocal.measure.machine import Model, joints_of, sensor_zeros
 from robocal.measure.rows import KINDS, Rows
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -53,13 +53,14 @@ def _tell_worst(code: str, found: list[tuple[float, str]]) -> list[Remark]:
 
 
 def out_of_tolerance(model: Model, stated: Problem, fit: Fit) -> list[Remark]:
-    """Lengths and angles between axes that changed, beyond doubt, as no arm's making leaves them: what was written and what
-    the data say. A joint's zero may be anywhere; and where parallel axes are written without Hayati's beta, a small tilt
-    moves lengths along them by metres."""
+    """Lengths, angles between axes, anchors and zeros of cables that changed, beyond doubt, as no making leaves them: what was written
+    and what the data say. A joint's zero may be anywhere; and where parallel axes are written without Hayati's beta, a small tilt
+    moves lengths along them by metres. What has a prior that says nothing was not stated, nor were zeros that a file of lengths has."""
     x, table = fit.solution.x, fit.problem.table
     built = {s for t in fit.problem.terms if isinstance(t, Rows) for s in KINDS[t.kind].manufactured}
     beside = {p.name: p for p in stated.table.rows if p.name.rpartition(".")[2] in built and p.name not in model.table}
-    drawn = {n: model.table[n] for n in model.geometric if n not in model.anywhere} | beside
+    own = (model.table[n] for n in (*model.geometric, *sensor_zeros(model)) if n not in model.anywhere)
+    drawn = {p.name: p for p in own if p.prior is None or p.prior_informs} | beside
     off = fit.total  # with what hidden partners may be off by: a column that stands for several may move far
     sigma = dict(zip(off.names, off.sigma, strict=True))
     found = []
@@ -68,7 +69,10 @@ def out_of_tolerance(model: Model, stated: Problem, fit: Fit) -> list[Remark]:
             continue
         nominal, there, scale = drawn[n].value, float(x[0, table.index[n]]), drawn[n].scale
         change = abs(there - nominal)
-        if change > limits.IMPLAUSIBLE_CHANGE * scale and change > limits.UNMADE_SIGMA * sigma[n]:
+        far = limits.IMPLAUSIBLE_CHANGE * scale
+        if table[n].unit == "m":
+            far = min(far, max(limits.UNMADE_FAR, limits.UNMADE_SIGMA * scale))
+        if change > far and change > limits.UNMADE_SIGMA * sigma[n]:
             unit = table[n].unit.removesuffix("1")
             words = f"{n}: you wrote {Quantity(nominal, unit):.4g}, the data say {Quantity(there, unit):.4g}"
             found.append((change / scale, words))

@@ -67,6 +67,9 @@ SEGMENT_SIZE = limit(3.0, "sigma per axis", "A step must stand out of what model
 SEGMENT_ZERO_SIZE = limit(1.5, "sigma",
     "One sensor's zero is contradicted by all other sensors, so less is enough.", "tests/prove/test_segments_of_cables.py")
 SEGMENT_SEEN = limit(1.5, "sigma", "The same after the model's own answer.")
+SEGMENT_SHARE = limit(0.15, "of the squares left",
+    "Of a machine with poses of its own a step that explains more is large: a fit that follows it leaves few sigma.",
+    "tests/prove/test_moved_cables.py")
 SEGMENT_MAJORITY = limit(0.8, "of the rows", "So many rows of a segment must have moved alike: gross rows do not.")
 SEGMENT_SMALL = limit({"m": 1e-5, "rad": 1e-5, "px": 0.05}, "m, rad, px",
     "What moved by less matters to no one, however exact the numbers are.")
@@ -80,11 +83,16 @@ topic("Stated numbers, time and scale")
 NUMBER_SIGMA = limit(5.0, "sigma", "Beyond, a stated number of an instrument is contradicted beyond chance.", "tests/prove/test_numbers.py")
 NUMBER_SHARE = limit(0.3, "of the squares left",
     "A stated number that explains more is wrong, and a gain says nothing; less is a remark.", "tests/prove/test_numbers.py")
-LATE_SHARE = limit(0.5, "of the squares left", "Play that a path takes up one way explains up to a third.", "tests/prove/test_late.py")
+LATE_SHARE = limit(0.5, "of the squares left beyond stated noise",
+    "Play that a path takes up one way explains up to a third.", "tests/prove/test_late.py")
 LATE_DOUBT_SHARE = limit(0.1, "of the squares left", "A time offset that explains less is of no consequence.")
 PATH_STEP = limit(0.25, "of the distance of two places", "A longer step between neighbours in time is no path.")
 PATH_SHARE = limit(0.5, "of the configurations", "With fewer near neighbours the configurations were taken one by one.")
 PATH_CONFIGURATIONS = limit(20, "configurations", "Fewer say nothing of a speed.")
+GROWTH_CHANCE = limit(1e-6, "chance", "Of taking noise for a drift along the file.", "tests/prove/test_growth.py")
+GROWTH_SHARE = limit(0.1, "of the squares left", "A drift that explains less is of no consequence.")
+GROWTH_CLEARLY = limit(3.0, "times", "A drift explains more than any other slow change along the file does.", "tests/prove/test_growth.py")
+GROWTH_CONFIGURATIONS = limit(20, "configurations", "Fewer say nothing of a drift.")
 SCALE_SIGMA = limit(3.0, "sigma", "A scale that making does not leave is that of the stated length.", "tests/statistics/test_scale.py")
 SCALE_DOUBT_SIGMA = limit(2.0, "sigma", "One in twenty honest scales is as far off: worth a remark.")
 SCALE_READ_SIGMA = limit(5.0, "sigma",
@@ -176,6 +184,9 @@ BENT_LEAVES = limit(3e-3, "m per axis", "What implausible changes may leave; an 
 KEPT_GAIN = limit(0.5, "of the gain", "The fit to everything must keep it where it has seen what the other predicted.")
 IMPLAUSIBLE_CHANGE = limit(20.0, "times what is expected", "20 mm or 6 deg: no arm is made so far from its drawing.")
 UNMADE_SIGMA = limit(5.0, "sigma", "A change that is none of the fit's own uncertainty.")
+UNMADE_FAR = limit(0.5, "m",
+    "Anchors that a tape measure tells to 0.1 m are not off by more; a wider stated error allows five times itself.",
+    "tests/prove/test_unmade_anchors.py")
 ZERO_CHANGE = limit(10.0, "times what is expected", "10 mm or 3 deg: from here on a joint's zero is tried instead.")
 ZERO_SIGMA = limit(5.0, "sigma", "A change that is none of the fit's own uncertainty.")
 ZERO_LOST = limit({"rad": 0.5, "m": 0.1}, "rad, m", "So far a zero may be off that was lost.")

@@ -13,7 +13,7 @@ and the model with it: a gain says nothing then. Source: Rao, Large sample tests
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -66,12 +66,14 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
 @dataclass(frozen=True)
 class Score:
     """Of several numbers that were held, each with its column: the one that lowers the squares most, by how much it changes, how
-    many sigma that is, and which share of the squares it explains."""
+    many sigma that is, and which share of the squares it explains; `addends` (N,) are the terms, one a row, of the sum
+    whose scatter that sigma tells."""
 
     column: int
     change: float
     t: float
     share: float
+    addends: Array = field(compare=False, repr=False)
 
 
 def score(j: Array, r: Array, scales: Array, c: Array, taken: int = 0) -> Score | None:
@@ -91,7 +93,9 @@ def score(j: Array, r: Array, scales: Array, c: Array, taken: int = 0) -> Score 
     share = along**2 / left
     t = np.sqrt(dof * share / np.maximum(1 - share, 1e-12))
     i = int(np.argmax(t))
-    return Score(i, float(along[i] / size[i]), float(t[i]), float(share[i]))
+    change = float(along[i] / size[i])
+    addends = over[:, i] * (r - q @ (q.T @ r) + over[:, i] * change)
+    return Score(i, change, float(t[i]), float(share[i]), addends[: len(j)])
 
 
 def _shared(own: Mapping[str, tuple[Observations, Parameter]], held: Sequence[str]) -> list[tuple[str, ...]]:

@@ -21,7 +21,7 @@ from robocal.geometry.path.unjointed import Unjointed
 from robocal.parameters import ParameterTable
 from robocal.remarks.remark import Remark
 
-__all__ = ["Mechanism", "Model", "Rig", "freedom_of", "joints_of"]
+__all__ = ["Mechanism", "Model", "Rig", "freedom_of", "joints_of", "sensor_zeros"]
 
 P = TypeVar("P")
 
@@ -56,7 +56,7 @@ class Model(Protocol):
 
     @property
     def anywhere(self) -> frozenset[str]:
-        """Geometric parameters that may be anything: how far they change says nothing of its making."""
+        """Parameters that may be anything, geometric ones and zeros: how far they change says nothing of its making."""
 
     @property
     def parts(self) -> Mapping[str, tuple[str, ...]]:
@@ -111,6 +111,13 @@ class Mechanism(Model, Protocol):
 def freedom_of(model: Model) -> tuple[int, ...] | None:
     """The freedom of a configuration's own pose; None where there is no such pose, or nothing moves."""
     return None if model.mechanism is None else model.mechanism.freedom
+
+
+def sensor_zeros(model: Model) -> tuple[str, ...]:
+    """The lengths from which the sensors of a machine with poses of its own count: its making does not leave them."""
+    if freedom_of(model) is None:
+        return ()
+    return tuple(p.name for p in model.table.rows if p.unit == "m" and p.name not in model.geometric)
 
 
 def joints_of(model: Model) -> tuple[Joint, ...]:

@@ -25,9 +25,10 @@ from numpy.typing import NDArray
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.segments.candidate_rows import runs
-from robocal.diagnose.segments.posed import ZERO
+from robocal.diagnose.segments.posed import ZERO, ZEROS
 from robocal.diagnose.segments.robust_model import SegmentFit, SegmentModel, spread
 from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
+from robocal.diagnose.serial import correlation_factor
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
@@ -40,7 +41,9 @@ LINES = {
     "target": "targets: {moved: {}}",
     "instrument": "frame: {name: moved}",
     "target or instrument": "frame: {name: moved}, or targets: {moved: {}}",
+    "instrument or zeros": "frame: {name: moved}, or of lengths zeros: NAME",
 }
+EITHER = ("target or instrument", "instrument or zeros")  # of an arm, of a machine with poses of its own
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ class Segment:
     last: int
     rows: tuple[int, int]
     without: tuple[int, int]  # the same with rows beside them that were held out: what to do without
-    cause: str  # target, instrument, either, or zero
+    cause: str  # target, instrument, either, zero, or zeros
     name: str  # of the target (or all targets) where there are several, else ""
     shift: float | None  # m
     turn: float | None  # rad
@@ -73,7 +76,7 @@ def find_segments(
     if not long:
         return ()
     state = SegmentModel(found, [r.jacobian for r in found], info)
-    ends = [(r, c, e) for r in long for c in r.candidates if c.cause == ZERO for e in r.files]
+    ends = [(r, c, e) for r in long for c in r.candidates if c.cause == ZERO for e in r.files(c)]
     files = [(r, c, *e) for r, c, e in ends if e[1] - e[0] >= limits.SEGMENT_ROWS]
     tried = sum(len(r.candidates) * len(r.residual) ** 2 / 2 for r in long)
     out: list[Segment] = []
@@ -100,6 +103,9 @@ def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
             of_zero = {k: v for k, v in said.items() if k != "turn"}
             begin, end = s.without
             out.append(Remark.of(Code.SEGMENT_OF_ZERO, **of_zero, zero=s.name, begin=begin, end=end))
+        elif s.cause == ZEROS:
+            of_zeros = {k: v for k, v in said.items() if k != "turn"}
+            out.append(Remark.of(Code.SEGMENT_OF_ZEROS, **of_zeros))
         elif s.name and s.cause == "target":
             out.append(Remark.of(Code.SEGMENT_OF_TARGET, **said, target=s.name))
         else:
@@ -118,7 +124,12 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     after = [state.with_segment(f) for f in rivals]
     best = int(np.argmin([m.misfit(first.run) + f.cost for f, m in zip(rivals, after, strict=True)]))
     left = [_left_of(m, rivals[best]) for m in after]
-    causes = {f.candidate.cause for f, v in zip(rivals, left, strict=True) if v < limits.SEGMENT_APART * left[best]}
+    # One zero is among all zeros.
+    causes = {
+        f.candidate.cause.removesuffix("s")
+        for f, v in zip(rivals, left, strict=True)
+        if v < limits.SEGMENT_APART * left[best]
+    }
     return replace(rivals[best], either=len(causes) > 1)
 
 
@@ -157,24 +168,26 @@ def _assess_segment(
     few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
     moved = _motion_size(best, mine)
     seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
-    least = limits.SEGMENT_ZERO_SIZE if c.cause == ZERO else limits.SEGMENT_SIZE
+    least = limits.SEGMENT_ZERO_SIZE if c.cause in (ZERO, ZEROS) else limits.SEGMENT_SIZE
     large = strength >= least and seen >= limits.SEGMENT_SEEN
+    if c.plain is not None:  # where poses are projected out, every number shows little of a step
+        large |= best.gain >= limits.SEGMENT_SHARE * left.size
     if not whole and (not large or _together(best, left, unit, mine) < limits.SEGMENT_MAJORITY):
         return None
     if all(v <= limits.SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items()):
         return None
-    inflation = _correlation_factor(np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked]))
+    inflation = correlation_factor(np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked]))
     q = c.column.shape[2]
     dof = max((int(looked.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
     gain = best.gain * max(1.0, float(np.min(state.unit[i] / unit)) ** 2)
     chance = float(scipy.special.fdtrc(q, dof, gain / (inflation * q))) * tried
     if chance > limits.SEGMENT_CHANCE or not (whole or _abrupt(state, best)):
         return None
-    source, rows = best.run.place(best.a, best.b - 1)
-    _, without = best.run.place(*best.run.beside(c, best.a, best.b - 1))
+    source, rows = best.run.place(c, best.a, best.b - 1)
+    _, without = best.run.place(c, *best.run.beside(c, best.a, best.b - 1))
     return Segment(
         source, best.run.obs.label, best.a, best.b - 1, rows, without,
-        "target or instrument" if best.either else c.cause, c.name,
+        EITHER[c.plain is not None] if best.either else c.cause, c.name,
         moved.get("m"), moved.get("rad"), float(strength), chance, int(mine.sum()),
     )  # fmt: skip
 
@@ -204,8 +217,9 @@ def _motion_size(best: SegmentFit, mine: NDArray[np.bool_]) -> dict[str, float]:
         sigma = np.where(np.isfinite(plain.sigma), plain.sigma, 0.0)
     far = (effect * sigma)[(effect != 0).any(axis=1)]
     out: dict[str, float] = {}
+    each = np.mean if best.candidate.cause == ZEROS else np.sum  # of one zero, or of a place's coordinates
     for a, b, u in parts:
-        out[u] = max(out.get(u, 0.0), float(np.sqrt(np.mean(np.sum(far[:, a:b] ** 2, axis=1)))))
+        out[u] = max(out.get(u, 0.0), float(np.sqrt(np.mean(each(far[:, a:b] ** 2, axis=1)))))
     return out
 
 
@@ -229,15 +243,3 @@ def _profile(k: int, first: int, last: int, width: int) -> Array:
     rise = np.ones(k) if first == 0 else np.clip((at - first) / max(width, 1e-9) + 0.5, 0, 1)
     fall = np.ones(k) if last == k else np.clip((last - at) / max(width, 1e-9) + 0.5, 0, 1)
     return np.asarray(np.minimum(rise, fall))
-
-
-def _correlation_factor(score: Array) -> float:
-    """By how much serial correlation widens the spread of a sum of scores (k, q): Bartlett's window, never below 1."""
-    k = len(score)
-    centred = score - score.mean(axis=0)
-    square = float((centred**2).sum())
-    if square <= 0:
-        return 1.0
-    reach = max(1, min(k // 4, int(4 * (k / 100) ** (2 / 9)) + 8))
-    lags = [(1 - h / (reach + 1)) * float((centred[h:] * centred[:-h]).sum()) for h in range(1, reach + 1)]
-    return max(1.0, 1 + 2 * sum(lags) / square)

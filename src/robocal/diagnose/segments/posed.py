@@ -4,11 +4,13 @@
 
 r are all numbers that were measured at a configuration, L their columns of its pose, B a basis of what the pose does not touch: as
 many numbers of equal noise as the readings are more than a pose needs. What may have moved: the place from which a
-sensor of the machine counts (a free number of it that its making does not leave, such as the zero of a cable that slipped or of
-encoders that were switched on again), or the instrument.
+sensor of the machine counts (a free number of it that its making does not leave, such as the zero of a cable that slipped), all such
+places together (encoders that were switched on again), or the instrument.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,21 +18,20 @@ from robocal._types import Array, Ints
 from robocal.diagnose.limits import SEGMENT_COMPLETE
 from robocal.diagnose.segments.row_sequence import Candidate, Parts, Plain, RowSequence, whiten_terms
 from robocal.estimate.problem import Problem
-from robocal.measure.data import DataSet
-from robocal.measure.machine import Model
+from robocal.measure.data import DataSet, Observations
+from robocal.measure.machine import Model, sensor_zeros
 from robocal.measure.rows import KINDS
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["ZERO", "runs_of_poses"]
+__all__ = ["ZERO", "ZEROS", "runs_of_poses"]
 
-ZERO = "zero"
+ZERO, ZEROS = "zero", "zeros"
 FELT = 1e-9  # tolerance: of a number's own standard deviation: what is less is nothing
 
 
 def runs_of_poses(machine: Model, problem: Problem, data: DataSet, x: Array) -> list[RowSequence]:
     """One run of all configurations in their order, at x (1, P); none where nothing may have moved."""
-    own = [p for p in problem.free if p in machine.table and p not in machine.geometric]
-    zeros = [p for p in own if problem.table[p].unit == "m"]
+    zeros = [p for p in sensor_zeros(machine) if p in problem.free]
     seen = dict.fromkeys(o.frame.name for o in data.observations if o.frame)
     frames = {name: [f"{name}.{s}" for s in FRAME_SYMBOLS] for name in seen}
     wide = problem.with_free([*problem.free, *(s for symbols in frames.values() for s in symbols)])
@@ -40,16 +41,24 @@ def runs_of_poses(machine: Model, problem: Problem, data: DataSet, x: Array) -> 
         return []
     beside = np.linalg.svd(local, full_matrices=True)[0][:, :, size:].swapaxes(1, 2)
     candidates = []
-    for cause, name, symbols in [(ZERO, p, [p]) for p in zeros] + [("instrument", f, s) for f, s in frames.items()]:
+    own = _origin([o for o in data.observations if o.frame is None], data, len(r))
+    asked = [(ZERO, p, [p], own) for p in zeros]
+    if len(zeros) > 1:
+        asked.append((ZEROS, "", list(zeros), own))
+    for name, symbols in frames.items():
+        origin = _origin([o for o in data.observations if o.frame is not None and o.frame.name == name], data, len(r))
+        asked.append(("instrument", name, symbols, origin))
+    for cause, name, symbols, origin in asked:
         plain = j[..., wide.column_of[[wide.table.index[s] for s in symbols]]]
         felt = np.flatnonzero(np.abs(plain).max(axis=(0, 1), initial=0.0) > FELT)
         if len(felt):
-            candidates.append(Candidate(cause, name, beside @ plain[..., felt], Plain(plain[..., felt], sigma, parts)))
+            candidates.append(
+                Candidate(cause, name, beside @ plain[..., felt], Plain(plain[..., felt], sigma, parts), origin)
+            )
     jac = beside @ j[..., wide.column_of[problem.index]]
     left = (beside @ r[..., None])[..., 0]
     whole = ((0, left.shape[1], "1"),)
-    first, origin = data.observations[0], _origin(data, len(left))
-    return [RowSequence(first, np.ones_like(left), left, jac, tuple(candidates), whole, origin)]
+    return [RowSequence(data.observations[0], np.ones_like(left), left, jac, tuple(candidates), whole)]
 
 
 def _numbers_by_configuration(wide: Problem, data: DataSet, x: Array) -> tuple[Parts, Array, Array, Array, Array]:
@@ -95,10 +104,11 @@ def _slots(configuration: Ints, count: int) -> tuple[Ints, int]:
     return slot, int(number.max(initial=0))
 
 
-def _origin(data: DataSet, count: int) -> list[tuple[str, int]]:
-    """The file and the row in it from which people know every configuration: of the first instrument that saw it."""
+def _origin(some: Sequence[Observations], data: DataSet, count: int) -> list[tuple[str, int]]:
+    """The file and the row in it from which people know every configuration: of the first of some instruments that saw it, else of
+    any."""
     out = [("", i) for i in range(count)]
-    for obs in reversed(data.observations):
+    for obs in reversed((*some, *data.observations)):
         rows = np.arange(len(obs)) if obs.rows is None else obs.rows
         for c, row in zip(obs.configuration[::-1].tolist(), rows[::-1].tolist(), strict=True):
             out[c] = obs.source, int(row)

@@ -31,13 +31,14 @@ class Plain:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What may have moved: `target`, `instrument` or a `zero`, its name where there are several, and the columns (k, d, q) of every
-    row; `plain` tells them of the readings, where rows are something else."""
+    """What may have moved: `target`, `instrument`, a `zero` or all `zeros`, its name where there are several, and the columns (k, d, q)
+    of every row; `plain` tells them of the readings, where rows are something else, and `origin` file and row of those readings."""
 
     cause: str
     name: str
     column: Array
     plain: Plain | None = None
+    origin: list[tuple[str, int]] | None = None
 
     @property
     def rows(self) -> Ints:
@@ -56,12 +57,10 @@ class RowSequence:
     jacobian: Array
     candidates: tuple[Candidate, ...]
     parts: Parts
-    origin: list[tuple[str, int]] | None = None  # file and row of every row, where they are not those of `obs`
 
-    @property
-    def files(self) -> list[tuple[int, int]]:
+    def files(self, candidate: Candidate) -> list[tuple[int, int]]:
         """First row and end of every file but the first, where rows of several were joined and each lies together."""
-        names = [source for source, _ in self.origin or ()]
+        names = [source for source, _ in candidate.origin or ()]
         starts = [i for i in range(1, len(names)) if names[i] != names[i - 1]]
         if not starts or len(starts) != len(set(names)) - 1:
             return []
@@ -76,14 +75,14 @@ class RowSequence:
             last += 1
         return first, last
 
-    def place(self, first: int, last: int) -> tuple[str, tuple[int, int]]:
-        """The file in which most of these rows are, and the first and last of them as it numbers them."""
-        if self.origin is None:
+    def place(self, candidate: Candidate, first: int, last: int) -> tuple[str, tuple[int, int]]:
+        """The file in which most of these rows of a candidate are, and the first and last of them as it numbers them."""
+        if candidate.origin is None:
             rows = np.arange(len(self.residual)) if self.obs.rows is None else self.obs.rows
             return self.obs.source, (int(rows[first]), int(rows[last]))
-        files = [source for source, _ in self.origin[first : last + 1]]
+        files = [source for source, _ in candidate.origin[first : last + 1]]
         most = max(dict.fromkeys(files), key=files.count)
-        mine = [row for source, row in self.origin[first : last + 1] if source == most]
+        mine = [row for source, row in candidate.origin[first : last + 1] if source == most]
         return most, (mine[0], mine[-1])
 
 

@@ -48,8 +48,12 @@ class Unjointed(Whole):
 
     elements: tuple[Element, ...] = ()  # from the base to what moves
     joints: tuple[Joint, ...] = ()  # what drives the elements
-    anywhere: frozenset[str] = frozenset()  # geometric parameters that may be anything
     open_zeros: tuple[Zero, ...] = ()  # of joints
+
+    @property
+    def anywhere(self) -> frozenset[str]:
+        """Parameters that may be anything: none."""
+        return frozenset()
 
     @property
     def parts(self) -> Mapping[str, tuple[str, ...]]:

@@ -19,6 +19,12 @@ class CableRemarks:
         "lengths",
         "Check the number of cables and the degrees of freedom.",
     )
+    SEGMENT_OF_ZEROS = Phrase(
+        "{file}: from row {first} to row {last} the zeros of several cables are off[ by {shift:.3g}]; the sensors seem to have been "
+        "reset ({count} rows, {strength:.1f} times the residual elsewhere)",
+        "Put these rows into a separate file with `zeros: NAME`, whose zeros are found by themselves. Or do without them "
+        "(--exclude {first}-{last}).",
+    )
     SAID_OF_SOME = Phrase("{file}: {what} is stated for some cables only, and ignored", "State it for every cable.")
     INERTIA_OF_NO_BODY = Phrase(
         "{file}: the inertia (row {row} of {bodies}) is impossible for a rigid body, and ignored",

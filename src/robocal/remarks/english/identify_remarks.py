@@ -102,8 +102,8 @@ class IdentificationRemarks:
         "changes far outside manufacturing tolerances: {changes}",
         "If one number was mistyped, correct it to what the data show. If several parameters changed, look for a joint that counts "
         "the other way (gain: -1). Look also for a zero that is off by 90 or 180 deg, and for exchanged columns or cables. Each of "
-        "these errors forces the fit to change the geometry. If the robot truly differs so much from its drawing, state how far it "
-        "may be off (calibrate: prior).",
+        "these errors forces the fit to change the geometry. Encoders of cables that were set anew have zeros of their own (`zeros: NAME` "
+        "in the file of lengths). If the robot truly differs so much from its drawing, state how far it may be off (calibrate: prior).",
     )
     SCALE_WRONG = Phrase(
         "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): real errors differ from length to length, so the source "
@@ -117,10 +117,10 @@ class IdentificationRemarks:
         "Correct it in the data file, or identify it ({line}).",
     )
     LATE = Phrase(
-        "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] their joint values ({z:.0f} sigma): this "
+        "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] {than} ({z:.0f} sigma): this "
         "time offset explains {share:.0%} of the squared residuals",
-        "Measure at rest, or synchronise both clocks: shift the readings, or their times, by this offset. Commanded joint values in "
-        "place of actual ones look the same. So may backlash that every path takes up in one direction (--groups backlash).",
+        "Measure at rest, or synchronise both clocks: shift the readings, or their times, by this offset. Of an arm, commanded joint "
+        "values in place of actual ones look the same. So may backlash that every path takes up in one direction (--groups backlash).",
     )
     HOLDS_WHERE_MEASURED = Phrase(
         "the model holds where it was measured, not in the whole {region}: there it may be off by {band:.3g} rms; it differs from "
@@ -234,9 +234,9 @@ class IdentificationRemarks:
         "Check it, or identify it ({line} in the data file).",
     )
     LATE_DOUBTED = Phrase(
-        "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] their joint values ({z:.0f} sigma): this "
+        "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] {than} ({z:.0f} sigma): this "
         "time offset explains {share:.0%} of the squared residuals",
-        "Check the clocks, the filters of the instrument, and whether joint values were read or commanded. Or measure at rest.",
+        "Check the clocks, the filters of the instrument, and whether values were read or commanded. Or measure at rest.",
     )
     SCALE_DOUBTED = Phrase(
         "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}), more than manufacturing usually leaves",
