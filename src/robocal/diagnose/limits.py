@@ -230,6 +230,9 @@ GROUP_PLACES = limit(25, "places", "Of fewer, blocks prove nothing about what li
 LAYER_PLACES = limit(50, "places", "Fewer teach no layer.")
 RIPPLE_CHANCE = limit(1e-3, "chance", "Of an order of ripple that is none, over all that were tried.")
 
+REMOUNT_SHARE = limit(0.75, "of the squares", "Errors halve where the target is put elsewhere: it explains more than all the rest.",
+    "tests/session/test_judged_alike.py")
+
 topic("Two runs of one robot")
 DRIFT_MATTERS = limit(1e-4, "m", "Below, no change is worth an alarm, unless the user says otherwise.")
 DRIFT_CHANCE = limit(1e-3, "chance",

@@ -14,14 +14,13 @@ from robocal._types import Array, Ints
 from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
-from robocal.fit.fit import chosen_weights
+from robocal.fit.fit import chosen_weights, frame_names
 from robocal.fit.noise import Tau, apply_noise, assess, same_tau, tau_of
 from robocal.fit.starts import search as starts
 from robocal.fit.subsample import subsample
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, same_rows
 from robocal.measure.machine import Model
-from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch, tell
 
 __all__ = ["Baseline", "baseline", "fit_baseline", "frame_names", "renew_baseline"]
@@ -37,12 +36,6 @@ class Baseline:
     problem: Problem
     x: Array
     converged: bool = True
-
-
-def frame_names(model: Model, problem: Problem) -> tuple[str, ...]:
-    """The free parameters of the baseline: instruments' frames, targets, other kinds' parameters, and the tool."""
-    tool = {f"tool.{s}" for s in FRAME_SYMBOLS}
-    return tuple(n for n in problem.table.free if n not in model.table or n in tool)
 
 
 def fit_baseline(

@@ -20,7 +20,7 @@ import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
-from robocal.estimate.choosing.choice import choose
+from robocal.estimate.choosing.choice import STRUCTURAL, Choice, choose
 from robocal.estimate.elimination import Squares, spare_numbers, squares
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
@@ -36,10 +36,11 @@ from robocal.geometry import so3
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
+from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch, tell
 from robocal.remarks.remark import Remark
 
-__all__ = ["Fit", "chosen_weights", "fit", "near", "search_poses_again", "soften"]
+__all__ = ["Fit", "chosen_weights", "fit", "frame_names", "near", "search_poses_again", "soften"]
 
 SOFT_ROUNDS = 8
 # How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must
@@ -56,6 +57,9 @@ ROUGH = 1e-3  # where a fit may be given up: a hundred such steps do not bring C
 RESTARTS = 8
 NO_NOISE = 5.0  # sigma: what leaves more may have begun in the wrong place
 ELSEWHERE, SCATTER = 4, 0.5  # sets of poses that are tried then, and how far they scatter, of where each began alone
+=======
+TURNED = 0.1  # of what tells a frame at the end has to be there from the start: ordinary data have 0.95 and more, one orientation has 1e-3
+>>>>>>> law-single
 
 
 @dataclass(frozen=True)
@@ -150,12 +154,13 @@ def fit(
     tau, soft = _large_errors(problem_at, stated, configurations, start, tau, soft)
     tell(watch, "noise", groups=len(tau))
     candidate = problem_at(tau)
+<<<<<<< HEAD
     if visit_again(stated, configurations):
         columns = effective_columns(soften(candidate, start), soft)
         first = first.with_weights(weights * weigh_visits(stated, candidate, soft, configurations, columns))
         tau = tau_of(assess(stated, problem_at(tau), soft, configurations, columns))
         candidate = problem_at(tau)
-    seen = choose(candidate, soft)
+    seen = choose_columns(model, candidate, start, soft)
     kept = names if options.keep_all else seen.basis
     restarted = 0
     for _ in range(2):
@@ -178,6 +183,42 @@ def fit(
     return Fit(
         chosen, solution, final, tuple(groups), apply_noise(stated, tau), restarted, found.covariance, found.notes
     )
+
+
+def frame_names(model: Model, problem: Problem) -> tuple[str, ...]:
+    """The free parameters of the baseline: instruments' frames, targets, other kinds' parameters, and the tool."""
+    tool = {f"tool.{s}" for s in FRAME_SYMBOLS}
+    return tuple(n for n in problem.table.free if n not in model.table or n in tool)
+
+
+def choose_columns(model: Model, problem: Problem, start: Array, soft: Array) -> Choice:
+    """The columns that are seen at `soft` (1, P), the robot softly fitted. Where frames are told there by turns that the robot does not
+    make at `start` (1, P), nothing holds them: they stay where making leaves them, and what else is seen is asked at `start`.
+
+    The little that a fitted robot turns where the nominal one does not is no lever to place a target with.
+    """
+    seen = choose(problem, soft)
+    frames = frame_names(model, problem)
+    kept = tuple(n for n in frames if n in seen.basis and not problem.table[n].prior_informs)
+    made, known = problem.with_free(kept), [problem.free.index(n) for n in kept]
+    before, after = squares(made.with_loss("none"), start).root * made.scales, seen.scaled[:, known]
+    held = list(range(len(kept)))
+    while held and (loose := _alone(before[:, held]) < TURNED * _alone(after[:, held])).any():
+        # Of several that say the same, the one of which least is expected is held.
+        held.pop(min(np.flatnonzero(loose), key=lambda k: float(np.linalg.norm(after[:, held[k]]))))
+    if len(held) == len(kept):
+        return seen
+    away = set(frames) - {kept[k] for k in held}
+    found = choose(problem.with_free(tuple(n for n in problem.free if n not in away)), start).basis
+    at = tuple(problem.free.index(n) for n in found)
+    return replace(seen, at=at, left=tuple(i for i in range(problem.n) if i not in at))
+
+
+def _alone(columns: Array) -> Array:
+    """What each column (m, k) says that the others do not, (k,): one over the standard deviation that it would have beside them."""
+    values, vt = np.linalg.svd(columns, full_matrices=False)[1:]
+    least = np.maximum(values, STRUCTURAL * values.max(initial=1.0))
+    return np.asarray(1 / np.sqrt(((vt / least[:, None]) ** 2).sum(axis=0)))
 
 
 def near(problem: Problem, start: Array) -> Array:

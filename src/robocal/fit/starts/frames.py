@@ -20,6 +20,10 @@ from robocal.measure.bearing import directions
 
 __all__ = ["hand_eye", "point_start", "poses", "relative_hand"]
 
+# tolerance: rad, and of the widest column: turns of the tool that are less say nothing of where a target is on it. A nominal robot's
+# error of a millimetre would put it metres away.
+TURNED = 1e-3
+
 
 def hand_eye(measured: Array, machine: Array) -> tuple[Array, Array]:
     """T_t and X with Y_i = T_t T_i X in the least-squares sense; Y and T (m, 4, 4), m >= 3."""
@@ -34,10 +38,10 @@ def hand_eye(measured: Array, machine: Array) -> tuple[Array, Array]:
     if np.linalg.det(a) < 0:
         a, b = -a, -b
     rt, rx = so3.project(a).T, so3.project(b)
-    design = np.concatenate([rt @ r, np.broadcast_to(eye, (m, 3, 3))], axis=2).reshape(-1, 6)
-    values = (measured[:, :3, 3] - machine[:, :3, 3] @ rt.T).ravel()
-    s = np.linalg.lstsq(design, values, rcond=None)[0]
-    return se3.compose(rt, s[3:]), se3.compose(rx, s[:3])
+    turned, shift = rt @ r, measured[:, :3, 3] - machine[:, :3, 3] @ rt.T
+    design = (turned - turned.mean(axis=0)).reshape(-1, 3)
+    x = _told(design, (shift - shift.mean(axis=0)).ravel())
+    return se3.compose(rt, (shift - turned @ x).mean(axis=0)), se3.compose(rx, x)
 
 
 def point_start(points: Array, machine: Array, offset: bool = True) -> tuple[Array, Array]:
@@ -47,9 +51,10 @@ def point_start(points: Array, machine: Array, offset: bool = True) -> tuple[Arr
     m = len(p)
     if not offset or m < 14:
         return fits.rigid(p, points), np.zeros(3)
-    # y_k = sum_j R_kj p_j + sum_jl (R_kj c_l) R_i,jl + t_k: the same design matrix for every coordinate k.
-    design = np.concatenate([p, r.reshape(m, 9), np.ones((m, 1))], axis=1)
-    s = np.linalg.lstsq(design, points, rcond=1e-10)[0].T
+    # y_k = sum_j R_kj p_j + sum_jl (R_kj c_l) R_i,jl + t_k: the same design matrix for every coordinate k. Of c, what no turn of the
+    # tool tells is zero: from rounding alone it would be kilometres.
+    design = np.concatenate([p, r.reshape(m, 9)], axis=1)
+    s = np.linalg.lstsq(design - design.mean(axis=0), points - points.mean(axis=0), rcond=TURNED)[0].T
     rt = so3.project(s[:, :3])
     c = np.einsum("kj,kjl->l", rt, s[:, 3:12].reshape(3, 3, 3)) / 3
     return se3.compose(rt, (points - (p + r @ c) @ rt.T).mean(axis=0)), c
@@ -61,7 +66,14 @@ def relative_hand(machine: Array, measured: Array) -> Array:
     r = so3.project(np.einsum("mi,mj->ij", a, b))
     design = (machine[:, :3, :3] - np.eye(3)).reshape(-1, 3)
     values = (measured[:, :3, 3] @ r.T - machine[:, :3, 3]).ravel()
-    return se3.compose(r, np.linalg.lstsq(design, values, rcond=1e-6)[0])
+    return se3.compose(r, _told(design, values))
+
+
+def _told(design: Array, values: Array) -> Array:
+    """A place on the tool (3,) from differences of turns (3 m, 3): along what they do not tell it is zero."""
+    least = TURNED * np.sqrt(len(design) / 3)
+    widest = float(np.linalg.norm(design, 2)) if len(design) else 0.0
+    return np.asarray(np.linalg.lstsq(design, values, rcond=least / widest)[0] if widest > least else np.zeros(3))
 
 
 # --- what the registry calls --------------------------------------------------------------------------------------------

@@ -21,6 +21,15 @@ class UseRemarks:
         "only {left} configurations were not used to fit the robot, and {fewest} are needed to judge it",
         "Measure some more configurations for validation.",
     )
+    FRAMES_NOT_CONVERGED = Phrase(
+        "the fit of the instruments' frames to these data did not converge: the errors say nothing of the robot",
+        "State where the instrument stands and where its target is, or measure with more orientations of the tool.",
+    )
+    TARGET_REMOUNTED = Phrase(
+        "a target that sits ({x}, {y}, {z}) from where this robot has it on the tool explains most of these errors: mean {mean} with the "
+        "tool of the robot's file, {after} with the tool fitted to these data",
+        "If the target was mounted anew or the file says nothing of it, write its place into tool: of the robot's file.",
+    )
     FEW_AFTER_FRAMES = Phrase(
         "{numbers} measured numbers are too few to judge anything after {fitted} parameters of the instruments' frames "
         "were fitted",

@@ -113,15 +113,16 @@ def _frame_blocks(found: Validation) -> Iterator[Block]:
         fitted = f"{len(found.frames)} parameters of frames were fitted to these data"
         yield from quiet(f"profiled: {fitted}; the errors are enlarged by what that took away")
     own = found.robot.machine.table
-    if all(n in own.free and own[n].value == 0 and n not in found.frames for n in TOOL):
+    if found.against is None and all(n in own.free and own[n].value == 0 and n not in found.frames for n in TOOL):
         # A file that says nothing of the tool: its whole length stands in the errors, and nothing else would say so.
         yield from quiet(
-            f"{', '.join(TOOL)} of this robot are 0 and were not fitted: a target that sits elsewhere on the tool is part of these errors; "
-            "of a robot after --against they are fitted"
+            f"{', '.join(TOOL)} of this robot are 0 and were not fitted: a target that sits elsewhere on the tool is part of these errors"
         )
-    if tool := [n for n in found.frames_against if n.startswith("tool.")]:
-        yield from quiet(f"of the robot compared with, {', '.join(tool)} were fitted to these data too")
-    if found.gain is not None:
+    if tool := [n for n in dict.fromkeys((*found.frames, *found.frames_against)) if n.startswith("tool.")]:
+        yield from quiet(f"{', '.join(tool)} were fitted to these data for both robots")
+    if found.gain is not None and found.gain.low == found.gain.high == 0:
+        yield Text.of("no difference between the two robots")
+    elif found.gain is not None:
         gain = found.gain
         word, low, high = ("smaller", gain.low, gain.high) if gain.mean >= 0 else ("larger", -gain.high, -gain.low)
         span = f"{figure(low)} to {figure(high)} mm"

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.apply.iso9283 import Standard, standard
+from robocal.diagnose.limits import REMOUNT_SHARE
 from robocal.errors import FormatError
 from robocal.files.parts import Document, Origin, provenance_of
 from robocal.files.plain import json_text
@@ -30,7 +31,7 @@ from robocal.files.text import InputFile
 from robocal.measure.base import problem
 from robocal.measure.data import DataSet, fingerprints
 from robocal.prove.evidence import bootstrap_gain, constant_errors
-from robocal.prove.model_errors import Errors, model_errors
+from robocal.prove.model_errors import Errors, model_errors, tool_names
 from robocal.prove.nongeometric.layer import layer_errors, layer_rows
 from robocal.prove.split import leave_one_out_rounds
 from robocal.prove.statistics import Statistic
@@ -46,6 +47,7 @@ from robocal.session.watching import Watch, computable
 
 __all__ = ["Validation", "validate_robot"]
 
+TOOL = ("tool.x", "tool.y", "tool.z")
 FEWEST = 5  # unseen configurations that can judge a robot
 
 
@@ -228,11 +230,16 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         other = other or OpenedArm(shifted.nominal)
     machine = inputs.opened.machine
     with computable(o.robot, *o.data):
-        # A nominal robot says as little of its tool with offsets as without.
-        mine = model_errors(machine, inputs.data, watch, tool=shifted is not None)
-        theirs = None if other is None else model_errors(other.machine, inputs.data, watch, tool=True)
+        # Two robots are judged alike: where a file says nothing of the tool, it is fitted to both.
+        tool = tool_names(machine) if other is None else tool_names(machine, other.machine)
+        both = model_errors(machine, inputs.data, watch, tool=tool), model_errors(machine, inputs.data, watch)
+        refitted, kept = both if tool else (both[0], both[0])
+        mine = kept if other is None else refitted
+        theirs = None if other is None else model_errors(other.machine, inputs.data, watch, tool=tool)
         iso = _standing(inputs, other, mine, theirs, o.distances)
     reasons = list(used)
+    if not (mine.converged and (theirs is None or theirs.converged)):
+        reasons.append(Remark.of(Code.FRAMES_NOT_CONVERGED))
     if mine.rows < 2 * len(mine.fitted):
         reasons.append(Remark.of(Code.FEW_AFTER_FRAMES, numbers=mine.rows, fitted=len(mine.fitted)))
     if not len(mine.position):
@@ -251,6 +258,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
     warnings = (
         *inputs.warnings,
         *left_out,
+        *_remount(kept, refitted),
         *(() if layer is None else (Remark.of(Code.LAYER_ON_TOP, mean=Quantity(layer.mean * 1e-3)),)),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
@@ -263,6 +271,17 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         frames_against=() if theirs is None else theirs.fitted, poses=_poses(inputs.data, mine, theirs), layer=layer, iso=iso,
         offsets=None if shifted is None else shifted.file.path, reasons=tuple(reasons), warnings=warnings, inputs=files, command=command,
     )  # fmt: skip
+
+
+def _remount(kept: Errors, refitted: Errors) -> tuple[Remark, ...]:
+    """That the target sits elsewhere on the tool than the robot has it, where that explains most of what is left."""
+    moved = np.array([refitted.values[n] - kept.values[n] for n in TOOL if n in kept.values])
+    left, before = (float((e.position**2).sum()) for e in (refitted, kept))
+    if not refitted.converged or not moved.any() or left > (1 - REMOUNT_SHARE) * before:
+        return ()
+    shift = tuple(Quantity(float(v)) for v in moved)
+    mean, after = (Quantity(float(e.position.mean()) * e.factor) for e in (kept, refitted))
+    return (Remark.of(Code.TARGET_REMOUNTED, x=shift[0], y=shift[1], z=shift[2], mean=mean, after=after),)
 
 
 def _standing(
