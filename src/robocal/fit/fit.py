@@ -57,9 +57,7 @@ ROUGH = 1e-3  # where a fit may be given up: a hundred such steps do not bring C
 RESTARTS = 8
 NO_NOISE = 5.0  # sigma: what leaves more may have begun in the wrong place
 ELSEWHERE, SCATTER = 4, 0.5  # sets of poses that are tried then, and how far they scatter, of where each began alone
-=======
 TURNED = 0.1  # of what tells a frame at the end has to be there from the start: ordinary data have 0.95 and more, one orientation has 1e-3
->>>>>>> law-single
 
 
 @dataclass(frozen=True)
@@ -154,7 +152,6 @@ def fit(
     tau, soft = _large_errors(problem_at, stated, configurations, start, tau, soft)
     tell(watch, "noise", groups=len(tau))
     candidate = problem_at(tau)
-<<<<<<< HEAD
     if visit_again(stated, configurations):
         columns = effective_columns(soften(candidate, start), soft)
         first = first.with_weights(weights * weigh_visits(stated, candidate, soft, configurations, columns))
