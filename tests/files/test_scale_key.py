@@ -26,7 +26,9 @@ camera: {fx: 900, fy: 900, cx: 640, cy: 480}"""
 def read(folder, kind, scale):
     rows = ["a,b,c,d,e,f,x,y,z,corner"] + [f"{i},{-i},{i},{i},{i},{i},{i},2,3,{i % 4}" for i in range(1, 9)]
     (folder / "data.csv").write_text("\n".join(rows) + "\n")
-    (folder / "data.yaml").write_text(DATA.format(kind=kind, values=PIXELS if kind == "pixels" else POSITION, scale=scale))
+    (folder / "data.yaml").write_text(
+        DATA.format(kind=kind, values=PIXELS if kind == "pixels" else POSITION, scale=scale)
+    )
     return read_dataset(folder / "data.yaml", open_robot("ur10").chain).dataset.observations[0]
 
 
@@ -47,7 +49,18 @@ def test_it_is_read_as_a_share(tmp_path, kind, scale, sigma):
 
 
 @pytest.mark.parametrize(
-    "scale", ["{sigma: 0.3 mm}", "{sigma: 0}", "{sigma: -0.1 %}", "{sigma: 60 %}", "{sigma: true}", "unknown", "0.1 %", "{}", "[0.1]"]
+    "scale",
+    [
+        "{sigma: 0.3 mm}",
+        "{sigma: 0}",
+        "{sigma: -0.1 %}",
+        "{sigma: 60 %}",
+        "{sigma: true}",
+        "unknown",
+        "0.1 %",
+        "{}",
+        "[0.1]",
+    ],
 )
 def test_what_is_no_scale_is_told_at_its_key(tmp_path, scale):
     with pytest.raises(FormatError) as raised:

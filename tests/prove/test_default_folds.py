@@ -48,7 +48,9 @@ def test_what_was_asked_for_stands():
 
 @pytest.mark.slow
 def test_a_perfect_arm_gains_nothing_by_them():
-    gains = sum(identify(*measured(n, 0.0, seed=i)).verdict.status == "improved" for i in range(15) for n in ("ur10", "irb-120"))
+    gains = sum(
+        identify(*measured(n, 0.0, seed=i)).verdict.status == "improved" for i in range(15) for n in ("ur10", "irb-120")
+    )
     assert gains <= 3  # of 30, 2.5 % each
 
 
@@ -57,13 +59,17 @@ def turned(rng, m, far, skew):
     rows = [{}, {"alpha": math.pi / 2}]
     robot = chain("positioner", "mdh", rows)
     truth = chain("positioner", "mdh", [{}, {"alpha": math.pi / 2 + skew, "a": skew * far}])
-    target = Frame("board", tuple(rng.normal(0, far / 2, 3)) + (0.0,) * 3, (True,) * 3 + (False,) * 3, "tool", (0.2, 3.0))
+    target = Frame(
+        "board", tuple(rng.normal(0, far / 2, 3)) + (0.0,) * 3, (True,) * 3 + (False,) * 3, "tool", (0.2, 3.0)
+    )
     camera = Frame("camera", (0.3, -0.5, 1.1, 0.4, 0.3, -0.2), (True,) * 6, expected=(10.0, 3.0))
     where = Configurations(tuple(map(str, range(m))), rng.uniform(-1.2, 1.2, (m, 2)))
     zero = np.zeros(m, dtype=np.int64)
     obs = Observations("position", np.arange(m), np.zeros((m, 3)), np.full((m, 3), 2e-4), camera, (target,), zero)
     data = synthesise(truth, DataSet(where, (obs,)), rng)
-    lost = replace(data.observations[0], frame=replace(camera, value=(0.0,) * 6), targets=(replace(target, value=(0.0,) * 6),))
+    lost = replace(
+        data.observations[0], frame=replace(camera, value=(0.0,) * 6), targets=(replace(target, value=(0.0,) * 6),)
+    )
     return robot, replace(data, observations=(lost,))
 
 
@@ -79,7 +85,9 @@ def test_a_smaller_unit_explains_nothing_of_a_robot_without_lengths(seed, factor
 @pytest.mark.parametrize("factor", [1e-3, 1e3, 0.0254])
 def test_a_wrong_unit_of_an_arm_is_still_found(factor):
     model, data = measured("ur10", 1e-3)
-    wrong = tuple(replace(o, value=o.value / factor, frame=replace(TRACKER, value=(0.0,) * 6)) for o in data.observations)
+    wrong = tuple(
+        replace(o, value=o.value / factor, frame=replace(TRACKER, value=(0.0,) * 6)) for o in data.observations
+    )
     change = Change(What.LENGTH_UNIT, (0, 1, 2), factors=(factor,) * 3)
     found = explain(model, DataSet(data.configurations, wrong), [change])
     assert found is not None and found.changes[0] == (change,)

@@ -88,7 +88,7 @@ class Options(BaseOptions):
         None,
         "Share of configurations held out, 0 to 0.5; blocks: rows in time order; group: whole groups",
         "SHARE",
-        otherwise="stated groups; else 0.2 from 25 places on",
+        otherwise="stated groups; else 0.2 from 25 places on, or 5 folds where that is likely to prove too little",
     )
     group: str | None = option(None, "The column whose groups are held out together", "COLUMN", name="--group-by")
     folds: int | None = option(None, "Hold out everything once, in K rounds, and fit the model to everything", "K")
