@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from cables.logs import Log
 from sizes import size
 
+import robocal as rc
 from robocal.fit.options import Options
 from robocal.prove.identify import identify
 
@@ -50,3 +53,10 @@ def test_of_many_changes_nearly_all_are_named_and_of_none_hardly_any(kind):
         caught += bool(found(wrong)[1])
         slandered += bool(found(good)[1])
     assert caught >= 0.95 * count and slandered <= 0.03 * count
+
+
+def test_lengths_alone_name_no_zeros_of_a_few_rows():
+    """Eight lengths leave two numbers beside a pose: eight zeros would meet any five rows."""
+    folder = Path(__file__).parents[2] / "examples" / "cable-calibration" / "eight"
+    found = rc.identify(folder / "robot.yaml", folder / "lengths.yaml").result
+    assert found.verdict.status == "improved"

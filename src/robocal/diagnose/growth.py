@@ -129,8 +129,8 @@ def _explain(lin: Linear, factor: Array, scales: Array, way: Array) -> Drift | N
     """What columns way (n, k) of all explain once more where a factor (N,) of time multiplies them; None where nothing is left to tell."""
     n, k = way.shape
     there = lin.j @ way
-    taken, left = beside_blocks(replace(lin, j=np.hstack([lin.j, factor[:, None] * there, there, lin.r[:, None]])))
-    held = np.vstack([left, np.hstack([np.diag(1 / (HOLD * scales)), np.zeros((n, 2 * k + 1))])])
+    taken, left = beside_blocks(replace(lin, j=np.hstack([lin.j, factor[:, None] * there, lin.r[:, None]])))
+    held = np.vstack([left, np.hstack([np.diag(1 / (HOLD * scales)), np.zeros((n, k + 1))])])
     q, _ = np.linalg.qr(held[:, :n])
     rest = held[:, n:] - q @ (q.T @ held[:, n:])
     c, r = rest[:, :k], rest[:, -1]
@@ -144,7 +144,9 @@ def _explain(lin: Linear, factor: Array, scales: Array, way: Array) -> Drift | N
     noise = (square - gain) / dof
     more = max(gain - many * noise, 0.0)
     chance = float(scipy.special.fdtrc(many, dof, gain / many / noise))
-    return Drift(more, more / square, chance, np.sqrt(more / gain) * (left[:, n + k : n + 2 * k] @ (known @ -outer)))
+    # A mean of u^2 is a third: what is seen of the drift, at the end of the file. What the fit itself took up shows nowhere.
+    end = np.sqrt(3 * more / gain) * (c[: len(lin.r)] @ (known @ -outer))
+    return Drift(more, more / square, chance, end)
 
 
 def _lengths(context: Context[Model]) -> dict[tuple[str, str], tuple[Array, Ints]]:

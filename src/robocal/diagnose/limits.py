@@ -77,6 +77,7 @@ SEGMENT_COUNT = limit(6, "segments", "A file with more of them is no longer one 
 SEGMENT_RIVAL = limit(0.5, "of the best gain", "Causes that gain as much are compared.")
 SEGMENT_APART = limit(1.15, "times", "A cause that leaves no more than this is named with the best one.")
 SEGMENT_ROWS = limit(5, "rows", "Fewer rows on either side are met by any step.")
+SEGMENT_NUMBERS = limit(4, "numbers", "For each of what a step may have moved: fewer are met by any step.")
 SEGMENT_COMPLETE = limit(0.9, "of the numbers", "With fewer numbers in a row of poses the rows are not alike.")
 
 topic("Stated numbers, time and scale")

@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 
 from robocal._types import Array, Ints
-from robocal.diagnose.limits import SEGMENT_ROWS
+from robocal.diagnose.limits import SEGMENT_NUMBERS, SEGMENT_ROWS
 from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
 from robocal.fit.noise import median
 
@@ -181,6 +181,7 @@ class _Sums:
     score: Array  # (k + 1, q)
     own: Array  # (k + 1, q, q)
     cross: Array  # (k + 1, q, n)
+    fewest: int  # rows of a segment, and beside it
 
     @classmethod
     def of(cls, column: Array, left: Array, weight: Array, answer: Array) -> _Sums:
@@ -190,7 +191,10 @@ class _Sums:
             return out
 
         turned = (column * weight[:, None, None]).transpose(0, 2, 1)
-        return cls(running((turned @ left[..., None])[..., 0]), running(turned @ column), running(turned @ answer))
+        fewest = max(SEGMENT_ROWS, math.ceil(SEGMENT_NUMBERS * column.shape[2] / column.shape[1]))
+        return cls(
+            running((turned @ left[..., None])[..., 0]), running(turned @ column), running(turned @ answer), fewest
+        )
 
     def fit(self, run: RowSequence, c: Candidate, rows: tuple[int, int], ends: tuple[int, int]) -> SegmentFit:
         """The segment of some rows of a run, between these `ends` among the rows of its candidate."""
@@ -240,7 +244,7 @@ class _Sums:
     def best(self, a: Ints, b: Ints) -> tuple[int, int] | None:
         """The pair that gains most, with enough rows inside and outside."""
         k = len(self.score) - 1
-        fit = (b - a >= SEGMENT_ROWS) & (k - (b - a) >= SEGMENT_ROWS)
+        fit = (b - a >= self.fewest) & (k - (b - a) >= self.fewest)
         if not fit.any():
             return None
         at = int(self.gain(a[fit], b[fit])[0].argmax())
