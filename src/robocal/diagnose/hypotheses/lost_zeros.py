@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import combinations, product
+from typing import Any
 
 import numpy as np
 
@@ -60,7 +61,7 @@ def lost_zeros(chain: Mechanism, data: DataSet) -> dict[str, float]:
 def _shifted(seen: Sights, zeros: Array) -> Sights:
     """One trial for every row of offsets (B, n)."""
     count = len(zeros)
-    own = {n: np.repeat(getattr(seen, n), count, axis=0) for n in ("place", "turn", "thing")}
+    own: dict[str, Any] = {n: np.repeat(getattr(seen, n), count, axis=0) for n in ("place", "turn", "thing")}
     return replace(seen, joints=seen.joints + zeros[:, None], **own)
 
 

@@ -45,7 +45,7 @@ def place_configurations(model: Model, data: DataSet) -> DataSet:
             vector = se3.to_vector(found[good])
             vector[:, [i for i in range(6) if i not in freedom]] = 0.0
             start[good] = vector
-    unsaid = np.ones(count, dtype=np.bool_) if given is None else np.isnan(given).any(axis=1)
+    unsaid: Bools = np.isnan(np.full((count, 6), np.nan) if given is None else given).any(axis=1)
     lacking = np.isnan(start).any(axis=1)
     start[lacking] = 0.0 if lacking.all() else np.median(start[~lacking], axis=0)
     start = replace_by_anchors(
