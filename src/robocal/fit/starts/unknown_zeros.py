@@ -12,7 +12,7 @@ import numpy as np
 from robocal._types import Array, Bools
 from robocal.geometry import fits, se3
 from robocal.measure.data import DataSet, Observations
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, freedom_of
 
 __all__ = ["replace_by_anchors"]
 
@@ -30,7 +30,7 @@ def replace_by_anchors(
     drawn = [o for o in data.observations if o.kind == "lengths"]
     if not watched or not drawn or not lacking.any():
         return start
-    from robocal.measure.seen_anchors import machine_size, place_by_anchors, zero_spread
+    from robocal.measure.anchor_start import machine_size, place_by_anchors, zero_spread
 
     out, least = np.array(start), ASKS * machine_size(model)
     for obs in watched:
@@ -48,6 +48,7 @@ def replace_by_anchors(
             placed = place_by_anchors(model, lengths, seen) if free else seen
             if placed is not None and zero_spread(model, lengths, placed) < CLEARLY * left:
                 vector = se3.to_vector(placed[known & lacking])
+                vector[:, [i for i in range(6) if i not in (freedom_of(model) or ())]] = 0.0
                 out[known & lacking] = vector
                 break
     return out
