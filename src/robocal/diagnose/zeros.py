@@ -11,7 +11,7 @@ from robocal.parameters import TYPICAL
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["LOST", "lost_zeros_found"]
+__all__ = ["LOST", "find_moved_zeros"]
 
 LOST = declare(
     "zero-lost",
@@ -21,7 +21,7 @@ LOST = declare(
 
 
 @check("lost-zeros", When.FIT, order=155, machines=Machines.JOINTED, needs=("fit",))
-def lost_zeros_found(context: Context[Model]) -> Iterator[Finding]:
+def find_moved_zeros(context: Context[Model]) -> Iterator[Finding]:
     """Zeros of turning joints that moved, beyond doubt, as no mastering leaves them."""
     model, fit = context.model, context.need_fit
     moving = model.mechanism

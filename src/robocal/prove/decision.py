@@ -13,7 +13,7 @@ identifications asks for the status and for the errors of what was not used.
 A joint that lost its zero may be off by any angle, a length by what making leaves. What looks alike is kept by the effect of its
 expected error, often the length; once that has moved by more than ZERO_CHANGE times its own, the zero is the likelier cause, and the
 one that a controller takes: it is expected to be off by ZERO_LOST, and the fit is made again. Where conventions hold zeros, or an
-angle is too large for a fit to find, a search over all joints says where the fit begins (`hypotheses/lost_zeros`).
+angle is too large for a fit to find, a search over all joints says where the fit begins (`hypotheses/zero_search`).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ import numpy as np
 
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
-from robocal.diagnose.hypotheses.lost_zeros import lost_zeros
+from robocal.diagnose.hypotheses.zero_search import search_zeros
 from robocal.diagnose.limits import BENT_LEAVES, FINEST_ERROR, FOLDS, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
 from robocal.diagnose.rounding import rounding_rms
 from robocal.errors import ModelError
@@ -164,7 +164,7 @@ def find_zeros(model: M, data: DataSet, fit: Fit) -> tuple[M, dict[str, float]] 
     if moving is None or not moving.joints or not _asks_for_zeros(model, fit):
         return None
     open_zeros = {z.joint: z for z in moving.open_zeros}
-    lost = lost_zeros(moving, data) if open_zeros else {}
+    lost = search_zeros(moving, data) if open_zeros else {}
     table = model.table
     if not lost or any(j not in open_zeros or table[open_zeros[j].parameter].prior is not None for j in lost):
         return None

@@ -37,6 +37,7 @@ def place_configurations(model: Model, data: DataSet) -> DataSet:
     count = len(data.configurations)
     given = data.configurations.start
     start = np.full((count, 6), np.nan) if given is None else np.array(given)
+    without = np.asarray(np.isnan(start).any(axis=1))
     for kind, obs in product(OWN, data.observations):
         lacking = np.isnan(start).any(axis=1)
         if obs.kind == kind and lacking.any():
@@ -45,12 +46,10 @@ def place_configurations(model: Model, data: DataSet) -> DataSet:
             vector = se3.to_vector(found[good])
             vector[:, [i for i in range(6) if i not in freedom]] = 0.0
             start[good] = vector
-    unsaid = np.ones(count, dtype=np.bool_) if given is None else np.isnan(given).any(axis=1)
     lacking = np.isnan(start).any(axis=1)
     start[lacking] = 0.0 if lacking.all() else np.median(start[~lacking], axis=0)
-    start = replace_by_anchors(
-        model, data, start, unsaid, lambda obs: _pose(model, obs, np.ones(count, dtype=np.bool_))
-    )
+    every = np.ones(count, dtype=np.bool_)
+    start = replace_by_anchors(model, data, start, without, lambda obs: _pose(model, obs, every))
     return replace(data, configurations=replace(data.configurations, start=start))
 
 

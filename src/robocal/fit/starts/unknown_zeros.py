@@ -12,7 +12,7 @@ import numpy as np
 from robocal._types import Array, Bools
 from robocal.geometry import fits, se3
 from robocal.measure.data import DataSet, Observations
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, freedom_of
 
 __all__ = ["replace_by_anchors"]
 
@@ -30,13 +30,9 @@ def replace_by_anchors(
     drawn = [o for o in data.observations if o.kind == "lengths"]
     if not watched or not drawn or not lacking.any():
         return start
-    from robocal.cables.geometry import CableRobot
-    from robocal.measure.cable.seen_anchors import machine_size, place_by_anchors, zero_spread
+    from robocal.measure.anchor_start import machine_size, place_by_anchors, zero_spread
 
-    robot = model.part(CableRobot)
-    if robot is None:
-        return start
-    out, least = np.array(start), ASKS * machine_size(robot)
+    out, least = np.array(start), ASKS * machine_size(model)
     for obs in watched:
         seen = seen_by(obs)
         known = np.isfinite(seen[:, 0, 0])
@@ -46,12 +42,13 @@ def replace_by_anchors(
         here = se3.from_vector(out)
         as_begun = fits.rigid(seen[known, :3, 3], here[known, :3, 3]) @ seen if free else seen
         for lengths in drawn:
-            left = zero_spread(robot, lengths, as_begun)
+            left = zero_spread(model, lengths, as_begun)
             if left <= least and free:
                 continue
-            placed = place_by_anchors(robot, lengths, seen) if free else seen
-            if placed is not None and zero_spread(robot, lengths, placed) < CLEARLY * left:
+            placed = place_by_anchors(model, lengths, seen) if free else seen
+            if placed is not None and zero_spread(model, lengths, placed) < CLEARLY * left:
                 vector = se3.to_vector(placed[known & lacking])
+                vector[:, [i for i in range(6) if i not in (freedom_of(model) or ())]] = 0.0
                 out[known & lacking] = vector
                 break
     return out

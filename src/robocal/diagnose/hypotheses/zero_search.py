@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import combinations, product
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from robocal.measure.machine import Mechanism
 from robocal.measure.reach import reach as reach_poses
 from robocal.parameters import TYPICAL
 
-__all__ = ["lost_zeros"]
+__all__ = ["search_zeros"]
 
 IN_BASE = Frame("base")  # of an instrument that reads in base coordinates
 PROBE = 1.0  # rad: a turn that shows whether a joint's zero is seen
@@ -36,7 +37,7 @@ ROUNDS = (12, 12, 25)
 ANY, NEAR = 3.0, 0.015  # rad: how softly zeros are held where they may be anywhere, and where nothing is lost
 
 
-def lost_zeros(chain: Mechanism, data: DataSet) -> dict[str, float]:
+def search_zeros(chain: Mechanism, data: DataSet) -> dict[str, float]:
     """The offset of every joint whose zero is lost, rad, by its name; empty where nothing is lost or nobody can tell."""
     framed = (replace(o, frame=o.frame or IN_BASE) for o in data.observations)
     data = DataSet(data.configurations, tuple(framed))
@@ -60,7 +61,7 @@ def lost_zeros(chain: Mechanism, data: DataSet) -> dict[str, float]:
 def _shifted(seen: Sights, zeros: Array) -> Sights:
     """One trial for every row of offsets (B, n)."""
     count = len(zeros)
-    own = {n: np.repeat(getattr(seen, n), count, axis=0) for n in ("place", "turn", "thing")}
+    own: dict[str, Any] = {n: np.repeat(getattr(seen, n), count, axis=0) for n in ("place", "turn", "thing")}
     return replace(seen, joints=seen.joints + zeros[:, None], **own)
 
 

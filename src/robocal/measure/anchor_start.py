@@ -12,24 +12,28 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.cables.calibration.per_cable import per_cable
-from robocal.cables.geometry import CableRobot, lengths
+from robocal.cables.geometry import lengths
 from robocal.errors import ModelError
 from robocal.geometry import fits, se3
+from robocal.measure.cable.platform_rows import cable_robot_of
 from robocal.measure.data import Observations
-from robocal.measure.lengths import readings
+from robocal.measure.lengths import WHAT, readings
+from robocal.measure.machine import Model
 
 __all__ = ["machine_size", "place_by_anchors", "zero_spread"]
 
 
-def machine_size(robot: CableRobot) -> float:
+def machine_size(machine: Model) -> float:
     """The mean distance of two frame anchors (m)."""
+    robot = cable_robot_of(machine, WHAT)
     away = np.linalg.norm(robot.a[:, None] - robot.a[None], axis=-1)
     return float(away[np.triu_indices(len(robot.a), 1)].mean())
 
 
-def zero_spread(robot: CableRobot, obs: Observations, pose: Array) -> float:
+def zero_spread(machine: Model, obs: Observations, pose: Array) -> float:
     """How far the nominal lengths at poses (U, 4, 4) differ from what was read, beyond a constant of each cable: the root mean square
     (m) over the rows with a pose."""
+    robot = cable_robot_of(machine, WHAT)
     y, square, count = readings(robot, obs, len(pose)), 0.0, 0
     for i in range(len(robot.cables)):
         some = np.flatnonzero(np.isfinite(y[:, i]) & np.isfinite(pose[:, 0, 0]))
@@ -39,8 +43,9 @@ def zero_spread(robot: CableRobot, obs: Observations, pose: Array) -> float:
     return float(np.sqrt(square / count)) if count else np.inf
 
 
-def place_by_anchors(robot: CableRobot, obs: Observations, seen: Array) -> Array | None:
+def place_by_anchors(machine: Model, obs: Observations, seen: Array) -> Array | None:
     """T_base_platform (U, 4, 4) from poses (U, 4, 4) in the frame of an instrument; None where they do not tell where anchors are."""
+    robot = cable_robot_of(machine, WHAT)
     y = readings(robot, obs, len(seen))
     some = np.isfinite(seen[:, 0, 0]) & np.isfinite(y).any(axis=1)
     try:
