@@ -13,7 +13,8 @@ import scipy
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, note, of_remarks, once
 from robocal.diagnose.fixed_numbers import names_to_free
-from robocal.diagnose.segments.find import find_segments, segment_remarks
+from robocal.diagnose.segments.find import find_segments, said_of, segment_remarks
+from robocal.diagnose.segments.regions import crossing_joint
 from robocal.diagnose.stated_numbers import reads
 from robocal.estimate.problem import Problem
 from robocal.fit.estimators import estimator
@@ -21,9 +22,19 @@ from robocal.fit.fit import Fit
 from robocal.measure.machine import Model, joints_of, sensor_zeros
 from robocal.measure.rows import KINDS, Rows
 from robocal.remarks.code import Code
+from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["findings_of_segments", "implausible", "implausible_changes", "out_of_tolerance"]
+
+MOVED_OR_BENT = declare(
+    "moved-or-bent",
+    "{file}: from row {first} to row {last} everything is off[ by {shift:.3g}][, turned by {turn:.3g}] ({count} rows, {strength:.1f} "
+    "times the residual elsewhere). On these rows {joint} is in another region: its load bends it to the other side there, or target or "
+    "instrument moved just then",
+    "Measure some poses of both regions again, in turns. What comes back is bending: free it (--groups compliance). What does not has "
+    "moved: leave these rows out (--exclude {first}-{last}).",
+)
 
 
 @check("implausible-changes", When.FIT, order=150, needs=("fit",))
@@ -130,6 +141,13 @@ def restarts(context: Context[Model]) -> Iterator[Finding]:
 @check("moved", When.PROOF, order=180, needs=("data",))
 @once
 def findings_of_segments(context: Context[Model]) -> list[Finding]:
-    """What stood elsewhere, at the values of the fit, else of the baseline: one finding for every segment."""
-    found = find_segments(context.model, context.need_data, context.values)
-    return of_remarks(segment_remarks(found), Level.REFUSE)
+    """What stood elsewhere, at the values of the fit, else of the baseline: one finding for every segment. Where a joint is in another
+    region on its rows, its load may bend it as well, and that is a doubt."""
+    data = context.need_data
+    found = find_segments(context.model, data, context.values)
+    crossed = [crossing_joint(context.model, data, s, found) for s in found]
+    told = zip(found, segment_remarks(found), crossed, strict=True)
+    return [
+        Finding(r.code, r.items, Level.REFUSE) if joint is None else doubt(MOVED_OR_BENT, **said_of(s), joint=joint)
+        for s, r, joint in told
+    ]

@@ -78,6 +78,8 @@ SEGMENT_RIVAL = limit(0.5, "of the best gain", "Causes that gain as much are com
 SEGMENT_APART = limit(1.15, "times", "A cause that leaves no more than this is named with the best one.")
 SEGMENT_ROWS = limit(5, "rows", "Fewer rows on either side are met by any step.")
 SEGMENT_NUMBERS = limit(4, "numbers", "For each of what a step may have moved: fewer are met by any step.")
+REGION_SHARE = limit(0.95, "of the rows", "So many lie on a joint's own side: where its load is small, nothing bends.",
+    "tests/prove/test_regions_of_joints.py")
 SEGMENT_COMPLETE = limit(0.9, "of the numbers", "With fewer numbers in a row of poses the rows are not alike.")
 
 topic("Stated numbers, time and scale")
