@@ -11,12 +11,20 @@ from robocal.parameters import TYPICAL
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["LOST", "find_moved_zeros"]
+__all__ = ["LOST", "UNKNOWN", "find_moved_zeros", "find_unknown_zeros"]
 
 LOST = declare(
     "zero-lost",
     "joints count from elsewhere than the robot's file says; add to what they show: {zeros}",
     "Write the calibrated robot to the controller, or these angles as joint offsets. Where a mastering was lost, set it anew.",
+)
+
+
+UNKNOWN = declare(
+    "cable-zeros-unknown",
+    "the zeros of {count} cables are off by {most:.3g} at most: the error before is that of the zeros",
+    "If the sensors count from anywhere after each power-up, write `zeros: NAME` into the data file of the lengths: zeros are then "
+    "fitted for the nominal robot too, and the gain is that of the geometry.",
 )
 
 
@@ -36,3 +44,13 @@ def find_moved_zeros(context: Context[Model]) -> Iterator[Finding]:
     sure = {z: v for z, v in far.items() if abs(v * z.factor) > limits.ZERO_SIGMA * sigma[z.parameter]}
     if sure:
         yield doubt(LOST, zeros=tuple(f"{z.joint} {Quantity(v, 'rad'):.4g}" for z, v in sure.items()))
+
+
+@check("unknown-zeros", When.FIT, order=156, machines=Machines.POSED, needs=("fit",))
+def find_unknown_zeros(context: Context[Model]) -> Iterator[Finding]:
+    """Zeros of a robot's own cables that moved, most of them, farther than any drum was set by hand."""
+    cables, table = context.model.parts.get("cable", ()), context.model.table
+    names = [n for c in cables if (n := f"{c}.l0") in context.need_fit.problem.free and n in table]
+    off = [v for n in names if (v := abs(context.values[n] - table[n].value)) > limits.ZERO_LOST["m"]]
+    if 2 * len(off) > len(cables):
+        yield doubt(UNKNOWN, count=len(off), most=Quantity(max(off)))
