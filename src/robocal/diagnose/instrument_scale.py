@@ -20,7 +20,7 @@ from robocal.diagnose.check_registry import Context, Finding, Machines, check_fi
 from robocal.diagnose.stated_numbers import score
 from robocal.estimate.elimination import beside_blocks, block_columns
 from robocal.measure.machine import Model
-from robocal.measure.rows import Rows, scale_of
+from robocal.measure.rows import scale_of
 from robocal.measure.stretch import stretch_columns
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number
@@ -55,13 +55,13 @@ def beside_lengths(context: Context[Model]) -> list[Finding]:
     """Instruments that see the machine beside its cables, and do not agree with them on how long a length is."""
     fit = context.need_fit
     problem, x = fit.problem, fit.solution.x
-    others = sorted({t.group for t in problem.terms if isinstance(t, Rows) and t.kind != LENGTHS})
-    if not others or all(t.kind != LENGTHS for t in problem.terms):
+    drawn = {t.group for t in problem.terms if t.kind == LENGTHS}
+    others = sorted({t.group for t in problem.terms} - drawn)
+    if not others or not drawn:
         return []
     choices = [[g] for g in others] + ([others] if len(others) > 1 else [])
     lin = context.jacobian
-    some = [lambda t, own=own: t.kind != LENGTHS and t.group in own for own in choices]
-    c = stretch_columns(problem, x, [*some, lambda t: t.kind == LENGTHS])
+    c = stretch_columns(problem, x, [*choices, drawn])
     _, left = beside_blocks(replace(lin, j=np.hstack([lin.j, c])))
     n = lin.j.shape[1]
     found = score(left[:, :n], lin.r, problem.scales, left[:, n:], block_columns(lin))

@@ -11,7 +11,6 @@ Bayes estimates for the linear model (1972).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +22,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 from robocal.estimate.uncertainty import Total
 from robocal.measure.data import DataSet
-from robocal.measure.rows import Rows, scale_of
+from robocal.measure.rows import scale_of
 from robocal.measure.stretch import stretch_columns
 
 __all__ = ["InstrumentScales", "add_scales", "is_scale", "scales_of", "without_scales"]
@@ -54,8 +53,7 @@ def scales_of(
     if not groups:
         return None
     lin = reweight(every.linearize(x) if lin is None else lin, every)
-    choices: list[Callable[[Rows], bool]] = [lambda t, g=g: t.group == g for g in groups]  # type: ignore[misc]
-    c = stretch_columns(every, x, choices)
+    c = stretch_columns(every, x, [(g,) for g in groups])
     # Where a robust loss is used the columns count as the rows do; a scale that is not seen at all answers to nothing.
     told = np.linalg.norm(c, axis=0) > 0
     if not told.any():
@@ -72,9 +70,9 @@ def scales_of(
     mean = -covariance @ (c.T @ lin.r - (j.T @ c).T @ both[:, -1])
     chosen = np.isin(every.free, kept)
     hold = every.with_free(kept).prior_root * every.scales[chosen]
-    rows = np.vstack([j[:, chosen], hold])
+    own = j[:, chosen]
     response = np.zeros((n, c.shape[1]))
-    answer = scipy.linalg.lstsq(rows, np.vstack([c, np.zeros((len(hold), c.shape[1]))]), cond=1e-12)[0]
+    answer = np.linalg.lstsq(own.T @ own + hold.T @ hold, own.T @ c, rcond=1e-14)[0]
     response[chosen] = every.scales[chosen, None] * answer
     names = tuple(f"{g}.{SYMBOL}" for g, seen in zip(groups, told, strict=True) if seen)
     return InstrumentScales(names, sigma, mean, np.sqrt(np.diag(covariance)), response)
