@@ -13,8 +13,8 @@ import scipy
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, note, of_remarks, once
 from robocal.diagnose.fixed_numbers import names_to_free
-from robocal.diagnose.segments.find import find_segments, said_of, segment_remarks
-from robocal.diagnose.segments.regions import crossing_joint
+from robocal.diagnose.segments.find import find_segments, segment_numbers, segment_remarks
+from robocal.diagnose.segments.regions import find_joint
 from robocal.diagnose.stated_numbers import reads
 from robocal.estimate.problem import Problem
 from robocal.fit.estimators import estimator
@@ -145,9 +145,11 @@ def findings_of_segments(context: Context[Model]) -> list[Finding]:
     region on its rows, its load may bend it as well, and that is a doubt."""
     data = context.need_data
     found = find_segments(context.model, data, context.values)
-    crossed = [crossing_joint(context.model, data, s, found) for s in found]
+    crossed = [find_joint(context.model, data, s, found) for s in found]
     told = zip(found, segment_remarks(found), crossed, strict=True)
     return [
-        Finding(r.code, r.items, Level.REFUSE) if joint is None else doubt(MOVED_OR_BENT, **said_of(s), joint=joint)
+        Finding(r.code, r.items, Level.REFUSE)
+        if joint is None
+        else doubt(MOVED_OR_BENT, **segment_numbers(s), joint=joint)
         for s, r, joint in told
     ]

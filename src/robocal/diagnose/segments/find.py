@@ -34,7 +34,7 @@ from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Number, Quantity, Remark
 
-__all__ = ["Segment", "find_segments", "said_of", "segment_remarks"]
+__all__ = ["Segment", "find_segments", "segment_numbers", "segment_remarks"]
 
 # What a data file of its own says, so that what moved has a place of its own there.
 LINES = {
@@ -91,7 +91,7 @@ def find_segments(
     return tuple(sorted(out, key=lambda s: -s.strength))
 
 
-def said_of(s: Segment) -> dict[str, Number]:
+def segment_numbers(s: Segment) -> dict[str, Number]:
     """The numbers that a remark has of a segment."""
     said: dict[str, Number] = {"file": s.source or s.group, "first": s.rows[0], "last": s.rows[1], "count": s.count}
     said["shift"] = None if s.shift is None else Quantity(s.shift)
@@ -104,7 +104,7 @@ def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
     """One remark for every segment."""
     out = []
     for s in found:
-        said = said_of(s)
+        said = segment_numbers(s)
         if s.cause == ZERO:
             of_zero = {k: v for k, v in said.items() if k != "turn"}
             begin, end = s.without

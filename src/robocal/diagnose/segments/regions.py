@@ -20,12 +20,12 @@ from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model
 from robocal.measure.reach import names_of, places_by_joints
 
-__all__ = ["crossing_joint"]
+__all__ = ["find_joint"]
 
 STEP = 1e-4  # rad, m: a difference beside which curvature is nothing
 
 
-def crossing_joint(model: Model, data: DataSet, segment: Segment, others: Sequence[Segment]) -> str | None:
+def find_joint(model: Model, data: DataSet, segment: Segment, others: Sequence[Segment]) -> str | None:
     """The joint that is in another region on the rows of a segment, with those of the `others` of its file; None where none is."""
     obs = next((o for o in data.observations if (o.label, o.source) == (segment.group, segment.source)), None)
     q = data.configurations.joints
