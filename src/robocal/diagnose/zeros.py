@@ -50,7 +50,9 @@ def find_moved_zeros(context: Context[Model]) -> Iterator[Finding]:
 def find_unknown_zeros(context: Context[Model]) -> Iterator[Finding]:
     """Zeros of a robot's own cables that moved, most of them, farther than any drum was set by hand."""
     cables, table = context.model.parts.get("cable", ()), context.model.table
+    sigma = dict(zip(context.need_fit.total.names, context.need_fit.total.sigma, strict=True))
     names = [n for c in cables if (n := f"{c}.l0") in context.need_fit.problem.free and n in table]
-    off = [v for n in names if (v := abs(context.values[n] - table[n].value)) > limits.ZERO_LOST["m"]]
+    change = {n: abs(context.values[n] - table[n].value) for n in names}
+    off = [v for n, v in change.items() if v > max(limits.ZERO_LOST["m"], limits.ZERO_SIGMA * sigma[n])]
     if 2 * len(off) > len(cables):
         yield doubt(UNKNOWN, count=len(off), most=Quantity(max(off)))
