@@ -219,7 +219,7 @@ def identify(
     method: lm, gauss-newton, ekf, particle; to compare with: pinv (iterated pseudo-inverse), lse (one step), ekf-100.
     compare: Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it.
     loss: none, huber, cauchy, tukey: reduces the weight of outliers.
-    hold_out: Share of configurations held out, 0 to 0.5; blocks: rows in time order; group: whole groups.  [default: stated groups; else 0.2 from 25 places on]
+    hold_out: Share of configurations held out, 0 to 0.5; blocks: rows in time order; group: whole groups.  [default: stated groups; else 0.2 from 25 places on, or 5 folds where that is likely to prove too little]
     group_by: The column whose groups are held out together.
     folds: Hold out everything once, in K rounds, and fit the model to everything.
     blocks: Number of blocks, with --hold-out blocks, 2 or more.

@@ -88,7 +88,7 @@ def judge(size, seed, scale=None):
 
 @pytest.mark.slow
 def test_a_worse_model_is_not_improved_everywhere():
-    """Before, 13 of 20 such ones that were worse were."""
+    """Before, 23 of 39 such ones were."""
     worse = Counter()
     for seed in range(60):
         if (made := judge(1.005 if seed % 2 else 0.995, seed)) is not None:
@@ -100,7 +100,7 @@ def test_a_worse_model_is_not_improved_everywhere():
 @pytest.mark.slow
 def test_a_right_one_keeps_its_verdict():
     """Where the nominal arm errs by more than its marker lets one see."""
-    kept = [made[1] for seed in range(60) if (made := judge(1.0, seed)) is not None and made[2] > 3e-4]
+    kept = [made[1] for seed in range(60) if (made := judge(1.0, seed)) is not None and made[2] > 5e-4]
     assert len(kept) > 15 and np.mean(kept) >= 0.97
 
 
