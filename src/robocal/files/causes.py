@@ -16,24 +16,21 @@ from robocal.diagnose.hypotheses.changes import Change, What, changes
 from robocal.diagnose.hypotheses.explain import Doubt, Explanation, Trial, alike
 from robocal.diagnose.hypotheses.one_change import CHANGED, Mistake, mistake
 from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
-from robocal.diagnose.hypotheses.units import WRONG_UNIT
-from robocal.diagnose.rows.table import STILL
 from robocal.errors import FormatError, ToWrite
 from robocal.files.dataset import Reading
 from robocal.files.notation import TableNotation
 from robocal.files.robot import Robot
-from robocal.files.robot_rows import MOST_REACH
 from robocal.files.units import UNITS, number
+from robocal.files.wrong_units import refuse_readings, refuse_robot_units
 from robocal.files.yamlio import quote
 from robocal.progress import Watch
 from robocal.remarks.code import Code
-from robocal.remarks.english import phrase_of
 from robocal.remarks.remark import Remark
 
 if TYPE_CHECKING:
     from robocal.files.urdfchains import Reread
 
-__all__ = ["data_remarks", "refuse_input"]
+__all__ = ["data_remarks"]
 
 MOST = 4  # ways of saying it
 
@@ -64,49 +61,9 @@ def data_remarks(robot: Robot, reading: Reading, reread: Reread, watch: Watch | 
             raise change_error(robot, reading, found)
         if finding.level is Level.REFUSE and finding.code == Code.REMOUNTED:
             raise target_error(reading, finding)
-        _refuse_robot_units(robot, finding)
-        refuse_input(finding)
+        refuse_robot_units(robot, finding)
+        refuse_readings(finding)
     return tuple(f.remark for f in findings)
-
-
-def _refuse_robot_units(robot: Robot, finding: Finding) -> None:
-    """Raises FormatError where readings fit in another unit because the robot's own lengths are in one: more than any arm measures."""
-    reach = sum(abs(p.value) for p in robot.chain.table.rows if p.unit == "m" and p.name in robot.chain.geometric)
-    n = finding.numbers
-    wrong = (
-        finding.level is Level.REFUSE and finding.code == WRONG_UNIT and (n["stated"], n["alternative"]) == ("mm", "m")
-    )
-    if not wrong or reach < MOST_REACH:
-        return
-    urdf = robot.format == "urdf"
-    raise FormatError(
-        f"the lengths of the robot are probably in mm: {n['why']}, and the misfit falls {n['times']:.3g} times with other units",
-        file=str(robot.path),
-        key="xyz" if urdf else "units.length",
-        found=f"lengths of {reach:.3g} m in all",
-        expected="a URDF in m: every xyz divided by 1000" if urdf else "mm",
-    )
-
-
-def refuse_input(finding: Finding) -> None:
-    """Raises FormatError for wrong units and for readings that never change."""
-    n = finding.numbers
-    if finding.code == STILL:
-        raise FormatError(
-            finding.remark.sentence,
-            file=n["source"],
-            key=str(n["kind"]),
-            found=f"{n['rows']} equal rows",
-            expected="a different reading at each configuration",
-        )
-    if finding.code == WRONG_UNIT:
-        raise FormatError(
-            phrase_of(WRONG_UNIT).sentence.format(**n),  # whole, however long the names of files are
-            file=n["source"],
-            key=f"{n['part']}.unit",
-            found=n["stated"],
-            expected=n["alternative"],
-        )
 
 
 def candidate_changes(robot: Robot, reading: Reading) -> list[Change]:

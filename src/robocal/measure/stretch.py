@@ -1,6 +1,6 @@
 """A problem whose residuals are how readings answer to the scale of what read them: the column of a number that nobody fits.
 
-    c = dr / ds,    lengths read (or stated) a factor 1 + s too long
+c = dr / ds,    lengths read (or stated) a factor 1 + s too long
 """
 
 from __future__ import annotations

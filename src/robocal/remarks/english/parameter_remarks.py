@@ -41,3 +41,23 @@ class ParameterRemarks:
         "a residual layer needs positions or poses of the tool, measured from the base",
         "Measure positions or poses with an instrument that stands still.",
     )
+    OFFSETS_PROVEN = Phrase(
+        "joint offsets only: mean error on unseen poses {before:.3g~} to {after:.3g}, whole model {whole:.3g} (gain {low:.3g~} to "
+        "{high:.3g} with 95 %, {how})",
+        "robocal export --format offsets writes them for a controller that takes nothing else.",
+    )
+    OFFSETS_NOT_PROVEN = Phrase(
+        "joint offsets only: no proven gain: mean error on unseen poses {before:.3g~} to {after:.3g}, whole model {whole:.3g} (gain "
+        "{low:.3g~} to {high:.3g} with 95 %, {how})",
+        "Joint offsets are not what this robot needs. Use the whole model (export --format yaml or urdf), or correct the targets of "
+        "a controller that cannot (robocal compensate).",
+    )
+    OFFSETS_UNSEEN = Phrase(
+        "no joint offset is observable in these measurements beside frames and tool",
+        "Move every joint through most of its range. Or fix the tool or the instrument's frame, if you know them.",
+    )
+    # --- what was written ---
+    URDF_LACKS = Phrase(
+        "calibrated.urdf cannot hold the fitted {names}: by itself it is not the identified robot; the run folder is",
+        "Give the folder to validate, export or simulate.",
+    )
