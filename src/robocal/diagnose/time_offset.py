@@ -76,12 +76,13 @@ def _find_lag(context: Context[Model], data: DataSet) -> Lag | None:
     rates = None if own else joint_rates(data.configurations)
     if not own and rates is None:
         return None
-    problem = build(context.model, data, values=context.values)
-    problem = problem.with_weights(fit.problem.weights).with_free(fit.problem.free)
+    problem, x = fit.problem, fit.solution.x
+    if data is not fit.data:
+        problem = build(context.model, data, values=context.values)
+        problem = problem.with_weights(fit.problem.weights).with_free(fit.problem.free)
     if (problem.blocks and not own) or (own and not problem.families[0].size):
         return None  # places that are found beside an arm's own take up whatever its way could say
-    x = fit.solution.x if own else problem.start
-    lin = problem.linearize(x)
+    lin = context.jacobian if data is fit.data else problem.linearize(x)
     if own:
         rates = pose_rates(data.configurations, problem, x, lin)
         if rates is None:
