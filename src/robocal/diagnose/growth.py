@@ -48,7 +48,7 @@ DEGREES = (2, 3, 4, 5)  # grid: polynomials that a drift is compared with
 
 
 @dataclass(frozen=True)
-class Growth:
+class FileDrift:
     """What columns that a polynomial of time multiplies explain: the squares, less what chance explains, their share of all, how
     likely so much is by chance, and what every whitened row is off by at the end of the file, (N,)."""
 
@@ -116,7 +116,7 @@ def _ways(context: Context[Model]) -> list[Array]:
     return [*out, np.diag(problem.scales)]
 
 
-def _find(lin: Linear, time: Array, scales: Array, way: Array) -> Growth | None:
+def _find(lin: Linear, time: Array, scales: Array, way: Array) -> FileDrift | None:
     """The drift of some columns with time (N,), from -1 to 1, where it is beyond chance, of consequence, and no other slow change."""
     first = _explain(lin, time, scales, way)
     if first is None or first.chance > limits.GROWTH_CHANCE or first.share < limits.GROWTH_SHARE:
@@ -125,7 +125,7 @@ def _find(lin: Linear, time: Array, scales: Array, way: Array) -> Growth | None:
     return None if any(o is not None and first.gain < limits.GROWTH_CLEARLY * o.gain for o in others) else first
 
 
-def _explain(lin: Linear, factor: Array, scales: Array, way: Array) -> Growth | None:
+def _explain(lin: Linear, factor: Array, scales: Array, way: Array) -> FileDrift | None:
     """What columns way (n, k) of all explain once more where a factor (N,) of time multiplies them; None where nothing is left to tell."""
     n, k = way.shape
     there = lin.j @ way
@@ -146,7 +146,7 @@ def _explain(lin: Linear, factor: Array, scales: Array, way: Array) -> Growth | 
     chance = float(scipy.special.fdtrc(many, dof, gain / many / noise))
     # A mean of u^2 is a third: what is seen of the drift, at the end of the file. What the fit itself took up shows nowhere.
     end = np.sqrt(3 * more / gain) * (c[: len(lin.r)] @ (known @ -outer))
-    return Growth(more, more / square, chance, end)
+    return FileDrift(more, more / square, chance, end)
 
 
 def _lengths(context: Context[Model]) -> dict[tuple[str, str], tuple[Array, Ints]]:
