@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robocal.diagnose.check_registry import HYPOTHESES, ROWS, When, run
 from robocal.diagnose.hypotheses.reading import ReadContext
-from robocal.files.causes import refuse_input
+from robocal.files.wrong_units import refuse_input
 
 
 def doubt_units(chain, reading):

@@ -39,8 +39,10 @@ def test_simulate_and_identify(tmp_path, kind):
     ran = robocal("identify", sim / "robot.yaml", sim / "data.yaml", "--json")
     assert ran.status == 0, ran.out
     found = ran.document
-    held = found["residuals"]
-    assert found["verdict"]["status"] == "improved" and held["held_out"]["mean"] < 0.7 * held["held_out_before"]["mean"]
+    left = found["residuals"]
+    # What is held out hangs on the places: a tip in a socket stands at few, and a fifth of few is likely to prove too little.
+    how = next(h for h in ("held_out", "k_fold", "leave_one_out") if left[h])
+    assert found["verdict"]["status"] == "improved" and left[how]["mean"] < 0.7 * left[f"{how}_before"]["mean"]
     nominal, truth = read_robot(sim / "robot.yaml").chain, read_robot(sim / "truth.yaml").chain
     unit = read_robot(sim / "robot.yaml").unit_of
     values = {

@@ -21,7 +21,7 @@ from robocal.files.dataset import Reading
 from robocal.files.notation import TableNotation
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS, number
-from robocal.files.wrong_units import refuse_readings, refuse_robot_units
+from robocal.files.wrong_units import refuse_input, refuse_robot_units
 from robocal.files.yamlio import quote
 from robocal.progress import Watch
 from robocal.remarks.code import Code
@@ -62,7 +62,7 @@ def data_remarks(robot: Robot, reading: Reading, reread: Reread, watch: Watch | 
         if finding.level is Level.REFUSE and finding.code == Code.REMOUNTED:
             raise target_error(reading, finding)
         refuse_robot_units(robot, finding)
-        refuse_readings(finding)
+        refuse_input(finding)
     return tuple(f.remark for f in findings)
 
 

@@ -10,7 +10,7 @@ from robocal.files.robot import Robot
 from robocal.files.robot_rows import MOST_REACH
 from robocal.remarks.english import phrase_of
 
-__all__ = ["refuse_readings", "refuse_robot_units"]
+__all__ = ["refuse_input", "refuse_robot_units"]
 
 
 def refuse_robot_units(robot: Robot, finding: Finding) -> None:
@@ -32,7 +32,7 @@ def refuse_robot_units(robot: Robot, finding: Finding) -> None:
     )
 
 
-def refuse_readings(finding: Finding) -> None:
+def refuse_input(finding: Finding) -> None:
     """Raises FormatError for wrong units and for readings that never change."""
     n = finding.numbers
     if finding.code == STILL:

@@ -27,7 +27,7 @@ import numpy as np
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
 from robocal.diagnose.hypotheses.zero_search import search_zeros
-from robocal.diagnose.limits import BENT_LEAVES, FINEST_ERROR, FOLDS, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
+from robocal.diagnose.limits import BENT_LEAVES, FINEST_ERROR, FOLDS, HOLD_OUT_SHARE, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
 from robocal.diagnose.rounding import rounding_rms
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import Uncertainty
@@ -207,7 +207,7 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
         return decide(found[0], data, replace(options, begin=found[1]), watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return decide(likelier, data, options, watch)
-    if usual and options.hold_out and likely_lost(clean, base, whole, options):
+    if usual and options.hold_out == HOLD_OUT_SHARE and likely_lost(clean, base, whole, options):
         options = replace(options, folds=FOLDS, hold_out=0.0)
         split = make_split(data, 0.0, folds=FOLDS, blocks=options.blocks, seed=options.seed)
     fits = model, clean, base, whole, options, watch

@@ -106,13 +106,15 @@ def range_of(context: Decision[Model]) -> Holds | None:
     if not context.need_fit.identifiability.names:
         return None
     joints, scaled = data.configurations.joints, scale is None or scale.observable or not scale.stated
+    bare = without_scales(off)
     if joints is None:
         framed = shape_of_lengths(context, SAMPLES)
         if framed is None:
             return None
         place, jac, moved, anew = framed
         jac, moved = _without(np.concatenate([motion_field(place)[:, :3], anew], axis=2), jac, moved)
-        at, name = list(range(len(off.names))), FRAME
+        at = [i for i, n in enumerate(off.names) if n in bare.names]  # no pose hangs on an instrument's scale
+        jac, name = jac[..., at], FRAME
     else:
         region = known or region_between_poses(context.model, data)
         jac, at, moved = _shape(context, region.joints, scaled)
@@ -120,7 +122,8 @@ def range_of(context: Decision[Model]) -> Holds | None:
     covariance = off.covariance[np.ix_(at, at)]
     far, square = _rms(jac, covariance), float(np.mean(np.sum(moved**2, axis=1)))
     scales = context.need_fit.scales
-    alone = None if scales is None else _rms(jac, without_scales(off).covariance[np.ix_(at, at)])
+    own = [bare.names.index(off.names[i]) for i in at]
+    alone = None if scales is None else _rms(jac, bare.covariance[np.ix_(own, own)])
     chance, unseen = _chances(context, jac, at, moved)
     found = far, float(np.sqrt(square)), chance
     if not np.isfinite(found).all():

@@ -14,7 +14,7 @@ from robocal.diagnose.limits import UNIT_BETTER, UNIT_GAIN, UNIT_MISFIT, UNIT_SP
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import baseline, frame_names
 from robocal.fit.misfit import errors
-from robocal.fit.repeats import places
+from robocal.fit.repeats import NEAR, joined
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
@@ -96,7 +96,8 @@ def misfit(chain: Model, data: DataSet) -> float:
 def _count_measured(data: DataSet, problem: Problem) -> float:
     """How many numbers were measured, a repeat of a place not counted: it says nothing new of the geometry."""
     used = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(t.configuration for t in problem.terms)]))
-    new = len(np.unique(places(data.configurations)[used])) / max(len(used), 1)
+    # As closely as encoders repeat: how near visits of one place are, is said in the unit that is in doubt.
+    new = len(np.unique(joined(data.configurations, NEAR)[used])) / max(len(used), 1)
     return new * sum(t.scale.size for t in problem.terms)
 
 
