@@ -47,7 +47,7 @@ def test_errors_that_repeat_with_the_place_are_in_both_bars():
     obs = data.observations[0]
     found = drawn(replace(data, observations=(replace(obs, value=obs.value + np.repeat(own, 4, axis=0)),)), robot)
     assert found.places == 80
-    assert np.median(found.ratio) == pytest.approx(1.0, rel=0.2)
+    assert np.median(found.ratio) == pytest.approx(1.0, rel=0.15)
     assert f"{np.median(found.ratio):.2g} times" in bootstrap_remarks(found)[0].sentence
 
 
