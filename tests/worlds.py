@@ -106,7 +106,7 @@ class Arm:
         sines = 0.7 * np.sin(t + rng.uniform(0, 6, n)) + 0.3 * np.sin(2.3 * t + rng.uniform(0, 6, n))
         return (low + high) / 2 + (high - low) / 2 * share * sines
 
-    def write(self, folder, q, seen, sigma):
+    def write(self, folder, q, seen, sigma, more=""):
         """robot.yaml of this arm; data.yaml and data.csv of joint values q (m, n) and positions (m, 3)."""
         rows = [
             f"  - {{name: j{i + 1}, theta: {r[0] / DEG:.12g}, d: {r[1] / MM:.12g}, a: {r[2] / MM:.12g}, alpha: {r[3] / DEG:.12g}, "
@@ -135,7 +135,7 @@ class Arm:
         (folder / "data.yaml").write_text(
             "robocal: 1\nkind: position\nfile: data.csv\nunits: {length: mm, angle: deg}\n"
             f"joints: {{columns: [{', '.join(joints)}]}}\nposition: {{columns: [x, y, z], sigma: {sigma / MM:.6g}}}\n"
-            "frame: {name: tracker, free: true}\n"
+            "frame: {name: tracker, free: true}\n" + more
         )
         return ("robot.yaml", "data.yaml")
 

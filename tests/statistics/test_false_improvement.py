@@ -122,7 +122,8 @@ def identify(folder, machine, kind, rng):
     """What `identify` says of one set, the nominal robot and the true one."""
     if machine == "arm":
         nominal, true, q, seen, sigma = arm_data(kind, rng)
-        files = nominal.write(folder, q, seen, sigma)
+        # Who reads positions off a marker says that its size is not known; of a tracker nobody doubts it.
+        files = nominal.write(folder, q, seen, sigma, "scale: {sigma: 0.5 %}\n" if kind == "scale" else "")
     else:
         nominal, true, y, p, w, sigma = cable_data(kind, rng, machine)
         files = nominal.write(folder, y, p, w, sigma, kind == "free")
