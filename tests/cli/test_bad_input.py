@@ -81,8 +81,8 @@ CASES: dict[str, tuple[Edit, tuple[str, ...]]] = {
     "NaN": (cell(4, 4, "nan"), ("row 7", "column x", "nan", "finite")),
     "infinity": (cell(4, 4, "-inf"), ("row 7", "column x", "finite")),
     "empty cell": (cell(4, 4, ""), ("row 7", "column x", "empty")),
-    "decimal comma unannounced": (
-        lambda f: write("data.csv", (f / "data.csv").read_text().replace(",", ";").replace(".", ",").encode())(f),
+    "decimal commas and points": (
+        lambda f: write("data.csv", (f / "data.csv").read_text().replace(",", ";").replace(".", ",", 9).encode())(f),
         ("data.csv", "decimal comma"),
     ),
     "degrees where radians are said": (replace("data.csv", "[deg]", "[rad]", 3), ("data.csv", "joints", "deg", "rad")),

@@ -1,7 +1,8 @@
 """A CSV as a table of text cells whose every error names file, row and column.
 
-Rows are numbered as an editor numbers lines, from 1. Blank lines and lines that begin with `#` are skipped; quoted
-fields, CRLF, trailing separators and a byte-order mark are accepted. Headers may carry units in brackets: `q1 [deg]`.
+Rows are numbered as an editor numbers lines, from 1. Blank lines, comments (`#`, `//`, `%`) and titles before the header are skipped;
+quoted fields, CRLF, trailing separators and a byte-order mark are accepted. Headers may carry units: `q1 [deg]`, `x (mm)`, or a line
+of units below. How numbers are written: `files.dialect`.
 """
 
 from __future__ import annotations
@@ -21,17 +22,30 @@ import numpy as np
 
 from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, one_of
+from robocal.files.dialect import (
+    COMMA,
+    PLAIN,
+    Numbers,
+    content_lines,
+    find_header,
+    find_numbers,
+    find_separator,
+    fit_row,
+    split_rows,
+    split_unit,
+    units_row,
+)
 from robocal.files.text import FORBIDDEN, MEGABYTE, forbidden_character, harmless, meant, read_text
 from robocal.files.units import last_digits
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
 
-_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 SIZE_LIMIT, ROW_LIMIT, CELL_LIMIT = 20 * MEGABYTE, 500_000, 3_000_000  # what is read within seconds and 1 GB
+HEAD = 100  # lines among which the header is looked for
 MISSING = ("", "nan", "na")  # how tables write a cell that nobody filled
 SKIP = "csv: {missing: skip} in the data file, which leaves such rows out"
-ANNOUNCE = "a data file can announce them, csv: {separator: ..., decimal: ','}"
-SEPARATORS = {";": "';'", "\t": "a tab", ",": "','", " ": "a space", "|": "'|'"}
 
 
 class MissingCells(Exception):
@@ -46,7 +60,8 @@ class MissingCells(Exception):
 class CsvTable:
     """Cells by row; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the header, or None,
     `head` is its line. `skip` says that rows in which something is missing are left out, `gone` are the ids of rows that were. `asked`
-    notes which columns somebody asked for, so that who has read can say which nobody did. `alone`: a list without a data file."""
+    notes which columns somebody asked for, so that who has read can say which nobody did. `alone`: a list without a data file.
+    `separator` and `style` are how it is written, `remarks` what its reader says of that."""
 
     path: Path
     sha256: str
@@ -54,11 +69,13 @@ class CsvTable:
     units: tuple[str | None, ...]
     lines: Ints
     cells: tuple[tuple[str, ...], ...]
-    decimal: str = "."
+    style: Numbers = PLAIN
+    separator: str = ","
     skip: bool = False
     alone: bool = False
     gone: frozenset[str] = frozenset()
     head: int | None = None
+    remarks: tuple[Remark, ...] = field(default=(), compare=False)
     asked: set[int] = field(default_factory=set, compare=False, repr=False)  # one set for all tables made of this one
 
     def __len__(self) -> int:
@@ -108,8 +125,9 @@ class CsvTable:
                 raise self.fail("there is no such column", column=column, expected=expected)
             self.asked.add(column)
             return column
-        plain = _split_unit(column)[0]
+        plain = split_unit(column)[0]
         hits = [i for i, name in enumerate(self.names) if name in (column, plain)]
+        hits = hits or [i for i, name in enumerate(self.names) if name.casefold() == plain.casefold()]
         if len(hits) > 1:
             message, expected = "several columns have this name", "a separate name for every column that is read"
             found = f"columns {', '.join(map(str, hits))}, counted from zero"
@@ -120,6 +138,10 @@ class CsvTable:
             raise self.fail("there is no such column", column=column, **one_of(plain, self.names))
         self.asked.add(hits[0])
         return hits[0]
+
+    def has(self, name: str) -> bool:
+        """Whether a column has this name; capitals do not count where no other column has it."""
+        return name in self.names or [n.casefold() for n in self.names].count(name.casefold()) == 1
 
     def unread(self) -> tuple[str, ...]:
         """The headers that nobody asked for, as they are to be called; none of a file without a header."""
@@ -156,14 +178,13 @@ class CsvTable:
         for i, column in enumerate(columns):
             at = self.find(column)
             cells = self._columns[at]
-            if self.skip and (lacking := [k for k, cell in enumerate(cells) if _missing(cell)]):
-                raise MissingCells(np.array(lacking))
-            every = "".join(cells)
+            if self.skip and len(lacking := self.lacking([column])):
+                raise MissingCells(lacking)
             try:
-                if ("." if self.decimal != "." else "_") in every:
+                if not self.style.plain:
+                    cells = tuple(map(self.style.translate, cells))
+                if "_" in "".join(cells):
                     raise ValueError
-                if self.decimal in every and self.decimal != ".":
-                    cells = tuple(cell.replace(self.decimal, ".") for cell in cells)
                 out[:, i] = list(map(float, cells))
             except ValueError:
                 raise self._bad_cell(at) from None
@@ -171,12 +192,19 @@ class CsvTable:
                 raise self._bad_cell(at)
         return out
 
+    def lacking(self, columns: Sequence[str | int]) -> Ints:
+        """The rows, by index, in which a cell of some columns is empty or says that it is."""
+        places = [self.find(c) for c in columns]
+        return np.array(
+            [k for k, row in enumerate(self.cells) if any(_missing(row[i]) for i in places)], dtype=np.int64
+        )
+
     def digits(self, columns: Sequence[str | int]) -> Array:
         """What one unit in the last digit of each number means, (rows, columns): `units.last_digits`."""
         cells = [self._columns[self.find(c)] for c in columns]
         if not cells:
             return np.empty((len(self), 0))
-        return last_digits([c if self.decimal == "." else [v.replace(self.decimal, ".") for v in c] for c in cells])
+        return last_digits(cells if self.style.plain else [[self.style.translate(v) for v in c] for c in cells])
 
     def _bad_cell(self, at: int) -> FormatError:
         """The error for the first cell of a column that is not a finite number."""
@@ -191,9 +219,9 @@ class CsvTable:
 
     def _wrong(self, cell: str) -> tuple[str, str] | None:
         """What is wrong with a cell that is not a finite number, and what is expected there; None where nothing is."""
-        if self.decimal != "." and "." in cell:
+        decimal, plain = self.style.decimal, self.style.translate(cell)
+        if decimal != "." and "?" in plain:
             return "a decimal point where the file announces a decimal comma", "1,5"
-        plain = cell.replace(self.decimal, ".")
         try:
             value = math.nan if "_" in cell else float(plain)
         except ValueError:
@@ -204,26 +232,35 @@ class CsvTable:
             return "not a finite number", "a finite number"
         if not math.isnan(value):
             return None
-        if self.decimal == "." and _COMMA.fullmatch(cell):
-            hint = 'a decimal point; a data file can announce the comma, csv: {separator: ";", decimal: ","}'
+        if decimal == "." and COMMA.fullmatch(cell):
+            hint = f"a decimal point; a data file can announce the comma, csv: {{separator: {self.separator!r}, decimal: ','}}"
             return "a decimal comma that the file does not announce", hint
         return "not a number", "a number"
 
 
 def read_csv(
-    path: str | os.PathLike[str], *, separator: str | None = None, decimal: str = ".", header: bool = True
+    path: str | os.PathLike[str],
+    *,
+    separator: str | None = None,
+    decimal: str | None = None,
+    thousands: str | None = None,
+    header: bool = True,
 ) -> CsvTable:
-    """Reads a CSV; without `separator` the first line decides. Raises FileError or FormatError."""
-    source = read_text(path, limit=SIZE_LIMIT)
+    """Reads a CSV; what is not said of how it is written, the table says itself (`files.dialect`). Raises FileError or FormatError."""
+    source = read_text(path, limit=SIZE_LIMIT, western=True)
     text = source.text.replace("\r\n", "\n").replace("\r", "\n")
     _refuse_more("rows", text.count("\n"), ROW_LIMIT, source.path)
-    numbered = enumerate(text.split("\n"), start=1)
-    kept = [(i, line) for i, line in numbered if line.strip(" \t;,|") and not line.lstrip().startswith("#")]
+    kept, stated = content_lines(text)
     if not kept:
         raise FormatError("the file has no rows", file=source.path)
-    chosen = separator if separator is not None else _guess(kept[0][1])
+    remarks = [Remark.of(Code.CSV_WESTERN, file=str(source.path))] if source.western else []
+    titles = find_header([line for _, line in kept[:HEAD]], separator or stated) if header else 0
+    if titles:
+        remarks.append(Remark.of(Code.CSV_TITLE, file=str(source.path), count=titles, head=kept[titles][0]))
+        kept = kept[titles:]
+    chosen = separator or stated or find_separator(kept[0][1])
     _refuse_more("cells", len(kept) + text.count(chosen), CELL_LIMIT, source.path)
-    rows = _split(kept, chosen, source.path)
+    rows = split_rows(kept, chosen, source.path)
     names: tuple[str, ...] = ()
     units: tuple[str | None, ...] = ()
     lines = np.array([i for i, _ in kept], dtype=np.int64)
@@ -234,17 +271,36 @@ def read_csv(
         if not any(re.search(r"[^\d\s.,;eE+-]", cell) for cell in first):
             message, expected = "there is no header in the first row", "csv: {header: false}"
             raise FormatError(message, file=source.path, row=kept[0][0], expected=expected)
-        parts = [_split_unit(cell) for cell in first]
+        parts = [split_unit(cell) for cell in first]
         names, units = tuple(p[0] for p in parts), tuple(p[1] for p in parts)
         rows, lines = rows[1:], lines[1:]
+        below = units_row(rows[0][: len(units)]) if rows and not any(units) else None
+        if below is not None:
+            units, rows, lines = (*below, *[None] * (len(units) - len(below))), rows[1:], lines[1:]
     else:
         units = (None,) * (len(rows[0]) - (len(rows[0]) > 1 and not rows[0][-1].strip()))
     if not rows:
         raise FormatError("the file has a header but no rows", file=source.path)
-    width, described = len(units), (source.path, chosen, decimal)
-    cells = tuple(_fit(row, width, int(line), *described) for row, line in zip(rows, lines, strict=True))
+    style = Numbers(decimal or ".", thousands or "")
+    if _may_be_foreign(text, chosen, decimal):
+        style = find_numbers((cell for row in rows for cell in row), decimal, thousands)
+    width, described = len(units), (source.path, chosen, style.decimal)
+    cells = tuple(fit_row(row, width, int(line), *described) for row, line in zip(rows, lines, strict=True))
     head = kept[0][0] if header else None
-    return CsvTable(source.path, source.sha256, names, units, lines, cells, decimal, head=head)
+    return CsvTable(
+        source.path, source.sha256, names, units, lines, cells, style, chosen, head=head, remarks=tuple(remarks)
+    )  # fmt: skip
+
+
+def _may_be_foreign(text: str, separator: str, decimal: str | None) -> bool:
+    """Whether some number of a table may be written otherwise than Python reads it: it has a comma that separates no cells, or a sign
+    between thousands."""
+    return (
+        decimal == ","
+        or (decimal is None and (separator != "," or '"' in text) and "," in text)
+        or "'" in text
+        or "\u00a0" in text
+    )
 
 
 def _refuse_more(what: str, found: int, most: int, path: Path) -> None:
@@ -271,48 +327,3 @@ def _written(rows: Iterable[Sequence[object]]) -> str:
 
 def _missing(cell: str) -> bool:
     return cell.strip().lower().lstrip("+-") in MISSING
-
-
-def _split_unit(header: str) -> tuple[str, str | None]:
-    header = meant(header.strip())
-    name, bracket, unit = header.rpartition("[")
-    if bracket and unit.endswith("]") and "]" not in unit[:-1]:
-        return name.strip(), unit[:-1].strip()
-    return header, None
-
-
-def _guess(line: str) -> str:
-    """The separator of a line: a semicolon or a tab settles it, then the comma, then spaces."""
-    bare = re.sub(r"\[[^\[\]]*\]|\"[^\"]*\"", "", line)
-    return next((s for s in (";", "\t", ",", "|") if s in bare), " " if " " in bare.strip() else ",")
-
-
-def _split(kept: list[tuple[int, str]], separator: str, path: Path) -> list[list[str]]:
-    """The cells of every line; a quoted field must end on its line."""
-    options: dict[str, Any] = {"delimiter": separator, "skipinitialspace": True, "strict": True}
-    texts = [line.strip() if separator == " " else line for _, line in kept]
-    try:
-        rows = list(csv.reader(texts, **options))
-        if len(rows) == len(texts):
-            return rows
-    except csv.Error:
-        pass
-    for (number, _), text in zip(kept, texts, strict=True):
-        try:
-            if len(list(csv.reader([text], **options))) != 1:
-                raise csv.Error("several rows in one line")
-        except csv.Error as error:
-            raise FormatError(f"the row cannot be split into cells: {error}", file=path, row=number) from None
-    raise FormatError("a quoted cell does not end on its line", file=path)
-
-
-def _fit(row: list[str], width: int, line: int, path: Path, separator: str, decimal: str) -> tuple[str, ...]:
-    """A row of exactly `width` cells; an empty last cell behind a trailing separator is dropped."""
-    while len(row) > width and not row[-1].strip():
-        row = row[:-1]
-    if len(row) != width:
-        expected = f"{width} columns, separated by {SEPARATORS.get(separator, repr(separator))}"
-        if separator == "," and decimal == "." and len(row) > width:
-            expected += f" (are there decimal commas? {ANNOUNCE})"
-        raise FormatError("wrong number of columns", file=path, row=line, found=len(row), expected=expected)
-    return tuple(row)

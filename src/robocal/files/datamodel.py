@@ -40,17 +40,18 @@ def _separator(value: Any) -> Any:
 
 
 class CsvModel(FileModel):
-    """How the CSV is written; without a separator the first line decides."""
+    """How the CSV is written; what is not stated, the table says itself (`files.dialect`)."""
 
     separator: Annotated[Any, BeforeValidator(_separator)] = None
-    decimal: Literal[".", ","] = "."
+    decimal: Literal[".", ","] | None = None
+    thousands: Literal["", ".", ",", "'", " "] | None = None
     header: bool = True
     missing: Literal["refuse", "skip"] = "refuse"  # rows where a cell that is needed is empty or not a number
 
     @property
     def style(self) -> dict[str, Any]:
         """The options of `read_csv`."""
-        return {"separator": self.separator, "decimal": self.decimal, "header": self.header}
+        return self.model_dump(include={"separator", "decimal", "thousands", "header"})
 
 
 class SigmaModel(FileModel):

@@ -115,7 +115,7 @@ def read_dataset(
         document = load(place)
         reads = _kind_file(kind or document.data.get("kind"), document, chain)
         model = validate(reads.model, document)
-        tables = [read_csv(place.parent / name, **model.csv.style) for name in model.file]
+        tables = [read_csv(os.path.normpath(place.parent / name), **model.csv.style) for name in model.file]
         files = [InputFile(place, document.sha256)]
     else:
         tables, files = [read_csv(place)], []
@@ -210,7 +210,7 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
     warnings = remarks_on_columns(model, document)
     data = DataSet(configurations, tuple(observations))
     rows_read = TableContext(chain, data, joints=places.joints, lines=table.lines, file=str(table.path))
-    warnings += tuple(f.remark for f in run(When.FILE, rows_read, ROWS))
+    warnings += table.remarks + tuple(f.remark for f in run(When.FILE, rows_read, ROWS))
     read_as = (observations[0], places.joints, chain, places.angle)
     return Reading(
         DataSet(configurations, tuple(o for o in observations if len(o))), table.path, (), warnings,

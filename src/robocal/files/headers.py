@@ -26,6 +26,7 @@ CONFIGURATION = {
     "id": "", "time": "s", "temperature": "K", "payload": "kg", "approach": "1", "direction": "1", "place": "1",
 }  # fmt: skip
 PER_JOINT = ("approach", "torque")  # columns that exist once per joint, as approach.j2
+STEMS = ("q", "j", "q_", "joint_", "joint", "a", "axis", "axis_", "j_", "theta")  # what numbered joints are called
 IDS = ("id", "configuration", "pose_id")
 SIGMAS = (("sx", "sy", "sz"), ("sigma_x", "sigma_y", "sigma_z"), ("std_x", "std_y", "std_z"))
 TURN_SIGMAS = (("srx", "sry", "srz"), ("sigma_rx", "sigma_ry", "sigma_rz"))
@@ -41,13 +42,13 @@ def joint_columns(table: CsvTable, chain: Model) -> list[str]:
     n = len(joints_of(chain))
     if not n:
         return []
-    numbered = (tuple(f"{stem}{i}" for i in range(1, n + 1)) for stem in ("q", "j", "q_", "joint_", "joint"))
+    numbered = (tuple(f"{stem}{i}" for i in range(1, n + 1)) for stem in STEMS)
     for names in (names_of(chain), *numbered):
-        if all(name in table.names for name in names):
+        if all(map(table.has, names)):
             stem = names[-1].rstrip("0123456789")
             last = names[-1].removeprefix(stem)
             following = f"{stem}{int(last) + 1}" if last and names[0].startswith(stem) else ""
-            if following and following in table.names:
+            if following and table.has(following):
                 found, expected = f"{following} as well", f"{n} for {chain.name}"
                 raise table.fail("wrong number of joint columns", found=found, expected=expected)
             return list(names)
@@ -58,7 +59,7 @@ def joint_columns(table: CsvTable, chain: Model) -> list[str]:
 
 def row_names(table: CsvTable, what: str) -> tuple[str, ...]:
     """The name of each row: its id, else file and line. Raises FormatError for one that is given twice, saying `what` share it."""
-    named = next((n for n in IDS if n in table.names), None)
+    named = next(filter(table.has, IDS), None)
     if named is None:
         return tuple(f"{table.path.name}:{line}" for line in table.lines)
     names, seen = table.texts(named), set[str]()
@@ -90,25 +91,25 @@ def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[st
     second = [f"second.{name}" for name in joints]
     two = bool(joints) and _first(table, (second,)) is not None
     cables = chain.parts.get("cable", ())
-    if cables and kind in (None, "lengths") and all(name in table.names for name in cables):
+    if cables and kind in (None, "lengths") and all(map(table.has, cables)):
         found: dict[str, Any] | None = {"kind": "lengths", "lengths": {"columns": list(cables)}}
     else:
         found = _other(table, two) if kind is None or kind in OTHERS else None
     out |= _position_headers(table, two, kind) if found is None else found
     if two:
         out["second"] = {"columns": second}
-    if "target" in table.names:
+    if table.has("target"):
         out["target"] = "target"
-    group = {"group": "group"} if "group" in table.names else {}
+    group = {"group": "group"} if table.has("group") else {}
     out["configuration"] = configuration_columns(table) | group
     return out
 
 
 def configuration_columns(table: CsvTable, ids: tuple[str, ...] = IDS) -> dict[str, str]:
     """The columns of configurations, by their headers; the first of `ids` that is there names the rows."""
-    columns = {name: name for name in CONFIGURATION if name in table.names and name != "id"}
+    columns = {name: name for name in CONFIGURATION if table.has(name) and name != "id"}
     columns |= {name: name for name in table.names if name.partition(".")[0] in PER_JOINT and "." in name}
-    found_id = next((n for n in ids if n in table.names), None)
+    found_id = next(filter(table.has, ids), None)
     return columns | ({"id": found_id} if found_id else {})
 
 
@@ -142,7 +143,7 @@ def _other(table: CsvTable, two: bool) -> dict[str, Any] | None:
     """What the headers of a kind without a position say; None when they are of none."""
     for kind, sections in OTHERS.items():
         needs_two = kind in ("displacement", "distance")
-        if two == needs_two and all(n in table.names for _, names, _ in sections for n in names):
+        if two == needs_two and all(table.has(n) for _, names, _ in sections for n in names):
             made = {key: {"columns": list(names)} | _sigma(table, (spread,)) for key, names, spread in sections}
             return {"kind": kind, **made}
     return None
@@ -172,13 +173,13 @@ def _position_headers(table: CsvTable, two: bool, kind: str | None) -> dict[str,
 def _first(table: CsvTable, options: Sequence[Sequence[str]], least: int = 1) -> list[str] | None:
     """The first of some sets of columns that is there. Raises FormatError where `least` of a set are there and others are
     not, unless another set is whole: without a word the measurements would count as something else."""
-    whole = next((list(o) for o in options if all(n in table.names for n in o)), None)
+    whole = next((list(o) for o in options if all(map(table.has, o))), None)
     for names in options if whole is None else ():
-        there = [n for n in names if n in table.names]
+        there = list(filter(table.has, names))
         if len(there) >= least:
-            absent = next(n for n in names if n not in table.names)
+            absent = next(n for n in names if not table.has(n))
             free = [n for n in table.names if n and n not in names]
-            found, expected = ", ".join(n for n in table.names if n in there), ", ".join(names)
+            found, expected = ", ".join(n for n in table.names if n.casefold() in there), ", ".join(names)
             raise FormatError(
                 "some columns of a set are missing", file=table.path, row=table.head, column=absent,
                 found=found, expected=expected, suggestion=near_miss(absent, free),

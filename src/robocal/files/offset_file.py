@@ -133,7 +133,7 @@ def _from_table(source: Source, chain: Chain) -> tuple[dict[str, float], tuple[R
             raise FormatError("this joint is given twice", file=source.path, row=row, column="joint", found=name)
         si = "m" if joint.type == "prismatic" else "rad"
         out[name] = float(parse_unit(units[i], si, file=source.path, row=row, column="unit").to_si(float(offsets[i])))
-    return out, unread_remarks([left_over(table, ("unit", "sigma"), ("sigma",))])
+    return out, table.remarks + unread_remarks([left_over(table, ("unit", "sigma"), ("sigma",))])
 
 
 def _from_ros(source: Source, chain: Chain) -> dict[str, float]:

@@ -49,7 +49,7 @@ def read_poses(path: str | os.PathLike[str], chain: Chain) -> tuple[tuple[str, .
     units = column_units(table, columns, None, si, YamlDocument(place, "", "", {}), ("joints",))
     q = table.numbers(columns) * np.array([u.factor for u in units])
     names = row_names(table, "poses")
-    said = unread_remarks([left_over(table, IDS, (*vocabulary(chain), "rank"))])
+    said = table.remarks + unread_remarks([left_over(table, IDS, (*vocabulary(chain), "rank"))])
     return names, q, (InputFile(table.path, table.sha256, said),)
 
 

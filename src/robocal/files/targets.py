@@ -80,7 +80,7 @@ def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
         model = validate(TargetsModel, document)
         one = len(model.file) == 1
         document.insist(one, "one table holds the targets", ("file",), found=model.file, expected="one file name")
-        table = read_csv(place.parent / model.file[0], **model.csv.style)
+        table = read_csv(os.path.normpath(place.parent / model.file[0]), **model.csv.style)
         files = [InputFile(place, document.sha256)]
     else:
         table, files = read_csv(place), []
@@ -90,7 +90,7 @@ def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
     known = vocabulary(chain)
     # Where a table of measurements serves as targets, what they say of noise and instruments belongs there.
     silent = [n for n in known if n.partition(".")[0] not in READ and n not in chain.joint_names]
-    said = remarks_on_columns(model, document)
+    said = table.remarks + remarks_on_columns(model, document)
     said += unread_remarks([left_over(table, (*IDS, *known), (*silent, "rank"))])
     return replace(made, files=(*files, InputFile(table.path, table.sha256, said)))
 
@@ -98,8 +98,8 @@ def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
 def _self_description(table: CsvTable) -> dict[str, Any]:
     """What a targets.yaml for this table would say."""
     out: dict[str, Any] = {"robocal": 1, "kind": "targets", "file": table.path.name}
-    position = next((list(c) for c in POSITIONS if all(n in table.names for n in c)), None)
-    turn = next(((list(c), form) for c, form in TURNS if all(n in table.names for n in c)), None)
+    position = next((list(c) for c in POSITIONS if all(map(table.has, c))), None)
+    turn = next(((list(c), form) for c, form in TURNS if all(map(table.has, c))), None)
     prefixes = matrices(table)
     if position:
         out["position"] = {"columns": position}

@@ -52,12 +52,14 @@ ROBOT_LIMIT = 8 * MEGABYTE  # descriptions of machines: four seconds
 
 @dataclass(frozen=True)
 class Source:
-    """A text file as it was read: `text` without byte-order mark (which is in `mark`), `sha256` of its bytes."""
+    """A text file as it was read: `text` without byte-order mark (which is in `mark`), `sha256` of its bytes; `western` says that it was
+    no UTF-8 and was read as Windows-1252."""
 
     path: Path
     text: str
     sha256: str
     mark: str = ""
+    western: bool = False
 
 
 @dataclass(frozen=True)
@@ -107,24 +109,25 @@ def read_bytes(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT) -> byte
     return data
 
 
-def read_text(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT) -> Source:
-    """A UTF-8 text file, with or without byte-order mark. Raises FileError for another encoding (which byte) or a line
-    over 1 MB."""
+def read_text(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT, western: bool = False) -> Source:
+    """A UTF-8 text file, with or without byte-order mark; `western` files may be Windows-1252, as spreadsheets write tables. Raises
+    FileError for another encoding (which byte) or a line over 1 MB."""
     data = read_bytes(path, limit=limit)
     mark = "\ufeff" if data.startswith(b"\xef\xbb\xbf") else ""
-    return Source(Path(path), decode(data, path), hashlib.sha256(data).hexdigest(), mark)
+    old = western and not mark and _is_western(data)
+    return Source(Path(path), decode(data, path, old), hashlib.sha256(data).hexdigest(), mark, old)
 
 
-def decode(data: bytes, path: object) -> str:
-    """Bytes to text: UTF-8, or what an XML declaration says; no line over the limit, no byte 0 but at the end of a line (a damaged line
-    end)."""
+def decode(data: bytes, path: object, western: bool = False) -> str:
+    """Bytes to text: UTF-8, or what an XML declaration says, or Windows-1252 where that is asked for; no line over the limit, no byte 0
+    but at the end of a line (a damaged line end)."""
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise FileError("wrong encoding", file=path, found="UTF-16", expected="UTF-8: save the file as UTF-8")
     body = data.removeprefix(b"\xef\xbb\xbf")
     if len(body) > LINE_LIMIT:
         _check_lines(body, path)
     try:
-        text = body.decode(encoding_of(body))
+        text = body.decode("cp1252" if western else encoding_of(body))
     except UnicodeDecodeError as error:
         at = error.start + len(data) - len(body)
         guess = body[error.start : error.start + 1].decode("cp1252", "replace")
@@ -141,6 +144,19 @@ def decode(data: bytes, path: object) -> str:
         message, row = "a control character inside the text", line_of(text, strange.start())
         raise FormatError(message, file=path, row=row, found=strange[0], expected="plain text")
     return text
+
+
+def _is_western(data: bytes) -> bool:
+    """Whether bytes are Windows-1252 and no UTF-8."""
+    if data.isascii():
+        return False
+    for encoding, found in (("utf-8", False), ("cp1252", True)):
+        try:
+            data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        return found
+    return False
 
 
 def line_of(text: str, index: int) -> int:

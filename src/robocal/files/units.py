@@ -19,7 +19,7 @@ from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, ModelError, nearest
 
 __all__ = [
-    "UNITS", "Unit", "Units", "finite", "last_digits", "number", "numbers_of", "parse_quantity", "parse_unit", "same",
+    "UNITS", "Unit", "Units", "finite", "is_unit", "last_digits", "number", "numbers_of", "parse_quantity", "parse_unit", "same",
 ]  # fmt: skip
 
 Value = TypeVar("Value", float, Array)
@@ -132,6 +132,11 @@ def parse_quantity(text: str, si: str, *, key: str) -> float:
     if not 0 < value < math.inf:
         raise FormatError("not a quantity above zero", key=key, found=text, expected=example)
     return value
+
+
+def is_unit(name: str) -> bool:
+    """Whether a unit has this name."""
+    return _lookup(name) is not None
 
 
 def _lookup(name: str) -> Unit | None:

@@ -23,6 +23,31 @@ __all__ = ["Message", "Number", "Quantity", "Remark", "documents", "full_text", 
 # Factor from SI, and the unit in which people read it.
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px")}
 MANY, LONGEST = 12, 160  # names that a sentence lists, and characters of one
+# What sentences count, and the verbs that follow.
+NOUNS = (
+    "rows",
+    "poses",
+    "measurements",
+    "numbers",
+    "parameters",
+    "cables",
+    "motions",
+    "parts",
+    "holes",
+    "places",
+    "draws",
+    "unknowns",
+)
+VERBS = {
+    "were": "was",
+    "are": "is",
+    "have": "has",
+    "leave": "leaves",
+    "end": "ends",
+    "equal": "equals",
+    "explain": "explains",
+}
+_ONE = re.compile(rf"(?<![\w.,-])1 ({'|'.join(NOUNS)})\b(?: ({'|'.join(VERBS)})\b)?")
 _OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 
 
@@ -130,7 +155,13 @@ def _fill(template: str, numbers: Mapping[str, Number]) -> str:
         names = {name for _, name, _, _ in Formatter().parse(part[1]) if name}
         return part[1] if names <= set(known) else ""
 
-    return _Spoken().format(_OPTIONAL.sub(keep_part, template), **known)
+    return _ONE.sub(_singular, _Spoken().format(_OPTIONAL.sub(keep_part, template), **known))
+
+
+def _singular(found: re.Match[str]) -> str:
+    """One of what a sentence counts in the plural: "1 rows were" is "1 row was"."""
+    noun, verb = found[1], found[2]
+    return f"1 {noun[:-1]}" + (f" {VERBS[verb]}" if verb else "")
 
 
 class _Spoken(Formatter):

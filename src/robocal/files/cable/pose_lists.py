@@ -120,7 +120,7 @@ def _unread(table: CsvTable, robot: CableRobot, known: Sequence[str]) -> tuple[R
     pulls = [f"{cable}.tension" for cable in robot.cables]
     missing = [f"missing.{name}" for name in WRENCH]
     silent = (*COLUMNS, *robot.cables, *missing)
-    return unread_remarks([left_over(table, (*known, *pulls), silent)])
+    return table.remarks + unread_remarks([left_over(table, (*known, *pulls), silent)])
 
 
 def _list(table: CsvTable, values: Array, robot: CableRobot) -> CableList:

@@ -89,6 +89,11 @@ class FileRemarks:
         "{file}: columns that are not read: {names}[ and {more} more][; did you mean {near} by {misspelt}?]",
         "Correct the header, or name the column in the data file, where it is to be read.",
     )
+    CSV_TITLE = Phrase(
+        "{file}: the header is read in row {head}, after a title of {count} rows",
+        "Put a # before them where they are none.",
+    )
+    CSV_WESTERN = Phrase("{file}: no UTF-8, read as Windows-1252", "Save it as UTF-8 where names look wrong.")
     COLUMN_CARRIED = Phrase(
         "{file}, row {row}: configuration.{name} has no meaning and is only copied; did you mean {near}?",
         "Correct the name where it is misspelt.",

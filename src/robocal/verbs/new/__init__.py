@@ -23,12 +23,14 @@ __all__ = ["Options", "run", "sections"]
 class Options(BaseOptions):
     """Write a robot file, a data file and a table to fill in; for a cable robot, its file and a list of poses.
 
-    For a robot that has a file, such as a URDF, only the data file and the table are written.
+    For a robot that has a file, such as a URDF, only the data file and the table are written. With --table the data file describes a
+    table that you have: separator, decimal comma, columns and units, as its headers say.
 
     \b
     robocal new --list
     robocal new ur10 -o cell
     robocal new robot.urdf -o cell
+    robocal new robot.urdf --table export.csv -o cell
     robocal new mdh-hayati --joints 5 -o cell
     robocal new cable -o cell
     """
@@ -37,6 +39,7 @@ class Options(BaseOptions):
     output: Path = option(Path("."), "Folder for the files", "DIR", short="-o")
     joints: int = option(6, "How many, when ROBOT is a convention", "N", least=1, most=30)
     kind: w.Kind = "position"
+    table: Path | None = option(None, "Describe this table of measurements; its headers say the kind", "FILE")
     listing: bool = option(False, "List the catalogue and the conventions", name="--list")
     force: w.Force = False
     base: w.Base = None
@@ -77,10 +80,11 @@ def sections(made: Outcome[New | Catalogue]) -> Iterator[Section]:
         return
     head = f"{found.name}, convention {found.convention}:" if found.convention else f"{found.name}:"
     verb = "check" if found.convention else "cable tension"
+    todo = "Fill them in, then" if found.table is None else f"{found.table} is described; next"
     beside = next(p for p in found.written if p != found.robot)  # the data file, or the poses of a cable robot
     yield Section.of(
         "",
         Text.of(head),
         *(Text.of(str(path), indent=2) for path in made.written),
-        Text.of(f"Fill them in, then: robocal {verb} {quote(str(found.robot))} {quote(str(beside))}"),
+        Text.of(f"{todo}: robocal {verb} {quote(str(found.robot))} {quote(str(beside))}"),
     )

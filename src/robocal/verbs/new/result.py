@@ -15,6 +15,7 @@ from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import ModelError, nearest
 from robocal.files.cable.cable_templates import cable_templates
+from robocal.files.table_description import describe_table
 from robocal.files.templates import convention_chain, templates
 from robocal.files.writing import refuse_existing, write_files
 from robocal.measure.data import DataSet
@@ -30,12 +31,14 @@ CABLE = "cable"  # what a cable robot is asked for by
 
 @dataclass(frozen=True)
 class New:
-    """What the files are of, the robot's own file, and what was written; a cable robot has no convention."""
+    """What the files are of, the robot's own file, and what was written; a cable robot has no convention. `table` is the one that they
+    describe, where somebody has it."""
 
     name: str
     convention: str | None
     robot: Path
     written: tuple[Path, ...]
+    table: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,7 @@ def new(o: Any) -> New:
     """Writes robot.yaml, data.yaml and measurements.csv of an arm, by the options of the verb; of one that has a file of its own, all
     but the first; of a cable robot robot.yaml and poses.csv. Raises ModelError for an unknown name, FileError for a file that exists."""
     if o.robot == CABLE:
-        o.refuse(("joints", "kind", "base", "tip"), "a cable robot does not have this option", "an arm")
+        o.refuse(("joints", "kind", "table", "base", "tip"), "a cable robot does not have this option", "an arm")
         return _write(o, "my cable robot", None, None, cable_templates())
     kind, robot = o.kind, o.robot
     if kind not in RIGS:
@@ -99,6 +102,9 @@ def new(o: Any) -> New:
         expected = "a name of robocal new --list, or the file of a robot"
         raise ModelError(message, found=robot, expected=expected, suggestion=near)
     texts = templates(arm, kind=kind, example=_example(arm, kind))
+    if o.table is not None:
+        del texts["measurements.csv"]
+        texts["data.yaml"] = describe_table(o.table, arm, kind if o.departs("kind") else None, o.output)
     if own is not None:
         del texts["robot.yaml"]
     return _write(o, arm.name, arm.convention, own, texts)
@@ -107,7 +113,7 @@ def new(o: Any) -> New:
 def _write(o: Any, name: str, convention: str | None, own: Path | None, texts: Mapping[str, str]) -> New:
     refuse_existing(o.output, list(texts), o.force)
     written = write_files(o.output, texts)
-    return New(name, convention, own or written[0], written)
+    return New(name, convention, own or written[0], written, o.table)
 
 
 def _example(arm: Chain, kind: str) -> DataSet | None:

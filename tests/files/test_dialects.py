@@ -1,0 +1,142 @@
+"""Tables as spreadsheets and instruments write them are read as they mean, or refused: never as other numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cli.runs import robocal
+
+from robocal.arms import catalog
+from robocal.errors import FormatError
+from robocal.files.csvtable import read_csv
+from robocal.files.dataset import read_dataset
+
+HEAD = ["j1 [deg]", "j2 [deg]", "j3 [deg]", "j4 [deg]", "j5 [deg]", "j6 [deg]", "x [mm]", "y [mm]", "z [mm]"]
+
+
+@pytest.fixture(scope="module")
+def rows():
+    rng = np.random.default_rng(3)
+    return np.hstack([rng.uniform(-90, 90, (12, 6)), rng.uniform(-3000, 3000, (12, 3))]).round(4)
+
+
+def comma(value):
+    return f"{value:.4f}".replace(".", ",")
+
+
+def thousands(value, sign=".", decimal=","):
+    return f"{value:,.4f}".replace(".", "_").replace(",", sign).replace("_", decimal)
+
+
+def text(rows, separator=";", number=comma, quoted=False, head=HEAD):
+    cells = [[f'"{number(v)}"' if quoted else number(v) for v in row] for row in rows]
+    return "\n".join(separator.join(line) for line in [head, *cells]) + "\n"
+
+
+def plain(value):
+    return f"{value:.4f}"
+
+
+WRITTEN = {
+    "semicolons and commas": lambda r: text(r),
+    "quoted commas": lambda r: text(r, ",", quoted=True),
+    "a line sep=": lambda r: "sep=;\r\n" + text(r).replace("\n", "\r\n"),
+    "a line sep= of bars": lambda r: "\ufeffsep=|\n" + text(r, "|"),
+    "comments of //": lambda r: "// Exported, points: 12\n// Frame: WORLD\n" + text(r, ",", plain),
+    "comments of %": lambda r: "% a, b, c\n" + text(r, ",", plain),
+    "a title": lambda r: "Export of 14 March;;;;;;;;\n" + text(r),
+    "a title and the date": lambda r: "Laser tracker, hall 3\nDate;2026-03-14\n\n" + text(r),
+    "points between thousands": lambda r: text(r, number=thousands),
+    "commas between thousands": lambda r: text(r, ",", lambda v: thousands(v, ",", "."), quoted=True),
+    "apostrophes between thousands": lambda r: text(r, ";", lambda v: thousands(v, "'", ".")),
+    "narrow spaces between thousands": lambda r: text(r, ";", lambda v: thousands(v, "\u202f")),
+    "a line of units": lambda r: text(r, head=["A1", "A2", "A3", "A4", "A5", "A6", "X", "Y", "Z"]).replace(
+        "\n", "\n" + ";".join(["°"] * 6 + ["mm"] * 3) + "\n", 1
+    ),
+    "capitals and round brackets": lambda r: text(
+        r, head=[f"Axis{i} (deg)" for i in range(1, 7)] + ["X (mm)", "Y (mm)", "Z (mm)"]
+    ),
+}
+
+
+@pytest.mark.parametrize("written", WRITTEN)
+def test_numbers_are_what_they_mean(tmp_path, rows, written):
+    place = tmp_path / "table.csv"
+    place.write_text(WRITTEN[written](rows), encoding="utf-8")
+    found = read_dataset(place, catalog.get("ur10")).dataset
+    np.testing.assert_allclose(np.degrees(found.configurations.joints), rows[:, :6], atol=1e-12)
+    np.testing.assert_allclose(1e3 * found.observations[0].value, rows[:, 6:], atol=1e-12)
+
+
+def test_a_table_in_windows_1252_is_said_to_be_one(tmp_path, rows):
+    place = tmp_path / "table.csv"
+    place.write_bytes(text(rows).replace("[deg]", "[°]").encode("cp1252"))
+    made = read_dataset(place, catalog.get("ur10"))
+    assert [w.code for w in made.warnings] == ["csv-western"]
+    np.testing.assert_allclose(1e3 * made.dataset.observations[0].value, rows[:, 6:], atol=1e-12)
+
+
+def test_a_title_is_told_with_the_row_of_the_header(tmp_path, rows):
+    place = tmp_path / "table.csv"
+    place.write_text("Laser tracker\nDate;2026-03-14\n" + text(rows))
+    (said,) = read_dataset(place, catalog.get("ur10")).warnings
+    assert said.sentence.endswith("the header is read in row 3, after a title of 2 rows")
+
+
+@pytest.mark.parametrize(
+    ("cells", "numbers"),
+    [
+        (["29,323", "18,565"], None),  # may be 29323
+        (["29,323", "18,56"], [29.323, 18.56]),
+        (["0,323", "18,565"], [0.323, 18.565]),
+        (["29,323", "1.5"], None),  # both signs
+        (["1.234,5", "29,323"], [1234.5, 29.323]),
+        (["1,234.5", "29,323"], [1234.5, 29323.0]),
+        (["1.234", "29,32"], None),  # 1234, or a decimal point
+        (["1.2,3", "4,5"], None),
+        (["-1 234,5", "4"], [-1234.5, 4.0]),
+    ],
+)
+def test_what_can_mean_two_things_is_refused(tmp_path, cells, numbers):
+    place = tmp_path / "table.csv"
+    place.write_text("a;b\n" + ";".join(cells) + "\n")
+    if numbers is None:
+        with pytest.raises(FormatError, match="row 2, column [ab]: (a decimal|not a number)"):
+            read_csv(place).numbers(["a", "b"])
+    else:
+        np.testing.assert_array_equal(read_csv(place).numbers(["a", "b"]), [numbers])
+
+
+def test_a_header_with_data_below_is_no_title(tmp_path):
+    place = tmp_path / "table.csv"
+    place.write_text("name,q [deg]\na,\nb,2\n")
+    table = read_csv(place)
+    assert table.names == ("name", "q") and len(table) == 2 and table.remarks == ()
+
+
+def test_new_describes_a_table(tmp_path, rows):
+    """Two commands from the export of an instrument to a data file that says the same."""
+    head = [h.replace("j", "A").replace("deg", "°").upper().replace("[MM]", "[mm]") for h in HEAD]
+    lines = (
+        "Export, hall 3;;;;;;;;;\n" + text(rows, number=thousands, head=[*head, "Note"]).replace("\n", ";\n")
+    ).split("\n")
+    lines[4] = ";".join([*lines[4].split(";")[:6], "", "", "", "", ""])  # a lost beam
+    place = tmp_path / "export.csv"
+    place.write_bytes("\n".join(lines).encode("cp1252"))
+    made = robocal("new", "ur10", "--table", place, "-o", tmp_path / "cell")
+    assert made.status == 0 and "is described; next: robocal check" in made.said
+    written = (tmp_path / "cell" / "data.yaml").read_text()
+    assert 'csv: {separator: ";", decimal: ",", thousands: ".", missing: skip}' in written and "row 5" in written
+    found = read_dataset(tmp_path / "cell" / "data.yaml", catalog.get("ur10"))
+    kept = np.delete(rows, 2, axis=0)
+    np.testing.assert_allclose(np.degrees(found.dataset.configurations.joints), kept[:, :6], atol=1e-12)
+    np.testing.assert_allclose(1e3 * found.dataset.observations[0].value, kept[:, 6:], atol=1e-12)
+    assert robocal("check", tmp_path / "cell" / "robot.yaml", tmp_path / "cell" / "data.yaml").status in (0, 3)
+
+
+def test_new_leaves_units_open_that_no_header_states(tmp_path, rows):
+    place = tmp_path / "export.csv"
+    place.write_text(text(rows, head=[h.split()[0] for h in HEAD]))
+    robocal("new", "ur10", "--table", place, "-o", tmp_path / "cell")
+    ran = robocal("check", tmp_path / "cell" / "robot.yaml", tmp_path / "cell" / "data.yaml")
+    assert ran.status != 0 and "unknown unit" in ran.said
