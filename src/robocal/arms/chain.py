@@ -24,6 +24,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["Chain", "Extra", "Group", "joint_offsets", "with_offsets"]
 
 CHUNK = 2048  # configurations
+WIDEST = 1000.0  # m or rad
 Extra = Mapping[str, ArrayLike] | None  # columns by name, numbers or (m,)
 
 
@@ -75,8 +76,9 @@ class Chain(Whole):
 
     @property
     def limits(self) -> Array:
-        """Joint limits, shape (n, 2)."""
-        return np.array([(j.lower, j.upper) for j in self.joints]).reshape(-1, 2)
+        """Joint limits, shape (n, 2); those beyond 1000 m or rad are none, as programs write that nobody bounds a joint."""
+        found = np.array([(j.lower, j.upper) for j in self.joints], dtype=float).reshape(-1, 2)
+        return np.where(np.abs(found) < WIDEST, found, np.copysign(np.inf, found))
 
     def with_values(self, values: Mapping[str, float] | Array) -> Chain:
         """The same arm with other parameter values; columns that depend on them are taken anew."""

@@ -31,6 +31,7 @@ def run(arguments: Sequence[str] | None, build: Callable[[Sequence[str]], Any]) 
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in words or bool(os.environ.get("ROBOCAL_DEBUG"))
     words = complete([w for w in words if w != "--debug"])
+    _open_streams()
     for stream in (sys.stdout, sys.stderr):
         with suppress(AttributeError, ValueError, OSError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
@@ -55,6 +56,13 @@ def run(arguments: Sequence[str] | None, build: Callable[[Sequence[str]], Any]) 
             if debug:
                 raise
             return _status_of(error, words)
+
+
+def _open_streams() -> None:
+    """Gives closed streams (`>&-`) a place that swallows what is written: else the next file that is opened would receive it."""
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), "r" if name == "stdin" else "w"))
 
 
 def _status_of(error: Exception, words: Sequence[str]) -> int:

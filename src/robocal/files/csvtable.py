@@ -43,6 +43,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
 
 SIZE_LIMIT, ROW_LIMIT, CELL_LIMIT = 20 * MEGABYTE, 500_000, 3_000_000  # what is read within seconds and 1 GB
+LARGEST = 1e30  # in any unit; products of such numbers still are numbers
 HEAD = 100  # lines among which the header is looked for
 MISSING = ("", "nan", "na")  # how tables write a cell that nobody filled
 SKIP = "csv: {missing: skip} in the data file, which leaves such rows out"
@@ -188,7 +189,7 @@ class CsvTable:
                 out[:, i] = list(map(float, cells))
             except ValueError:
                 raise self._bad_cell(at) from None
-            if not np.isfinite(out[:, i]).all():
+            if not (np.abs(out[:, i]) < LARGEST).all():
                 raise self._bad_cell(at)
         return out
 
@@ -231,7 +232,7 @@ class CsvTable:
         if math.isinf(value) or plain.lower().strip("+-") in ("nan", "inf", "infinity"):
             return "not a finite number", "a finite number"
         if not math.isnan(value):
-            return None
+            return None if abs(value) < LARGEST else ("so large a number is no measurement", f"below {LARGEST:g}")
         if decimal == "." and COMMA.fullmatch(cell):
             hint = f"a decimal point; a data file can announce the comma, csv: {{separator: {self.separator!r}, decimal: ','}}"
             return "a decimal comma that the file does not announce", hint

@@ -14,6 +14,8 @@ from robocal.files.units import parse_quantity
 from robocal.files.unread import split_list
 
 __all__ = [
+    "TINIEST",
+    "TOO_SMALL",
     "ColumnModel",
     "CsvModel",
     "DataModel",
@@ -54,6 +56,9 @@ class CsvModel(FileModel):
         return self.model_dump(include={"separator", "decimal", "thousands", "header"})
 
 
+TINIEST, TOO_SMALL = 1e-30, "so small a standard deviation is none"  # its inverse squared still is a number
+
+
 class SigmaModel(FileModel):
     """Standard deviations in columns."""
 
@@ -68,6 +73,8 @@ def _sigma(value: Any) -> Any:
     if value <= 0:
         expected = "a number above 0; leave it out to have it estimated"
         refuse("a standard deviation must be above 0", found=value, expected=expected)
+    if value <= TINIEST:
+        refuse(TOO_SMALL, found=value, expected=f"above {TINIEST:g}")
     return float(value)
 
 

@@ -79,7 +79,11 @@ def with_history(place: Path, runs: Sequence[Run]) -> str:
     are not added again, wherever the run lies now. Raises FormatError for a file that is no history."""
     rows: list[list[str]] = []
     if place.exists():
-        found = list(csv.reader(io.StringIO(read_text(place).text)))
+        reader = csv.reader(io.StringIO(read_text(place).text))
+        try:
+            found = list(reader)
+        except csv.Error as error:
+            raise FormatError(f"the row cannot be split into cells: {error}", file=place, row=reader.line_num) from None
         if not found or tuple(found[0]) != HEADER:
             said = ",".join(found[0])[:80] if found else "an empty file"
             raise FormatError("this is no history", file=place, row=1, found=said, expected=",".join(HEADER))

@@ -10,7 +10,7 @@ import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import DataModel, ScalarModel, SigmaModel, ValueModel
+from robocal.files.datamodel import TINIEST, TOO_SMALL, DataModel, ScalarModel, SigmaModel, ValueModel
 from robocal.files.onething import UNSAID
 from robocal.files.units import Unit, Units, number, parse_unit
 from robocal.files.yamlio import Path_, YamlDocument, quote
@@ -303,6 +303,7 @@ def sigmas(
         document.fail("wrong number of columns", (key, "sigma", "columns"), found=len(columns), expected=expected)
     numbers = table.numbers(columns)
     table.insist(numbers > 0, columns, "a standard deviation must be above 0", numbers, expected="a number above 0")
+    table.insist(numbers > TINIEST, columns, TOO_SMALL, numbers, expected=f"above {TINIEST:g}")
     stated = [table.unit(c) for c in columns]
     factors = [u.factor if s is None else parse_unit(s, si, file=table.path, column=str(c)).factor
                for u, s, c in zip(units, stated, columns, strict=False)]  # fmt: skip
