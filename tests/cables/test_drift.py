@@ -103,6 +103,60 @@ def test_a_frame_that_grew():
     assert found.scale == pytest.approx(0.002, rel=1e-6) and found.scale_sigma < 1e-5
 
 
+@pytest.mark.parametrize("about", [(0.0, 0.0, 0.0), (4.0, -7.0, 1.5)])
+@pytest.mark.parametrize("zeros_unchanged", [True, False])
+def test_another_size_is_one_cause_about_any_point(about, zeros_unchanged):
+    """An instrument whose scale is another grows the frame about wherever its coordinates begin: no anchor moved."""
+    rng, c = np.random.default_rng(4), blocks(1e-4, 5e-4)
+    for size in (0.003, -0.0015):
+        a = np.array(about) + (1 + size) * (ROBOT.a - about)
+        one, two = known(rng, truth(), c), known(rng, np.hstack([a, ROBOT.zeros[:, None]]).ravel(), c)
+        found = compared(ROBOT, one, two, zeros_unchanged=zeros_unchanged)
+        assert found.grown and not found.cables_moved
+        assert abs(found.scale - size) < 3 * found.scale_sigma < 0.2 * abs(size)
+        a[5] += [0.006, -0.004, 0.006]
+        moved = compared(ROBOT, one, known(rng, np.hstack([a, ROBOT.zeros[:, None]]).ravel(), c), zeros_unchanged=True)
+        assert moved.grown and moved.cables_moved == ("c6",) and abs(moved.scale - size) < 3 * moved.scale_sigma
+
+
+def test_a_size_is_named_as_seldom_as_a_part():
+    rng, c = np.random.default_rng(5), blocks()
+    named = sum(compared(ROBOT, known(rng, truth(), c), known(rng, truth(), c)).grown for _ in range(400))
+    assert named < 3 * 400 * DRIFT_PART_CHANCE
+
+
+def test_an_anchor_that_moved_far_is_no_size():
+    rng, c = np.random.default_rng(6), blocks()
+    for i in range(8):
+        moved = truth().reshape(8, 4).copy()
+        moved[i, :3] += 0.02 * (ROBOT.a[i] - ROBOT.a.mean(axis=0)) / np.linalg.norm(ROBOT.a[i] - ROBOT.a.mean(axis=0))
+        found = compared(ROBOT, known(rng, truth(), c), known(rng, moved.ravel(), c), zeros_unchanged=True)
+        assert not found.grown and found.cables_moved == (ROBOT.cables[i],)
+
+
+def test_a_robot_in_a_plane_is_told_its_smallest_drift():
+    """Two numbers of an anchor are seen: a drift of the size that is told is named in 95 of 100."""
+    a = np.array([[0, 0, 0], [0, 0, 2], [3, 0, 0], [3, 0, 2]], float)
+    b = np.array([[-1, 0, -1], [-1, 0, 1], [1, 0, -1], [1, 0, 1]]) * 0.1
+    robot = cable_robot("planar", a, b, np.zeros(4), degrees="1R2T", plane="xz", free=("ax", "az", "l0"))
+    names = tuple(f"{c}.{s}" for c in robot.cables for s in ("ax", "az", "l0"))
+    at, c = np.hstack([a[:, [0, 2]], np.zeros((4, 1))]).ravel(), 3e-4**2 * np.eye(12)
+    rng, seen = np.random.default_rng(7), 0
+
+    def drawn(values):
+        return Known(names, values + 3e-4 * rng.normal(size=12), c)
+
+    for _ in range(400):
+        one = drawn(at)
+        cable = compared(robot, one, one, zeros_unchanged=True).cables[1]
+        along, across = cable.smallest
+        assert 0 < along < 0.01 and 0 < across < 0.01
+        moved = at.copy()
+        moved[3:5] += along * cable.sight[[0, 2]]
+        seen += robot.cables[1] in compared(robot, one, drawn(moved), zeros_unchanged=True).cables_moved
+    assert abs(seen / 400 - POWER) < 0.04
+
+
 def test_what_both_hide_alike_cancels():
     """A number that was held at the same wrong value in both runs moves both alike."""
     c, hidden = blocks(1e-4, 1e-4), np.zeros((32, 1))

@@ -8,7 +8,8 @@ has an inverse. Where the base is tells its coordinates alone, so motions of it 
 three numbers of one anchor, beside a zero that looks the same along the line of sight: where zeros stand unchanged, d is
 conditioned on that, and this direction is then known as well as any other; elsewhere zeros are nobody's business and are left out.
 The cable whose e explains most is named while chance would show as much less than `DRIFT_PART_CHANCE` times in one comparison of all
-cables.
+cables. Before them comes one cause that moves all anchors: another size, about any point, as of an instrument whose scale is another
+or of a frame that is warmer. It is named where it explains more than any one anchor, and is free when anchors are looked for.
 """
 
 from __future__ import annotations
@@ -19,13 +20,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from robocal._types import Array
-from robocal.apply.difference import TINY, Difference, Known, name_parts, smallest_named, tail
+from robocal.apply.difference import ROUNDING, TINY, Difference, Known, name_parts, smallest_named, tail
 from robocal.cables.calibration.comparison import growth, sights
 from robocal.cables.geometry import CableRobot
+from robocal.diagnose.limits import DRIFT_PART_CHANCE
 from robocal.errors import ModelError
 
 __all__ = ["AnchorDrift", "CableChange", "compare_anchors"]
 
+IN_PLANE = 0.99  # of a line of sight lies in the plane of the two numbers that were found: a robot in a plane
 XYZ, ANCHOR = "xyz", ("ax", "ay", "az")
 ZERO = "l0"
 
@@ -77,13 +80,14 @@ class CableChange:
 @dataclass(frozen=True, eq=False)
 class AnchorDrift:
     """Two calibrations compared: every cable; motion of the base (6,) as (v, w) with standard deviations where it may differ; change of
-    the size of the frame, 1, with its standard deviation; and the chance of all of it without any change."""
+    the size of the frame, 1, with its standard deviation, and whether it is named; and the chance of all of it without any change."""
 
     cables: tuple[CableChange, ...]
     base: Array | None
     base_sigma: Array | None
     scale: float
     scale_sigma: float
+    grown: bool
     chance: float
 
     @property
@@ -108,18 +112,40 @@ def compare_anchors(
     ground = anchors.columns(rates)
     parts = {c: [robot.row(f"{c}.{s}") for s in ANCHOR] for c in robot.cables}
     both = {c: [*own, robot.row(f"{c}.{ZERO}")] for c, own in parts.items()}
-    moved = name_parts(anchors, ground, parts, len(ANCHOR))
-    either = name_parts(full, full.columns(rates), both, len(ANCHOR) + 1, moved)
-    free = np.hstack([ground, anchors.own([i for c in moved for i in anchors.find(parts[c])])])
+    shifts = [] if base_moves else [v for k, v in robot.motions.items() if k.startswith("the base along")]
+    grown = _is_grown(robot, anchors, ground, anchors.columns(shifts), parts)
+    causes = [*rates, *shifts, growth(robot)] if grown else rates
+    beside = anchors.columns(causes)
+    moved = name_parts(anchors, beside, parts, len(ANCHOR))
+    either = name_parts(full, full.columns(causes), both, len(ANCHOR) + 1, moved)
+    own = anchors.own([i for c in moved for i in anchors.find(parts[c])])
+    free = np.hstack([ground, own])
     base = sigma = None
     if base_moves:
-        covariance = np.linalg.inv(free.T @ anchors.weight @ free)
+        covariance = np.linalg.pinv(free.T @ anchors.weight @ free, hermitian=True, rcond=ROUNDING)
         motion = covariance @ free.T @ anchors.weight @ anchors.step
         base, sigma = motion[: len(rates)], np.sqrt(np.diag(covariance))[: len(rates)]
     u, _ = anchors.beside(ground)
-    changes = _changes(robot, full, anchors, ground, parts, moved, either)
+    changes = _changes(robot, full, anchors, beside, parts, moved, either)
     chance = tail(float(anchors.step @ u), max(len(anchors.step) - len(rates), 1), np.inf)
-    return AnchorDrift(changes, base, sigma, *_scale(robot, anchors, free), chance)
+    scale = _scale(robot, anchors, np.hstack([anchors.columns([*rates, *(shifts if grown else [])]), own]))
+    return AnchorDrift(changes, base, sigma, *scale, grown, chance)
+
+
+def _is_grown(
+    robot: CableRobot, anchors: Difference, ground: Array, shifts: Array, parts: Mapping[str, Sequence[str]]
+) -> bool:
+    """Whether another size of the frame, about any point, explains more than any one anchor, and more than chance would."""
+    about = np.hstack([ground, shifts])
+    if len(anchors.step) <= about.shape[1] + 1:
+        return False
+    size, sigma = _scale(robot, anchors, about)
+    alone = (size / sigma) ** 2
+    u, _ = anchors.beside(ground)
+    v, _ = anchors.beside(about)
+    explained = alone + float(anchors.step @ u) - float(anchors.step @ v)
+    best = max(anchors.explained(anchors.find(own), ground) for own in parts.values())
+    return len(parts) * tail(alone, 1, np.inf) < DRIFT_PART_CHANCE and explained > best
 
 
 def _scale(robot: CableRobot, anchors: Difference, free: Array) -> tuple[float, float]:
@@ -128,6 +154,13 @@ def _scale(robot: CableRobot, anchors: Difference, free: Array) -> tuple[float, 
     grown = anchors.columns([growth(robot)])[:, 0]
     information = float(grown @ p @ grown)
     return (float(grown @ u) / information, information**-0.5) if information > TINY else (0.0, np.inf)
+
+
+def _smallest(covariance: Array, sight: Array, parts: int) -> tuple[float, float]:
+    """The smallest drifts that would be named along a line of sight and across it; infinite where the anchor was not found."""
+    length = float(np.linalg.norm(sight))
+    whole = len(sight) == len(XYZ) or (len(sight) == 2 and length > IN_PLANE)
+    return smallest_named(covariance, sight / length, parts) if whole and length else (np.inf, np.inf)
 
 
 def _changes(
@@ -146,7 +179,7 @@ def _changes(
         shift, spread = np.zeros(3), np.zeros((3, 3))
         shift[axes], spread[np.ix_(axes, axes)] = estimate, covariance
         zero = [(float(full.step[i]), float(full.sigma[i])) for i in full.find([robot.row(f"{cable}.{ZERO}")])]
-        smallest = smallest_named(covariance, sight, many) if len(at) == len(XYZ) else (np.inf, np.inf)
+        smallest = _smallest(covariance, sight[axes], many)
         changes.append(
             CableChange(
                 cable, shift, spread, *(zero[0] if zero else (0.0, 0.0)), sight, chance, min(1.0, many * chance),

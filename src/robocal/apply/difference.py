@@ -27,7 +27,7 @@ from robocal.geometry import so3
 from robocal.parameters import ParameterTable
 
 __all__ = [
-    "POWER", "TINY", "Difference", "Known", "SingleStep", "name_parts", "smallest_named", "step_between", "tail",
+    "POWER", "ROUNDING", "TINY", "Difference", "Known", "SingleStep", "name_parts", "smallest_named", "step_between", "tail",
 ]  # fmt: skip
 
 ROUNDING = 1e-14
@@ -174,7 +174,8 @@ class Difference:
         w = self.weight
         if tangents.shape[1]:
             t = w @ tangents
-            w = w - t @ np.linalg.solve(tangents.T @ t, t.T)
+            # A robot in a plane has motions of its base that none of its numbers shows.
+            w = w - t @ np.linalg.pinv(tangents.T @ t, hermitian=True, rcond=ROUNDING) @ t.T
         return np.asarray(w @ self.step), np.asarray(w)
 
     def change(self, at: list[int], tangents: Array) -> tuple[Array, Array, float]:
@@ -184,6 +185,11 @@ class Difference:
         estimate = covariance @ u[at]
         chance = tail(max(float(estimate @ u[at]), 0.0), len(at), np.inf) if at else 1.0
         return estimate, np.asarray(covariance), chance
+
+    def explained(self, at: list[int], tangents: Array) -> float:
+        """How much of Q a change of the numbers `at` explains; tangents (n, k) are free."""
+        estimate, covariance, _ = self.change(at, tangents)
+        return float(estimate @ np.linalg.pinv(covariance, hermitian=True, rcond=FLAT) @ estimate)
 
     def causes(self, tangents: Array) -> tuple[Array, Array, Array]:
         """Of every column of tangents (n, k) as the only cause: its size (k,), the standard deviation of that, and the Q that it leaves;
@@ -231,8 +237,7 @@ def name_parts(
         if not rest or len(difference.step) - tangents.shape[1] <= symbols:
             break
         changes = [difference.change(at[part], tangents) for part in rest]
-        sizes = [float(e @ np.linalg.pinv(c, hermitian=True, rcond=FLAT) @ e) for e, c, _ in changes]
-        best = int(np.argmax(sizes))
+        best = int(np.argmax([difference.explained(at[part], tangents) for part in rest]))
         if len(parts) * changes[best][2] >= DRIFT_PART_CHANCE:
             break
         out.append(rest[best])
@@ -240,10 +245,11 @@ def name_parts(
 
 
 def smallest_named(covariance: Array, direction: Array, parts: int) -> tuple[float, float]:
-    """Changes of a part's three numbers, of this covariance (3, 3), along a unit direction (3,) and across it, at worst, that would be
-    named among so many parts with a chance of POWER."""
-    level = float(scipy.special.chdtri(3, DRIFT_PART_CHANCE / parts))
-    need = float(scipy.special.chndtrinc(level, 3, 1 - POWER))
+    """Changes of a part's k numbers, of this covariance (k, k), along a unit direction (k,) and across it, at worst, that would be
+    named among so many parts with a chance of POWER; k is 2 or more."""
+    k = len(direction)
+    level = float(scipy.special.chdtri(k, DRIFT_PART_CHANCE / parts))
+    need = float(scipy.special.chndtrinc(level, k, 1 - POWER))
     weight = np.linalg.pinv(covariance, hermitian=True, rcond=FLAT)
     across = np.linalg.svd(direction[None])[2][1:]
     least = float(np.linalg.eigvalsh(across @ weight @ across.T)[0])

@@ -64,6 +64,10 @@ class CableRemarks:
         "looks the same",
         "To detect such a drift, compare runs of one power-up with --zeros-unchanged.",
     )
+    SIZE_CHANGED = Phrase(
+        "{run}: all frame anchors changed as one: the size by {size:+.4g} ± {off:.2g} ppm (95 %)",
+        "Check the scale of the instrument, such as the size of a marker. A steel frame would be {kelvin:.0f} K warmer or colder.",
+    )
     NOTHING_MOVED = Phrase("{run}: no frame anchor moved by more than these calibrations would show by chance")
     SMALLEST_DRIFT = Phrase(
         "a drift of one anchor would be detected with 95 % certainty from {along:.2g} along its line of sight and "

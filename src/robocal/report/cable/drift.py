@@ -58,7 +58,9 @@ def _table(n: int, place: str, one: Any) -> Section:
         lines.append(f"the base differs by ({moved}) mm and mrad, ± 95 %")
     elif one.scale_sigma < 1:
         size = f"{1e6 * one.scale:+.3g} ± {1.96e6 * one.scale_sigma:.2g} ppm (95 %)"
-        lines.append(f"size of the frame {size}, if nothing else changed")
+        lines.append(
+            f"size of the frame {size}, {'beside what else changed' if one.grown else 'if nothing else changed'}"
+        )
     return Section.of(
         "", table(place, *columns, right=(1, 2, 3, 4, 5, 6), rows=rows, styles=styles), *quiet(*lines),
         title=f"{place} beside the first", key=f"beside-{n}",

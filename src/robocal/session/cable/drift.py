@@ -25,6 +25,8 @@ from robocal.session.verb_base import VerdictResult
 
 __all__ = ["Drifts", "drifts"]
 
+STEEL = 12.0  # ppm / K
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Drifts(VerdictResult):
@@ -70,7 +72,7 @@ class Drifts(VerdictResult):
             "scatter_mm": {**scatter, "size_ppm": 1e6 * s.size},
             "compared": [
                 {
-                    "run": place, "moved": c.cables_moved, "chance": c.chance,
+                    "run": place, "moved": c.cables_moved, "grown": c.grown, "chance": c.chance,
                     "doubtful": [x.cable for x in c.cables if x.doubtful],
                     "size_ppm": [1e6 * c.scale, 1e6 * c.scale_sigma] if np.isfinite(c.scale_sigma) else None,
                     "base": None if c.base is None else 1e3 * c.base,
@@ -109,6 +111,9 @@ def _reasons(place: str, found: AnchorDrift, zeros_unchanged: bool) -> list[Rema
         for c in sorted(found.cables, key=lambda c: c.of_all)
         if c.moved
     ]  # fmt: skip
+    if found.grown:
+        size, off = 1e6 * found.scale, 1.96e6 * found.scale_sigma
+        out.insert(0, Remark.of(Code.SIZE_CHANGED, run=place, size=size, off=off, kelvin=abs(size) / STEEL))
     if not out:
         out.append(Remark.of(Code.NOTHING_MOVED, run=place))
     doubtful = [c for c in found.cables if c.doubtful]
