@@ -474,7 +474,7 @@ def validate(
 
     With repeated visits, the result also has pose accuracy and repeatability, and distance accuracy, as defined in ISO 9283.
 
-    The robot is not changed. Free frames of instruments are fitted again; the errors are then labelled profiled.
+    The robot is not changed. Free frames of instruments are fitted again; the errors are then labelled 'own frames fitted'.
 
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).
     data: data.yaml, or a CSV whose headers carry units; several are fitted together.

@@ -55,7 +55,7 @@ MEANS: dict[str, tuple[Cell, ...]] = {
     ),
 }  # fmt: skip
 PROFILED = Text.of(
-    ("Profiled", "term"),
+    (blocks.OWN_FITTED.capitalize(), "term"),
     ": a pose or marker met only in these measurements was fitted to them, and its degrees of freedom were subtracted, which enlarges "
     "these errors; all shared parameters stayed as identified. Errors before calibration in pictures, and the list of the largest errors, "
     "are not enlarged.",
@@ -103,7 +103,7 @@ def errors_table(residuals: Any, title: str) -> Table | None:
     for name, label, note, mark in STAGES:
         if (s := getattr(residuals, name)) is None:
             continue
-        words = ", ".join(w for w in (note, "profiled" if s.profiled else "") if w)
+        words = ", ".join(w for w in (note, blocks.OWN_FITTED if s.profiled else "") if w)
         style: Style = "strong" if name in PROOFS else "quiet" if name == "constant" else ""
         rows.append((style, (blocks.Noted(label, mark=mark), *blocks.spread(s), (words, "quiet"))))
         every = getattr(residuals.all_rows, name, None)
@@ -119,7 +119,7 @@ def _folds(residuals: Any) -> Table | None:
     if not residuals.folds:
         return None
     rows: list[tuple[Cell, ...]] = [
-        (f.name, figure(f.before), figure(f.after), str(f.n), ("profiled" if f.profiled else "", "quiet"))
+        (f.name, figure(f.before), figure(f.after), str(f.n), (blocks.OWN_FITTED if f.profiled else "", "quiet"))
         for f in residuals.folds
     ]
     columns, caption = ("before", "after", "n", ""), "Mean error of each fold while it was held out."
@@ -145,7 +145,7 @@ def _tile(residuals: Any, key: str, name: str, mark: Mark) -> blocks.Tile:
     angle = "" if turn is None else f", and {figure(turn.mean, 3)} {residuals.angle.unit}"
     more = (("rms", s.rms), ("95 %", s.p95), ("max", s.max))
     lines = (
-        f"mean error{angle}{', profiled' if s.profiled else ''}",
+        f"mean error{angle}{f', {blocks.OWN_FITTED}' if s.profiled else ''}",
         "   ".join(f"{k} {figure(v, 3)}" for k, v in more if math.isfinite(v)),
     )
     return blocks.Tile(name, mark, figure(s.mean, 3), residuals.unit, lines)

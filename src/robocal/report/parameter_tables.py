@@ -137,7 +137,7 @@ def hidden(result: Any) -> Section:
         lines.append(f"no effect on these measurements: {', '.join(c.terms[0].name for c in alone)}")
     title = "What these measurements cannot tell"
     heading = f"{title} ({seen.rank} of {seen.n_free} free parameters are seen)"
-    words = "They stay where they began: at nominal values, what is an instrument's where the nominal robot has it."
+    words = "They keep their nominal values; those of an instrument, what the nominal robot gives it."
     stay = quiet(words, indent=2) if lines else ()
     shown = heading if seen.combinations or seen.dropped else ""
     detail = Detail(lambda: _observability(seen))

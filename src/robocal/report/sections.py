@@ -16,6 +16,7 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.remark import Message
 
 __all__ = [
+    "OWN_FITTED",
     "SPREAD", "Block", "Cell", "Detail", "Facts", "Figure", "Folded", "Mark", "Noted", "Pair", "Remarks", "Section",
     "Style", "Table", "Text", "Tile", "Tiles", "VerdictBlock", "Written", "ends", "figure", "listing_table",
     "quiet", "spread", "strong", "table", "word_and_style",
@@ -26,6 +27,7 @@ Mark = Literal["", "before", "after", "held", "aside"]
 Cell: TypeAlias = "str | tuple[str, Style] | Noted"
 
 
+OWN_FITTED = "own frames fitted"  # to the rows whose errors are told: poses and instruments met only there
 SPREAD = ("mean", "rms", "95 %", "max", "n")
 
 

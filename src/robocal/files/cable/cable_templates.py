@@ -48,7 +48,7 @@ every_cable:    # a cable may say its own instead
 platform:
   mass: 8
   centre_of_mass: [0, 0, 0]
-source: where the numbers come from
+# source: where these numbers come from
 """
 POSES = """# Example poses of the platform: put yours here. Units are those in the headers; rx, ry, rz is a rotation vector.
 id,x [mm],y [mm],z [mm],rx [deg],ry [deg],rz [deg]

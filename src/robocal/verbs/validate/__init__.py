@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robocal.report import sections as blocks
-from robocal.report.sections import SPREAD, Block, Section, Text, ends, figure, quiet, spread, table
+from robocal.report.sections import OWN_FITTED, SPREAD, Block, Section, Text, ends, figure, quiet, spread, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, run_verb
@@ -36,7 +36,7 @@ class Options(BaseOptions):
 
     With repeated visits, the result also has pose accuracy and repeatability, and distance accuracy, as defined in ISO 9283.
 
-    The robot is not changed. Free frames of instruments are fitted again; the errors are then labelled profiled.
+    The robot is not changed. Free frames of instruments are fitted again; the errors are then labelled "own frames fitted".
 
     \b
     robocal validate run other.yaml --against robot.yaml
@@ -101,7 +101,7 @@ def _errors(found: Validation) -> Iterator[Block]:
         if part is None or part.this is None:
             continue
         both = {"this robot": part.this, "against": part.against}
-        rows = [(label, *spread(s), "profiled" if s.profiled else "") for label, s in both.items() if s is not None]
+        rows = [(label, *spread(s), OWN_FITTED if s.profiled else "") for label, s in both.items() if s is not None]
         if found.constant is not None and part is found.errors:
             rows.append(("predicting the mean", figure(found.constant), "", "", "", "", ""))
         yield table(f"error [{part.unit}]", *SPREAD, "", right=(1, 2, 3, 4, 5), rows=rows)
@@ -111,7 +111,7 @@ def _frame_blocks(found: Validation) -> Iterator[Block]:
     """What was fitted to these data, and by how much one robot is better."""
     if found.frames:
         fitted = f"{len(found.frames)} parameters of frames were fitted to these data"
-        yield from quiet(f"profiled: {fitted}; the errors are enlarged by what that took away")
+        yield from quiet(f"{OWN_FITTED}: {fitted}; the errors are enlarged by what that took away")
     own = found.robot.machine.table
     if found.against is None and all(n in own.free and own[n].value == 0 and n not in found.frames for n in TOOL):
         # A file that says nothing of the tool: its whole length stands in the errors, and nothing else would say so.
