@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 
 from robocal._types import Array
-from robocal.estimate.elimination import beside_blocks, reweight
+from robocal.estimate.elimination import beside_blocks, reweight, triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 from robocal.estimate.uncertainty import Total
@@ -33,15 +33,15 @@ class InstrumentScales:
     """Scales that are not known, by `names` (m): stated or usual standard deviations, and their standard deviations after a fit;
     `response` (n, m) is what the fit's error takes for each, over all free names.
 
-    `squares` (n + m + 1, n + m + 1) are the products of all columns, of the scales and of the residuals, `change` (n,) how far the fit
-    went, `expected` (n,) its units.
+    `root` (n + m + 1, n + m + 1) is the triangle of all columns, of the scales and of the residuals, `change` (n,) how far the fit
+    went, in units of what is `expected` (n,).
     """
 
     names: tuple[str, ...]
     stated: Array
     sigma: Array
     response: Array
-    squares: Array
+    root: Array
     change: Array
     expected: Array
 
@@ -65,8 +65,8 @@ def scales_of(
     c, sigma = c[:, told], np.array([stated[g] for g in groups])[told]
     _, left = beside_blocks(replace(lin, j=np.hstack([lin.j, c])))
     n, m, scale = every.n, c.shape[1], every.scales
-    left = np.column_stack([left[:, :n] * scale, left[:, n:], lin.r])
-    products = left.T @ left
+    root = triangle(np.column_stack([left[:, :n] * scale, left[:, n:], lin.r]))
+    products = root.T @ root
     own, cross = products[:n, :n], products[:n, n : n + m]
     information = (
         products[n : n + m, n : n + m] - cross.T @ np.linalg.solve(own + np.eye(n), cross) + np.diag(1 / sigma**2)
@@ -78,7 +78,7 @@ def scales_of(
     response[chosen] = scale[chosen, None] * answer
     names = tuple(f"{g}.{SYMBOL}" for g, seen in zip(groups, told, strict=True) if seen)
     after = np.sqrt(np.diag(np.linalg.inv(information)))
-    return InstrumentScales(names, sigma, after, response, products, every.difference(x)[0] / scale, scale)
+    return InstrumentScales(names, sigma, after, response, root, every.difference(x)[0] / scale, scale)
 
 
 def is_scale(name: str) -> bool:

@@ -39,17 +39,18 @@ def chance_by_scale(
     g = np.zeros(len(free))
     g[at] = along * scales.expected[at]
     n, m = len(free), len(scales.names)
-    products = scales.squares / fit.uncertainty.factor**2
-    both, seen = products[: n + m, : n + m], products[: n + m, :n] @ scales.change - products[: n + m, -1]
-    sigma = _makings(model, fit, free) if n else np.ones((1, 0))
-    root = np.hstack([sigma, np.tile(scales.stated, (len(sigma), 1))])
-    low = np.linalg.cholesky(np.eye(n + m) + root[:, :, None] * both * root[:, None])
-    ahead = np.concatenate([2 * g, np.zeros(m)])
-    solved = np.linalg.solve(low, np.stack([root * seen, root * ahead], axis=2))
-    told, own = solved[..., 0], solved[..., 1]
-    evidence = 0.5 * np.sum(told**2, axis=1) - np.sum(np.log(np.diagonal(low, axis1=1, axis2=2)), axis=1)
+    told = scales.root / fit.uncertainty.factor
+    reading = np.concatenate([told[:, :n] @ scales.change - told[:, -1], np.zeros(n + m)])
+    makings = _makings(model, fit, free)
+    sigma = np.hstack([makings, np.tile(scales.stated, (len(makings), 1))])
+    # Not from products: a frame that may be a metre off and is seen to a micron leaves no digit of them.
+    prior = np.broadcast_to(np.eye(n + m), (len(sigma), n + m, n + m))
+    q, r = np.linalg.qr(np.concatenate([told[:, : n + m] * sigma[:, None], prior], axis=1))
+    seen, ahead = reading @ q, np.concatenate([2 * g, np.zeros(m)])
+    own = np.linalg.solve(np.swapaxes(r, 1, 2), (sigma * ahead)[..., None])[..., 0]
+    evidence = 0.5 * np.sum(seen**2, axis=1) - np.sum(np.log(np.abs(np.diagonal(r, axis1=1, axis2=2))), axis=1)
     weight = np.exp(evidence - evidence.max())
-    mean, spread = 2 * g @ scales.change - np.sum(told * own, axis=1), np.linalg.norm(own, axis=1)
+    mean, spread = 2 * g @ scales.change - np.sum(seen * own, axis=1), np.linalg.norm(own, axis=1)
     chance = np.where(
         spread > 0, scipy.special.ndtr((mean - square) / np.where(spread > 0, spread, 1.0)), mean > square
     )
