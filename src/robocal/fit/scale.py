@@ -66,18 +66,17 @@ def scales_of(
     _, left = beside_blocks(replace(lin, j=np.hstack([lin.j, c])))
     n, m, scale = every.n, c.shape[1], every.scales
     root = triangle(np.column_stack([left[:, :n] * scale, left[:, n:], lin.r]))
-    products = root.T @ root
-    own, cross = products[:n, :n], products[:n, n : n + m]
-    information = (
-        products[n : n + m, n : n + m] - cross.T @ np.linalg.solve(own + np.eye(n), cross) + np.diag(1 / sigma**2)
-    )
+    prior = np.diag(np.concatenate([np.ones(n), 1 / sigma]))
+    # The last columns of a triangle are what the others leave of them.
+    alone = np.linalg.qr(np.vstack([root[:, : n + m], prior]), mode="r")[n:, n:]
     chosen = np.isin(every.free, kept)
     hold = every.with_free(kept).prior_root * scale[chosen]
     response = np.zeros((n, m))
-    answer = np.linalg.lstsq(own[np.ix_(chosen, chosen)] + hold.T @ hold, cross[chosen], rcond=1e-14)[0]
+    own = root[:, :n][:, chosen]
+    answer = np.linalg.lstsq(own.T @ own + hold.T @ hold, own.T @ root[:, n : n + m], rcond=1e-14)[0]
     response[chosen] = scale[chosen, None] * answer
     names = tuple(f"{g}.{SYMBOL}" for g, seen in zip(groups, told, strict=True) if seen)
-    after = np.sqrt(np.diag(np.linalg.inv(information)))
+    after = np.linalg.norm(np.linalg.inv(alone), axis=1)
     return InstrumentScales(names, sigma, after, response, root, every.difference(x)[0] / scale, scale)
 
 
