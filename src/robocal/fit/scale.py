@@ -1,12 +1,10 @@
 """The scale of instruments that may read all lengths too long: how far it may be off, and what a fit that trusted it made of that.
 
     e_k = ... + G s,    G = (J_k^T J_k + P)^-1 J_k^T C                                what kept columns take for a scale s
-    I = C^T (1 - J H^-1 J^T) C + diag(1 / sigma^2),    H = J^T J + 1                  columns in units of their expected errors
-    E[s] = -I^-1 (C^T r - C^T J H^-1 (J^T r + d)),    cov(s) = I^-1
+    cov(s)^-1 = C^T (1 - J H^-1 J^T) C + diag(1 / sigma^2),    H = J^T J + 1          columns in units of their expected errors
 
-J are the columns of everything free and C those of the scales, local poses projected out; r the residuals, d how far the columns are from
-where they were expected. What making leaves says how long a machine is, often better than the scale was stated. Lindley and Smith,
-Bayes estimates for the linear model (1972).
+J are the columns of everything free and C those of the scales, local poses projected out. What making leaves says how long a machine
+is, often better than the scale was stated. Where the scale probably is: `prove/scale_chance`.
 """
 
 from __future__ import annotations
@@ -17,7 +15,7 @@ import numpy as np
 import scipy
 
 from robocal._types import Array
-from robocal.estimate.elimination import beside_blocks, reweight
+from robocal.estimate.elimination import beside_blocks, reweight, triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 from robocal.estimate.uncertainty import Total
@@ -32,14 +30,20 @@ SYMBOL = "scale"
 
 @dataclass(frozen=True)
 class InstrumentScales:
-    """Scales that are not known, by `names` (m): stated or usual standard deviations, and their means and standard deviations after a
-    fit; `response` (n, m) is what the fit's error takes for each, over all free names."""
+    """Scales that are not known, by `names` (m): stated or usual standard deviations, and their standard deviations after a fit;
+    `response` (n, m) is what the fit's error takes for each, over all free names.
+
+    `root` (n + m + 1, n + m + 1) is the triangle of all columns, of the scales and of the residuals, `change` (n,) how far the fit
+    went, in units of what is `expected` (n,).
+    """
 
     names: tuple[str, ...]
     stated: Array
-    mean: Array
     sigma: Array
     response: Array
+    root: Array
+    change: Array
+    expected: Array
 
 
 def scales_of(
@@ -60,22 +64,20 @@ def scales_of(
         return None
     c, sigma = c[:, told], np.array([stated[g] for g in groups])[told]
     _, left = beside_blocks(replace(lin, j=np.hstack([lin.j, c])))
-    n = every.n
-    j, c = left[:, :n] * every.scales, left[:, n:]
-    h = j.T @ j + np.eye(n)
-    pull = every.difference(x)[0] / every.scales
-    both = np.linalg.solve(h, np.column_stack([j.T @ c, j.T @ lin.r + pull]))
-    information = c.T @ c - (j.T @ c).T @ both[:, :-1] + np.diag(1 / sigma**2)
-    covariance = np.linalg.inv(information)
-    mean = -covariance @ (c.T @ lin.r - (j.T @ c).T @ both[:, -1])
+    n, m, scale = every.n, c.shape[1], every.scales
+    root = triangle(np.column_stack([left[:, :n] * scale, left[:, n:], lin.r]))
+    prior = np.diag(np.concatenate([np.ones(n), 1 / sigma]))
+    # The last columns of a triangle are what the others leave of them.
+    alone = np.linalg.qr(np.vstack([root[:, : n + m], prior]), mode="r")[n:, n:]
     chosen = np.isin(every.free, kept)
-    hold = every.with_free(kept).prior_root * every.scales[chosen]
-    own = j[:, chosen]
-    response = np.zeros((n, c.shape[1]))
-    answer = np.linalg.lstsq(own.T @ own + hold.T @ hold, own.T @ c, rcond=1e-14)[0]
-    response[chosen] = every.scales[chosen, None] * answer
+    hold = every.with_free(kept).prior_root * scale[chosen]
+    response = np.zeros((n, m))
+    own = root[:, :n][:, chosen]
+    answer = np.linalg.lstsq(own.T @ own + hold.T @ hold, own.T @ root[:, n : n + m], rcond=1e-14)[0]
+    response[chosen] = scale[chosen, None] * answer
     names = tuple(f"{g}.{SYMBOL}" for g, seen in zip(groups, told, strict=True) if seen)
-    return InstrumentScales(names, sigma, mean, np.sqrt(np.diag(covariance)), response)
+    after = np.linalg.norm(np.linalg.inv(alone), axis=1)
+    return InstrumentScales(names, sigma, after, response, root, every.difference(x)[0] / scale, scale)
 
 
 def is_scale(name: str) -> bool:

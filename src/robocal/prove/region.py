@@ -9,14 +9,14 @@ q): a tool that cannot be told from an instrument's frame, as on a grid measured
 With e = J dx the error of the model, that of the baseline is e - d, and the baseline is the better one where
 mean |e - d|^2 < mean |e|^2:
 
-    P(2 g^T dx > moved^2),    g = mean over q of J(q)^T d(q),    var(g^T dx) = g^T C g,    E[g^T dx] = g^T G E[s]
+    P(2 g^T dx > moved^2),    g = mean over q of J(q)^T d(q),    var(g^T dx) = g^T C g
 
 A machine that stands where its own lengths say has its poses from lengths in place of J (`frame_range`).
 
 Where band exceeds moved, the correction is proven near the measurements alone; in a range that somebody named it must also be
 the better one with as much confidence as the gain itself. Where nobody named one, it is what the measured joints span, and
-held-out measurements have told already; not of a scale s of their instrument that is not known (G, `fit.scale`), for they share
-it; and unless each stood beside one that was fitted, as where all poses lie in a few clusters: then they told nothing of the way
+held-out measurements have told already; not of a scale of their instrument that is not known, for they share it (`scale_chance`);
+and unless each stood beside one that was fitted, as where all poses lie in a few clusters: then they told nothing of the way
 between these. The middle of a frame is named by the frame, not by what was measured.
 """
 
@@ -42,6 +42,7 @@ from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.decision import Decision
 from robocal.prove.frame_range import FRAME, shape_of_lengths
 from robocal.prove.place_bands import motion_field, parameters_of, sample_joints
+from robocal.prove.scale_chance import chance_by_scale
 from robocal.prove.split import Split
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
@@ -58,7 +59,7 @@ class Holds:
     """Rms over n configurations of the working range (m): what the model may be off by, and what the correction moves; and
     the chance that the nominal model is the better one there. `asked` says that this chance decides too, `sized` that the data
     see how long the arm is; else all are up to one factor on its lengths; `alone` is the band beside scales of instruments that are not
-    known (m; None: there are none), `unseen` the chance that those alone make the nominal model the better one."""
+    known (m; None: there are none)."""
 
     name: str
     band: float
@@ -68,13 +69,12 @@ class Holds:
     asked: bool = True
     sized: bool = True
     alone: float | None = None
-    unseen: float = 0.0
 
     @property
     def region(self) -> str:
         """`working` where the correction holds in the whole range, else `measured`."""
-        sure = (self.chance <= WORSE_CHANCE or not self.asked) and self.unseen <= SCALE_WORSE_CHANCE
-        band = self.band if self.alone is None else self.alone
+        band, most = (self.band, 1.0) if self.alone is None else (self.alone, SCALE_WORSE_CHANCE)
+        sure = self.chance <= (WORSE_CHANCE if self.asked else most)
         return "working" if band <= self.moved and sure else "measured"
 
 
@@ -124,7 +124,7 @@ def range_of(context: Decision[Model]) -> Holds | None:
     scales = context.need_fit.scales
     own = [bare.names.index(off.names[i]) for i in at]
     alone = None if scales is None else _rms(jac, bare.covariance[np.ix_(own, own)])
-    chance, unseen = _chances(context, jac, at, moved)
+    chance = _chance(context, jac, at, moved)
     found = far, float(np.sqrt(square)), chance
     if not np.isfinite(found).all():
         return None
@@ -134,27 +134,22 @@ def range_of(context: Decision[Model]) -> Holds | None:
     near = (
         chance > WORSE_CHANCE and not other and joints is not None and proof is not None and beside(joints, proof.split)
     )
-    return Holds(name, *found, len(moved), other or near, scaled, alone, unseen)
+    return Holds(name, *found, len(moved), other or near, scaled, alone)
 
 
 def _rms(jac: Array, covariance: Array) -> float:
     return float(np.sqrt(np.mean(band(jac, covariance) ** 2)))
 
 
-def _chances(context: Decision[Model], jac: Array, at: list[int], moved: Array) -> tuple[float, float]:
-    """That the nominal model is the better one; and that the scales of instruments alone make it so, which no measurement by the same
-    instruments can tell, held out or not."""
+def _chance(context: Decision[Model], jac: Array, at: list[int], moved: Array) -> float:
+    """That the nominal model is the better one."""
     off, scales = context.need_fit.total, context.need_fit.scales
     along, square = np.einsum("mai,ma->i", jac, moved) / len(moved), float(np.mean(np.sum(moved**2, axis=1)))
-    covariance = off.covariance[np.ix_(at, at)]
-    spread, shift, own = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0))), 0.0, 0.0
     if scales is not None:
-        answer = 2 * along @ scales.response[at]
-        shift, own = float(answer @ scales.mean), float(np.linalg.norm(answer * scales.sigma))
-    one, other = (
-        float(scipy.special.stdtr(min(off.dof, 1e9), (shift - square) / s)) if s > 0 else 0.0 for s in (spread, own)
-    )
-    return one, other
+        return chance_by_scale(context.model, context.need_fit, scales, [off.names[i] for i in at], along, square)
+    covariance = off.covariance[np.ix_(at, at)]
+    spread = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0)))
+    return float(scipy.special.stdtr(min(off.dof, 1e9), -square / spread)) if spread > 0 else 0.0
 
 
 def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array, list[int], Array]:
