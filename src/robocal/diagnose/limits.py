@@ -95,6 +95,8 @@ PATH_CONFIGURATIONS = limit(20, "configurations", "Fewer say nothing of a speed.
 GROWTH_CHANCE = limit(1e-6, "chance", "Of taking noise for a drift along the file.", "tests/prove/test_growth.py")
 GROWTH_SHARE = limit(0.1, "of the squares left", "A drift that explains less is of no consequence.")
 GROWTH_CLEARLY = limit(3.0, "times", "A drift explains more than any other slow change along the file does.", "tests/prove/test_growth.py")
+GROWTH_SEEN = limit(0.3, "of the squares of a drift",
+    "What a fit takes up by more goes with the poses: errors of a joint that moved slowly look the same.", "tests/prove/test_growth.py")
 GROWTH_CONFIGURATIONS = limit(20, "configurations", "Fewer say nothing of a drift.")
 SCALE_SIGMA = limit(3.0, "sigma", "A scale that making does not leave is that of the stated length.", "tests/statistics/test_scale.py")
 SCALE_DOUBT_SIGMA = limit(2.0, "sigma", "One in twenty honest scales is as far off: worth a remark.")
