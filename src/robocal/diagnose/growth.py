@@ -63,7 +63,7 @@ class FileDrift:
     gain: float
     share: float
     chance: float
-    seen: float
+    observable: float
     step: Array
     taken: Array
 
@@ -172,7 +172,7 @@ def _find(lin: Linear, time: Array, scales: Array, way: Array) -> FileDrift | No
         first is None
         or first.chance > limits.GROWTH_CHANCE
         or first.share < limits.GROWTH_SHARE
-        or first.seen < limits.GROWTH_SEEN
+        or first.observable < limits.GROWTH_SEEN
     ):
         return None
     others = (_explain(lin, scipy.special.eval_legendre(k, time), scales, way) for k in DEGREES)
@@ -201,5 +201,7 @@ def _explain(lin: Linear, factor: Array, scales: Array, way: Array) -> FileDrift
         return None
     chance = float(scipy.special.fdtrc(many, dof, gain / many / noise))
     by = np.sqrt(more / gain) * (known @ -outer)
-    seen = float(by @ inner @ by / ((left[:, n : n + k] @ by) ** 2).sum())
-    return FileDrift(more, more / square, chance, seen, way @ by, np.linalg.solve(slope, q.T @ held[:, n : n + k] @ by))
+    observable = float(by @ inner @ by / ((left[:, n : n + k] @ by) ** 2).sum())
+    return FileDrift(
+        more, more / square, chance, observable, way @ by, np.linalg.solve(slope, q.T @ held[:, n : n + k] @ by)
+    )

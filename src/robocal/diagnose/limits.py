@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from robocal.fit import place_sizes
+from robocal.fit import frame_turns, place_sizes
 
 __all__ = ["LIMITS", "Limit", "limit", "topics"]
 
@@ -168,6 +168,13 @@ PLACE_GAP = limit(place_sizes.PLACE_GAP, "times its diameter",
 PLACE_SHARE = limit(place_sizes.PLACE_SHARE, "of the configurations",
     "Of poses drawn by chance fewer stand so: 1 in 20 with two joints, 1 in 5 along a line.", "tests/prove/test_places.py")
 PLACES_LEAST = limit(6, "places", "Five gains of one sign happen once in 32, and fewer places than numbers fit anything.")
+
+topic("Frames that nothing holds")
+FRAME_NEVER_TURNED = limit(frame_turns.FRAME_NEVER_TURNED, "of what tells a frame at the fit",
+    "So much is there at the nominal robot at least: one orientation has 0.001, encoders that stray on it 0.005.",
+    "tests/prove/test_one_orientation.py")
+FRAME_TURNED = limit(frame_turns.FRAME_TURNED, "of what tells a frame at the fit",
+    "The same where a fit does not converge without it; ordinary data have 0.95 and more.", "tests/prove/test_one_orientation.py")
 
 topic("Proof and verdict")
 PROOF_PLACES = limit(5, "places", "A bootstrap of n gains of one sign never doubts them; by chance that happens once in 2^n.")
