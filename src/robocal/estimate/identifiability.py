@@ -64,9 +64,9 @@ class Identifiability:
         return self._choice.dropped
 
     @property
-    def held(self) -> tuple[str, ...]:
+    def loose(self) -> tuple[str, ...]:
         """Those of them that nothing but what is expected of them holds."""
-        return self._choice.held
+        return self._choice.loose
 
     @property
     def combinations(self) -> tuple[Combination, ...]:

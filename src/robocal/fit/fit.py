@@ -222,7 +222,7 @@ def choose_columns(model: Model, problem: Problem, start: Array, soft: Array, le
         begin[0, i] = table[table.names[i]].value
     found = choose(problem.with_free(tuple(n for n in problem.free if n not in away)), begin).basis
     at = tuple(problem.free.index(n) for n in found)
-    return replace(seen, at=at, left=tuple(i for i in range(problem.n) if i not in at), held=loose), begin
+    return replace(seen, at=at, left=tuple(i for i in range(problem.n) if i not in at), loose=loose), begin
 
 
 def _alone(columns: Array) -> Array:
