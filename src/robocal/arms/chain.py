@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from robocal._types import Array, Ints
 from robocal.arms.columns import ChainColumn
 from robocal.errors import ModelError, nearest, one_of
+from robocal.geometry.gravity import GRAVITY
 from robocal.geometry.path.program import Element, Joint, Program, Zero, compile_path
 from robocal.geometry.path.unjointed import Whole
 from robocal.parameters import ParameterTable
@@ -68,6 +69,13 @@ class Chain(Whole):
     def program(self) -> Program:
         """The compiled path."""
         return compile_path(self.elements, self.table)
+
+    @property
+    def gravity(self) -> tuple[float, float, float]:
+        """As a group states it, else with z up."""
+        stated = (g.options["gravity"] for g in self.groups if "gravity" in g.options)
+        x, y, z = next(stated, GRAVITY)
+        return x, y, z
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -115,6 +115,20 @@ def of_remarks(remarks: Iterable[Remark], level: Level) -> list[Finding]:
     return [Finding(r.code, r.items, level) for r in remarks]
 
 
+def once(make: Callable[[C], T]) -> Callable[[C], T]:
+    """A function of a context that is computed once for each context."""
+    key = f"{make.__module__}.{make.__qualname__}"
+
+    @wraps(make)
+    def recall(context: C) -> T:
+        if key not in context.memo:
+            context.memo[key] = make(context)
+        known: T = context.memo[key]
+        return known
+
+    return recall
+
+
 @dataclass(frozen=True)
 class Context(Generic[M_co]):
     """A machine, and what there is beside it: measurements, the baseline, a fit to all of them with its options."""
@@ -161,7 +175,8 @@ class Context(Generic[M_co]):
         """What the fit leaves of every term, (m, d)."""
         return self.need_fit.problem.residuals(self.need_fit.solution.x)
 
-    @cached_property
+    @property
+    @once
     def jacobian(self) -> Linear:
         """The whitened rows of the fit at its solution, and their Jacobian."""
         return self.need_fit.problem.linearize(self.need_fit.solution.x)
@@ -197,20 +212,6 @@ class Context(Generic[M_co]):
             return int(self.fit.problem.numbers.sum()), self.fit.problem.n
         free = 0 if self.base is None else len(self.base.problem.table.free)
         return sum(o.value.size for o in self.need_data.observations), free
-
-
-def once(make: Callable[[C], T]) -> Callable[[C], T]:
-    """A function of a context that is computed once for each context."""
-    key = f"{make.__module__}.{make.__qualname__}"
-
-    @wraps(make)
-    def recall(context: C) -> T:
-        if key not in context.memo:
-            context.memo[key] = make(context)
-        known: T = context.memo[key]
-        return known
-
-    return recall
 
 
 class When(IntEnum):

@@ -145,7 +145,10 @@ def findings_of_segments(context: Context[Model]) -> list[Finding]:
     region on its rows, its load may bend it as well, and that is a doubt."""
     data = context.need_data
     found = find_segments(context.model, data, context.values)
-    crossed = [find_joint(context.model, data, s, found) for s in found]
+    problem, x = context.need_baseline.problem, context.need_baseline.x
+    if context.fit is not None:
+        problem, x = context.fit.problem, context.fit.solution.x
+    crossed = [find_joint(context.model, data, s, found, problem, x) for s in found]
     told = zip(found, segment_remarks(found), crossed, strict=True)
     return [
         Finding(r.code, r.items, Level.REFUSE)

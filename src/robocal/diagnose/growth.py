@@ -1,43 +1,50 @@
 """What is left that grows along a file: something warmed up or settled while it was measured.
 
-    r + J dx + u J d = noise,    u_i = (t_i - mean t) / (t_last - t_first)
+    r + J dx + u J d = noise,    u_i = 2 (t_i - t_first) / (t_last - t_first) - 1
 
-d is how far everything that was fitted drifted from the first row to the last, each held as softly as its expected error. A model that
-lacks something leaves errors that wander along a path, and many columns follow any wandering. So the same columns are tried with
+d is how far everything that was fitted is off at the end of the file, each held as softly as its expected error. A model that lacks
+something leaves errors that wander along a path, and many columns follow any wandering. So the same columns are tried with
 polynomials of time of higher degree in place of u (Legendre's): what drifts is explained far better by the first than by any other.
 
-At the file's last row the machine is half of that drift away from what was identified, and afterwards it stays there or goes
-on. No held-out row of the same file shows that. So the size is told, and what the error is then.
+At the file's last row the machine is d away from the middle. The fit took up s of it, the least squares of u J d by J s; in random order
+that is next to nothing. A row shows (u J d - J s) in its error e, and J (d - s) at the end of the file:
+
+    e_end^2 = e^2 + |J d - J s|^2 - |u J d - J s|^2
+
+No held-out row shows that by itself. So errors of unseen rows are claimed as they are at the end (`error_growth`), and the size is told.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
-from robocal._types import Array, Ints
+from robocal._types import Array
 from robocal.diagnose import limits
-from robocal.diagnose.check_registry import Context, Finding, When, check, doubt
+from robocal.diagnose.check_registry import Context, Finding, When, check, doubt, once
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.path_rates import time_order
 from robocal.estimate.elimination import beside_blocks
-from robocal.estimate.terms import Linear
+from robocal.estimate.problem import Problem
+from robocal.estimate.terms import Linear, Residuals
+from robocal.fit.free_poses import own_poses
+from robocal.fit.misfit import errors
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
-from robocal.measure.rows import Rows
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["growth"]
+__all__ = ["FileDrift", "at_end", "drift_of_file", "error_growth", "growth"]
 
 GROWTH = declare(
     "residual-grows",
     "{group}: what is left grows along the file, by {size:.3g} from its first row to its last ({share:.0%} of the squared residuals): "
-    "something warmed up or settled; after the file expect an error of {after:.3g} rms, not of {left:.3g}",
+    "something warmed up or settled; errors on unseen measurements are claimed as they are at its end, over all rows {after:.3g} rms "
+    "in place of {left:.3g}",
     "Measure once the machine and the instrument are warm, or record the temperature (a temperature column). Measure a few places of "
     "the beginning again at the end: the difference is the drift.",
 )
@@ -50,41 +57,83 @@ DEGREES = (2, 3, 4, 5)  # grid: polynomials that a drift is compared with
 @dataclass(frozen=True)
 class FileDrift:
     """What columns that a polynomial of time multiplies explain: the squares, less what chance explains, their share of all, how
-    likely so much is by chance, and what every whitened row is off by at the end of the file, (N,)."""
+    likely so much is by chance, and which share of the columns' effect the fit did not take up. Of every fitted column how far it went
+    from the middle of the file to its end, (n,), and what the fit took up of that, (n,)."""
 
     gain: float
     share: float
     chance: float
-    end: Array
+    observable: float
+    step: Array
+    taken: Array
+
+
+@once
+def drift_of_file(context: Context[Model]) -> FileDrift | None:
+    """What drifted along the files; None where nothing did, or where something stood elsewhere from a row on: that grew at once."""
+    fit, lin = context.need_fit, context.jacobian
+    if not fit.problem.n or not len(lin.r):
+        return None
+    there = _time(fit.data)[lin.configuration]
+    if len(np.unique(lin.configuration[there != 0])) < limits.GROWTH_CONFIGURATIONS:
+        return None
+    found = (d for w in _ways(context) if (d := _find(lin, there, fit.problem.scales, w)))
+    first = min(found, key=lambda d: d.chance, default=None)
+    return None if first is None or findings_of_segments.run(context) else first
+
+
+def error_growth(
+    context: Context[Model], posed: Problem | None = None, seen: Problem | None = None
+) -> dict[str, Array]:
+    """By unit, what the square of each row's error grows by until the end of its file, (N,) in the order of `errors`; nothing where
+    nothing drifted. Of the rows of `seen`, with poses found from those of `posed` alone, where these are given."""
+    drift = drift_of_file(context)
+    if drift is None:
+        return {}
+    end, now = _changes(context, drift, posed, seen)
+    units = dict.fromkeys(u for r in end for *_, u in r.parts)
+    return {u: errors(end, u)[0] ** 2 - errors(now, u)[0] ** 2 for u in units}
+
+
+def at_end(values: Array, growth: Mapping[str, Array], unit: str) -> Array:
+    """Errors (N,) in one unit as they are at the end of the file, by what their squares grow by."""
+    return values if unit not in growth else np.sqrt(np.maximum(values**2 + growth[unit], 0.0))
+
+
+def _changes(
+    context: Context[Model], drift: FileDrift, posed: Problem | None = None, seen: Problem | None = None
+) -> tuple[list[Residuals], list[Residuals]]:
+    """What rows are off by at the end of the file, and what they show of it when they are measured. Poses of configurations are found
+    anew from their rows; where the same rows are looked at, these changes are enlarged as errors of such poses are."""
+    problem, x = posed or context.need_fit.problem, context.need_fit.solution.x
+    where = [x, problem.retract(x, drift.step[None]), problem.retract(x, drift.taken[None])]
+    many, wide = np.concatenate(where), np.ones(problem.configurations)
+    if problem.blocks:
+        many, factor, _ = own_poses(problem, many, np.ones((len(many), len(wide)), dtype=bool))
+        wide = np.nan_to_num(factor[0]) if seen is None else wide
+    time, end, now = _time(context.need_fit.data), list[Residuals](), list[Residuals]()
+    for r, moved, taken in zip(*((seen or problem).residuals(v[None]) for v in many), strict=True):
+        far, own = moved.value - r.value, taken.value - r.value
+        for out, at in ((end, np.ones_like(time)), (now, time)):
+            out.append(replace(r, value=(at[r.configuration, None] * far - own) * wide[r.configuration, None]))
+    return end, now
 
 
 @check("growth", When.FIT, order=172, needs=("fit",))
 def growth(context: Context[Model]) -> Iterator[Finding]:
     """What drifted along the file, of the instrument that shows most of it: by how much, and what the error is at its end."""
-    fit, lin = context.need_fit, context.jacobian
-    if not fit.problem.n or not len(lin.r):
+    drift = drift_of_file(context)
+    if drift is None:
         return
-    there = _time(fit.data)[lin.configuration]
-    if len(np.unique(lin.configuration[there != 0])) < limits.GROWTH_CONFIGURATIONS:
-        return
-    first = max(
-        (d for w in _ways(context) if (d := _find(lin, there, fit.problem.scales, w))),
-        key=lambda d: d.gain,
-        default=None,
-    )
-    if first is None or findings_of_segments.run(context):
-        return  # what stood elsewhere from a row on grew at once
-    largest = None
-    for (group, unit), (sigma, rows) in _lengths(context).items():
-        count = len(np.unique(lin.observation[rows]))
-        end, rest = (float(np.sqrt(((v[rows] * sigma) ** 2).sum() / count)) for v in (first.end, lin.r))
-        if largest is None or end * largest[2] > largest[1] * rest:
-            largest = group, end, rest, unit
-    if largest is not None:
-        group, end, rest, unit = largest
-        # Of the squares that are left a third of the end's is drift already.
-        size, left, after = (Quantity(v, unit) for v in (2 * end, rest, float(np.hypot(rest, end * np.sqrt(2 / 3)))))
-        yield doubt(GROWTH, group=group, size=size, left=left, after=after, share=first.share)
+    groups: dict[tuple[str, str], list[Array]] = {}
+    for r, *changed in zip(context.residuals, *_changes(context, drift), strict=True):
+        if r.reading:
+            numbers = np.stack([v.length()[r.used] ** 2 for v in (r, *changed)])
+            groups.setdefault((r.group, r.parts[0][2]), []).append(numbers)
+    told = {key: np.concatenate(v, axis=1).mean(axis=1) for key, v in groups.items()}
+    (group, unit), (rest, end, now) = max(told.items(), key=lambda item: item[1][1] / item[1][0])
+    size, left, after = (Quantity(float(np.sqrt(max(v, 0.0))), unit) for v in (4 * end, rest, rest + end - now))
+    yield doubt(GROWTH, group=group, size=size, left=left, after=after, share=drift.share)
 
 
 def _time(data: DataSet) -> Array:
@@ -119,7 +168,12 @@ def _ways(context: Context[Model]) -> list[Array]:
 def _find(lin: Linear, time: Array, scales: Array, way: Array) -> FileDrift | None:
     """The drift of some columns with time (N,), from -1 to 1, where it is beyond chance, of consequence, and no other slow change."""
     first = _explain(lin, time, scales, way)
-    if first is None or first.chance > limits.GROWTH_CHANCE or first.share < limits.GROWTH_SHARE:
+    if (
+        first is None
+        or first.chance > limits.GROWTH_CHANCE
+        or first.share < limits.GROWTH_SHARE
+        or first.observable < limits.GROWTH_SEEN
+    ):
         return None
     others = (_explain(lin, scipy.special.eval_legendre(k, time), scales, way) for k in DEGREES)
     return None if any(o is not None and first.gain < limits.GROWTH_CLEARLY * o.gain for o in others) else first
@@ -131,7 +185,7 @@ def _explain(lin: Linear, factor: Array, scales: Array, way: Array) -> FileDrift
     there = lin.j @ way
     taken, left = beside_blocks(replace(lin, j=np.hstack([lin.j, factor[:, None] * there, lin.r[:, None]])))
     held = np.vstack([left, np.hstack([np.diag(1 / (HOLD * scales)), np.zeros((n, k + 1))])])
-    q, _ = np.linalg.qr(held[:, :n])
+    q, slope = np.linalg.qr(held[:, :n])
     rest = held[:, n:] - q @ (q.T @ held[:, n:])
     c, r = rest[:, :k], rest[:, -1]
     inner, outer = c.T @ c, c.T @ r
@@ -142,23 +196,12 @@ def _explain(lin: Linear, factor: Array, scales: Array, way: Array) -> FileDrift
     if dof < 1 or many < EPS or square <= gain:
         return None
     noise = (square - gain) / dof
-    more = max(gain - many * noise, 0.0)
+    more = gain - many * noise
+    if more <= 0:
+        return None
     chance = float(scipy.special.fdtrc(many, dof, gain / many / noise))
-    # A mean of u^2 is a third: what is seen of the drift, at the end of the file. What the fit itself took up shows nowhere.
-    end = np.sqrt(3 * more / gain) * (c[: len(lin.r)] @ (known @ -outer))
-    return FileDrift(more, more / square, chance, end)
-
-
-def _lengths(context: Context[Model]) -> dict[tuple[str, str], tuple[Array, Ints]]:
-    """Of every instrument and the unit of its first numbers: their standard deviations, and which rows of `linearize` they are."""
-    problem, out, count = context.need_fit.problem, dict[tuple[str, str], list[tuple[Array, Ints]]](), 0
-    for term in problem.terms:
-        assert isinstance(term, Rows)
-        sigma = term.sigma[term.used & problem.in_use[term.configuration]]
-        rows = count + np.arange(sigma.size).reshape(sigma.shape)
-        count += sigma.size
-        first, stop, unit = term.parts[0]
-        if term.reading:
-            part = sigma[:, first:stop].ravel(), rows[:, first:stop].ravel()
-            out.setdefault((term.group, unit), []).append(part)
-    return {key: (np.concatenate([s for s, _ in v]), np.concatenate([r for _, r in v])) for key, v in out.items()}
+    by = np.sqrt(more / gain) * (known @ -outer)
+    observable = float(by @ inner @ by / ((left[:, n : n + k] @ by) ** 2).sum())
+    return FileDrift(
+        more, more / square, chance, observable, way @ by, np.linalg.solve(slope, q.T @ held[:, n : n + k] @ by)
+    )

@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from robocal.fit import place_sizes
+from robocal.fit import frame_turns, place_sizes
 
 __all__ = ["LIMITS", "Limit", "limit", "topics"]
 
@@ -95,6 +95,8 @@ PATH_CONFIGURATIONS = limit(20, "configurations", "Fewer say nothing of a speed.
 GROWTH_CHANCE = limit(1e-6, "chance", "Of taking noise for a drift along the file.", "tests/prove/test_growth.py")
 GROWTH_SHARE = limit(0.1, "of the squares left", "A drift that explains less is of no consequence.")
 GROWTH_CLEARLY = limit(3.0, "times", "A drift explains more than any other slow change along the file does.", "tests/prove/test_growth.py")
+GROWTH_SEEN = limit(0.3, "of the squares of a drift",
+    "What a fit takes up by more goes with the poses: errors of a joint that moved slowly look the same.", "tests/prove/test_growth.py")
 GROWTH_CONFIGURATIONS = limit(20, "configurations", "Fewer say nothing of a drift.")
 SCALE_SIGMA = limit(3.0, "sigma", "A scale that making does not leave is that of the stated length.", "tests/statistics/test_scale.py")
 SCALE_DOUBT_SIGMA = limit(2.0, "sigma", "One in twenty honest scales is as far off: worth a remark.")
@@ -166,6 +168,13 @@ PLACE_GAP = limit(place_sizes.PLACE_GAP, "times its diameter",
 PLACE_SHARE = limit(place_sizes.PLACE_SHARE, "of the configurations",
     "Of poses drawn by chance fewer stand so: 1 in 20 with two joints, 1 in 5 along a line.", "tests/prove/test_places.py")
 PLACES_LEAST = limit(6, "places", "Five gains of one sign happen once in 32, and fewer places than numbers fit anything.")
+
+topic("Frames that nothing holds")
+FRAME_NEVER_TURNED = limit(frame_turns.FRAME_NEVER_TURNED, "of what tells a frame at the fit",
+    "So much is there at the nominal robot at least: one orientation has 0.001, encoders that stray on it 0.005.",
+    "tests/prove/test_one_orientation.py")
+FRAME_TURNED = limit(frame_turns.FRAME_TURNED, "of what tells a frame at the fit",
+    "The same where a fit does not converge without it; ordinary data have 0.95 and more.", "tests/prove/test_one_orientation.py")
 
 topic("Proof and verdict")
 PROOF_PLACES = limit(5, "places", "A bootstrap of n gains of one sign never doubts them; by chance that happens once in 2^n.")

@@ -64,6 +64,11 @@ class Identifiability:
         return self._choice.dropped
 
     @property
+    def loose(self) -> tuple[str, ...]:
+        """Those of them that nothing but what is expected of them holds."""
+        return self._choice.loose
+
+    @property
     def combinations(self) -> tuple[Combination, ...]:
         """What takes the place of every dropped name."""
         return self._choice.combinations

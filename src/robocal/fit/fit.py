@@ -27,6 +27,7 @@ from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
 from robocal.fit.estimators import estimator
+from robocal.fit.frame_turns import FRAME_NEVER_TURNED, FRAME_TURNED
 from robocal.fit.noise import NoiseGroup, Tau, apply_noise, assess, noise_dof, same_tau, tau_of, under
 from robocal.fit.options import Options
 from robocal.fit.place_noise import visit_again, weigh_visits
@@ -57,9 +58,6 @@ ROUGH = 1e-3  # where a fit may be given up: a hundred such steps do not bring C
 RESTARTS = 8
 NO_NOISE = 5.0  # sigma: what leaves more may have begun in the wrong place
 ELSEWHERE, SCATTER = 4, 0.5  # sets of poses that are tried then, and how far they scatter, of where each began alone
-# Of what tells a frame at the end, the share that has to be there from the start: ordinary data have 0.95 and more, one orientation has
-# 1e-3, and one from which encoders stray 5e-3. Those find their way, unless a fit does not converge.
-NEVER_TURNED, TURNED = 4e-3, 0.1
 
 
 @dataclass(frozen=True)
@@ -159,19 +157,19 @@ def fit(
         first = first.with_weights(weights * weigh_visits(stated, candidate, soft, configurations, columns))
         tau = tau_of(assess(stated, problem_at(tau), soft, configurations, columns))
         candidate = problem_at(tau)
-    seen = choose_columns(model, candidate, start, soft, NEVER_TURNED)
+    seen, begin = choose_columns(model, candidate, start, soft, FRAME_NEVER_TURNED)
     kept = names if options.keep_all else seen.basis
     restarted = 0
     for _ in range(2):
         chosen = candidate.with_free(kept)
-        found = method.run(chosen, near(chosen, start), options, watch)
+        found = method.run(chosen, near(chosen, begin), options, watch)
         solution = found.solution
         if not (solution.reasons[0].converged or options.keep_all):
-            other = choose_columns(model, candidate, start, soft, TURNED)
+            other, elsewhere = choose_columns(model, candidate, start, soft, FRAME_TURNED)
             if other.basis != kept:
-                seen, kept = other, other.basis
+                seen, kept, begin = other, other.basis, elsewhere
                 chosen = candidate.with_free(kept)
-                found = method.run(chosen, near(chosen, start), options, watch)
+                found = method.run(chosen, near(chosen, begin), options, watch)
                 solution = found.solution
         if method.restarts and not solution.reasons[0].converged:
             solution, restarted = _restart(chosen, start, solution, options), RESTARTS
@@ -197,10 +195,10 @@ def frame_names(model: Model, problem: Problem) -> tuple[str, ...]:
     return tuple(n for n in problem.table.free if n not in model.table or n in tool)
 
 
-def choose_columns(model: Model, problem: Problem, start: Array, soft: Array, least: float) -> Choice:
-    """The columns that are seen at `soft` (1, P), the robot softly fitted. Where frames are told there by turns of which the robot makes
-    less than the share `least` at `start` (1, P), nothing holds them: they stay where making leaves them, and what else is seen is
-    asked at `start`.
+def choose_columns(model: Model, problem: Problem, start: Array, soft: Array, least: float) -> tuple[Choice, Array]:
+    """The columns that are seen at `soft` (1, P), the robot softly fitted, and where a fit of them begins, (1, P). Where frames are told
+    there by turns of which the robot makes less than the share `least` at `start` (1, P), nothing holds them: they stay where making
+    leaves them, at the nominal values, and what else is seen is asked there.
 
     The little that a fitted robot turns where the nominal one does not is no lever to place a target with.
     """
@@ -211,16 +209,20 @@ def choose_columns(model: Model, problem: Problem, start: Array, soft: Array, le
     before, after = squares(made.with_loss("none"), start).root * made.scales, seen.scaled[:, known]
     held = list(range(len(kept)))
     if not held or not (_alone(before) < least * _alone(after)).any():
-        return seen
-    while held and (loose := _alone(before[:, held]) < TURNED * _alone(after[:, held])).any():
+        return seen, start
+    while held and (short := _alone(before[:, held]) < FRAME_TURNED * _alone(after[:, held])).any():
         # Of several that say the same, the one of which least is expected is held.
-        held.pop(min(np.flatnonzero(loose), key=lambda k: float(np.linalg.norm(after[:, held[k]]))))
+        held.pop(min(np.flatnonzero(short), key=lambda k: float(np.linalg.norm(after[:, held[k]]))))
     if len(held) == len(kept):
-        return seen
-    away = set(frames) - {kept[k] for k in held}
-    found = choose(problem.with_free(tuple(n for n in problem.free if n not in away)), start).basis
+        return seen, start
+    loose = tuple(n for i, n in enumerate(kept) if i not in held)
+    away = set(frames) - (set(kept) - set(loose))
+    begin, table = np.array(start), problem.table
+    for i in (table.index[n] for n in loose if not table[n].turn):
+        begin[0, i] = table[table.names[i]].value
+    found = choose(problem.with_free(tuple(n for n in problem.free if n not in away)), begin).basis
     at = tuple(problem.free.index(n) for n in found)
-    return replace(seen, at=at, left=tuple(i for i in range(problem.n) if i not in at))
+    return replace(seen, at=at, left=tuple(i for i in range(problem.n) if i not in at), loose=loose), begin
 
 
 def _alone(columns: Array) -> Array:

@@ -96,6 +96,10 @@ class Mechanism(Model, Protocol):
         """The zeros of the joints that an identification may move."""
 
     @property
+    def gravity(self) -> tuple[float, float, float]:
+        """The acceleration of gravity in base coordinates (m/s^2)."""
+
+    @property
     def frame_points(self) -> Array:
         """Points (m, 3) of the frame between which it moves, in base coordinates; none where joints carry it."""
 

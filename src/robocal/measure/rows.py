@@ -114,6 +114,10 @@ class Rows(ABC):
             known[key] = {"carriers": carriers, "own": own, "columns": columns}
         return self._with(**known[key])
 
+    def with_every_row(self) -> Self:
+        """The same rows, those set aside among them."""
+        return self._with(used=np.ones_like(self.used), scale=np.ascontiguousarray(1 / self.sigma))
+
     def without(self, rows: Bools) -> Self:
         """The same term with these rows (m,) set aside."""
         used = self.used & ~rows

@@ -211,7 +211,8 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
         options = replace(options, folds=FOLDS, hold_out=0.0)
         split = make_split(data, 0.0, folds=FOLDS, blocks=options.blocks, seed=options.seed)
     fits = model, clean, base, whole, options, watch
-    return Decision(*fits, start=start, proven=prove(Context(*fits), data, split))
+    judged = Context(*fits)
+    return Decision(*fits, start=start, proven=prove(judged, data, split), memo=judged.memo)
 
 
 def _numbers(data: DataSet) -> None:

@@ -6,12 +6,14 @@ Here every one is found once more from its lengths alone, with the baseline and 
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import once
+from robocal.diagnose.growth import at_end, error_growth
 from robocal.diagnose.motions import ABSOLUTE
 from robocal.estimate.elimination import block_ranks
 from robocal.estimate.problem import Problem
@@ -53,6 +55,9 @@ def pose_from_lengths(context: Decision[Model]) -> PoseFromLengths | None:
     if len(known) < 2:
         return None  # every round was done from the beginning, and nobody kept where it ended
     seen = [_misses(p, x, proof.split, kinds) for p, x in zip((base.problem, part.problem), known, strict=True)]
+    # Where something drifts along the file, each is told as it is at its end.
+    whole = context.need_fit.problem
+    more = error_growth(context, _of_kinds(whole, kinds, (LENGTHS,)), _of_kinds(whole, kinds, ABSOLUTE))
     name = next(n for n, make in context.proven.proofs.items() if make() is proof)
 
     def stages(unit: str, before: Array, after: Array, counted: Bools) -> Stages | None:
@@ -64,7 +69,12 @@ def pose_from_lengths(context: Decision[Model]) -> PoseFromLengths | None:
 
     absolute = [k in ABSOLUTE for k in kinds]
     position, orientation = (
-        stages(u, seen[0][u], seen[1][u], ~proof.aside[u][_rows_of(base.problem, absolute, u)])
+        stages(
+            u,
+            at_end(seen[0][u], more, u),
+            at_end(seen[1][u], more, u),
+            ~proof.aside[u][_rows_of(base.problem, absolute, u)],
+        )
         if u in seen[0]
         else None
         for u in ("m", "rad")
@@ -81,11 +91,15 @@ def _rows_of(problem: Problem, some: list[bool], unit: str) -> Bools:
     return by_unit(problem.terms, rows, unit)
 
 
+def _of_kinds(problem: Problem, kinds: list[str], some: Collection[str]) -> Problem:
+    """The rows of some kinds alone."""
+    return replace(problem, terms=tuple(t for t, k in zip(problem.terms, kinds, strict=True) if k in some))
+
+
 def _misses(problem: Problem, x: Array, split: Split, kinds: list[str]) -> dict[str, Array]:
     """By unit, how far from what instruments read unseen poses are that lengths alone give, (N,), x (K, P) being the ends of the rounds;
     NaN where they give none."""
-    own = replace(problem, terms=tuple(t for t, k in zip(problem.terms, kinds, strict=True) if k == LENGTHS))
-    seen = replace(problem, terms=tuple(t for t, k in zip(problem.terms, kinds, strict=True) if k in ABSOLUTE))
+    own, seen = (_of_kinds(problem, kinds, some) for some in ((LENGTHS,), ABSOLUTE))
     placed = own_poses(own, x, split.held_out)[0]
     rank = block_ranks(own.with_free(()).with_weights(None).linearize(placed[:1]), own.families[0].count)
     told = np.where(rank == len(own.families[0].axes), 1.0, np.nan)

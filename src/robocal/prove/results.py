@@ -142,6 +142,9 @@ def parameter_results(context: Decision[Model]) -> tuple[ParameterResult, ...]:
                 notes = (Remark.of(Code.HIDDEN_PARTNERS, partners=partners),)
             if values[i] <= row.lower or values[i] >= row.upper:
                 notes = (Remark.of(Code.AT_BOUND), *notes)
+        elif row.name in seen.loose:
+            bar, status, notes = total[row.name], "prior", (Remark.of(Code.LITTLE_SAID),)
+            ends = float(values[i] - reach * bar), float(values[i] + reach * bar)
         elif row.name in by_name:
             status, notes = "dropped", (by_name[row.name].remark,)
         else:

@@ -79,13 +79,14 @@ def together(partners: Sequence[tuple[str, float]]) -> tuple[tuple[str, ...], in
 @dataclass(frozen=True)
 class Choice:
     """The columns `at` of a problem at x (1, P) that are kept, the others `left`, and the scaled matrix of data and stated priors
-    that says so."""
+    that says so; `loose` names those of the others that data would place by nothing but what was fitted."""
 
     problem: Problem
     x: Array
     scaled: Array
     at: tuple[int, ...]
     left: tuple[int, ...]
+    loose: tuple[str, ...] = ()
 
     @property
     def basis(self) -> tuple[str, ...]:

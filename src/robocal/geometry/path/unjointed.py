@@ -8,6 +8,7 @@ from typing import Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal.geometry.gravity import GRAVITY
 from robocal.geometry.path.program import Element, Joint, Program, Zero
 from robocal.remarks.remark import Remark
 
@@ -36,6 +37,11 @@ class Whole:
     def motions(self) -> Mapping[str, Mapping[str, float]]:
         """Motions of its frames: none."""
         return {}
+
+    @property
+    def gravity(self) -> tuple[float, float, float]:
+        """Standard gravity, z up."""
+        return GRAVITY
 
     @property
     def frame_points(self) -> NDArray[np.float64]:
