@@ -10,15 +10,13 @@ from collections.abc import Callable
 import numpy as np
 
 from robocal._types import Array, Bools
+from robocal.fit.limits import START_ASKS, START_CLEARLY, START_POSES
 from robocal.geometry import fits, se3
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model, freedom_of
 
 __all__ = ["replace_by_anchors"]
 
-ASKS = 0.01  # of the machine: no zero explains so much
-CLEARLY = 0.5  # of that, which another start must leave
-FEWEST = 6  # poses
 KINDS = ("pose", "position")
 
 
@@ -37,11 +35,11 @@ def replace_by_anchors(model: Model, data: DataSet, start: Array, lacking: Bools
         return start
     from robocal.measure.anchor_start import machine_size, place_by_anchors, without_turns, zero_spread
 
-    out, least = np.array(start), ASKS * machine_size(model)
+    out, least = np.array(start), START_ASKS * machine_size(model)
     for obs in watched:
         seen, point = seen_by(obs)
         known = np.isfinite(seen[:, 0, 0])
-        if known.sum() < FEWEST:
+        if known.sum() < START_POSES:
             continue
         free = obs.frame is not None and all(obs.frame.free)
         here = se3.from_vector(out)
@@ -54,7 +52,7 @@ def replace_by_anchors(model: Model, data: DataSet, start: Array, lacking: Bools
             if left <= least and free:
                 continue
             placed = place_by_anchors(model, lengths, seen, point) if free else as_stated
-            if placed is not None and zero_spread(model, lengths, placed) < CLEARLY * left:
+            if placed is not None and zero_spread(model, lengths, placed) < START_CLEARLY * left:
                 vector = se3.to_vector(placed[known & lacking])
                 vector[:, [i for i in range(6) if i not in (freedom_of(model) or ())]] = 0.0
                 out[known & lacking] = vector
