@@ -86,7 +86,12 @@ SEGMENT_SMALL = limit(
 )
 SEGMENT_COUNT = limit(6, "segments", "A file with more of them is no longer one measurement.")
 SEGMENT_RIVAL = limit(0.5, "of the best gain", "Causes that gain as much are compared.")
-SEGMENT_APART = limit(1.15, "times", "A cause that leaves no more than this is named with the best one.")
+SEGMENT_ALIKE = limit(
+    20.0,
+    "of -2 log likelihood",
+    "A cause that leaves no more than this beside the best one is named with it.",
+    "tests/prove/test_moved_cables.py",
+)
 SEGMENT_ROWS = limit(5, "rows", "Fewer rows on either side are met by any step.")
 SEGMENT_NUMBERS = limit(4, "numbers", "For each of what a step may have moved: fewer are met by any step.")
 REGION_SHARE = limit(
