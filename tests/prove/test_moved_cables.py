@@ -60,3 +60,34 @@ def test_lengths_alone_name_no_zeros_of_a_few_rows():
     folder = Path(__file__).parents[2] / "examples" / "cable-calibration" / "eight"
     found = rc.identify(folder / "robot.yaml", folder / "lengths.yaml").result
     assert found.verdict.status == "improved"
+
+
+@pytest.mark.parametrize(("at", "by", "seed"), [(23, 11.7e-3, 7036)])
+def test_where_both_explain_alike_both_are_named_with_file_and_row(at, by, seed):
+    """A plane and four cables: zeros that were all reset are nearly an instrument that moved."""
+    rng = np.random.default_rng(seed)
+    log = Log("planar", seed=seed, path=True, count=int(rng.integers(60, 120)))
+    change(log, "instrument", int(rng.integers(log.count // 4, 3 * log.count // 4)), rng.uniform(5e-3, 20e-3))
+    said, (told,) = found(log)
+    assert said.verdict.status == "refused" and told.code == "segment-of-either"
+    numbers = told.numbers
+    assert (numbers["file"], numbers["other"]) == ("poses.csv", "lengths.csv")
+    assert numbers["first"] == numbers["begin"] and abs(numbers["first"] - at) <= 2
+    assert numbers["shift"].value == pytest.approx(by, rel=0.4)
+    assert "frame: {name: moved}" in told.advice and "zeros: NAME" in told.advice
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_of_many_changes_the_right_cause_is_named_nearly_always_alone(kind):
+    count, alone, named = size(60, 16), 0, 0
+    for seed in range(12000, 12000 + count):
+        rng = np.random.default_rng(seed)
+        log, what = Log(kind, seed=seed, path=seed % 2 == 0), ("instrument", "zeros")[seed // 2 % 2]
+        low = {"instrument": 5e-3, "zeros": 3e-3}[what]
+        change(log, what, int(rng.integers(22, 68)), rng.uniform(low, 20e-3))
+        codes = [r.code for r in found(log, known=seed // 4 % 2 == 0)[1]][:1]
+        right = {"instrument": "segment", "zeros": "segment-of-zeros"}[what]
+        alone += codes == [right]
+        named += codes in ([right], ["segment-of-either"])
+    assert named == count and alone >= 0.9 * count

@@ -15,6 +15,7 @@ from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.fit import chosen_weights, frame_names
+from robocal.fit.limits import BASELINE_LESS
 from robocal.fit.noise import Tau, apply_noise, assess, same_tau, tau_of
 from robocal.fit.starts import search as starts
 from robocal.fit.subsample import subsample
@@ -23,7 +24,7 @@ from robocal.measure.data import DataSet, same_rows
 from robocal.measure.machine import Model
 from robocal.progress import Watch, tell
 
-__all__ = ["Baseline", "baseline", "fit_baseline", "frame_names", "renew_baseline"]
+__all__ = ["Baseline", "baseline", "check_baseline", "fit_baseline", "frame_names", "renew_baseline"]
 
 ROUNDS = 8
 
@@ -119,6 +120,19 @@ def renew_baseline(
     if all(a is b or (a is not None and b is not None and np.array_equal(a, b)) for a, b in pairs):
         return found
     return fit_baseline(model, data, configurations, loss, tuning, near=found.x)
+
+
+def check_baseline(model: Model, found: Baseline, other: Array) -> Baseline:
+    """The baseline; or, where another one's end x (1, P) leaves clearly less of the same rows, what a fit from there finds.
+
+    A fit ends in the lowest valley only of those that its starts lie in: of two that began apart, one may have found a lower one.
+    """
+    cost = found.problem.with_free(()).normal(np.concatenate([found.x, other])).cost
+    if not cost[1] < BASELINE_LESS * cost[0]:
+        return found
+    frames = found.problem.with_free(frame_names(model, found.problem))
+    ended = least_squares(frames.with_free(choose(frames, other).basis), other)
+    return Baseline(found.problem, ended.x, ended.settled()) if ended.cost[0] < cost[0] else found
 
 
 def baseline(model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:

@@ -27,7 +27,7 @@ from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
 from robocal.fit.estimators import estimator
-from robocal.fit.frame_turns import FRAME_NEVER_TURNED, FRAME_TURNED
+from robocal.fit.limits import FRAME_NEVER_TURNED, FRAME_TURNED
 from robocal.fit.noise import NoiseGroup, Tau, apply_noise, assess, noise_dof, same_tau, tau_of, under
 from robocal.fit.options import Options
 from robocal.fit.place_noise import visit_again, weigh_visits

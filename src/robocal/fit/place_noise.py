@@ -25,8 +25,8 @@ import scipy
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.elimination import spare_numbers
 from robocal.estimate.problem import Problem
+from robocal.fit.limits import PLACE_SHARE
 from robocal.fit.noise import CHANCE, owners
-from robocal.fit.place_sizes import PLACE_SHARE
 from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
 

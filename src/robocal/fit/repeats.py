@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 
 from robocal._types import Array, Bools, Ints
-from robocal.fit.place_sizes import PLACE_DIAMETER, PLACE_GAP, PLACE_SHARE
+from robocal.fit.limits import PLACE_DIAMETER, PLACE_GAP, PLACE_SHARE
 from robocal.measure.data import Configurations
 
 __all__ = ["NEAR", "joined", "places"]

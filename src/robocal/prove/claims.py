@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.diagnose import limits
-from robocal.diagnose.check_registry import Finding, Given, Level, When, check, note, of_remarks, qualify, refuse
+from robocal.diagnose.check_registry import Finding, Given, Level, When, check, doubt, note, of_remarks, qualify, refuse
 from robocal.diagnose.gross import share
 from robocal.fit.baseline import frame_names
 from robocal.fit.estimators import estimator
@@ -20,9 +20,16 @@ from robocal.prove.bands import find_identified
 from robocal.prove.decision import Decision
 from robocal.prove.statistics import rms
 from robocal.remarks.code import Code
+from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__: list[str] = []
+__all__ = ["BASELINES"]
+
+BASELINES = declare(
+    "baselines-apart",
+    "the nominal robot misses the same unseen rows by {together:.3g} where they were held out together, and by {single:.3g} one by one",
+    "Too few rows are left to place instruments and zeros. Measure more poses, or judge by --folds 5, which fits more of them.",
+)
 
 
 @check("convergence", When.PROOF, order=10, given=Given.NOTHING, needs=("evidence",))
@@ -111,6 +118,22 @@ def exact(context: Decision[Model]) -> Iterator[Finding]:
 def missing_proofs(context: Decision[Model]) -> Iterator[Finding]:
     """A proof that was asked for and not made."""
     yield from of_remarks(context.proven.left_out, Level.NOTE)
+
+
+@check("baselines", When.FIT, order=255, needs=("proven",))
+def compare_baselines(context: Decision[Model]) -> Iterator[Finding]:
+    """The nominal robot misses the same rows otherwise where they were held out together and where one by one: with the better of two
+    baselines in both, that is for want of data."""
+    proofs = context.proven.proofs
+    if not {"held_out", "leave_one_out"} <= set(proofs):
+        return
+    (held, _, some), (single, _, every) = (proofs[n]().errors(context.unit) for n in ("held_out", "leave_one_out"))
+    both = some & every
+    if not both.any():
+        return
+    one, other = float(held[both].mean()), float(single[both].mean())
+    if max(one, other) > limits.BASELINES_APART * min(one, other):
+        yield doubt(BASELINES, together=Quantity(one, context.unit), single=Quantity(other, context.unit))
 
 
 @check("one-place", When.UNSEEN, order=10, given=Given.NOTHING, needs=("proven",))

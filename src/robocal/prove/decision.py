@@ -31,6 +31,7 @@ from robocal.diagnose.limits import BENT_LEAVES, FINEST_ERROR, FOLDS, HOLD_OUT_S
 from robocal.diagnose.rounding import rounding_rms
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import Uncertainty
+from robocal.fit.baseline import check_baseline
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
 from robocal.fit.misfit import by_unit
@@ -210,9 +211,13 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
     if usual and options.hold_out == HOLD_OUT_SHARE and likely_lost(clean, base, whole, options):
         options = replace(options, folds=FOLDS, hold_out=0.0)
         split = make_split(data, 0.0, folds=FOLDS, blocks=options.blocks, seed=options.seed)
-    fits = model, clean, base, whole, options, watch
-    judged = Context(*fits)
-    return Decision(*fits, start=start, proven=prove(judged, data, split), memo=judged.memo)
+    judged = Context(model, clean, base, whole, options, watch)
+    proven = prove(judged, data, split)
+    better = base if proven.base is base else check_baseline(model, base, proven.base.x)
+    if better is not base:
+        judged = Context(model, clean, better, whole, options, watch)
+        proven = prove(judged, data, split)
+    return Decision(model, clean, better, whole, options, watch, start=start, proven=proven, memo=judged.memo)
 
 
 def _numbers(data: DataSet) -> None:

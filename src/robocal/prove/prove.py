@@ -17,7 +17,7 @@ from robocal.diagnose.gross import neither, set_aside
 from robocal.diagnose.growth import error_growth
 from robocal.diagnose.limits import HOLD_OUT_PLACES, LEAVE_ONE_OUT_PLACES
 from robocal.estimate.problem import Problem
-from robocal.fit.baseline import Baseline, fit_baseline, frame_names, renew_baseline
+from robocal.fit.baseline import Baseline, check_baseline, fit_baseline, frame_names, renew_baseline
 from robocal.fit.estimators import can_batch, estimator
 from robocal.fit.fit import Fit, fit, search_poses_again
 from robocal.fit.free_poses import own_poses
@@ -141,6 +141,7 @@ def trial(context: Context[Model], data: DataSet, split: Split, k: int) -> Trial
     fitted, held = split.configurations(k)
     one = Split(split.held_out[k : k + 1], split.fit[k : k + 1], split.names[k : k + 1], split.how)
     clean, _, part, known = fit_beside_baseline(model, data, fitted, context.chosen, context.watch)
+    known = check_baseline(model, known, everything.x)
     if known.problem.blocks:
         # What nobody fitted has no place yet: it is placed by its own rows before anything is said of them.
         # From where the identified machine has it as well: one that is decimetres off may have it upside down.

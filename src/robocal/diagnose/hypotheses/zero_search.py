@@ -31,9 +31,9 @@ __all__ = ["search_zeros"]
 IN_BASE = Frame("base")  # of an instrument that reads in base coordinates
 PROBE = 1.0  # rad: a turn that shows whether a joint's zero is seen
 ASIDE = 0.05  # of the reach: a thing on the last axis would tell nothing of that joint, wherever it is in truth
-GRID = (36, 8, 6)  # steps of a turn: of one joint, of two and of three together
-BEST, KEPT = 80, 8  # of the grid, and of what is refined
-ROUNDS = (12, 12, 25)
+GRID = (36, 8, 6)  # grid: steps of a turn: of one joint, of two and of three together
+BEST, KEPT = 80, 8  # grid: of its points, and of what is refined
+ROUNDS = (12, 12, 25)  # grid: steps of a fit, coarse and refined
 ANY, NEAR = 3.0, 0.015  # rad: how softly zeros are held where they may be anywhere, and where nothing is lost
 
 

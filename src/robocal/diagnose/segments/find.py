@@ -32,6 +32,7 @@ from robocal.diagnose.serial import correlation_factor
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
+from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity, Remark
 
 __all__ = ["Segment", "find_segments", "segment_numbers", "segment_remarks"]
@@ -41,9 +42,15 @@ LINES = {
     "target": "targets: {moved: {}}",
     "instrument": "frame: {name: moved}",
     "target or instrument": "frame: {name: moved}, or targets: {moved: {}}",
-    "instrument or zeros": "frame: {name: moved}, or of lengths zeros: NAME",
 }
-EITHER = ("target or instrument", "instrument or zeros")  # of an arm, of a machine with poses of its own
+MOVED = ("target", "instrument")
+EITHER = declare(
+    "segment-of-either",
+    "{file}: from row {first} to row {last} everything is off as if the instrument had moved[ by {shift:.3g}]; or {other}: from row "
+    "{begin} to row {end} as if {sensors} had been reset[ by {by:.3g}] ({count} rows, {strength:.1f} times the residual elsewhere)",
+    "If the instrument moved, read these rows of {file} by a second data file with `frame: {{name: moved}}`. If the sensors were reset, "
+    "those of {other} by one with `zeros: NAME`. Or do without them (--exclude {first}-{last}).",
+)
 
 
 @dataclass(frozen=True)
@@ -57,13 +64,14 @@ class Segment:
     last: int
     rows: tuple[int, int]
     without: tuple[int, int]  # the same with rows beside them that were held out: what to do without
-    cause: str  # target, instrument, either, zero, or zeros
+    cause: str  # target, instrument, zero, or zeros
     name: str  # of the target (or all targets) where there are several, else ""
     shift: float | None  # m
     turn: float | None  # rad
     strength: float  # what it explains per axis, over what is left
     p_value: float
     count: int  # rows that are off
+    rival: Segment | None = None  # the same rows by a cause that explains as much
 
 
 def find_segments(
@@ -105,7 +113,12 @@ def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
     out = []
     for s in found:
         said = segment_numbers(s)
-        if s.cause == ZERO:
+        if s.rival is not None and ZERO in (s.cause.removesuffix("s"), s.rival.cause.removesuffix("s")):
+            out.append(_either(s, s.rival))
+        elif s.rival is not None:
+            moved = " or ".join(c for c in MOVED if c in (s.cause, s.rival.cause))
+            out.append(Remark.of(Code.SEGMENT, **said, moved=moved, line=LINES[moved]))
+        elif s.cause == ZERO:
             of_zero = {k: v for k, v in said.items() if k != "turn"}
             begin, end = s.without
             out.append(Remark.of(Code.SEGMENT_OF_ZERO, **of_zero, zero=s.name, begin=begin, end=end))
@@ -119,6 +132,24 @@ def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
     return tuple(out)
 
 
+def _either(*both: Segment) -> Remark:
+    """An instrument that moved, or zeros that were set anew, each with its file and rows."""
+    zeros, moved = sorted(both, key=lambda s: not s.cause.startswith(ZERO))
+    said = {k: v for k, v in segment_numbers(moved).items() if k != "turn"} | {
+        "strength": max(s.strength for s in both)
+    }
+    sensors = f"zero {zeros.name}" if zeros.cause == ZERO else "several zeros"
+    anew = segment_numbers(zeros)
+    second = {
+        "other": anew["file"],
+        "begin": anew["first"],
+        "end": anew["last"],
+        "by": anew["shift"],
+        "sensors": sensors,
+    }
+    return Remark.of(EITHER, **said, **second)
+
+
 def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     """The segment that explains most. Its cause is the one that leaves least, once it is in the model."""
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
@@ -127,23 +158,17 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     if first is None or scipy.special.chdtrc(first.column.shape[2], first.gain) > limits.SEGMENT_CHANCE:
         return None
     rivals = [f for f in out if f.run is first.run and f.gain > limits.SEGMENT_RIVAL * first.gain]
-    after = [state.with_segment(f) for f in rivals]
-    best = int(np.argmin([m.misfit(first.run) + f.cost for f, m in zip(rivals, after, strict=True)]))
-    left = [_left_of(m, rivals[best]) for m in after]
-    # One zero is among all zeros.
-    causes = {
-        f.candidate.cause.removesuffix("s")
-        for f, v in zip(rivals, left, strict=True)
-        if v < limits.SEGMENT_APART * left[best]
-    }
-    return replace(rivals[best], either=len(causes) > 1)
-
-
-def _left_of(model: SegmentModel, best: SegmentFit) -> float:
-    """What a model leaves of the rows of a segment, in units of the noise as it was fitted."""
-    i = model.runs.index(best.run)
-    left = model.left[i][best.a : best.b]
-    return float(np.prod([model.unit[i][a] * spread(left[:, a:b]) for a, b, _ in best.run.parts]))
+    left = np.array([state.with_segment(f).misfit(f.run) for f in rivals])
+    cost = left + [f.cost for f in rivals]
+    order = np.argsort(cost, kind="stable").tolist()
+    best: SegmentFit = rivals[order[0]]
+    # What more columns cost speaks for the simpler cause, not against the other one: it may be the true one all the same.
+    more = np.minimum(left - left[order[0]], cost - cost[order[0]])
+    kind = best.candidate.cause.removesuffix("s")  # one zero is among all zeros
+    others = [
+        i for i in order if more[i] < limits.SEGMENT_ALIKE and rivals[i].candidate.cause.removesuffix("s") != kind
+    ]
+    return replace(best, rival=rivals[others[0]] if others else None)
 
 
 def _reset(state: SegmentModel, files: list[tuple[RowSequence, Candidate, int, int]]) -> SegmentFit | None:
@@ -189,13 +214,25 @@ def _assess_segment(
     chance = float(scipy.special.fdtrc(q, dof, gain / (inflation * q))) * tried
     if chance > limits.SEGMENT_CHANCE or not (whole or _abrupt(state, best)):
         return None
-    source, rows = best.run.place(c, best.a, best.b - 1)
-    _, without = best.run.place(c, *best.run.beside(c, best.a, best.b - 1))
-    return Segment(
-        source, best.run.obs.label, best.a, best.b - 1, rows, without,
-        EITHER[c.plain is not None] if best.either else c.cause, c.name,
-        moved.get("m"), moved.get("rad"), float(strength), chance, int(mine.sum()),
-    )  # fmt: skip
+    found = _tell(best, float(strength), chance, int(mine.sum()))
+    return (
+        found
+        if best.rival is None
+        else replace(found, rival=_tell(best.rival, float(strength), chance, int(mine.sum())))
+    )
+
+
+def _tell(best: SegmentFit, strength: float, chance: float, count: int) -> Segment:
+    """A segment as its file numbers the rows."""
+    c, run, last = best.candidate, best.run, best.b - 1
+    inside = np.zeros(len(run.residual), dtype=bool)
+    inside[c.rows] = True
+    inside[: best.a] = inside[best.b :] = False
+    moved = _motion_size(best, inside)
+    source, rows = run.place(c, best.a, last)
+    _, without = run.place(c, *run.beside(c, best.a, last))
+    size = moved.get("m"), moved.get("rad")
+    return Segment(source, run.obs.label, best.a, last, rows, without, c.cause, c.name, *size, strength, chance, count)
 
 
 def _together(best: SegmentFit, left: Array, unit: Array, mine: NDArray[np.bool_]) -> float:

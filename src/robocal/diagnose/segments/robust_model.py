@@ -33,7 +33,7 @@ CLEAR = 1e-9  # tolerance: of the smallest pivot: so far above EPS every directi
 @dataclass(frozen=True, eq=False)
 class SegmentFit:
     """A segment a <= i < b of a run, its candidate, gain and the part of its step that the model cannot
-    answer, `unexplained` (q,), and whether another cause explains it as well."""
+    answer, `unexplained` (q,), and the segment of another cause that explains as much."""
 
     run: RowSequence
     candidate: Candidate
@@ -43,7 +43,7 @@ class SegmentFit:
     unexplained: Array
     sums: _Sums
     ends: tuple[int, int]  # among the candidate's rows
-    either: bool = False
+    rival: SegmentFit | None = None
 
     @cached_property
     def step(self) -> Array:

@@ -48,8 +48,7 @@ def place_configurations(model: Model, data: DataSet) -> DataSet:
             start[good] = vector
     lacking = np.isnan(start).any(axis=1)
     start[lacking] = 0.0 if lacking.all() else np.median(start[~lacking], axis=0)
-    every = np.ones(count, dtype=np.bool_)
-    start = replace_by_anchors(model, data, start, without, lambda obs: _pose(model, obs, every))
+    start = replace_by_anchors(model, data, start, without, lambda obs: _as_seen(model, obs, count))
     return replace(data, configurations=replace(data.configurations, start=start))
 
 
@@ -100,6 +99,20 @@ def _position(model: Model, obs: Observations, lacking: Bools) -> Array:
         held = np.zeros(3) if target is None else np.asarray(target.value[:3])
         out[obs.configuration[rows]] = se3.from_vector(np.concatenate([point - held, np.zeros((len(rows), 3))], axis=1))
     return out
+
+
+def _as_seen(model: Model, obs: Observations, count: int) -> tuple[Array, Array | None]:
+    """What an instrument saw of so many configurations with its frame as stated, (U, 4, 4): the tool, and None; or, of positions, the
+    target that most rows show, and where on the tool it is (3,)."""
+    every = np.ones(count, dtype=np.bool_)
+    if obs.kind != "position":
+        return _pose(model, obs, every), None
+    which = np.zeros(len(obs), dtype=np.int64) if obs.target is None else obs.target
+    most = int(np.bincount(which).argmax())
+    out, rows = np.full((count, 4, 4), np.nan), np.flatnonzero(which == most)
+    point = np.concatenate([obs.value[rows], np.zeros((len(rows), 3))], axis=1)
+    out[obs.configuration[rows]] = _base(obs, None, se3.from_vector(point))
+    return out, np.asarray(obs.targets[most].value[:3]) if obs.targets else np.zeros(3)
 
 
 def _pixels(model: Model, obs: Observations, lacking: Bools) -> Array:

@@ -10,43 +10,49 @@ from collections.abc import Callable
 import numpy as np
 
 from robocal._types import Array, Bools
+from robocal.fit.limits import START_ASKS, START_CLEARLY, START_POSES
 from robocal.geometry import fits, se3
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model, freedom_of
 
 __all__ = ["replace_by_anchors"]
 
-ASKS = 0.01  # of the machine: no zero explains so much
-CLEARLY = 0.5  # of that, which another start must leave
-FEWEST = 6  # poses
+KINDS = ("pose", "position")
 
 
-def replace_by_anchors(
-    model: Model, data: DataSet, start: Array, lacking: Bools, seen_by: Callable[[Observations], Array]
-) -> Array:
-    """The start (U, 6) with those that were `lacking` (U,) placed anew where lengths and the poses of an instrument contradict each
-    other; `seen_by` gives T_base_tool (U, 4, 4) as an observation of poses has it, with its frame as stated."""
-    watched = [o for o in data.observations if o.kind == "pose" and o.frame is not None and o.frame.mount == "base"]
+Seen = Callable[[Observations], tuple[Array, Array | None]]
+
+
+def replace_by_anchors(model: Model, data: DataSet, start: Array, lacking: Bools, seen_by: Seen) -> Array:
+    """The start (U, 6) with those that were `lacking` (U,) placed anew where lengths and what an instrument saw contradict each other.
+
+    `seen_by` gives T_base_tool (U, 4, 4) as an observation of poses has it, with its frame as stated; of one of positions a frame at the
+    target, and where on the tool that is (3,).
+    """
+    watched = [o for o in data.observations if o.kind in KINDS and o.frame is not None and o.frame.mount == "base"]
     drawn = [o for o in data.observations if o.kind == "lengths"]
     if not watched or not drawn or not lacking.any():
         return start
-    from robocal.measure.anchor_start import machine_size, place_by_anchors, zero_spread
+    from robocal.measure.anchor_start import machine_size, place_by_anchors, without_turns, zero_spread
 
-    out, least = np.array(start), ASKS * machine_size(model)
+    out, least = np.array(start), START_ASKS * machine_size(model)
     for obs in watched:
-        seen = seen_by(obs)
+        seen, point = seen_by(obs)
         known = np.isfinite(seen[:, 0, 0])
-        if known.sum() < FEWEST:
+        if known.sum() < START_POSES:
             continue
         free = obs.frame is not None and all(obs.frame.free)
         here = se3.from_vector(out)
-        as_begun = fits.rigid(seen[known, :3, 3], here[known, :3, 3]) @ seen if free else seen
+        as_stated = seen if point is None else without_turns(seen, point)
+        begun = as_stated
+        if free:
+            begun = here if point is not None else fits.rigid(seen[known, :3, 3], here[known, :3, 3]) @ seen
         for lengths in drawn:
-            left = zero_spread(model, lengths, as_begun)
+            left = zero_spread(model, lengths, begun)
             if left <= least and free:
                 continue
-            placed = place_by_anchors(model, lengths, seen) if free else seen
-            if placed is not None and zero_spread(model, lengths, placed) < CLEARLY * left:
+            placed = place_by_anchors(model, lengths, seen, point) if free else as_stated
+            if placed is not None and zero_spread(model, lengths, placed) < START_CLEARLY * left:
                 vector = se3.to_vector(placed[known & lacking])
                 vector[:, [i for i in range(6) if i not in (freedom_of(model) or ())]] = 0.0
                 out[known & lacking] = vector

@@ -1,0 +1,118 @@
+"""Cable robots whose drums count from anywhere beside an instrument that stands anywhere, and what their nominal robot leaves in truth.
+
+The truth is a bundle of the test's own: frame, zeros and poses by Gauss and Newton's method with difference quotients, from where they were.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from cables.logs import AXES, NOISE, TURN, Log
+from scipy.spatial.transform import Rotation
+
+from robocal.geometry import se3
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
+
+STEP = 1e-6
+
+
+def frames(vectors):
+    """T (m, 4, 4) of vectors (m, 6)."""
+    out = np.tile(np.eye(4), (len(vectors), 1, 1))
+    out[:, :3, :3], out[:, :3, 3] = Rotation.from_rotvec(vectors[:, 3:]).as_matrix(), vectors[:, :3]
+    return out
+
+
+class Unknown:
+    """A log of `Log` with other zeros and another place of the instrument, which reads poses or the positions of a ball."""
+
+    def __init__(self, kind, instrument, seed, count=48, off=None):
+        log = self.log = Log(kind, seed=seed, count=count, path=False)
+        rng = np.random.default_rng(1000 + seed)
+        self.axes, self.zeros = list(AXES[kind]), rng.uniform(-4, 4, len(log.a))
+        self.y, self.t = log.y + log.zeros - self.zeros, log.poses(np.arange(count))
+        self.frame = frames(np.r_[rng.uniform(-8, 8, 3), rng.normal(0, 1.5, 3)][None])[0]
+        self.robot = log.nominal(off or {"eight": 0.01, "planar": 0.04}[kind])
+        self.ball = np.array([0.06, 0.0 if kind == "planar" else 0.03, 0.11]) if instrument == "position" else None
+        self.seen = self.frame @ log.told
+        if self.ball is not None:
+            at = self.t[:, :3, :3] @ self.ball + self.t[:, :3, 3]
+            self.seen = at @ self.frame[:3, :3].T + self.frame[:3, 3] + NOISE * rng.normal(size=at.shape)
+
+    def data(self, named=True):
+        """Lengths, whose zeros are `named` or the robot's own, and what the instrument read."""
+        m, n = self.y.shape
+        options = {"cables": self.robot.cables} | ({"zeros": "power"} if named else {})
+        read = Observations(
+            "lengths", np.repeat(np.arange(m), n), self.y.reshape(-1, 1), np.full((m * n, 1), NOISE),
+            extra={"cable": np.tile(np.arange(float(n)), m)}, options=options,
+        )  # fmt: skip
+        frame = Frame("tracker", (0.0,) * 6, (True,) * 6)
+        if self.ball is None:
+            sigma = np.tile([NOISE] * 3 + [TURN] * 3, (m, 1))
+            seen = Observations("pose", np.arange(m), se3.to_vector(self.seen), sigma, frame)
+        else:
+            ball = Frame("ball", (*self.ball, 0.0, 0.0, 0.0), (False,) * 6, mount="tool")
+            sigma, target = np.full((m, 3), NOISE), np.zeros(m, dtype=np.int64)
+            seen = Observations("position", np.arange(m), self.seen, sigma, frame, (ball,), target)
+        return DataSet(Configurations(tuple(f"p{i}" for i in range(m))), (read, seen))
+
+    def left(self, frame, zeros, t):
+        """What lengths, positions and turns the nominal robot leaves, (m, d) each, the last None where no turn was read."""
+        ends = np.einsum("nij,cj->nci", t[:, :3, :3], self.robot.b) + t[:, None, :3, 3]
+        r = np.linalg.norm(ends - self.robot.a, axis=2) - zeros - self.y
+        if self.ball is not None:
+            at = t[:, :3, :3] @ self.ball + t[:, :3, 3]
+            return r, at @ frame[:3, :3].T + frame[:3, 3] - self.seen, None
+        q = frame @ t
+        turned = np.swapaxes(q[:, :3, :3], 1, 2) @ self.seen[:, :3, :3]
+        return r, q[:, :3, 3] - self.seen[:, :3, 3], Rotation.from_matrix(turned).as_rotvec()
+
+    def _white(self, *x):
+        r, p, a = self.left(*x)
+        return np.concatenate([r / NOISE, p / NOISE] + ([] if a is None else [a / TURN]), axis=1)
+
+    def _step(self, frame, zeros, t, shared, own):
+        full = np.zeros((len(t), 6))
+        full[:, self.axes] = own
+        moved, d = t.copy(), frames(full)
+        moved[:, :3, 3] += full[:, :3]
+        moved[:, :3, :3] = d[:, :3, :3] @ t[:, :3, :3]
+        return frame @ frames(shared[None, :6])[0], zeros + shared[6:], moved
+
+    def _slopes(self, x, shared):
+        """Difference quotients for what is shared (m, d, k) or for the poses' own numbers (m, d, l)."""
+        count = 6 + len(self.zeros) if shared else len(self.axes)
+        out = []
+        for e in STEP * np.eye(count):
+            pair = (e, np.zeros(len(self.axes))) if shared else (np.zeros(6 + len(self.zeros)), e)
+            ends = [self._white(*self._step(*x, s * pair[0], s * pair[1])) for s in (1, -1)]
+            out.append((ends[0] - ends[1]) / (2 * STEP))
+        return np.stack(out, axis=-1)
+
+    def fit(self, weight, x=None, steps=12, shared=True):
+        """Frame, zeros and poses that leave least of the configurations with weight (m,)."""
+        x = (self.frame, self.zeros, self.t) if x is None else x
+        for _ in range(steps):
+            r, own = self._white(*x), self._slopes(x, False)
+            a, g = np.einsum("mdi,mdj->mij", own, own), np.einsum("mdi,md->mi", own, r)
+            ds = np.zeros(6 + len(self.zeros))
+            back = np.zeros((len(r), len(self.axes), len(ds)))
+            if shared:
+                j = self._slopes(x, True)
+                c = np.einsum("mdi,mdj->mij", own, j)
+                back = np.linalg.solve(a, c)
+                h = np.einsum("m,mdi,mdj->ij", weight, j, j) - np.einsum("m,mia,mib->ab", weight, c, back)
+                f = np.einsum("m,mdi,md->i", weight, j, r) - np.einsum("m,mia,mi->a", weight, back, g)
+                ds = -np.linalg.lstsq(h, f, rcond=1e-12)[0]
+            dl = -np.linalg.solve(a, g[..., None])[..., 0] - back @ ds
+            x = self._step(*x, ds, dl)
+        return x
+
+    def unseen(self, fitted, held):
+        """Mean error (m) of lengths and positions of the `held` configurations, whose poses are fitted to their own rows, by the nominal
+        robot fitted to others."""
+        x = self.fit(fitted.astype(float))
+        r, p, a = self.left(*self.fit(fitted.astype(float), x, 8, shared=False))
+        numbers = r.shape[1] + 3 * (2 - (a is None))
+        each = np.concatenate([np.abs(r[held]).ravel(), np.linalg.norm(p[held], axis=1)])
+        return float(each.mean() * np.sqrt(numbers / (numbers - len(self.axes))))
