@@ -199,7 +199,7 @@ FRAME_RANGE = limit(0.7, "of the box of the frame anchors",
     "Where a platform works, unless somebody says otherwise: beyond, cables pull to one side.", "tests/prove/test_region_of_cables.py")
 FRAME_FLAT = limit(0.1, "of its largest extent", "A frame that is thinner says nothing of how far its platform moves across it.")
 SCALE_WORSE_CHANCE = limit(0.25, "chance",
-    "That the nominal model is better, where no reading tells the scale: of all that stay below, 2 % are, as many as of gains.",
+    "That the nominal model is better, where no reading tells the scale: of all that stay below it is in one of 40.",
     "tests/statistics/test_wrong_markers.py")
 MADE_BETTER = limit(1 / 16, "times what is expected", "No arm is made better: 0.06 mm and 0.02 deg.")
 MADE_WORSE = limit(4.0, "times what is expected", "An arm that is made worse has lost a zero, or has another drawing: 4 mm and 1.2 deg.")
