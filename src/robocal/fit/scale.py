@@ -68,7 +68,7 @@ def scales_of(
     root = triangle(np.column_stack([left[:, :n] * scale, left[:, n:], lin.r]))
     prior = np.diag(np.concatenate([np.ones(n), 1 / sigma]))
     # The last columns of a triangle are what the others leave of them.
-    alone = np.linalg.qr(np.vstack([root[:, : n + m], prior]), mode="r")[n:, n:]
+    alone = triangle(np.vstack([root[:, : n + m], prior]))[n:, n:]
     chosen = np.isin(every.free, kept)
     hold = every.with_free(kept).prior_root * scale[chosen]
     response = np.zeros((n, m))
