@@ -182,7 +182,7 @@ FRAME_RANGE = limit(0.7, "of the box of the frame anchors",
     "Where a platform works, unless somebody says otherwise: beyond, cables pull to one side.", "tests/prove/test_region_of_cables.py")
 FRAME_FLAT = limit(0.1, "of its largest extent", "A frame that is thinner says nothing of how far its platform moves across it.")
 SCALE_WORSE_CHANCE = limit(0.25, "chance",
-    "That the nominal model is better, where no reading tells the scale: of all that stay below, 2 % are, as many as of gains.",
+    "That the nominal model is better, where no reading tells the scale: of all that stay below it is in one of 40.",
     "tests/statistics/test_wrong_markers.py")
 BASELINES_APART = limit(1.5, "times",
     "Unseen rows are missed alike to a tenth, together or one by one, unless few are left to fit.", "tests/prove/test_baselines.py")
