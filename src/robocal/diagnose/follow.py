@@ -77,7 +77,8 @@ def _excess(w: Array, place: Array, label: Ints) -> tuple[float, float] | None:
     _, which = np.unique(label[some[kept]], return_inverse=True)
     if which.max(initial=-1) + 1 < FOLLOW_PAIRS:
         return None
-    t, own = np.bincount(which, t[kept] / compared[kept]), float((w[some[kept]] ** 2).sum())
+    t = np.asarray(np.bincount(which, t[kept] / compared[kept]), float)
+    own = float((w[some[kept]] ** 2).sum())
     square = float(t @ t)
     return (float(t.sum()) / np.sqrt(square), float(t.sum()) / own) if square > 0 and own > 0 else None
 

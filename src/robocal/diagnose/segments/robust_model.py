@@ -54,7 +54,7 @@ class SegmentFit:
     def cost(self) -> float:
         """What its columns explain by chance."""
         _, d, q = self.candidate.column.shape
-        return q * math.log(self.run.count * d * q)
+        return float(q * math.log(self.run.count * d * q))
 
     @property
     def column(self) -> Array:
@@ -130,7 +130,7 @@ class SegmentModel:
         """2 log of the likelihood ratio of a segment, where nobody knows the noise: the gain itself, of many rows."""
         square = self._square(found.run)
         share = min(found.gain / max(square, EPS), 1 - EPS)
-        return -found.run.count * found.column.shape[1] * math.log1p(-share)
+        return float(-found.run.count * found.column.shape[1] * math.log1p(-share))
 
     def _square(self, run: RowSequence) -> float:
         i = self.runs.index(run)
