@@ -213,3 +213,80 @@ def test_places_of_a_cable_robot_count_once_too(degrees):
                 seen.append(replace(obs, value=obs.value + off[many].reshape(obs.value.shape)))
             found = identify(robot, replace(data, observations=tuple(seen)), Options(seed=seed))
             assert (found.verdict.status == "improved") is wrong
+
+
+LOOK_LIKE_CHANGES = ("segment", "residual-grows", "errors-follow", "scale-of-drums", "wrong-time", "time-offset")
+
+
+def again(count, times, order, rng):
+    """Rows of a set of places one after the other, or mixed: which row comes when."""
+    return {"consecutive": np.arange(count * times), "shuffled": rng.permutation(count * times)}[order]
+
+
+def in_order(data, rows):
+    """The same measurements in another order."""
+    c = data.configurations
+    seen = []
+    for o in data.observations:
+        per = len(o) // len(rows)
+        at = (rows[:, None] * per + np.arange(per)).ravel()
+        extra = {k: v[at] for k, v in o.extra.items()}
+        seen.append(replace(o, value=o.value[at], sigma=None if o.sigma is None else o.sigma[at], extra=extra))
+    q, start = (None if v is None else v[rows] for v in (c.joints, c.start))
+    return DataSet(where(q, start), tuple(seen))
+
+
+def suspected(found):
+    """Whether anything was taken for a change in time or of a scale."""
+    codes = {str(r.code) for r in (*found.verdict.reasons, *found.warnings)}
+    return found.verdict.status == "refused" or any(c.startswith(LOOK_LIKE_CHANGES) for c in codes)
+
+
+@pytest.mark.parametrize("order", ["consecutive", "shuffled"])
+@pytest.mark.parametrize(("count", "times"), [(12, 10), (5, 30), (25, 4)])
+def test_places_in_a_row_are_taken_for_nothing_that_changed(count, times, order):
+    """What is left at a place ends where the next place begins: no step, no drift, no scale."""
+    draws = size(40, 4)
+    wrong = 0
+    for seed in range(draws):
+        rng = np.random.default_rng(700 + seed)
+        off = {"wrong": 2e-3 * (seed % 2), "tau": 4e-4 if seed % 4 < 2 else 1e-4}
+        robot, data, _ = recorded(rng, count, times, stated=seed % 3 > 0, **off)
+        wrong += suspected(identify(robot, in_order(data, again(count, times, order, rng)), Options(seed=seed)))
+    assert wrong <= max(0.03 * draws, 0)
+
+
+@pytest.mark.parametrize("degrees", ["1R2T", "3R3T"])
+def test_places_in_a_row_of_a_cable_robot_are_taken_for_nothing_that_changed(degrees):
+    wrong, draws = 0, size(20, 2)
+    for seed in range(draws):
+        rng = np.random.default_rng(1000 + seed)
+        robot, truth, once = cables(degrees, rng, 12)
+        many, pose = np.repeat(np.arange(12), 10), once.configurations.start
+        start = pose[many] + 5e-4 * rng.normal(size=(120, 6)) * (np.ptp(pose, axis=0) > 0)
+        asked = replace(cables(degrees, rng, 120)[2], configurations=where(None, start=start))
+        seen = []
+        for obs in synthesise(truth if seed % 2 else robot, asked, rng).observations:
+            per = len(obs) // 120
+            off = (2e-3 if obs.kind == "lengths" else 5e-4) * rng.normal(size=(12, per, obs.value.shape[1]))
+            seen.append(replace(obs, value=obs.value + off[many].reshape(obs.value.shape)))
+        wrong += suspected(identify(robot, replace(asked, observations=tuple(seen)), Options(seed=seed)))
+    assert wrong <= 0.03 * draws
+
+
+@pytest.mark.parametrize("order", ["consecutive", "shuffled"])
+@pytest.mark.parametrize(("count", "times"), [(25, 4), (20, 20)])
+def test_a_tracker_that_moved_among_visits_is_found(count, times, order):
+    """By 3 mm after half of the rows, where places are off by 0.1 mm."""
+    found = 0
+    draws = size(20, 3)
+    for seed in range(draws):
+        rng = np.random.default_rng(800 + seed)
+        robot, data, _ = recorded(rng, count, times, wrong=2e-3, tau=1e-4)
+        data = in_order(data, again(count, times, order, rng))
+        obs, way = data.observations[0], rng.normal(size=3)
+        later = (np.arange(len(obs)) >= len(obs) // 2)[:, None]
+        value = obs.value + later * 3e-3 * way / np.linalg.norm(way)
+        done = identify(robot, replace(data, observations=(replace(obs, value=value),)), Options(seed=seed))
+        found += any(str(r.code).startswith("segment") for r in done.verdict.reasons)
+    assert found >= 0.95 * draws

@@ -51,7 +51,7 @@ def names_to_free(context: Context[Model]) -> str | None:
         c = c[:, np.linalg.norm(c, axis=0) > HIDDEN * np.linalg.norm(left[:, some], axis=0)]
         along = np.linalg.lstsq(c, r, rcond=HIDDEN)[0]
         share = float(1 - np.linalg.norm(r - c @ along) ** 2 / (r @ r))
-        dof = len(lin.r) - block_columns(lin) - int(fitted.sum()) - c.shape[1]
+        dof = len(lin.r) - made.repeated - block_columns(lin) - int(fitted.sum()) - c.shape[1]
         if (
             dof > 0
             and share > most

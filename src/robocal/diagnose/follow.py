@@ -6,7 +6,7 @@ w are whitened residuals in the order of time. What a model leaves is a smooth f
 grids measures like poses one after the other: on real sets the lag-one product alone is large for that reason. So each pair of
 neighbours in time is held against a pair as far apart in joint space, that was measured at quite another time: the errors
 of both resemble each other for the pose's sake, those of the first for the time's sake besides. Where nobody measured like
-poses at other times, the two cannot be told apart, and nothing is said.
+poses at other times, the two cannot be told apart, and nothing is said. Visits of one place have their error in common: their t are one.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from robocal._types import Array, Ints
 from robocal.diagnose.check_registry import Context, Finding, Machines, When, check, doubt
 from robocal.diagnose.limits import FOLLOW_ALIKE, FOLLOW_PAIRS, FOLLOW_SHARE, FOLLOW_SIGMA
 from robocal.estimate.terms import Residuals
+from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
@@ -47,19 +48,20 @@ def follows(data: DataSet, residuals: Sequence[Residuals]) -> list[tuple[str, fl
     q = data.configurations.joints
     if q is None:
         return []
-    spread = np.nanstd(q, axis=0)
+    label, spread = places(data.configurations), np.nanstd(q, axis=0)
     place = q / np.where(spread > 0, spread, 1.0)
     out = []
     for r in residuals:
         order = np.argsort(r.configuration[r.used], kind="stable")
-        found = _excess((r.value * r.scale)[r.used][order], place[r.configuration[r.used][order]])
+        at = r.configuration[r.used][order]
+        found = _excess((r.value * r.scale)[r.used][order], place[at], label[at])
         if found is not None:
             out.append((r.group, *found))
     return out
 
 
-def _excess(w: Array, place: Array) -> tuple[float, float] | None:
-    """z and share of one term, (m, d) residuals at (m, n) places in the order of time."""
+def _excess(w: Array, place: Array, label: Ints) -> tuple[float, float] | None:
+    """z and share of one term, (m, d) residuals at (m, n) places in the order of time, `label` (m,) equal for visits of one."""
     m = len(w)
     if m < FOLLOW_PAIRS or not (w * w).sum() > 0 or not np.isfinite(place).all():
         return None
@@ -72,10 +74,12 @@ def _excess(w: Array, place: Array) -> tuple[float, float] | None:
         t += np.where(told, more, 0.0)
         compared += told
     kept = compared > 0
-    if kept.sum() < FOLLOW_PAIRS:
+    _, which = np.unique(label[some[kept]], return_inverse=True)
+    if which.max(initial=-1) + 1 < FOLLOW_PAIRS:
         return None
-    t = t[kept] / compared[kept]
-    square, own = float(t @ t), float((w[some[kept]] ** 2).sum())
+    t = np.asarray(np.bincount(which, t[kept] / compared[kept]), float)
+    own = float((w[some[kept]] ** 2).sum())
+    square = float(t @ t)
     return (float(t.sum()) / np.sqrt(square), float(t.sum()) / own) if square > 0 and own > 0 else None
 
 

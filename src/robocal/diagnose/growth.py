@@ -77,7 +77,7 @@ def drift_of_file(context: Context[Model]) -> FileDrift | None:
     there = _time(fit.data)[lin.configuration]
     if len(np.unique(lin.configuration[there != 0])) < limits.GROWTH_CONFIGURATIONS:
         return None
-    found = (d for w in _ways(context) if (d := _find(lin, there, fit.problem.scales, w)))
+    found = (d for w in _ways(context) if (d := _find(lin, there, fit.problem, w)))
     first = min(found, key=lambda d: d.chance, default=None)
     return None if first is None or findings_of_segments.run(context) else first
 
@@ -165,9 +165,9 @@ def _ways(context: Context[Model]) -> list[Array]:
     return [*out, np.diag(problem.scales)]
 
 
-def _find(lin: Linear, time: Array, scales: Array, way: Array) -> FileDrift | None:
+def _find(lin: Linear, time: Array, problem: Problem, way: Array) -> FileDrift | None:
     """The drift of some columns with time (N,), from -1 to 1, where it is beyond chance, of consequence, and no other slow change."""
-    first = _explain(lin, time, scales, way)
+    first = _explain(lin, time, problem, way)
     if (
         first is None
         or first.chance > limits.GROWTH_CHANCE
@@ -175,16 +175,16 @@ def _find(lin: Linear, time: Array, scales: Array, way: Array) -> FileDrift | No
         or first.observable < limits.GROWTH_SEEN
     ):
         return None
-    others = (_explain(lin, scipy.special.eval_legendre(k, time), scales, way) for k in DEGREES)
+    others = (_explain(lin, scipy.special.eval_legendre(k, time), problem, way) for k in DEGREES)
     return None if any(o is not None and first.gain < limits.GROWTH_CLEARLY * o.gain for o in others) else first
 
 
-def _explain(lin: Linear, factor: Array, scales: Array, way: Array) -> FileDrift | None:
+def _explain(lin: Linear, factor: Array, problem: Problem, way: Array) -> FileDrift | None:
     """What columns way (n, k) of all explain once more where a factor (N,) of time multiplies them; None where nothing is left to tell."""
     n, k = way.shape
     there = lin.j @ way
     taken, left = beside_blocks(replace(lin, j=np.hstack([lin.j, factor[:, None] * there, lin.r[:, None]])))
-    held = np.vstack([left, np.hstack([np.diag(1 / (HOLD * scales)), np.zeros((n, k + 1))])])
+    held = np.vstack([left, np.hstack([np.diag(1 / (HOLD * problem.scales)), np.zeros((n, k + 1))])])
     q, slope = np.linalg.qr(held[:, :n])
     rest = held[:, n:] - q @ (q.T @ held[:, n:])
     c, r = rest[:, :k], rest[:, -1]
@@ -192,7 +192,7 @@ def _explain(lin: Linear, factor: Array, scales: Array, way: Array) -> FileDrift
     known = np.linalg.inv(inner + np.eye(k))
     gain, many = float(outer @ known @ outer), float(np.trace(known @ inner))
     square = float(r @ r)
-    dof = len(lin.r) - float(taken.sum()) - n - many
+    dof = len(lin.r) - problem.repeated - float(taken.sum()) - n - many
     if dof < 1 or many < EPS or square <= gain:
         return None
     noise = (square - gain) / dof

@@ -64,7 +64,7 @@ def beside_lengths(context: Context[Model]) -> list[Finding]:
     c = stretch_columns(problem, x, [*choices, drawn])
     _, left = beside_blocks(replace(lin, j=np.hstack([lin.j, c])))
     n = lin.j.shape[1]
-    found = score(left[:, :n], lin.r, problem.scales, left[:, n:], block_columns(lin))
+    found = score(left[:, :n], lin.r, problem.scales, left[:, n:], block_columns(lin) + problem.repeated)
     if found is None or found.t < limits.SCALE_DOUBT_SIGMA:
         return []
     drums = found.column == len(choices)

@@ -52,7 +52,7 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
     asked = np.isin(made.free, held)
     some = [*((n,) for n in held), *_shared(own, held)]
     c = np.stack([seen.j[:, [made.free.index(n) for n in names]].sum(axis=1) for names in some], axis=1)
-    found = score(seen.j[:, ~asked], seen.r, made.scales[~asked], c)
+    found = score(seen.j[:, ~asked], seen.r, made.scales[~asked], c, made.repeated)
     if found is None or found.t < NUMBER_SIGMA:
         return []
     wrong = some[found.column]
@@ -76,9 +76,9 @@ class Score:
     addends: Array = field(compare=False, repr=False)
 
 
-def score(j: Array, r: Array, scales: Array, c: Array, taken: int = 0) -> Score | None:
+def score(j: Array, r: Array, scales: Array, c: Array, taken: float = 0) -> Score | None:
     """What residuals r (N,) say of further columns c (N, k) beside those that were fitted, j (N, n), of numbers of these `scales`
-    (n,), where local blocks have `taken` so many numbers; None where nothing is left, or nothing can be told."""
+    (n,), where local blocks, and visits that tell nothing new, have `taken` so many; None where nothing is left, or can be told."""
     # The fitted ones are held softly: otherwise all could shrink to a point with the number, and nothing would be left.
     soft = np.diag(1 / (HOLD * scales))
     q, _ = np.linalg.qr(np.vstack([j, soft]))

@@ -99,7 +99,7 @@ def _find_lag(context: Context[Model], data: DataSet) -> Lag | None:
     n, k = problem.n, len(sensors)
     c = left[:, n : n + k]
     c = np.where(np.linalg.norm(c, axis=0) > TAKEN * np.linalg.norm(columns, axis=0), c, 0.0)
-    found = score(left[:, :n], left[:, -1], problem.scales, c, int(taken.sum().round()))
+    found = score(left[:, :n], left[:, -1], problem.scales, c, float(taken.sum().round()) + problem.repeated)
     if found is None:
         return None
     # Errors of a model are smooth along a path, and so is a speed: what follows one another is fewer numbers.

@@ -236,11 +236,15 @@ class Problem(Unknowns):
 
     @property
     def repeated(self) -> float:
-        """How many numbers tell nothing of their own: of configurations with a weight below one, what it lacks of one."""
+        """How many numbers tell nothing of their own: of configurations with a weight below one, what it lacks of one, of those
+        numbers that a pose of their own does not take."""
         if self.weights is None:
             return 0.0
         weight = self.first_weight
-        return float(np.sum(self.numbers * np.where(weight > 0, np.maximum(1 - weight, 0.0), 0.0)))
+        posed = next((f.size for f in self.families[:1] if f.count == self.configurations), 0)
+        return float(
+            np.sum(np.maximum(self.numbers - posed, 0) * np.where(weight > 0, np.maximum(1 - weight, 0.0), 0.0))
+        )
 
     @cached_property
     def aside(self) -> float:

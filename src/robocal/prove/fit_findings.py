@@ -121,8 +121,12 @@ def narrow_bands(context: Decision[Model]) -> Iterator[Finding]:
     """Bands that miss so many unseen measurements as hardly an honest one would."""
     if estimator(context.chosen.method).blind:
         return
+    held = context.proven.held_out
+    # Visits of one place miss together.
+    alone = len(np.unique(context.places[held])) / max(len(held), 1)
     for c in unseen_coverage(context):
-        if c.quantity in WHOLE and scipy.special.bdtr(round(c.whole * c.n), c.n, c.level) < BAND_CHANCE:
+        n = round(alone * c.n)
+        if c.quantity in WHOLE and scipy.special.bdtr(round(c.whole * n), n, c.level) < BAND_CHANCE:
             yield doubt(Code.BAND_TOO_NARROW, whole=c.whole, n=c.n, quantity=WHOLE[c.quantity])
 
 

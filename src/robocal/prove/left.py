@@ -2,19 +2,25 @@
 
     left > k sigma    and    left > share * size
 
-per axis, of every instrument by itself: sigma is the stated noise (0: none is stated), size that of the machine (`size_of`). Beyond a
-share of the variance measured nothing is explained at all.
+per axis, of every instrument by itself: sigma is the stated noise (0: none is stated), size that of the machine (`size_of`). The second
+is asked of pixels as a length at the distance of what they show. Rows that a robust loss weighs down are left too. Beyond a share of the
+variance measured nothing is explained at all.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, Level, When, check, of_remarks, qualify, refuse
 from robocal.diagnose.fit_checks import implausible, out_of_tolerance
+from robocal.fit.fit import Fit
+from robocal.fit.noise import NoiseGroup
 from robocal.measure.machine import Model
 from robocal.measure.reach import size_of
+from robocal.measure.rows import Rows
 from robocal.prove.decision import Decision
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
@@ -44,21 +50,50 @@ def bent(context: Decision[Model]) -> Iterator[Finding]:
 
 @check("left", When.PROOF, order=80, given=Given.GAIN, needs=("proven",))
 def left(context: Decision[Model]) -> Iterator[Finding]:
-    """Metres or angles that the model leaves of what one instrument measured: more than its noise, and than such a machine errs by."""
+    """Metres, pixels or angles that the model leaves of what one instrument measured: more than its noise, and than such a machine errs
+    by. A pixel is as long as where it looks."""
     for g in context.proven.part.groups:
         if g.unit == "rad" and g.rms > max(limits.ANGLES_LEFT, limits.ANGLES_SIGMA * (g.stated or 0.0)):
             yield refuse(Code.ANGLES_UNEXPLAINED, group=g.name, left=Quantity(g.rms, "rad"))
             return
+    far = [
+        g
+        for g in context.proven.part.groups
+        if g.unit in ("m", "px") and amount(g) > limits.LEFT_SIGMA * (g.stated or 0.0)
+    ]
     moving = context.model.mechanism
-    far = [g for g in context.proven.part.groups if g.unit == "m" and g.sigma > limits.LEFT_SIGMA * (g.stated or 0.0)]
     size = size_of(moving) if far and moving is not None else 0.0
     for g in far:
-        if size > 0 and g.sigma > limits.LEFT_SHARE * size:
-            noise = Quantity(g.stated) if g.stated else None
-            yield qualify(
-                Code.LEFT, group=g.name, left=Quantity(g.sigma), share=g.sigma / size, size=Quantity(size), stated=noise
-            )
+        length = (
+            amount(g) if g.unit == "m" or not size > 0 else amount(g) * metres_per_pixel(context.proven.part, g.name)
+        )
+        if size > 0 and length > limits.LEFT_SHARE * size:
+            noise = Quantity(g.stated, g.unit) if g.stated else None
+            left, share = Quantity(amount(g), g.unit), length / size
+            yield qualify(Code.LEFT, group=g.name, left=left, share=share, size=Quantity(size), stated=noise)
             return
+
+
+def amount(group: NoiseGroup) -> float:
+    """What is left per axis of the rows that were not set aside: a robust loss weighs some of them down, and they are left as well."""
+    return max(group.sigma, group.rms)
+
+
+def metres_per_pixel(fit: Fit, group: str) -> float:
+    """How far something moves, across the sight, that moves by a pixel in the images of a group: sqrt(n / |dy/dp|^2), p where the camera
+    or a target stands, of n pixels; 0 where nothing tells."""
+    seen = [o for o in fit.data.observations if o.label == group]
+    frames = dict.fromkeys(f.name for o in seen for f in (*([o.frame] if o.frame else []), *o.targets))
+    problem, x = fit.problem.with_weights(None).with_priors(False), fit.solution.x
+    most = 0.0
+    for frame in frames:
+        line = problem.with_free([n for s in "xyz" if (n := f"{frame}.{s}") in problem.table])
+        for term in line.bound_terms:
+            if isinstance(term, Rows) and term.group == group and term.used.any():
+                _, narrow, _ = term.evaluate(x, np.zeros(1, dtype=np.int64), 0, len(term.scale))
+                slope = np.sqrt(np.mean(np.sum(narrow[0][term.used] ** 2, axis=2)))
+                most = max(most, float(slope))
+    return 1 / most if most > 0 else 0.0
 
 
 @check("unexplained", When.UNSEEN, order=70, given=Given.NOTHING, needs=("evidence",))

@@ -19,7 +19,10 @@ from robocal.diagnose.segments.posed import runs_of_poses
 from robocal.diagnose.segments.row_sequence import Candidate, RowSequence, whiten_terms
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
+from robocal.estimate.uncertainty import effective_columns
 from robocal.fit.noise import apply_noise, assess, tau_of, under
+from robocal.fit.place_noise import visit_again, weigh_visits
+from robocal.fit.repeats import places
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
@@ -56,9 +59,15 @@ def runs(
         if not moved:
             x = least_squares(made.soften(x, HOLD), x, max_iterations=20, cost_tolerance=1e-4).x
     info = 1 / (HOLD * made.scales) ** 2
-    if own:
-        return runs_of_poses(model, made, noisy, x), info
-    return _collect(made, noisy, x), info
+    found = runs_of_poses(model, made, noisy, x) if own else _collect(made, noisy, x)
+    if found and visit_again(data, configurations):
+        # What a model leaves at a place is the same at every visit: by itself it looks like a step wherever the next place begins.
+        soft = made.soften(x, HOLD)
+        share = weigh_visits(asked, made, x, configurations, effective_columns(soft, x))
+        label = places(data.configurations)
+        at = (np.arange(len(share)) if own else r.obs.configuration for r in found)
+        found = [replace(r, share=share[u], label=label[u]) for r, u in zip(found, at, strict=True)]
+    return found, info
 
 
 def _count_all(obs: Observations, _: int) -> Observations:
@@ -90,7 +99,8 @@ def _collect(problem: Problem, data: DataSet, x: Array) -> list[RowSequence]:
             index, r, j, sigma = (np.concatenate(p) for p in zip(*some, strict=True))
             order = np.argsort(index, kind="stable")
             r, j, sigma = (v[order] for v in (r, j, sigma))
-        out.append(RowSequence(obs, sigma, r, j[..., own], _candidates(obs, wide, j), kind_of(obs).parts))
+        alone = np.ones(len(r)), np.arange(len(r))
+        out.append(RowSequence(obs, sigma, r, j[..., own], _candidates(obs, wide, j), kind_of(obs).parts, *alone))
     return out
 
 

@@ -86,7 +86,7 @@ def find_segments(
     state = SegmentModel(found, [r.jacobian for r in found], info)
     ends = [(r, c, e) for r in long for c in r.candidates if c.cause == ZERO for e in r.files(c)]
     files = [(r, c, *e) for r, c, e in ends if e[1] - e[0] >= limits.SEGMENT_ROWS]
-    tried = sum(len(r.candidates) * len(r.residual) ** 2 / 2 for r in long)
+    tried = sum(len(r.candidates) * r.count**2 / 2 for r in long)
     out: list[Segment] = []
     for whole, chances in ((True, len(files)), (False, tried)):
         while len(out) < limits.SEGMENT_COUNT and (best := _reset(state, files) if whole else _best(state, long)):
@@ -154,8 +154,8 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     """The segment that explains most. Its cause is the one that leaves least, once it is in the model."""
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
     # More columns explain more by chance.
-    first = max(out, key=lambda f: f.gain - f.cost, default=None)
-    if first is None or scipy.special.chdtrc(first.column.shape[2], first.gain) > limits.SEGMENT_CHANCE:
+    first = max(out, key=lambda f: state.evidence(f) - f.cost, default=None)
+    if first is None or state.chance(first) > limits.SEGMENT_CHANCE:
         return None
     rivals = [f for f in out if f.run is first.run and f.gain > limits.SEGMENT_RIVAL * first.gain]
     left = np.array([state.with_segment(f).misfit(f.run) for f in rivals])
@@ -202,14 +202,17 @@ def _assess_segment(
     least = limits.SEGMENT_ZERO_SIZE if c.cause in (ZERO, ZEROS) else limits.SEGMENT_SIZE
     large = strength >= least and seen >= limits.SEGMENT_SEEN
     if c.plain is not None:  # where poses are projected out, every number shows little of a step
-        large |= best.gain >= limits.SEGMENT_SHARE * left.size
+        large |= best.gain >= limits.SEGMENT_SHARE * best.run.count * left.shape[1]
     if not whole and (not large or _together(best, left, unit, mine) < limits.SEGMENT_MAJORITY):
         return None
     if all(v <= limits.SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items()):
         return None
-    inflation = correlation_factor(np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked]))
+    share, label = best.run.share[looked], best.run.label[looked]
+    score = share[:, None] * np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked])
+    # Visits of one place that follow one another have weights for what they share: of their sums is asked what follows.
+    inflation = correlation_factor(np.add.reduceat(score, np.flatnonzero(np.append(True, np.diff(label) != 0))))
     q = c.column.shape[2]
-    dof = max((int(looked.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
+    dof = max((float(share.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
     gain = best.gain * max(1.0, float(np.min(state.unit[i] / unit)) ** 2)
     chance = float(scipy.special.fdtrc(q, dof, gain / (inflation * q))) * tried
     if chance > limits.SEGMENT_CHANCE or not (whole or _abrupt(state, best)):

@@ -58,7 +58,8 @@ def runs_of_poses(machine: Model, problem: Problem, data: DataSet, x: Array) -> 
     jac = beside @ j[..., wide.column_of[problem.index]]
     left = (beside @ r[..., None])[..., 0]
     whole = ((0, left.shape[1], "1"),)
-    return [RowSequence(data.observations[0], np.ones_like(left), left, jac, tuple(candidates), whole)]
+    alone = np.ones(len(left)), np.arange(len(left))
+    return [RowSequence(data.observations[0], np.ones_like(left), left, jac, tuple(candidates), whole, *alone)]
 
 
 def _numbers_by_configuration(wide: Problem, data: DataSet, x: Array) -> tuple[Parts, Array, Array, Array, Array]:

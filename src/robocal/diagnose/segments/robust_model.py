@@ -53,7 +53,8 @@ class SegmentFit:
     @property
     def cost(self) -> float:
         """What its columns explain by chance."""
-        return float(self.candidate.column.shape[2] * math.log(self.candidate.column.size))
+        _, d, q = self.candidate.column.shape
+        return float(q * math.log(self.run.count * d * q))
 
     @property
     def column(self) -> Array:
@@ -69,7 +70,7 @@ class SegmentModel:
 
     def __init__(self, runs: list[RowSequence], jacobian: list[Array], info: Array) -> None:
         self.runs, self.jacobian, self.info = runs, jacobian, info
-        self.weight = [np.ones(len(r.residual)) for r in runs]
+        self.weight = [r.share for r in runs]
         self.unit = [np.ones(r.residual.shape[1]) for r in runs]
         self._solve()
         for _ in range(ROUNDS):
@@ -87,17 +88,17 @@ class SegmentModel:
 
     def _solve(self) -> None:
         """One weighted linear fit; weights, units and root belong together."""
-        a, b, count = np.diag(self.info), np.zeros(len(self.info)), 0
+        a, b, count = np.diag(self.info), np.zeros(len(self.info)), 0.0
         for run, j, w, unit in zip(self.runs, self.jacobian, self.weight, self.unit, strict=True):
             scale = np.sqrt(w)[:, None] / unit
             rows = (j * scale[..., None]).reshape(-1, j.shape[2])
             a = a + rows.T @ rows
             b = b + rows.T @ (run.residual * scale).ravel()
-            count += len(rows)
+            count += run.count * run.residual.shape[1]
         self.root = _inverse_root(a)
         dx = self.root @ (self.root.T @ b)
         self.used = float(self.root.shape[1] - self.info @ (self.root**2).sum(axis=1))
-        self.share = math.sqrt(max(1 - self.used / max(count, 1), 0.05))
+        self.share = math.sqrt(max(1 - self.used / max(count, 1.0), 0.05))
         self.left = [(r.residual - j @ dx) / u for r, j, u in zip(self.runs, self.jacobian, self.unit, strict=True)]
 
     def _reweigh(self) -> None:
@@ -109,13 +110,31 @@ class SegmentModel:
                 unit = [max(spread(left[:, a:b]) / self.share, EPS) for a, b, _ in run.parts for _ in range(a, b)]
                 self.unit[i] = np.array(unit)
             far = np.sqrt(np.mean((left / self.unit[i]) ** 2, axis=1))
-            self.weight[i] = np.minimum(1.0, CLIP / np.maximum(far, EPS))
+            self.weight[i] = run.share * np.minimum(1.0, CLIP / np.maximum(far, EPS))
 
     def misfit(self, run: RowSequence) -> float:
         """What a file's rows leave, as -2 log of their likelihood, rows far outside bounded."""
         i = self.runs.index(run)
         bounded = np.minimum(np.abs(self.left[i]), CLIP)
-        return 2 * len(self.left[i]) * float(np.log(self.unit[i]).sum()) + float((bounded**2).sum())
+        return 2 * run.count * float(np.log(self.unit[i]).sum()) + float(run.share @ (bounded**2).sum(axis=1))
+
+    def chance(self, found: SegmentFit) -> float:
+        """Of so large a gain where nothing moved, by what the segment would leave of its file, not asking how many were tried."""
+        q = found.column.shape[2]
+        dof = max(found.run.count * found.column.shape[1] - self.used - q, 1.0)
+        return float(
+            scipy.special.fdtrc(q, dof, found.gain / q / max((self._square(found.run) - found.gain) / dof, EPS))
+        )
+
+    def evidence(self, found: SegmentFit) -> float:
+        """2 log of the likelihood ratio of a segment, where nobody knows the noise: the gain itself, of many rows."""
+        square = self._square(found.run)
+        share = min(found.gain / max(square, EPS), 1 - EPS)
+        return float(-found.run.count * found.column.shape[1] * math.log1p(-share))
+
+    def _square(self, run: RowSequence) -> float:
+        i = self.runs.index(run)
+        return float(self.weight[i] @ (self.left[i] ** 2).sum(axis=1))
 
     def segment(self, run: RowSequence, c: Candidate) -> SegmentFit | None:
         """The segment of one file and cause that gains most."""

@@ -49,7 +49,8 @@ class Candidate:
 @dataclass(frozen=True, eq=False)
 class RowSequence:
     """The rows of one file in order: residual (k, d), Jacobian of everything free (k, d, n), what may have moved, and the
-    standard deviations (k, d) by which all that was divided."""
+    standard deviations (k, d) by which all that was divided; and what each row weighs, `share` (k,), among
+    the visits of its place, `label` (k,)."""
 
     obs: Observations
     sigma: Array
@@ -57,6 +58,13 @@ class RowSequence:
     jacobian: Array
     candidates: tuple[Candidate, ...]
     parts: Parts
+    share: Array
+    label: Ints
+
+    @property
+    def count(self) -> float:
+        """How many rows say something of their own."""
+        return float(self.share.sum())
 
     def files(self, candidate: Candidate) -> list[tuple[int, int]]:
         """First row and end of every file but the first, where rows of several were joined and each lies together."""

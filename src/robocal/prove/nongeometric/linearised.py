@@ -42,8 +42,8 @@ class Linearised:
 
     @property
     def count(self) -> int:
-        """How many numbers were measured."""
-        return len(self.rows)
+        """How many numbers were measured that say something of their own."""
+        return round(len(self.rows) - self.problem.repeated)
 
     def columns(self, names: Sequence[str]) -> Ints:
         """The numbers of some columns; those that are not there are left out."""
@@ -71,6 +71,7 @@ class Linearised:
         for k in range(len(self.split)):
             own, chosen = turn == k, columns(k)
             r[own] += self.rows[np.ix_(own, chosen)] @ ridge(self.rounds[k], chosen, noise)
+        r /= np.sqrt(self.problem.first_weight[self.configuration])
         parts, first = [], 0
         for term in self.problem.residuals(self.x):
             size = int(term.used.sum()) * term.scale.shape[1]
@@ -91,7 +92,7 @@ def ridge(gram: Array, columns: Ints, noise: float) -> Array:
 
 def linearise_fit(model: Model, part: Fit, added: Sequence[str], split: Split) -> Linearised:
     """The rows of a fit to everything, with the columns that it kept and those of `model` that are added."""
-    made = build(model, part.data)
+    made = build(model, part.data).with_weights(part.problem.weights)
     x = made.start
     found = dict(zip(part.problem.table.names, part.solution.x[0], strict=False))
     for name, value in found.items():
