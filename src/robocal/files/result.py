@@ -74,9 +74,9 @@ class RobotSummary:
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
     """Whether the corrected model is better on data that it has not seen; `region` is where: in the whole working range, or
-    near what was measured; `remarks` are the reasons as data."""
+    near what was measured; located: nothing but frames was to be found, and they hold there; `remarks` are the reasons as data."""
 
-    status: Literal["improved", "not_improved", "refused"]
+    status: Literal["improved", "located", "not_improved", "refused"]
     region: Literal["measured", "working"] | None = None
     reasons: list[str] = field(default_factory=list)
     remarks: list[RemarkPart] = field(default_factory=list)

@@ -138,6 +138,8 @@ def _next(result: Any, folder: Path) -> list[str]:
             return [f"next: robocal cable forward {place} LENGTHS; robocal cable drift {place} LATER_RUN"]
         more = f"; robocal compensate {place} TARGETS" if result.robot.joints else ""
         return [f"next: robocal validate {place} OTHER_DATA{more}"]
+    if result.verdict.status == "located":
+        return ["next: copy the frames above; identify without --free finds what the robot itself is off by"]
     read = [str(i.file).removeprefix("catalogue:") for i in result.provenance.inputs[:2]]
     files = " ".join(map(quote, read)) or "ROBOT DATA"
     return [f"next: do what the reasons above say; robocal check {files} says what the files can tell"]

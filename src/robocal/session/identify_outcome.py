@@ -67,8 +67,10 @@ class IdentifyOutcome:
 
     @property
     def improved(self) -> bool:
-        """Whether the verdict is `improved`, in the whole working range unless that was not wanted."""
+        """Whether the verdict is `improved`, in the whole working range unless that was not wanted, or `located`."""
         verdict = self.result.verdict
+        if verdict.status == "located":
+            return True
         return verdict.status == "improved" and (verdict.region != "measured" or self.identification.options.measured)
 
 
@@ -279,6 +281,8 @@ def map_columns(found: Identification[Model]) -> dict[str, list[Any]]:
     moving, corrected = found.nominal.mechanism, found.corrected.mechanism
     if moving is None or corrected is None or moving.freedom is not None:
         return {}  # joint values do not say where it is
+    if not any(n in found.nominal.table for n in found.total.names):
+        return {}  # of frames alone no error belongs to the robot
     before = {n: found.baseline[n].value for n in found.nominal.table.names if n in found.baseline}
     try:
         made = accuracy_map(moving.with_values(before), corrected, found.total, found.conditions, found.joints)

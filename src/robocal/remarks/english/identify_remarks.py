@@ -16,6 +16,16 @@ class IdentificationRemarks:
         "not counted: {aside}][; with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     )
+    FRAMES_LOCATED = Phrase(
+        "located: {names}; unseen poses are met within {left:.3g} rms ({how}), and 95 % of the errors at the tool stay below {told:.3g}",
+        "Copy the poses of these frames, with their sigma.",
+    )
+    FRAMES_NOT_EXPLAINED = Phrase(
+        "{names}: unseen poses are missed by {left:.3g} rms ({how}), {times:.1f} times what the noise and the making of the robot allow "
+        "({allowed:.3g})",
+        "Look for readings beside the joint values of another moment, for the unit and the form of orientations, and for zeros of the "
+        "joints. If the robot itself is off, identify it too: leave out --free.",
+    )
     EXACT = Phrase(
         "exact to the digits given: the residual on unseen poses is {left:.2g} rms; rounding to the digits of the data gives "
         "{digits:.2g}",
