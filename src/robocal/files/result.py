@@ -26,6 +26,7 @@ from robocal.files.evidence_parts import (
 from robocal.files.parts import InputHash, Number, RemarkPart, RowsLeftOut
 from robocal.files.plain import json_text, plain
 from robocal.files.text import FORBIDDEN, forbidden_part
+from robocal.prove.frame_poses import LocatedFrame
 from robocal.prove.statistics import Coverage, Stages, Statistic
 from robocal.quantities import Amount, DisplayUnit, OwnUnit, Value
 
@@ -256,6 +257,7 @@ class Result:
     prediction: Prediction | None = None
     working_range: WorkingRange | None = None
     scale: ScaleSummary | None = None
+    frames: list[LocatedFrame] = field(default_factory=list)
     linearity: Linearity | None = None
     comparison: Comparison | None = None
     outliers: list[OutlierRow] = field(default_factory=list)

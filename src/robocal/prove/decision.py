@@ -128,6 +128,14 @@ class Decision(Context[M_co]):
         """What the robot's own errors do to frames that were fitted alone."""
         return robot_share(self.model, self.need_fit)
 
+    @property
+    def spread(self) -> tuple[tuple[str, ...], Array]:
+        """What the parameters may be off by, with their names; of frames alone what the robot's own errors do to them included."""
+        off = self.need_fit.total
+        if self.frames_alone and self.share.covariance is not None:
+            return self.need_fit.problem.free, self.share.covariance
+        return off.names, off.covariance
+
     @cached_property
     def gain(self) -> Gain | None:
         """The gain on unseen measurements; of frames alone, whether they hold there."""

@@ -17,6 +17,7 @@ from robocal.remarks.remark import percent
 from robocal.report.compared import comparison, groups, layer, linear
 from robocal.report.error_tables import errors, outlier_blocks, tiles
 from robocal.report.fitted import fit_sections, recipe
+from robocal.report.frames import frames
 from robocal.report.heat import heat
 from robocal.report.page import page
 from robocal.report.parameter_tables import hidden, parameters
@@ -86,6 +87,8 @@ def identification_sections(
     told += [p.text for p in (result.working_range, result.scale) if p is not None and p.text]
     trusted = Detail(lambda: _map(cells()))
     yield Section.of("", *quiet(*told), trusted, title="Where it can be trusted", key="workspace")
+    if (located := frames(result)) is not None:
+        yield located
     yield parameters(result)
     yield hidden(result)
     if result.offsets is not None:

@@ -37,6 +37,7 @@ from robocal.fit.scale import is_scale
 from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.bootstrap import Resampled
+from robocal.prove.frame_poses import LocatedFrame
 from robocal.prove.identify import Identification
 from robocal.prove.results import ParameterResult, RowTable
 from robocal.remarks.code import Code
@@ -94,6 +95,7 @@ def to_result(
         prediction=_prediction_part(found),
         working_range=_range_part(found),
         scale=_scale_part(found),
+        frames=[to_display(LocatedFrame, f, robot.units) for f in found.frames],
         linearity=None if found.linearity is None else to_display(files.Linearity, found.linearity),
         offsets=None if found.offsets is None else to_display(files.OffsetsAlone, found.offsets, robot.units),
         outliers=[outlier(o) for o in found.outliers],
