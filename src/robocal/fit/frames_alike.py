@@ -79,7 +79,9 @@ def _alike(model: Model, data: DataSet, own: list[str], others: list[str]) -> tu
     size, missed = _lengths(first), _lengths(first - second @ share)
     alike = (size > 0) & (missed <= SAME * size)
     used = (np.abs(share[:, alike]) > SAME).any(axis=1)
-    return tuple(n for n, a in zip(own, alike, strict=True) if a), tuple(n for n, u in zip(others, used, strict=True) if u)
+    return tuple(n for n, a in zip(own, alike, strict=True) if a), tuple(
+        n for n, u in zip(others, used, strict=True) if u
+    )
 
 
 def _lengths(columns: Array) -> Array:

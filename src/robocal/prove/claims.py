@@ -146,7 +146,11 @@ def nothing_unseen(context: Decision[Model]) -> Iterator[Finding]:
 def exact_nominal(context: Decision[Model]) -> Iterator[Finding]:
     """The nominal model leaves nothing but rounding."""
     before, _, counted = context.errors
-    if not context.frames_alone and context.digits is not None and (left := rms(before[counted])) <= limits.ROUNDING_MARGIN * context.digits:
+    if (
+        not context.frames_alone
+        and context.digits is not None
+        and (left := rms(before[counted])) <= limits.ROUNDING_MARGIN * context.digits
+    ):
         yield qualify(Code.NOMINAL_EXACT, left=Quantity(left), digits=Quantity(context.digits))
 
 

@@ -33,13 +33,13 @@ HELD = declare(
 )
 LITTLE_TURN = declare(
     "little-turn",
-    "the hand hardly turns: by {first:.2g} in all about one axis and {second:.2g} about the next, so {names} cannot be told from one another",
+    "the hand hardly turns: by {first:.2g} in all about one axis and {second:.2g} about the next, so {names} cannot be told apart",
     "Add poses in which the hand turns by 30 deg or more, about two axes that are at least 30 deg apart.",
 )
 ONE_AXIS = declare(
     "one-axis",
-    "the hand turns about one axis alone: by {first:.3g} in all about ({axis}) of the tool, by {second:.2g} about any other, so {names} may "
-    "slide along it together",
+    "the hand turns about one axis alone: by {first:.3g} in all about ({axis}) of the tool, by {second:.2g} about any other, so {names} "
+    "may slide along it together",
     "Add poses in which the hand turns by 30 deg or more about a second axis, at least 30 deg from the first.",
 )
 OPEN = declare(

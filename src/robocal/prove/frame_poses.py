@@ -16,6 +16,7 @@ import numpy as np
 from robocal._types import Array
 from robocal.geometry import so3
 from robocal.measure.data import Frame
+from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.decision import Decision
 from robocal.quantities import Amount, OwnUnit, Value
@@ -63,7 +64,7 @@ class LocatedFrame:
     aboard: bool = False
 
 
-def locate_frames(context: Decision) -> list[LocatedFrame]:
+def locate_frames(context: Decision[Model]) -> list[LocatedFrame]:
     """All frames of the data of which something was fitted; of frames alone the tool too."""
     names, covariance = context.spread
     fitted = {n.rpartition(".")[0] for n in context.need_fit.problem.free}
@@ -76,7 +77,7 @@ def locate_frames(context: Decision) -> list[LocatedFrame]:
 
 
 def _locate(
-    context: Decision, frame: Frame, names: Sequence[str], covariance: Array, instrument: bool
+    context: Decision[Model], frame: Frame, names: Sequence[str], covariance: Array, instrument: bool
 ) -> LocatedFrame:
     own = [f"{frame.name}.{s}" for s in FRAME_SYMBOLS]
     vector = np.array([context.values[n] for n in own])

@@ -86,8 +86,9 @@ def judge_frames(share: RobotShare, fit: Fit, evidence: Evidence, names: tuple[s
     unit, left = evidence.unit, rms(evidence.after)
     if not share.times <= FRAMES_LEFT:
         allowed = Quantity(left / share.times if share.times > 0 else 0.0, unit)
-        amounts = {"left": Quantity(left, unit), "times": share.times, "allowed": allowed}
-        return Gain(Remark.of(Code.FRAMES_NOT_EXPLAINED, names=names, **amounts, how=evidence.kind), False)
+        amounts = {"left": Quantity(left, unit), "allowed": allowed}
+        found = Remark.of(Code.FRAMES_NOT_EXPLAINED, names=names, **amounts, times=share.times, how=evidence.kind)
+        return Gain(found, False)
     told = Quantity(_error_at_tool(fit, evidence), unit)
     found = Remark.of(Code.FRAMES_LOCATED, names=names, left=Quantity(left, unit), told=told, how=evidence.kind)
     return Gain(found, True, status="located")

@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from robocal._types import Array
@@ -47,16 +47,10 @@ __all__ = ["Identification", "baseline", "frame_names", "identify"]
 M = TypeVar("M", bound=Model)
 
 
-ALONE: dict[str, None] = dict.fromkeys(("before", "held_out_before", "leave_one_out_before", "k_fold_before"))  # what has no nominal model
-
-
 def _stages(made: Decision[Model], unit: str) -> Stages:
     """Errors at every stage in one unit; of frames alone nothing was before: the nominal robot with frames fitted is what was found."""
     found = stages(made.need_data, made.proven, unit)
-    if not made.frames_alone:
-        return found
-    every = None if found.all_rows is None else replace(found.all_rows, **ALONE)
-    return replace(found, **ALONE, folds=(), all_rows=every)
+    return found.without_before if made.frames_alone else found
 
 
 @dataclass(frozen=True)
@@ -136,5 +130,6 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         baseline=nominal.with_values(proven.base.x[0, : len(nominal)]), coverage=unseen_coverage(made),
         joints=range_of_joints(data.configurations), linearity=linearity_of(made), outliers=outliers(made),
         conditions=mean_conditions(data.configurations), resampled=bootstrap_of(made), holds=range_of(made), scale=common_scale(made),
-        whitened_rows=whiten_fit(made), offsets=offsets_alone(made), frames=tuple(locate_frames(made)), pose_from_lengths=pose_from_lengths(made),
+        whitened_rows=whiten_fit(made), offsets=offsets_alone(made), frames=tuple(locate_frames(made)),
+        pose_from_lengths=pose_from_lengths(made),
     )  # fmt: skip

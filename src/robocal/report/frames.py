@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from robocal.report.sections import Detail, Section, Table, figure, quiet, table
+from robocal.report.sections import Block, Detail, Section, Table, figure, quiet, table
 
 __all__ = ["frames"]
 
@@ -22,9 +22,11 @@ def frames(result: Any) -> Section | None:
     poses = [p for f in found for p in (f.pose, f.inverse)]
     wanted = (result.verdict.status == "located" or any(f.aboard for f in found)) and len(found) <= MOST
     words = "`a in b` is T_b_a: it takes coordinates of a to those of b. Roll, pitch, yaw: Rz(yaw) Ry(pitch) Rx(roll)."
-    blocks = (_places(poses), _turns(poses), *quiet(words))
+    blocks: tuple[Block, ...] = (_places(poses), _turns(poses), *quiet(words))
     heading = "Where the frames are"
-    return Section.of(heading if wanted else "", *(blocks if wanted else (Detail(lambda: blocks),)), title=heading, key="frames")
+    return Section.of(
+        heading if wanted else "", *(blocks if wanted else (Detail(lambda: blocks),)), title=heading, key="frames"
+    )
 
 
 def _places(poses: Sequence[Any]) -> Table:
