@@ -49,7 +49,10 @@ from robocal.prove.prove import fit_beside_baseline, prove
 from robocal.prove.split import default_hold_out, make_split
 from robocal.prove.statistics import Statistic, rms
 
-__all__ = ["Decision", "decide"]
+__all__ = ["REGION", "Decision", "decide"]
+
+REGION = "region"  # the names of checks
+SCALES = ("instrument-scale", "wrong-instrument-scale")
 
 
 @dataclass(frozen=True)
@@ -127,6 +130,14 @@ class Decision(Context[M_co]):
     def share(self) -> RobotShare:
         """What the robot's own errors do to frames that were fitted alone."""
         return robot_share(self.model, self.need_fit)
+
+    @property
+    def silent(self) -> tuple[str, ...]:
+        """Checks that mean nothing here: of frames alone nothing is corrected anywhere, and where the robot's own errors explain what is
+        left, they change how long things seem too."""
+        if not self.frames_alone:
+            return ()
+        return (REGION,) if self.share.covariance is None else (REGION, *SCALES)
 
     @property
     def spread(self) -> tuple[tuple[str, ...], Array]:

@@ -90,7 +90,10 @@ def judge_frames(share: RobotShare, fit: Fit, evidence: Evidence, names: tuple[s
         found = Remark.of(Code.FRAMES_NOT_EXPLAINED, names=names, **amounts, times=share.times, how=evidence.kind)
         return Gain(found, False)
     told = Quantity(_error_at_tool(fit, evidence), unit)
-    found = Remark.of(Code.FRAMES_LOCATED, names=names, left=Quantity(left, unit), told=told, how=evidence.kind)
+    place = None if fit.problem.blocks else "tool"
+    found = Remark.of(
+        Code.FRAMES_LOCATED, names=names, left=Quantity(left, unit), told=told, place=place, how=evidence.kind
+    )
     return Gain(found, True, status="located")
 
 

@@ -117,7 +117,7 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         tuple(data.configurations.ids[i] for i in some) for some in (proven.fitted, proven.held_out, proven.embargoed)
     )
     parameters = parameter_results(made)
-    findings = tuple(f for when in (When.DATA, When.FIT) for f in run(when, made, DIAGNOSE, PROVE))
+    findings = tuple(f for when in (When.DATA, When.FIT) for f in run(when, made, DIAGNOSE, PROVE, skip=made.silent))
     return Identification(
         nominal=made.model, corrected=made.corrected, table=fit.problem.table.with_values(made.values), options=made.chosen,
         parameters=parameters, identifiability=fit.identifiability,

@@ -15,9 +15,9 @@ from itertools import groupby
 
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, Level, When, run
 from robocal.measure.machine import Model
-from robocal.prove.decision import Decision
+from robocal.prove.decision import REGION, Decision
 from robocal.prove.evidence import Gain
-from robocal.prove.region import REGION, range_of
+from robocal.prove.region import range_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -66,9 +66,9 @@ def fold(findings: Iterable[Finding], gain: Gain | None) -> Verdict:
 def verdict_of(context: Decision[Model], *, over_range: bool = True) -> Verdict:
     """Whether the model improved, with the reasons: all checks of unseen measurements and of a gain. `over_range` asks where the
     correction holds as well, which changes no status; frames alone correct nothing."""
-    over_range = over_range and not context.frames_alone
+    over_range = over_range and REGION not in context.silent
     unseen = run(When.UNSEEN, context, DIAGNOSE, PROVE)
-    skipped = () if over_range else (REGION,)
+    skipped = (*context.silent, *(() if over_range else (REGION,)))
     findings = [*unseen, *run(When.PROOF, context, DIAGNOSE, PROVE, found=unseen, skip=skipped)]
     gain = None if unseen else context.gain
     if gain is not None and gain.proven and over_range and range_of(context) is not None:

@@ -17,7 +17,7 @@ class IdentificationRemarks:
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     )
     FRAMES_LOCATED = Phrase(
-        "{names}: unseen poses are met within {left:.3g} rms ({how}), and 95 % of the errors at the tool stay below {told:.3g}",
+        "{names}: unseen poses are met within {left:.3g} rms ({how}), and 95 % of the errors[ at the {place}] stay below {told:.3g}",
         "Copy the poses of these frames, with their sigma.",
     )
     FRAMES_NOT_EXPLAINED = Phrase(
