@@ -9,6 +9,7 @@ stays free.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -22,7 +23,7 @@ from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Model, freedom_of
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["HeldFrame", "frames_of", "hold_frames"]
+__all__ = ["HeldFrame", "frames_alone", "frames_of", "hold_frames"]
 
 M = TypeVar("M", bound=Model)
 BODIES = ("tool", "base")  # what the robot's own frames are called, and what frames of data files are mounted on
@@ -45,6 +46,12 @@ def frames_of(data: DataSet) -> dict[str, Frame]:
         for frame in (*((obs.frame,) if obs.frame else ()), *obs.targets, *kind_of(obs).frames(obs)):
             found.setdefault(frame.name, frame)
     return found
+
+
+def frames_alone(free: Collection[str], data: DataSet) -> bool:
+    """Whether the free parameters of a problem are those of frames of the data and of the tool, and no others."""
+    mine = {p.name for f in (*frames_of(data).values(), Frame("tool")) for p in f.parameters}
+    return bool(free) and mine.issuperset(free)
 
 
 def hold_frames(model: M, data: DataSet) -> tuple[M, tuple[HeldFrame, ...]]:

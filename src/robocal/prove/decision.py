@@ -33,7 +33,7 @@ from robocal.errors import ModelError
 from robocal.estimate.uncertainty import Uncertainty
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
-from robocal.fit.frames_alike import HeldFrame, frames_of, hold_frames
+from robocal.fit.frames_alike import HeldFrame, frames_alone, frames_of, hold_frames
 from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
 from robocal.fit.options import Options
@@ -117,9 +117,7 @@ class Decision(Context[M_co]):
     @cached_property
     def frames_alone(self) -> bool:
         """Whether nothing but frames was to be found."""
-        table = self.proven.base.problem.table
-        mine = {p.name for f in (*self.frames.values(), Frame("tool")) for p in f.parameters}
-        return bool(table.free) and mine.issuperset(table.free)
+        return frames_alone(self.proven.base.problem.table.free, self.need_data)
 
     @cached_property
     def frames(self) -> dict[str, Frame]:
@@ -256,7 +254,8 @@ def _decide(model: M, data: DataSet, options: Options, watch: Watch | None) -> D
         return _decide(found[0], data, replace(options, begin=found[1]), watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return _decide(likelier, data, options, watch)
-    if usual and options.hold_out == HOLD_OUT_SHARE and likely_lost(clean, base, whole, options):
+    gains = usual and options.hold_out == HOLD_OUT_SHARE and not frames_alone(base.problem.table.free, data)
+    if gains and likely_lost(clean, base, whole, options):
         options = replace(options, folds=FOLDS, hold_out=0.0)
         split = make_split(data, 0.0, folds=FOLDS, blocks=options.blocks, seed=options.seed)
     fits = model, clean, base, whole, options, watch

@@ -83,7 +83,8 @@ def _locate(
     vector = np.array([context.values[n] for n in own])
     r, t = so3.exp(vector[3:]), vector[:3]
     c = np.zeros((6, 6))
-    at = [i for i, n in enumerate(own) if n in names]
+    unseen = {c.name for c in context.need_fit.identifiability.combinations if not c.partners}
+    at = [i for i, n in enumerate(own) if n in names and n not in unseen]
     known = [names.index(own[i]) for i in at]
     c[np.ix_(at, at)] = covariance[np.ix_(known, known)]
     turned = any(i > 2 for i in at)
