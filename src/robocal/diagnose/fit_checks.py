@@ -109,11 +109,18 @@ def noise_findings(context: Context[Model]) -> Iterator[Finding]:
 
 
 def _remedy(context: Context[Model]) -> dict[str, str | None]:
-    """What may explain it: of an arm what lies beyond geometry, of a cable robot numbers that are fixed, or parts that are left out."""
+    """What may explain it: of an arm what lies beyond geometry, or its geometry where that was held; of a cable robot numbers that are
+    fixed, or parts that are left out."""
     if joints_of(context.model):
-        return {"option": "--groups", "free": None, "beyond": None}
+        held = not set(context.need_fit.identifiability.names) & set(context.model.geometric)
+        return {
+            "option": None if held else "--groups",
+            "choice": "--free" if held else None,
+            "free": None,
+            "beyond": None,
+        }
     line = names_to_free(context)
-    return {"option": None, "free": line, "beyond": None if line else "sag"}
+    return {"option": None, "choice": None, "free": line, "beyond": None if line else "sag"}
 
 
 @check("ignored-priors", When.FIT, order=130, needs=("fit", "options"))

@@ -194,6 +194,12 @@ FOLDS_SIGMA = limit(3.0, "sigma",
     "A gain that a held-out fifth shows so clearly is lost in one case of six.", "tests/prove/test_default_folds.py")
 BESIDE_NEAR = limit(0.02, "of the distance of two places", "A fiftieth of the way to another place is no other place.")
 BESIDE_SHARE = limit(0.5, "of what was held out", "Held-out places beside fitted ones tell nothing of the way between them.")
+FRAMES_LEFT = limit(3.0, "times what noise and making allow",
+    "A robot that errs by more is no robot of that drawing, or its readings belong to other poses.", "tests/prove/test_frames_alone.py")
+HAND_TURNS = limit(math.radians(5.0), "rad (standard deviation)",
+    "About a second axis: with less, a robot's millimetre puts a frame a centimetre off.", "tests/prove/test_frames_alone.py")
+ARM_EXPLAINS = limit(4.8, "of the log likelihood",
+    "By chance errors of a robot explain noise so well once in a thousand.", "chi2, one degree of freedom")
 FRAME_SEEN = limit(10.0, "times what is expected", "A direction of a frame that all rows see is seen beyond doubt.")
 FRAME_MOVES = limit(0.1, "of what is expected", "A reading that moves by more with an unseen direction proves nothing.")
 

@@ -129,7 +129,7 @@ class MethodSummary:
 
     method: str
     title: str
-    verdict: Literal["improved", "not_improved", "refused", ""] = ""
+    verdict: Literal["improved", "located", "not_improved", "refused", ""] = ""
     reason: str = ""
     stopped: bool = False
     after: Mean | None = None

@@ -26,6 +26,7 @@ from robocal.files.evidence_parts import (
 from robocal.files.parts import InputHash, Number, RemarkPart, RowsLeftOut
 from robocal.files.plain import json_text, plain
 from robocal.files.text import FORBIDDEN, forbidden_part
+from robocal.prove.frame_poses import LocatedFrame
 from robocal.prove.statistics import Coverage, Stages, Statistic
 from robocal.quantities import Amount, DisplayUnit, OwnUnit, Value
 
@@ -74,9 +75,9 @@ class RobotSummary:
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
     """Whether the corrected model is better on data that it has not seen; `region` is where: in the whole working range, or
-    near what was measured; `remarks` are the reasons as data."""
+    near what was measured; located: nothing but frames was to be found, and they hold there; `remarks` are the reasons as data."""
 
-    status: Literal["improved", "not_improved", "refused"]
+    status: Literal["improved", "located", "not_improved", "refused"]
     region: Literal["measured", "working"] | None = None
     reasons: list[str] = field(default_factory=list)
     remarks: list[RemarkPart] = field(default_factory=list)
@@ -256,6 +257,7 @@ class Result:
     prediction: Prediction | None = None
     working_range: WorkingRange | None = None
     scale: ScaleSummary | None = None
+    frames: list[LocatedFrame] = field(default_factory=list)
     linearity: Linearity | None = None
     comparison: Comparison | None = None
     outliers: list[OutlierRow] = field(default_factory=list)

@@ -128,7 +128,7 @@ class Identified(Found[Result]):
 
     @property
     def verdict(self) -> str:
-        """improved, not_improved or refused."""
+        """improved, located, not_improved or refused."""
         return str(self.result.verdict.status)
 
     @property

@@ -75,7 +75,9 @@ def fits_without_convergence(context: Decision[Model]) -> Iterator[Finding]:
 
 @check("robot-identified", When.PROOF, order=50, given=Given.GAIN, needs=("proven",))
 def robot_identified(context: Decision[Model]) -> Iterator[Finding]:
-    """Nothing of the robot itself was fitted, or nothing of it is known by itself."""
+    """Nothing of the robot itself was fitted though it was to be found, or nothing of it is known by itself."""
+    if context.frames_alone:
+        return
     part = context.proven.part
     if not set(part.problem.free) - set(frame_names(context.model, context.proven.base.problem)):
         yield qualify(Code.NOTHING_OF_ROBOT)
@@ -167,7 +169,11 @@ def nothing_unseen(context: Decision[Model]) -> Iterator[Finding]:
 def exact_nominal(context: Decision[Model]) -> Iterator[Finding]:
     """The nominal model leaves nothing but rounding."""
     before, _, counted = context.errors
-    if context.digits is not None and (left := rms(before[counted])) <= limits.ROUNDING_MARGIN * context.digits:
+    if (
+        not context.frames_alone
+        and context.digits is not None
+        and (left := rms(before[counted])) <= limits.ROUNDING_MARGIN * context.digits
+    ):
         yield qualify(Code.NOMINAL_EXACT, left=Quantity(left), digits=Quantity(context.digits))
 
 

@@ -34,21 +34,26 @@ from robocal.estimate.uncertainty import Uncertainty
 from robocal.fit.baseline import check_baseline
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
+from robocal.fit.frames_alike import HeldFrame, frames_alone, frames_of, hold_frames
 from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
 from robocal.fit.options import Options
 from robocal.fit.starts.own import place_configurations
-from robocal.measure.data import DataSet
+from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Model
 from robocal.progress import Watch
 from robocal.prove.default_folds import likely_lost
 from robocal.prove.evidence import Evidence, Gain
+from robocal.prove.frames_alone import RobotShare, judge_frames, robot_share
 from robocal.prove.judge import Proof, Proven, absolute_observations, constant_of, drawn, units_of, unseen_of
 from robocal.prove.prove import fit_beside_baseline, prove
 from robocal.prove.split import default_hold_out, make_split
 from robocal.prove.statistics import Statistic, rms
 
-__all__ = ["Decision", "decide"]
+__all__ = ["REGION", "Decision", "decide"]
+
+REGION = "region"  # the names of checks
+SCALES = ("instrument-scale", "wrong-instrument-scale")
 
 
 @dataclass(frozen=True)
@@ -58,6 +63,7 @@ class Decision(Context[M_co]):
 
     start: Array = field(kw_only=True)
     proven: Proven = field(kw_only=True)
+    held: tuple[HeldFrame, ...] = field(default=(), kw_only=True)  # frames of the robot's file that look like free ones
 
     @property
     def proof(self) -> Proof | None:
@@ -109,10 +115,46 @@ class Decision(Context[M_co]):
             located=after[counted & np.isin(owner, absolute_observations(self.need_data))],
         )  # fmt: skip
 
+    @cached_property
+    def frames_alone(self) -> bool:
+        """Whether nothing but frames was to be found."""
+        return frames_alone(self.proven.base.problem.table.free, self.need_data)
+
+    @cached_property
+    def frames(self) -> dict[str, Frame]:
+        """The frames of the data by name."""
+        return frames_of(self.need_data)
+
+    @cached_property
+    def share(self) -> RobotShare:
+        """What the robot's own errors do to frames that were fitted alone."""
+        return robot_share(self.model, self.need_fit)
+
     @property
+    def silent(self) -> tuple[str, ...]:
+        """Checks that mean nothing here: of frames alone nothing is corrected anywhere, and where the robot's own errors explain what is
+        left, they change how long things seem too."""
+        if not self.frames_alone:
+            return ()
+        return (REGION,) if self.share.covariance is None else (REGION, *SCALES)
+
+    @property
+    def spread(self) -> tuple[tuple[str, ...], Array]:
+        """What the parameters may be off by, with their names; of frames alone what the robot's own errors do to them included."""
+        off = self.need_fit.total
+        if self.frames_alone and self.share.covariance is not None:
+            return self.need_fit.problem.free, self.share.covariance
+        return off.names, off.covariance
+
+    @cached_property
     def gain(self) -> Gain | None:
-        """The gain on unseen measurements."""
-        return None if self.evidence is None else self.evidence.gain
+        """The gain on unseen measurements; of frames alone, whether they hold there."""
+        if self.evidence is None:
+            return None
+        if not self.frames_alone:
+            return self.evidence.gain
+        own = dict.fromkeys(n.rpartition(".")[0] for n in self.need_fit.problem.free)
+        return judge_frames(self.share, self.need_fit, self.evidence, tuple(own))
 
     @property
     def improvement(self) -> bool:
@@ -196,6 +238,11 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
         raise ModelError("the data set holds no measurement")
     _numbers(data)
     data = place_configurations(model, data)
+    model, held = hold_frames(model, data)
+    return replace(_decide(model, data, options, watch), held=held)
+
+
+def _decide(model: M, data: DataSet, options: Options, watch: Watch | None) -> Decision[M]:
     usual = options.hold_out is None and options.folds is None
     if options.hold_out is None:
         held, folds = default_hold_out(data, options.folds)
@@ -205,10 +252,11 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
     everyone = np.arange(len(data.configurations))
     clean, start, whole, base = fit_beside_baseline(model, data, everyone, options, watch)
     if not options.begin and (found := find_zeros(model, data, whole)) is not None:
-        return decide(found[0], data, replace(options, begin=found[1]), watch)
+        return _decide(found[0], data, replace(options, begin=found[1]), watch)
     if (likelier := with_zeros(model, whole)) is not None:
-        return decide(likelier, data, options, watch)
-    if usual and options.hold_out == HOLD_OUT_SHARE and likely_lost(clean, base, whole, options):
+        return _decide(likelier, data, options, watch)
+    gains = usual and options.hold_out == HOLD_OUT_SHARE and not frames_alone(base.problem.table.free, data)
+    if gains and likely_lost(clean, base, whole, options):
         options = replace(options, folds=FOLDS, hold_out=0.0)
         split = make_split(data, 0.0, folds=FOLDS, blocks=options.blocks, seed=options.seed)
     judged = Context(model, clean, base, whole, options, watch)

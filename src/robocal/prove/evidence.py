@@ -102,11 +102,13 @@ def _cornish_fisher(values: Array) -> tuple[float, float] | None:
 
 @dataclass(frozen=True)
 class Gain:
-    """The reduction of the error on unseen measurements, as it is reported, whether it is proven, and where it holds, if known."""
+    """The reduction of the error on unseen measurements, as it is reported, whether it is proven, and where it holds, if known;
+    `status` is the verdict where it is."""
 
     remark: Remark
     proven: bool
     region: str | None = None
+    status: str = "improved"
 
 
 @dataclass(frozen=True)

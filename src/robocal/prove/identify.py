@@ -30,8 +30,9 @@ from robocal.parameters import ParameterTable
 from robocal.progress import Watch
 from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.bootstrap import Resampled, bootstrap_of
-from robocal.prove.decision import decide
+from robocal.prove.decision import Decision, decide
 from robocal.prove.fit_findings import Linearity, linearity_of, outliers, unseen_coverage
+from robocal.prove.frame_poses import LocatedFrame, locate_frames
 from robocal.prove.judge import stages, units_of
 from robocal.prove.offsets import OffsetsAlone, offsets_alone
 from robocal.prove.pose_from_lengths import PoseFromLengths, pose_from_lengths
@@ -44,6 +45,12 @@ from robocal.remarks.remark import Remark
 __all__ = ["Identification", "baseline", "frame_names", "identify"]
 
 M = TypeVar("M", bound=Model)
+
+
+def _stages(made: Decision[Model], unit: str) -> Stages:
+    """Errors at every stage in one unit; of frames alone nothing was before: the nominal robot with frames fitted is what was found."""
+    found = stages(made.need_data, made.proven, unit)
+    return found.without_before if made.frames_alone else found
 
 
 @dataclass(frozen=True)
@@ -86,6 +93,7 @@ class Identification(Generic[M_co]):
     holds: Holds | None  # over the working range
     pose_from_lengths: PoseFromLengths | None  # on unseen configurations
     scale: Scale | None  # of the fitted lengths, all together
+    frames: tuple[LocatedFrame, ...]  # where frames of the data were found
     whitened_rows: WhitenedRows | None  # the rows at the solution, for a comparison with another run
 
     @property
@@ -109,11 +117,11 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         tuple(data.configurations.ids[i] for i in some) for some in (proven.fitted, proven.held_out, proven.embargoed)
     )
     parameters = parameter_results(made)
-    findings = tuple(f for when in (When.DATA, When.FIT) for f in run(when, made, DIAGNOSE, PROVE))
+    findings = tuple(f for when in (When.DATA, When.FIT) for f in run(when, made, DIAGNOSE, PROVE, skip=made.silent))
     return Identification(
         nominal=made.model, corrected=made.corrected, table=fit.problem.table.with_values(made.values), options=made.chosen,
         parameters=parameters, identifiability=fit.identifiability,
-        stages=tuple(stages(data, proven, unit) for unit in units_of(base)), groups=fit.groups, verdict=verdict_of(made),
+        stages=tuple(_stages(made, unit) for unit in units_of(base)), groups=fit.groups, verdict=verdict_of(made),
         rows=row_table(made), fit_ids=fit_ids, held_out_ids=held_out_ids, embargoed_ids=embargoed_ids,
         how=proven.best.split.how if proven.best else "", iterations=int(fit.solution.iterations[0]), reason=fit.solution.reasons[0],
         history=tuple(fit.solution.history[:, 0].tolist()), chi2=u.chi2, dof=u.dof, correlation_names=fit.problem.free,
@@ -122,5 +130,6 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         baseline=nominal.with_values(proven.base.x[0, : len(nominal)]), coverage=unseen_coverage(made),
         joints=range_of_joints(data.configurations), linearity=linearity_of(made), outliers=outliers(made),
         conditions=mean_conditions(data.configurations), resampled=bootstrap_of(made), holds=range_of(made), scale=common_scale(made),
-        whitened_rows=whiten_fit(made), offsets=offsets_alone(made), pose_from_lengths=pose_from_lengths(made),
+        whitened_rows=whiten_fit(made), offsets=offsets_alone(made), frames=tuple(locate_frames(made)),
+        pose_from_lengths=pose_from_lengths(made),
     )  # fmt: skip

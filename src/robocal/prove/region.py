@@ -39,7 +39,7 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import reach
 from robocal.prove.bands import mean_conditions, range_of_joints
-from robocal.prove.decision import Decision
+from robocal.prove.decision import REGION, Decision
 from robocal.prove.frame_range import FRAME, shape_of_lengths
 from robocal.prove.place_bands import motion_field, parameters_of, sample_joints
 from robocal.prove.scale_chance import chance_by_scale
@@ -47,10 +47,9 @@ from robocal.prove.split import Split
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
-__all__ = ["REGION", "Holds", "beside", "range_of", "region_between_poses", "region_of_limits"]
+__all__ = ["Holds", "beside", "range_of", "region_between_poses", "region_of_limits"]
 
 SAMPLES = 500  # grid: configurations of a range
-REGION = "region"  # the name of the check
 SPAN = "range that the measured joints span"
 
 

@@ -108,7 +108,7 @@ def parameter_results(context: Decision[Model]) -> tuple[ParameterResult, ...]:
     share = dict(zip(seen.names, seen.share.tolist(), strict=True))
     start = np.array([model.table[p.name].value if p.name in model.table else p.value for p in table.rows])
     values = fit.solution.x[0, : len(start)]
-    total = _components(table, off.names, off.covariance, values)
+    total = _components(table, *context.spread, values)
     reach = quantile(off.dof)
     free = fit.problem.free
     sigma = _components(table, free, u.covariance * u.factor**2, values)

@@ -5,7 +5,7 @@ The same classes stand in result.json, in the units that are shown.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +68,20 @@ class Stages:
     k_fold_before: Statistic | None = None
     folds: tuple[Fold, ...] = field(default_factory=tuple)
     all_rows: Stages | None = None  # the same with the gross rows that no mean above counts; None where there are none
+
+    @property
+    def without_before(self) -> Stages:
+        """The same where there is no model to compare with."""
+        every = None if self.all_rows is None else self.all_rows.without_before
+        return replace(
+            self,
+            before=None,
+            held_out_before=None,
+            leave_one_out_before=None,
+            k_fold_before=None,
+            folds=(),
+            all_rows=every,
+        )
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ from itertools import groupby
 
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, Level, When, run
 from robocal.measure.machine import Model
-from robocal.prove.decision import Decision
+from robocal.prove.decision import REGION, Decision
 from robocal.prove.evidence import Gain
-from robocal.prove.region import REGION, range_of
+from robocal.prove.region import range_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -26,7 +26,8 @@ __all__ = ["Verdict", "fold", "verdict_of"]
 
 @dataclass(frozen=True)
 class Verdict:
-    """improved, not_improved or refused, with the reasons; `region` says where an improvement holds: working or measured."""
+    """improved, located (frames alone), not_improved or refused, with the reasons; `region` says where an improvement holds: working
+    or measured."""
 
     status: str
     reasons: tuple[Remark, ...]
@@ -39,7 +40,7 @@ class Verdict:
 
     def instead(self, status: str, *why: Remark) -> Verdict:
         """Another status: these reasons first, and a gain that was proven is only mentioned, for nobody should act on it."""
-        gains = (Code.GAIN_PROVEN, Code.GAIN_NOT_PROVEN, Code.EXACT)
+        gains = (Code.GAIN_PROVEN, Code.GAIN_NOT_PROVEN, Code.EXACT, Code.FRAMES_LOCATED)
         rest = (replace(r, code=Code.GAIN_ANYWAY) if r.code in gains[:2] else r for r in self.reasons)
         return Verdict(status, (*why, *(r for r in rest if r.code not in gains)))
 
@@ -48,7 +49,7 @@ def fold(findings: Iterable[Finding], gain: Gain | None) -> Verdict:
     """The verdict of findings in the order in which they were found; `gain` is None where none could be computed."""
     verdict = Verdict("not_improved", ())
     if gain is not None:
-        verdict = Verdict("improved" if gain.proven else "not_improved", (gain.remark,), gain.region)
+        verdict = Verdict(gain.status if gain.proven else "not_improved", (gain.remark,), gain.region)
     for _, some in groupby(findings, key=lambda f: (f.check, f.level)):
         group = list(some)
         remarks = tuple(f.remark for f in group)
@@ -64,9 +65,10 @@ def fold(findings: Iterable[Finding], gain: Gain | None) -> Verdict:
 
 def verdict_of(context: Decision[Model], *, over_range: bool = True) -> Verdict:
     """Whether the model improved, with the reasons: all checks of unseen measurements and of a gain. `over_range` asks where the
-    correction holds as well, which changes no status."""
+    correction holds as well, which changes no status; frames alone correct nothing."""
+    over_range = over_range and REGION not in context.silent
     unseen = run(When.UNSEEN, context, DIAGNOSE, PROVE)
-    skipped = () if over_range else (REGION,)
+    skipped = (*context.silent, *(() if over_range else (REGION,)))
     findings = [*unseen, *run(When.PROOF, context, DIAGNOSE, PROVE, found=unseen, skip=skipped)]
     gain = None if unseen else context.gain
     if gain is not None and gain.proven and over_range and range_of(context) is not None:

@@ -133,6 +133,8 @@ def tiles(residuals: Any) -> blocks.Tiles:
     known = bool(proof) and getattr(residuals, before) is not None
     first = _tile(residuals, before if known else "before", f"{name}, before" if known else "Before", "before")
     second = _tile(residuals, proof, f"{name}, after" if proof else "Held out", "held")
+    if not known and residuals.before is None:
+        return blocks.Tiles((second, _tile(residuals, "after", "Seen by the fit", "after")))
     return blocks.Tiles((first, second, _tile(residuals, "after", "After, seen by the fit", "after")))
 
 

@@ -17,6 +17,7 @@ from robocal.remarks.remark import percent
 from robocal.report.compared import comparison, groups, layer, linear
 from robocal.report.error_tables import errors, outlier_blocks, tiles
 from robocal.report.fitted import fit_sections, recipe
+from robocal.report.frames import frames
 from robocal.report.heat import heat
 from robocal.report.page import page
 from robocal.report.parameter_tables import hidden, parameters
@@ -86,6 +87,8 @@ def identification_sections(
     told += [p.text for p in (result.working_range, result.scale) if p is not None and p.text]
     trusted = Detail(lambda: _map(cells()))
     yield Section.of("", *quiet(*told), trusted, title="Where it can be trusted", key="workspace")
+    if (located := frames(result)) is not None:
+        yield located
     yield parameters(result)
     yield hidden(result)
     if result.offsets is not None:
@@ -138,6 +141,8 @@ def _next(result: Any, folder: Path) -> list[str]:
             return [f"next: robocal cable forward {place} LENGTHS; robocal cable drift {place} LATER_RUN"]
         more = f"; robocal compensate {place} TARGETS" if result.robot.joints else ""
         return [f"next: robocal validate {place} OTHER_DATA{more}"]
+    if result.verdict.status == "located":
+        return ["next: copy the frames above; identify without --free finds what the robot itself is off by"]
     read = [str(i.file).removeprefix("catalogue:") for i in result.provenance.inputs[:2]]
     files = " ".join(map(quote, read)) or "ROBOT DATA"
     return [f"next: do what the reasons above say; robocal check {files} says what the files can tell"]

@@ -22,6 +22,11 @@ VERDICTS: dict[str, VerdictText] = {
         "The gain is proven on measurements that the model had not seen, near the others; for the rest of the working range it is "
         "not.",
     ),
+    "located": (
+        "located",
+        "good",
+        "The frames are where these measurements say, and measurements that were not used agree. The robot is as it was.",
+    ),
     "not_improved": ("not improved", "doubtful", "A better model was not proven. Keep the nominal one."),
     "refused": (
         "refused",
@@ -39,7 +44,7 @@ def verdict(result: Any, brief: bool = False) -> VerdictBlock:
     word, style, meaning = VERDICTS[status]
     if brief:
         return VerdictBlock(word, style, tuple(said.reasons[:1]))
-    advice = [] if status == "improved" else [r.advice for r in said.remarks if r.advice]
+    advice = [] if status in ("improved", "located") else [r.advice for r in said.remarks if r.advice]
     posed = result.pose_from_lengths
     told = proof(result.residuals) if posed is None else proof_of_poses(posed)
     return VerdictBlock(word, style, tuple(said.reasons), tuple(dict.fromkeys(advice)), meaning, told)

@@ -37,6 +37,7 @@ from robocal.fit.scale import is_scale
 from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.bootstrap import Resampled
+from robocal.prove.frame_poses import LocatedFrame
 from robocal.prove.identify import Identification
 from robocal.prove.results import ParameterResult, RowTable
 from robocal.remarks.code import Code
@@ -67,8 +68,10 @@ class IdentifyOutcome:
 
     @property
     def improved(self) -> bool:
-        """Whether the verdict is `improved`, in the whole working range unless that was not wanted."""
+        """Whether the verdict is `improved`, in the whole working range unless that was not wanted, or `located`."""
         verdict = self.result.verdict
+        if verdict.status == "located":
+            return True
         return verdict.status == "improved" and (verdict.region != "measured" or self.identification.options.measured)
 
 
@@ -92,6 +95,7 @@ def to_result(
         prediction=_prediction_part(found),
         working_range=_range_part(found),
         scale=_scale_part(found),
+        frames=[to_display(LocatedFrame, f, robot.units) for f in found.frames],
         linearity=None if found.linearity is None else to_display(files.Linearity, found.linearity),
         offsets=None if found.offsets is None else to_display(files.OffsetsAlone, found.offsets, robot.units),
         outliers=[outlier(o) for o in found.outliers],
@@ -279,6 +283,8 @@ def map_columns(found: Identification[Model]) -> dict[str, list[Any]]:
     moving, corrected = found.nominal.mechanism, found.corrected.mechanism
     if moving is None or corrected is None or moving.freedom is not None:
         return {}  # joint values do not say where it is
+    if not any(n in found.nominal.table for n in found.total.names):
+        return {}  # of frames alone no error belongs to the robot
     before = {n: found.baseline[n].value for n in found.nominal.table.names if n in found.baseline}
     try:
         made = accuracy_map(moving.with_values(before), corrected, found.total, found.conditions, found.joints)

@@ -41,7 +41,7 @@ def shared_files(one: Result, other: Result) -> tuple[str, ...]:
 def verdict_remarks(result: Result | None, name: str) -> tuple[Remark, ...]:
     """What is to be said of a run that did not improve its machine."""
     status = "improved" if result is None else result.verdict.status
-    if status == "improved":
+    if status in ("improved", "located"):
         return ()
     return (Remark.of(Code.RUN_REFUSED if status == "refused" else Code.RUN_NOT_IMPROVED, run=name),)
 

@@ -23,6 +23,8 @@ __all__ = ["hand_eye", "point_start", "poses", "relative_hand"]
 # tolerance: rad, and of the widest column: turns of the tool that are less say nothing of where a target is on it. A nominal robot's
 # error of a millimetre would put it metres away.
 TURNED = 1e-3
+# tolerance: of the largest singular value: of turns about one axis the second smallest is as small as the noise.
+ONE_AXIS = 0.05
 
 
 def hand_eye(measured: Array, machine: Array) -> tuple[Array, Array]:
@@ -33,11 +35,16 @@ def hand_eye(measured: Array, machine: Array) -> tuple[Array, Array]:
     # vec (row-major) of R_t^T R_Y is (I (x) R_Y^T) vec(R_t^T), of R_i R_X is (R_i (x) I) vec(R_X).
     left = np.einsum("ij,mlk->mikjl", eye, ry).reshape(m, 9, 9)
     right = np.einsum("mij,kl->mikjl", r, eye).reshape(m, 9, 9)
-    v = np.linalg.svd(np.concatenate([left, -right], axis=2).reshape(-1, 18), full_matrices=False)[2][-1]
-    a, b = v[:9].reshape(3, 3), v[9:].reshape(3, 3)
+    _, size, vt = np.linalg.svd(np.concatenate([left, -right], axis=2).reshape(-1, 18), full_matrices=False)
+    a, b = vt[-1, :9].reshape(3, 3), vt[-1, 9:].reshape(3, 3)
     if np.linalg.det(a) < 0:
         a, b = -a, -b
     rt, rx = so3.project(a).T, so3.project(b)
+    if size[-2] < ONE_AXIS * size[0]:
+        # Turns about one axis leave more than one answer, and a mixture of answers is none.
+        first, second = ry[0].T, r[0].T
+        rt = so3.project(so3.log(ry @ first).T @ so3.log(r @ second))
+        rx = second @ rt.T @ ry[0]
     turned, shift = rt @ r, measured[:, :3, 3] - machine[:, :3, 3] @ rt.T
     design = (turned - turned.mean(axis=0)).reshape(-1, 3)
     x = _told(design, (shift - shift.mean(axis=0)).ravel())

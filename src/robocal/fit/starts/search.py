@@ -86,11 +86,11 @@ def _start_matrix(problem: Problem, starts: list[dict[str, float]]) -> Array:
 
 def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, float]]) -> tuple[Array, bool]:
     """The best x (1, P) after fitting frames and targets from every start at once, and whether that fit converged; the
-    table's own values are one more start."""
+    table's own values are one more start. What is free and not fitted stays where a start has it: the rest belongs to it."""
     if not frames and not problem.blocks:
         return problem.start, True
     free = problem.with_free(frames)
-    solution = least_squares(free, _start_matrix(free, [{}, *starts]))
+    solution = least_squares(free, _start_matrix(problem, [{}, *starts]))
     cost = np.where(np.isfinite(solution.cost), solution.cost, np.inf)
     best = int(np.argmin(cost))
     return solution.x[[best]], solution.settled(best)

@@ -16,6 +16,16 @@ class IdentificationRemarks:
         "not counted: {aside}][; with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     )
+    FRAMES_LOCATED = Phrase(
+        "{names}: unseen poses are met within {left:.3g} rms ({how}), and 95 % of the errors[ at the {place}] stay below {told:.3g}",
+        "Copy the poses of these frames, with their sigma.",
+    )
+    FRAMES_NOT_EXPLAINED = Phrase(
+        "{names}: unseen poses are missed by {left:.3g} rms ({how}), {times:.1f} times what the noise and the making of the robot allow "
+        "({allowed:.3g})",
+        "Look for readings beside the joint values of another moment, for the unit and the form of orientations, and for zeros of the "
+        "joints. If the robot itself is off, identify it too: leave out --free.",
+    )
     EXACT = Phrase(
         "exact to the digits given: the residual on unseen poses is {left:.2g} rms; rounding to the digits of the data gives "
         "{digits:.2g}",
@@ -188,7 +198,8 @@ class IdentificationRemarks:
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}; uncertainties are those of the fit",
         "[Non-geometric effects may explain the rest (identify {option}), or the stated sigma is too small.][Numbers that are fixed "
         "explain much of the rest: free them too (--free {free}).][What is left out (pulleys, elasticity, {beyond}, the gain of drums) "
-        "may explain the rest, or the stated sigma is too small.]",
+        "may explain the rest, or the stated sigma is too small.][The robot itself may explain the rest: identify it too (leave out "
+        "{choice}).]",
     )
     BELOW_STATED_NOISE = Phrase(
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}: so much noise is not in these data",

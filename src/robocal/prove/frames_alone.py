@@ -1,0 +1,114 @@
+"""Where frames alone are looked for (hand-eye calibration, a tracker beside a robot): there is no nominal model to be better than, and
+what is asked is whether the frames are placed, and how far off the tool may be.
+
+    r = M J_g s + e,    s ~ N(0, k^2 S^2),    e ~ N(0, v^2)        whitened, M takes out the frames and local poses
+    k^2, v^2 = argmax likelihood,    cov(frames) = v^2 (J^T J)^-1 + k^2 G S^2 G^T,    G = (J^T J)^-1 J^T J_g
+
+J are the columns of the frames, J_g those of what making leaves of the robot, S its expected errors. Residuals that the robot's own
+errors explain shift the frames as well, and some of it leaves no trace: a longer flange is a camera farther off. k is zero where
+independent noise explains the residuals as well. Variance components by restricted likelihood: Patterson and Thompson (1971).
+
+The frames hold where
+
+    sum r^2 <= FRAMES_LEFT^2 (|M J_g S|^2 + n (stated sigma / sigma in use)^2)
+
+The error at the tool is that of the frames with noise as fitted, less the stated noise of the instrument: V = J C J^T + tau^2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robocal._types import Array
+from robocal.diagnose.limits import ARM_EXPLAINS, FRAMES_LEFT
+from robocal.estimate.elimination import beside_blocks, reweight, triangle
+from robocal.estimate.uncertainty import radius
+from robocal.fit.fit import Fit
+from robocal.measure.machine import Model
+from robocal.prove.bands import row_bands
+from robocal.prove.evidence import Evidence, Gain
+from robocal.prove.statistics import rms
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+
+__all__ = ["RobotShare", "judge_frames", "robot_share"]
+
+RATIOS = np.concatenate([[0.0], np.logspace(-6, 6, 241)])  # grid: of k^2 to v^2
+
+
+@dataclass(frozen=True)
+class RobotShare:
+    """What the robot's own errors do to a fit of frames alone: `times` is what is left over what noise and making allow (rms),
+    `covariance` (n, n) of the fitted names with the robot's errors; None where noise explains what is left."""
+
+    times: float
+    covariance: Array | None
+
+
+def robot_share(model: Model, fit: Fit) -> RobotShare:
+    """Of a fit in which nothing of the robot is free."""
+    problem, x = fit.problem, fit.solution.x
+    own = tuple(n for n in model.geometric if n in problem.table)
+    every = problem.with_free((*problem.free, *own))
+    lin = reweight(every.linearize(x), every)
+    _, left = beside_blocks(replace(lin, j=np.hstack([lin.j, lin.r[:, None]])))
+    frames, robot = every.column_of[problem.index], every.column_of[every.with_free(own).index]
+    scale = every.scales
+    n, k = len(frames), len(robot)
+    root = triangle(np.hstack([left[:, frames] * scale[frames], left[:, robot] * scale[robot], left[:, -1:]]))
+    robot_left, r = root[n:, n : n + k], root[n:, -1]
+    count = max(int(problem.numbers.sum()) - n, 1)
+    noise = sum(g.n * ((g.stated or 0.0) / g.sigma) ** 2 for g in fit.groups if g.sigma > 0)
+    allowed = float(np.sum(robot_left**2)) + noise
+    square = float(r @ r)
+    times = float(np.sqrt(square / allowed)) if allowed > 0 else np.inf
+    u, size, _ = np.linalg.svd(robot_left, full_matrices=False)
+    told = (u.T @ r) ** 2
+    rest = max(square - float(told.sum()), 0.0)
+    weight = 1 + RATIOS[:, None] * size**2
+    variance = ((told / weight).sum(axis=1) + rest) / count
+    with np.errstate(divide="ignore"):
+        likelihood = -0.5 * (np.log(weight).sum(axis=1) + count * np.log(variance))
+    best = int(np.argmax(likelihood))
+    if not k or not n or not likelihood[best] - likelihood[0] > ARM_EXPLAINS:
+        return RobotShare(times, None)
+    answer = np.linalg.lstsq(root[:n, :n], root[:n, : n + k], rcond=None)[0]
+    inverse = np.linalg.lstsq(root[:n, :n], np.eye(n), rcond=None)[0]
+    shift = answer[:, n:]
+    found = variance[best] * (inverse @ inverse.T + RATIOS[best] * shift @ shift.T)
+    return RobotShare(times, found * np.outer(scale[frames], scale[frames]))
+
+
+def judge_frames(share: RobotShare, fit: Fit, evidence: Evidence, names: tuple[str, ...]) -> Gain:
+    """Whether the frames `names` hold on unseen measurements, in place of a gain."""
+    unit, left = evidence.unit, rms(evidence.after)
+    if not share.times <= FRAMES_LEFT:
+        allowed = Quantity(left / share.times if share.times > 0 else 0.0, unit)
+        amounts = {"left": Quantity(left, unit), "allowed": allowed}
+        found = Remark.of(Code.FRAMES_NOT_EXPLAINED, names=names, **amounts, times=share.times, how=evidence.kind)
+        return Gain(found, False)
+    told = Quantity(_error_at_tool(fit, evidence), unit)
+    place = None if fit.problem.blocks else "tool"
+    found = Remark.of(
+        Code.FRAMES_LOCATED, names=names, left=Quantity(left, unit), told=told, place=place, how=evidence.kind
+    )
+    return Gain(found, True, status="located")
+
+
+def _error_at_tool(fit: Fit, evidence: Evidence) -> float:
+    """What 95 % of the errors stay below at poses like those that were measured, without the noise that was stated of the instrument;
+    of poses that are fitted themselves, what 95 % of the unseen errors stay below."""
+    if fit.problem.blocks:
+        return float(np.quantile(evidence.after, 0.95, method="higher"))
+    every = np.arange(fit.problem.configurations)
+    stated = {(g.name, g.unit): g.stated or 0.0 for g in fit.groups}
+    found = []
+    bands = row_bands(fit.problem, fit.solution.x, fit.total, every)
+    for term, band in zip(fit.problem.terms, bands, strict=True):
+        for first, last, unit in band.parts:
+            if unit == evidence.unit and len(band.new):
+                own = band.new[:, first:last, first:last] - stated[term.group, unit] ** 2 * np.eye(last - first)
+                found.append(radius(own, fit.total.dof))
+    return rms(np.concatenate(found)) if found else 0.0

@@ -1,0 +1,58 @@
+"""Where frames are, as people copy them: positions, quaternions, roll, pitch and yaw, in both directions, with sigma."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from robocal.report.sections import Block, Detail, Section, Table, figure, quiet, table
+
+__all__ = ["frames"]
+
+MOST = 6  # frames on a terminal
+
+
+def frames(result: Any) -> Section | None:
+    """The frames of data files that were fitted; a terminal shows them where they are what was looked for, or the robot carries one of
+    the instruments."""
+    found = result.frames
+    if not found:
+        return None
+    poses = [p for f in found for p in (f.pose, f.inverse)]
+    wanted = (result.verdict.status == "located" or any(f.aboard for f in found)) and len(found) <= MOST
+    words = "`a in b` is T_b_a: it takes coordinates of a to those of b. Roll, pitch, yaw: Rz(yaw) Ry(pitch) Rx(roll)."
+    blocks: tuple[Block, ...] = (_places(poses), _turns(poses), *quiet(words))
+    heading = "Where the frames are"
+    return Section.of(
+        heading if wanted else "", *(blocks if wanted else (Detail(lambda: blocks),)), title=heading, key="frames"
+    )
+
+
+def _places(poses: Sequence[Any]) -> Table:
+    unit = poses[0].position.unit
+    rows = []
+    for p in poses:
+        xyz = [_number(v, s) for v, s in zip(p.position.xyz, p.position.sigma, strict=True)]
+        rows.append((f"{p.child} in {p.parent}", *xyz, *(figure(s, 2) for s in p.position.sigma)))
+    return table(f"position [{unit}]", "x", "y", "z", "σx", "σy", "σz", right=range(1, 7), rows=rows)
+
+
+def _turns(poses: Sequence[Any]) -> Table:
+    unit = poses[0].turn.unit
+    rows = []
+    for p in poses:
+        sigma = p.turn.sigma or [None] * 3
+        q = [f"{v:.6f}" for v in p.quaternion_xyzw]
+        rpy = [_number(v, s) for v, s in zip(p.turn.rpy, sigma, strict=True)]
+        worst = None if p.turn.sigma is None else max(p.turn.sigma)
+        rows.append((f"{p.child} in {p.parent}", *q, *rpy, figure(worst, 2)))
+    names = ("qx", "qy", "qz", "qw", "roll", "pitch", "yaw", "largest σ")
+    return table(f"orientation [{unit}]", *names, right=range(1, 9), rows=rows)
+
+
+def _number(value: float, sigma: float | None) -> str:
+    """A number with two digits of its sigma."""
+    if not sigma or not math.isfinite(sigma):
+        return figure(value, 6)
+    return f"{value:.{min(max(1 - math.floor(math.log10(sigma)), 0), 9)}f}"
