@@ -275,4 +275,6 @@ def with_offsets(nominal: Chain, offsets: Mapping[str, float]) -> Chain:
     zeros = tuple(known.values())
     moved = offset_matrix(zeros) @ np.array([float(offsets.get(z.joint, 0.0)) for z in zeros])
     table = nominal.table
-    return nominal.with_values({z.parameter: table[z.parameter].value + v for z, v in zip(zeros, moved, strict=True) if v})
+    return nominal.with_values(
+        {z.parameter: table[z.parameter].value + v for z, v in zip(zeros, moved, strict=True) if v}
+    )

@@ -64,7 +64,12 @@ COMMON_KEYS = (
     Key("type", "text", "revolute", "revolute, prismatic or fixed"),
     Key("limits", "limits", (-math.inf, math.inf), "lower and upper bound of the joint value"),
     Key("gain", "number", 1.0, "what the joint value is multiplied with before it moves the joint"),
-    Key("with", "shares", {}, "values of other joints that this joint counts with, such as {j2: 1}: added before the gain"),
+    Key(
+        "with",
+        "shares",
+        {},
+        "values of other joints that this joint counts with, such as {j2: 1}: added before the gain",
+    ),
 )
 
 

@@ -112,6 +112,8 @@ SAME_PLACES_SHARE = limit(0.5, "of the places", "Two runs measured the same plac
 topic("One change that explains the data")
 HYPOTHESIS_PLACES = limit(8, "places", "Fewer configurations are met by any change.", "tests/statistics/test_hypotheses.py")
 MISFIT_ASKS = limit(1e-3, "of the reach", "A smaller misfit is no sign of anything wrong.", "tests/statistics/test_hypotheses.py")
+REACH_OF_SPREAD = limit(20.0, "times the spread", "An arm that reaches so much farther than it moved has another unit.")
+SIGN_JOINTS = limit(8, "joints", "Of more joints all sets of signs would be too many: one to three at a time.")
 MAKING_LEAVES = limit(0.01, "of the reach", "No arm's making leaves more.", "tests/real/test_hypotheses.py")
 EXPLAINED_CLEARLY = limit(5.0, "times less",
     "A change explains the data where it leaves so much less.", "tests/statistics/test_hypotheses.py")

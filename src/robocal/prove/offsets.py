@@ -154,11 +154,16 @@ def _offsets(model: Model, found: _Found, zeros: Sequence[Zero]) -> tuple[JointO
     reach = quantile(found.total.dof)
     known = {z.joint: i for i, z in enumerate(zeros)}
     seen = [i for i, z in enumerate(zeros) if z.parameter in found.problem.free]
-    moved = np.array([float(found.x[0, table.index[zeros[i].parameter]]) - model.table[zeros[i].parameter].value for i in seen])
+    moved = np.array(
+        [float(found.x[0, table.index[zeros[i].parameter]]) - model.table[zeros[i].parameter].value for i in seen]
+    )
     # Where joints count with each other, the offset of one undoes what that of another moves.
     inverse = np.linalg.inv(offset_matrix(zeros))[:, seen]
     own = [at[zeros[i].parameter] for i in seen]
-    values, sigma = inverse @ moved, np.sqrt(np.einsum("ij,jk,ik->i", inverse, found.total.covariance[np.ix_(own, own)], inverse))
+    values, sigma = (
+        inverse @ moved,
+        np.sqrt(np.einsum("ij,jk,ik->i", inverse, found.total.covariance[np.ix_(own, own)], inverse)),
+    )
     out = []
     for joint in joints_of(model):
         unit = "m" if joint.type == "prismatic" else "rad"

@@ -67,10 +67,10 @@ class Doubt:
     reach: float
     few: bool
 
-    def explains(self, left: float) -> bool:
-        """Whether this is little enough to explain the data."""
+    def explains(self, left: float, reach: float | None = None) -> bool:
+        """Whether this is little enough to explain the data, of an arm with another reach too."""
         clearly = left * limits.EXPLAINED_CLEARLY <= min(self.stated, self.lost)
-        return clearly and left <= limits.MAKING_LEAVES * self.reach
+        return clearly and left <= limits.MAKING_LEAVES * (self.reach if reach is None else reach)
 
 
 def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
@@ -81,7 +81,8 @@ def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
     stated = finite_sights(chain, taken(data, rows))
     if stated is None:
         return None
-    reach = reach_of(chain, stated)
+    # Of an arm that is a thousand times too large, what was read has the right size.
+    reach = min(reach_of(chain, stated), limits.REACH_OF_SPREAD * float(stated.spread[0]))
     with np.errstate(all="ignore"):
         left = min(left_softly(chain, stated), float(fit_trials(chain, stated).left[0]))
         if left <= limits.MISFIT_ASKS * reach:
@@ -91,15 +92,16 @@ def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
 
 
 def explain(
-    chain: Mechanism, data: DataSet, changes: Sequence[Change], doubt: Doubt | None = None
+    chain: Mechanism, data: DataSet, changes: Sequence[Change], doubt: Doubt | None = None, *, alone: bool = False
 ) -> Explanation | None:
-    """The changes that explain the data; None where nothing asks for one, or none does."""
+    """The changes that explain the data, one, or where that explains nothing two (not where `alone`); None where nothing asks for
+    one, or none does."""
     doubt = doubt or assess_misfit(chain, data)
     if doubt is None or doubt.few:
         return None
     small = taken(data, doubt.rows)
     with np.errstate(all="ignore"):
-        for trials in ([(c,) for c in changes], pairs(changes)):
+        for trials in ([(c,) for c in changes], [] if alone else pairs(changes)):
             order, left = _best(chain, data, small, doubt.rows, trials, doubt.stated) if trials else ([], np.zeros(0))
             if order and doubt.explains(best := float(left[order[0]])):
                 return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
@@ -112,12 +114,13 @@ def alike(left: float, best: float) -> bool:
 
 
 def left_of(chain: Mechanism, data: DataSet, doubt: Doubt) -> float:
-    """What another arm leaves of the same rows (m); inf where it cannot be told."""
+    """What another arm leaves of the same rows (m); inf where it explains nothing, or nobody can tell."""
     seen = finite_sights(chain, taken(data, doubt.rows))
     if seen is None or seen.places < limits.HYPOTHESIS_PLACES:
         return math.inf
     with np.errstate(all="ignore"):
-        return left_softly(chain, seen)
+        left = left_softly(chain, seen)
+        return left if doubt.explains(left, reach_of(chain, seen)) else math.inf
 
 
 def left_softly(chain: Mechanism, seen: Sights) -> float:
