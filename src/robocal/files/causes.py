@@ -15,13 +15,14 @@ from robocal.diagnose.check_registry import HYPOTHESES, ROWS, Finding, Level, Wh
 from robocal.diagnose.hypotheses.changes import Change, What, changes
 from robocal.diagnose.hypotheses.explain import Doubt, Explanation, Trial, alike
 from robocal.diagnose.hypotheses.one_change import CHANGED, Mistake, mistake
+from robocal.diagnose.hypotheses.parts import parts_differ
 from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
 from robocal.errors import FormatError, ToWrite
 from robocal.files.dataset import Reading
 from robocal.files.notation import TableNotation
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS, number
-from robocal.files.wrong_units import refuse_input, refuse_robot_units
+from robocal.files.wrong_units import refuse_input
 from robocal.files.yamlio import flow
 from robocal.progress import Watch
 from robocal.remarks.code import Code
@@ -61,8 +62,10 @@ def data_remarks(robot: Robot, reading: Reading, reread: Reread, watch: Watch | 
             raise change_error(robot, reading, found)
         if finding.level is Level.REFUSE and finding.code == Code.REMOUNTED:
             raise target_error(reading, finding)
-        refuse_robot_units(robot, finding)
-        refuse_input(finding)
+        if finding.check == parts_differ.name:
+            told, file = finding.remark, str(finding.numbers["file"])
+            raise FormatError(told.sentence, file=file, key="file", expected=ToWrite(told.advice))
+        refuse_input(robot, finding)
     return tuple(f.remark for f in findings)
 
 
@@ -89,7 +92,7 @@ def change_error(robot: Robot, reading: Reading, made: Mistake) -> FormatError:
     best, found = made.best, made.explanation
     of_changes = _changes_to_report(found) if found and alike(found.left, best) else ()
     told = [CauseText.of(c, robot, reading) for c in of_changes]
-    told += [CauseText(o.text, o.line, _file_of(robot), o.key) for o in made.others[:MOST] if alike(o.left, best)]
+    told += [CauseText(o.text, o.line, robot.place, o.key) for o in made.others[:MOST] if alike(o.left, best)]
     words = ", or ".join(dict.fromkeys(t.text for t in told))
     several = len({t.file for t in told}) > 1
     lines = list(dict.fromkeys(f"{t.line} (in {t.file})" if several else t.line for t in told))
@@ -110,10 +113,6 @@ def target_error(reading: Reading, finding: Finding) -> FormatError:
     assert isinstance(files, tuple)
     file, expected = ", ".join(map(str, files)), f"{where} in each file"
     return FormatError(finding.remark.sentence, file=file, key="targets", expected=expected)
-
-
-def _file_of(robot: Robot) -> str:
-    return str(robot.path) if robot.path is not None else f"catalogue robot {robot.name}"
 
 
 def _changes_to_report(found: Explanation) -> Sequence[Trial]:
@@ -189,7 +188,7 @@ def _one(change: Change, robot: Robot, reading: Reading) -> CauseText:
 
 def _of_the_arm(change: Change, robot: Robot, speech: TableNotation) -> CauseText:
     joint = robot.chain.joints[change.at[0]].name
-    file = _file_of(robot)
+    file = robot.place
     where = "" if robot.path is not None else ", in the robot.yaml that robocal new writes"
     column = speech.joints[change.at[0]]
     if change.what == What.SIGN:

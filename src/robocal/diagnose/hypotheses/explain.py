@@ -27,6 +27,8 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 
 __all__ = [
+    "LOST",
+    "SOFT",
     "Doubt",
     "Explanation",
     "Trial",
