@@ -175,8 +175,8 @@ def _in_header(names: list[str], units: list[str]) -> str:
 def _one(change: Change, robot: Robot, reading: Reading) -> CauseText:
     own = [s for s in reading.notations if not change.sources or s.source in change.sources] or list(reading.notations)
     speech = next((s for s in own if s.place), own[0]) if change.what in (What.AXES, What.LENGTH_UNIT) else own[0]
-    if change.what in (What.SIGN, What.ZERO, What.WITH):
-        return _of_the_arm(change, robot, speech)
+    if change.what in (What.SIGN, What.ZERO, What.WITH, What.GAINS):
+        return _of_the_arm(change, robot, speech, reading)
     file = str(speech.file)
     if len(reading.notations) > 1 and not change.sources:
         file = ", ".join(dict.fromkeys(str(s.file) for s in reading.notations))
@@ -186,7 +186,7 @@ def _one(change: Change, robot: Robot, reading: Reading) -> CauseText:
 # --- the arm's own --------------------------------------------------------------------------------------------------
 
 
-def _of_the_arm(change: Change, robot: Robot, speech: TableNotation) -> CauseText:
+def _of_the_arm(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
     joint = robot.chain.joints[change.at[0]].name
     file = robot.place
     where = "" if robot.path is not None else ", in the robot.yaml that robocal new writes"
@@ -198,8 +198,12 @@ def _of_the_arm(change: Change, robot: Robot, speech: TableNotation) -> CauseTex
             return CauseText(words, f"the axis of {_several(joints)} with the other sign", file, joints[0])
         gains = [f"gain: {number(-robot.chain.table[f'{j}.gain'].value)} for {j}" for j in joints]
         return CauseText(words, f"{_several(gains)}{where}", file, joints[0])
+    if robot.format == "urdf" and change.what in (What.WITH, What.GAINS):
+        where = f" in the robot.yaml that robocal export {robot.path} --format yaml -o robot.yaml writes"
     if change.what == What.WITH:
         return _with(change, robot, file, where)
+    if change.what == What.GAINS:
+        return _gains(change, robot, reading, where)
     degrees = math.degrees(change.amount)
     words = f"the zero of {joint} is off by {degrees:+.0f} deg"
     rule = CONVENTIONS.get(robot.chain.convention)
@@ -223,9 +227,25 @@ def _with(change: Change, robot: Robot, file: str, where: str) -> CauseText:
     shares = robot.chain.shares.get(joint, {})
     shares = {**shares, other: shares.get(other, 0.0) + change.amount}
     line = f"with: {flow({n: float(number(v)) if v % 1 else int(v) for n, v in shares.items()})} for {joint}{where}"
-    if robot.format == "urdf":
-        line += f" in the robot.yaml that robocal export {robot.path} --format yaml -o robot.yaml writes"
     return CauseText(f"{joint} counts with {other}", line, file, joint)
+
+
+def _gains(change: Change, robot: Robot, reading: Reading, where: str) -> CauseText:
+    chain, zeros = robot.chain, {z.joint: z for z in robot.chain.zeros}
+    lines, values = [], reading.dataset.configurations.joints
+    for i, factor, offset in zip(change.at, change.factors, change.zeros, strict=True):
+        joint = chain.joints[i].name
+        keys = {"gain": chain.table[f"{joint}.gain"].value * factor}
+        if joint in zeros:
+            zero = zeros[joint]
+            turn = chain.table[zero.parameter].value + zero.factor * offset
+            keys[zero.parameter.rpartition(".")[2]] = robot.unit_of(zero.parameter).from_si(turn)
+        lines.append(f"{', '.join(f'{k}: {number(round(v, 6))}' for k, v in keys.items())} for {joint}")
+    assert values is not None
+    units = np.array([UNITS[u].factor for u in reading.notations[0].joint_units])
+    hundred = np.nanmax(np.abs(values / units)[:, list(change.at)]) <= 100.0
+    words = "each joint counts in a unit of its own" + (", such as from -100 to 100 over its range" if hundred else "")
+    return CauseText(words, f"{_several(lines)}{where}", robot.place, chain.joints[change.at[0]].name)
 
 
 # --- columns and readings ---------------------------------------------------------------------------------------------

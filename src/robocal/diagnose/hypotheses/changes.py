@@ -30,6 +30,7 @@ class What(StrEnum):
     SWAP = "swap"
     WITH = "with"
     JOINT_UNIT = "joint-unit"
+    GAINS = "gains"
     LENGTH_UNIT = "length-unit"
     AXES = "axes"
     SHIFT = "shift"
@@ -40,7 +41,7 @@ class What(StrEnum):
     TARGETS = "targets"
 
 
-OF_JOINTS = (What.SIGN, What.ZERO, What.SWAP, What.WITH, What.JOINT_UNIT)
+OF_JOINTS = (What.SIGN, What.ZERO, What.SWAP, What.WITH, What.JOINT_UNIT, What.GAINS)
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class Change:
     `factors`, in the files `sources` (all where empty).
 
     `signs` go with axes: the reading becomes signs * reading[at]; `turns` (k, 3, 3) are the same rotations read in the form
-    of number `at`, `swapped` two targets that change places.
+    of number `at`, `swapped` two targets that change places; `zeros` (rad) are added where `factors` were found by a fit.
     """
 
     what: What
@@ -60,6 +61,7 @@ class Change:
     turns: Array | None = field(default=None, compare=False)
     swapped: tuple[Frame, ...] = ()
     factors: tuple[float, ...] = ()
+    zeros: tuple[float, ...] = ()
 
     def apply(self, data: DataSet) -> DataSet:
         """The data set as it would be."""
@@ -89,7 +91,7 @@ class Change:
         elif self.what == What.WITH:
             joints[rows, self.at[0]] += self.amount * joints[rows, self.at[1]]
         else:
-            joints[at] *= np.array(self.factors)
+            joints[at] = joints[at] * np.array(self.factors) + (np.array(self.zeros) if self.zeros else 0.0)
         return replace(given, joints=joints)
 
     def _read(self, obs: Observations) -> Observations:

@@ -49,10 +49,11 @@ class SoftPrior:
 @dataclass(frozen=True)
 class TrialOutcome:
     """What each trial leaves: the median error of a reading (m), with what the arm had to give way for it; the joints'
-    zeros that it took (B, n); and how far the places that were read spread (m)."""
+    zeros that it took (B, n) and the numbers of its table (B, P); and how far the places that were read spread (m)."""
 
     left: Array
     zeros: Array
+    values: Array
     spread: Array
 
 
@@ -68,14 +69,14 @@ def fit_trials(chain: Mechanism, trials: Sights, held: SoftPrior | None = None, 
     state = _State(chain, trials, held)
     state.start()
     best = state.left()
-    zeros = state.zeros.copy()
+    zeros, values = state.zeros.copy(), state.theta.copy()
     for _ in range(rounds):
         state.step()
         left = state.left()
         better = left < best
         best = np.where(better, left, best)
-        zeros[better] = state.zeros[better]
-    return TrialOutcome(best, zeros, trials.spread)
+        zeros[better], values[better] = state.zeros[better], state.theta[better]
+    return TrialOutcome(best, zeros, values, trials.spread)
 
 
 def transfer(chain: Mechanism, fitted: Sights, trials: Sights, rounds: int = ROUNDS) -> Array:
