@@ -16,13 +16,13 @@ from robocal._types import Array, Ints
 from robocal.arms.columns import ChainColumn
 from robocal.errors import ModelError, nearest, one_of
 from robocal.geometry.gravity import GRAVITY
-from robocal.geometry.path.program import Element, Joint, Program, Zero, compile_path
+from robocal.geometry.path.program import Element, Joint, Program, Term, Zero, compile_path, offset_matrix
 from robocal.geometry.path.unjointed import Whole
 from robocal.parameters import ParameterTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Chain", "Extra", "Group", "joint_offsets", "with_offsets"]
+__all__ = ["Chain", "Extra", "Group", "drive_term", "joint_offsets", "with_offsets"]
 
 CHUNK = 2048  # configurations
 WIDEST = 1000.0  # m or rad
@@ -220,13 +220,32 @@ class Chain(Whole):
         out = []
         for joint in self.joints:
             for element in self.elements:
-                drive = next((t for t in element.terms if t.column == joint.name), None)
+                drive = drive_term(element, joint.name)
                 own = next((t for t in element.terms if t.column == "1"), None)
                 gain = 0.0 if drive is None else drive.factor * self.table[drive.parameter].value
-                if own is not None and gain:
-                    out.append(Zero(joint.name, own.parameter, gain / own.factor))
+                if drive is not None and own is not None and gain:
+                    others = tuple(self.shares.get(joint.name, {}).items())
+                    out.append(Zero(joint.name, own.parameter, gain / own.factor, others))
                     break
         return tuple(out)
+
+    @property
+    def shares(self) -> dict[str, dict[str, float]]:
+        """The joints that count with others: how much of each is added to the joint's own value."""
+        out: dict[str, dict[str, float]] = {}
+        for joint in self.joint_names:
+            drives = ((e, t) for e in self.elements if (t := drive_term(e, joint)) is not None)
+            for element, drive in drives:
+                added = (t for t in element.terms if t.parameter == drive.parameter and t.column not in ("1", joint))
+                mine = {t.column: t.factor / drive.factor for t in added}
+                out |= {joint: mine} if mine else {}
+        return out
+
+    def without_shares(self) -> Chain:
+        """The same arm where each joint counts for itself."""
+        shared = {(f"{joint}.gain", other) for joint, own in self.shares.items() for other in own}
+        bare = (tuple(t for t in e.terms if (t.parameter, t.column) not in shared) for e in self.elements)
+        return replace(self, elements=tuple(replace(e, terms=t) for e, t in zip(self.elements, bare, strict=True)))
 
     @property
     def open_zeros(self) -> tuple[Zero, ...]:
@@ -241,9 +260,16 @@ class Chain(Whole):
         )
 
 
+def drive_term(element: Element, joint: str) -> Term | None:
+    """The term by which a joint moves an element that is its own; others may count with its value."""
+    return next((t for t in element.terms if t.column == joint and t.parameter == f"{joint}.gain"), None)
+
+
 def joint_offsets(nominal: Chain, corrected: Mapping[str, float]) -> list[tuple[str, float]]:
     """What to add to every joint value (rad or m) before the nominal model, from corrected parameter values in SI."""
-    return [(z.joint, (corrected[z.parameter] - nominal.table[z.parameter].value) / z.factor) for z in nominal.zeros]
+    zeros = nominal.zeros
+    moved = np.array([corrected[z.parameter] - nominal.table[z.parameter].value for z in zeros])
+    return [(z.joint, float(v)) for z, v in zip(zeros, np.linalg.solve(offset_matrix(zeros), moved), strict=True)]
 
 
 def with_offsets(nominal: Chain, offsets: Mapping[str, float]) -> Chain:
@@ -256,7 +282,9 @@ def with_offsets(nominal: Chain, offsets: Mapping[str, float]) -> Chain:
         if name not in known:
             facts = one_of(name, known) if known else {}
             raise ModelError("the robot has no such joint", key=name, **facts)
+    zeros = tuple(known.values())
+    moved = offset_matrix(zeros) @ np.array([float(offsets.get(z.joint, 0.0)) for z in zeros])
     table = nominal.table
     return nominal.with_values(
-        {known[n].parameter: table[known[n].parameter].value + known[n].factor * float(v) for n, v in offsets.items()}
+        {z.parameter: table[z.parameter].value + v for z, v in zip(zeros, moved, strict=True) if v}
     )

@@ -75,6 +75,7 @@ def chain(
         elements += pen.elements
         parameters += pen.parameters
         geometric += pen.geometric
+    _check_shares(rows, joints)
     if home is not None:
         if not rule.home:
             expected = "zero-reference, poe"
@@ -90,6 +91,18 @@ def chain(
         name, tuple(elements), tuple(joints), ParameterTable(tuple(parameters)), convention, source, known, tuple(geometric),
         upright=not rule.complete, better=better,
     )  # fmt: skip
+
+
+def _check_shares(rows: Sequence[Row], joints: Sequence[Joint]) -> None:
+    """Raises ModelError where a joint counts with itself, or with something that is no joint of its type."""
+    types = {j.name: j.type for j in joints}
+    for i, row in enumerate(rows, start=1):
+        own, given = _name(row, i), row.get("with")
+        for other in given if isinstance(given, Mapping) else ():
+            alike = [n for n, kind in types.items() if n != own and kind == types.get(own)]
+            if other not in alike:
+                message = "a joint counts with other joints of its type"
+                raise ModelError(message, key=f"{own}.with", found=other, **one_of(str(other), alike))
 
 
 def rows(chain: Chain) -> list[dict[str, object]]:

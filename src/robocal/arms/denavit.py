@@ -32,8 +32,11 @@ def axes_at_zero(chain: Chain) -> tuple[Array, Array, Array, Array]:
     prismatic joint NaN), what a unit of the joint's value moves (n,), and the tool's pose (4, 4).
 
     With them T(q) = prod_i exp(gain_i xi_i q_i) T(0). Raises ModelError for a model that bends with its pose, as with
-    compliance or eccentric gears: no product of screws is that.
+    compliance or eccentric gears, and for a joint that counts with another: no product of screws is that.
     """
+    for joint in chain.shares:
+        message = "this form cannot hold a joint that counts with another"
+        raise ModelError(message, key=f"{joint}.with", expected="--format yaml")
     plain = {"1", *chain.joint_names}
     read = dict.fromkeys(t.parameter for e in chain.elements for t in e.terms if t.column not in plain)
     beyond = [n for n in read if chain.table[n].value != 0.0]
@@ -53,7 +56,7 @@ def axes_at_zero(chain: Chain) -> tuple[Array, Array, Array, Array]:
 
 def to_denavit(chain: Chain) -> Chain:
     """The same arm in the convention dh-hayati: base, one row per joint, tool. Raises ModelError as `axes_at_zero`."""
-    axis, point, gain, tool = axes_at_zero(chain)
+    axis, point, gain, tool = axes_at_zero(chain.without_shares())
     first = point[0] if np.isfinite(point[0]).all() else np.zeros(3)
     first = first - axis[0] * (axis[0] @ first)
     frame = np.eye(4)
@@ -64,6 +67,8 @@ def to_denavit(chain: Chain) -> Chain:
         row: dict[str, object] = {"name": joint.name, "type": joint.type, "limits": (joint.lower, joint.upper)}
         if abs(gain[i] - 1.0) > 1e-15:
             row["gain"] = float(gain[i])
+        if joint.name in chain.shares:
+            row["with"] = chain.shares[joint.name]
         if i + 1 < len(chain.joints):
             step = _step(frame, axis[i + 1], point[i + 1])
             row |= step

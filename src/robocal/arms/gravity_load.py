@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from robocal._types import Array
-from robocal.arms.chain import Chain
+from robocal.arms.chain import Chain, drive_term
 from robocal.arms.columns import ChainColumn
 from robocal.arms.screws import chart
 from robocal.errors import ModelError, nearest
@@ -34,7 +34,7 @@ Triple = tuple[float, float, float]
 def drive(chain: Chain, joint: str) -> int:
     """The number of the element that a joint moves. Raises ModelError for an unknown joint."""
     for i, element in enumerate(chain.elements):
-        if any(t.column == joint for t in element.terms):
+        if drive_term(element, joint) is not None:
             return i
     raise ModelError("no joint has this name", key=joint, suggestion=nearest(joint, chain.joint_names))
 

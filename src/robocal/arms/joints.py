@@ -24,7 +24,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robocal.arms.chain import Chain
+from robocal.arms.chain import Chain, drive_term
 from robocal.arms.columns import ChainColumn, Growth, Harmonic, Recorded
 from robocal.arms.gravity_load import Gravity, Load, Triple, axis_of, drive
 from robocal.errors import ModelError, nearest
@@ -72,8 +72,9 @@ def _add(chain: Chain, names: Iterable[str], columns: Iterable[ChainColumn], uni
 def _drive_term(chain: Chain, joint: str, symbol: str, column: str) -> tuple[int, Term]:
     """The number of the element that a joint moves, and a parameter times a column in it, which counts with the joint's own sign."""
     at = drive(chain, joint)
-    sign = next(t.factor for t in chain.elements[at].terms if t.column == joint)
-    return at, Term(f"{joint}.{symbol}", column, sign)
+    own = drive_term(chain.elements[at], joint)
+    assert own is not None
+    return at, Term(f"{joint}.{symbol}", column, own.factor)
 
 
 def _add_recorded(chain: Chain, joints: Sequence[str], source: str, symbol: str, unit: str, prior: float) -> Chain:

@@ -38,6 +38,7 @@ QUANTITIES = {
     "moment": "three numbers, m for a revolute joint (or fixed row), without unit for a prismatic one",
     "limits": "two numbers in the joint's own unit, lower and upper",
     "steps": "a list of {axis, value, symbol, driven}; value in m for axis tx ty tz, in rad for rx ry rz",
+    "shares": "a mapping from names of other joints to numbers without unit",
     "text": "a word",
 }
 VECTORS = {"direction": 3, "point": 3, "angles": 3, "moment": 3, "limits": 2}
@@ -63,6 +64,12 @@ COMMON_KEYS = (
     Key("type", "text", "revolute", "revolute, prismatic or fixed"),
     Key("limits", "limits", (-math.inf, math.inf), "lower and upper bound of the joint value"),
     Key("gain", "number", 1.0, "what the joint value is multiplied with before it moves the joint"),
+    Key(
+        "with",
+        "shares",
+        {},
+        "values of other joints that this joint counts with, such as {j2: 1}: added before the gain",
+    ),
 )
 
 
@@ -140,6 +147,13 @@ class RowBuilder:
             raise ModelError("a direction needs a length", key=f"{self.joint}.{name}", found=list(v))
         return v / length
 
+    def shares(self) -> dict[str, float]:
+        """What other joints add to the value of this one, by their names."""
+        value, where = self.raw("with"), f"{self.joint}.with"
+        if not isinstance(value, Mapping):
+            raise ModelError("wrong shape", key=where, found=value, expected="such as {j2: 1}")
+        return {str(n): finite(v, f"{where}.{n}", QUANTITIES["number"]) for n, v in value.items()}
+
     def finish(self) -> None:
         """Raises ModelError for a value that the row states and nothing of it is made of: how much a fixed row is geared, how
         far a prismatic axis is shifted."""
@@ -186,6 +200,7 @@ class RowBuilder:
                 raise ModelError("a joint with this gain never moves", key=gain, found=0, expected=expected)
             self.parameters.append(Parameter(gain, self.number("gain"), "1"))
             terms.append(Term(gain, self.joint, driven))
+            terms += [Term(gain, other, driven * share) for other, share in self.shares().items()]
         self.elements.append(Element(axis, tuple(terms), 0.0, tuple(float(s) for s in screw)))
 
     def undo(self, symbol: str, screw: Array) -> None:

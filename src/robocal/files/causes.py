@@ -15,14 +15,15 @@ from robocal.diagnose.check_registry import HYPOTHESES, ROWS, Finding, Level, Wh
 from robocal.diagnose.hypotheses.changes import Change, What, changes
 from robocal.diagnose.hypotheses.explain import Doubt, Explanation, Trial, alike
 from robocal.diagnose.hypotheses.one_change import CHANGED, Mistake, mistake
+from robocal.diagnose.hypotheses.parts import parts_differ
 from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
 from robocal.errors import FormatError, ToWrite
 from robocal.files.dataset import Reading
 from robocal.files.notation import TableNotation
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS, number
-from robocal.files.wrong_units import refuse_input, refuse_robot_units
-from robocal.files.yamlio import quote
+from robocal.files.wrong_units import refuse_input
+from robocal.files.yamlio import flow
 from robocal.progress import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -39,9 +40,9 @@ def data_remarks(robot: Robot, reading: Reading, reread: Reread, watch: Watch | 
     """What checks of the data of an arm say. Raises FormatError for what they refuse; `reread` reads the data for another arm."""
 
     def others(doubt: Doubt) -> Sequence[OtherChain]:
-        from robocal.files.urdfchains import other_links
+        from robocal.files.other_robots import other_robots
 
-        return other_links(robot, reading.dataset, doubt, reread)
+        return other_robots(robot, reading.dataset, doubt, reread)
 
     context = ReadContext(
         robot.chain,
@@ -61,8 +62,10 @@ def data_remarks(robot: Robot, reading: Reading, reread: Reread, watch: Watch | 
             raise change_error(robot, reading, found)
         if finding.level is Level.REFUSE and finding.code == Code.REMOUNTED:
             raise target_error(reading, finding)
-        refuse_robot_units(robot, finding)
-        refuse_input(finding)
+        if finding.check == parts_differ.name:
+            told, file = finding.remark, str(finding.numbers["file"])
+            raise FormatError(told.sentence, file=file, key="file", expected=ToWrite(told.advice))
+        refuse_input(robot, finding)
     return tuple(f.remark for f in findings)
 
 
@@ -89,9 +92,10 @@ def change_error(robot: Robot, reading: Reading, made: Mistake) -> FormatError:
     best, found = made.best, made.explanation
     of_changes = _changes_to_report(found) if found and alike(found.left, best) else ()
     told = [CauseText.of(c, robot, reading) for c in of_changes]
-    told += [_of_links(robot, o) for o in made.others[:MOST] if alike(o.left, best)]
+    told += [CauseText(o.text, o.line, robot.place, o.key) for o in made.others[:MOST] if alike(o.left, best)]
     words = ", or ".join(dict.fromkeys(t.text for t in told))
-    lines = list(dict.fromkeys(t.line for t in told))
+    several = len({t.file for t in told}) > 1
+    lines = list(dict.fromkeys(f"{t.line} (in {t.file})" if several else t.line for t in told))
     apart = " (these data cannot tell them apart)" if len(lines) > 1 else ""
     return FormatError(
         f"{words}{apart}: with that, the residual of the nominal model falls from {_mm(made.stated)} to {_mm(best)}",
@@ -111,19 +115,17 @@ def target_error(reading: Reading, finding: Finding) -> FormatError:
     return FormatError(finding.remark.sentence, file=file, key="targets", expected=expected)
 
 
-def _of_links(robot: Robot, other: OtherChain) -> CauseText:
-    from robocal.files.urdfchains import option
-
-    words = f"the chain that was measured is {other.robot.root} to {other.robot.tip}, not {robot.root} to {robot.tip}"
-    return CauseText(words, option(robot, other.robot), str(robot.path), "")
-
-
 def _changes_to_report(found: Explanation) -> Sequence[Trial]:
     """The changes to tell: of one change in all files or in some, the former."""
     bare = [replace(c[0], sources=(), turns=None) for c in found.changes]
     every = {b for c, b in zip(found.changes, bare, strict=True) if not c[0].sources}
-    kept = (c for c, b in zip(found.changes, bare, strict=True) if not c[0].sources or b not in every)
-    return list(kept)[:MOST]
+    kept = [c for c, b in zip(found.changes, bare, strict=True) if not c[0].sources or b not in every]
+    # Of each kind of change the best, then the second best; a joint that counts the other way is likelier than mirrored axes.
+    nth = [sum(d[0].what == c[0].what for d in kept[:i]) for i, c in enumerate(kept)]
+    best = sorted(
+        sorted(range(len(kept)), key=lambda i: nth[i])[:MOST], key=lambda i: list(What).index(kept[i][0].what)
+    )
+    return [kept[i] for i in best]
 
 
 def _mm(value: float) -> str:
@@ -156,23 +158,14 @@ class CauseText:
         return cls(words, lines, parts[0].file, parts[0].key)
 
 
-def _flow(value: Any) -> str:
-    """A value as YAML in one line."""
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{k}: {_flow(v)}" for k, v in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_flow, value)) + "]"
-    return quote(value) if isinstance(value, str) else str(value)
-
-
 def _line(speech: TableNotation, **keys: Mapping[str, Any]) -> str:
     """The keys for the data file; where there is none, the whole file to put beside the table, in one line."""
     if not speech.described:
-        return " and ".join(f"{k}: {_flow(v)}" for k, v in keys.items())
+        return " and ".join(f"{k}: {flow(v)}" for k, v in keys.items())
     whole = {k: v for k, v in speech.described.items() if v != {}}
     for key, value in keys.items():
         whole[key] = {**whole.get(key, {}), **value}
-    return f"a data.yaml beside it, with the line {_flow(whole)}"
+    return f"a data.yaml beside it, with the line {flow(whole)}"
 
 
 def _in_header(names: list[str], units: list[str]) -> str:
@@ -182,8 +175,8 @@ def _in_header(names: list[str], units: list[str]) -> str:
 def _one(change: Change, robot: Robot, reading: Reading) -> CauseText:
     own = [s for s in reading.notations if not change.sources or s.source in change.sources] or list(reading.notations)
     speech = next((s for s in own if s.place), own[0]) if change.what in (What.AXES, What.LENGTH_UNIT) else own[0]
-    if change.what in (What.SIGN, What.ZERO):
-        return _of_the_arm(change, robot, speech)
+    if change.what in (What.SIGN, What.ZERO, What.WITH, What.GAINS):
+        return _of_the_arm(change, robot, speech, reading)
     file = str(speech.file)
     if len(reading.notations) > 1 and not change.sources:
         file = ", ".join(dict.fromkeys(str(s.file) for s in reading.notations))
@@ -193,17 +186,24 @@ def _one(change: Change, robot: Robot, reading: Reading) -> CauseText:
 # --- the arm's own --------------------------------------------------------------------------------------------------
 
 
-def _of_the_arm(change: Change, robot: Robot, speech: TableNotation) -> CauseText:
+def _of_the_arm(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
     joint = robot.chain.joints[change.at[0]].name
-    file = str(robot.path) if robot.path is not None else f"catalogue robot {robot.name}"
+    file = robot.place
     where = "" if robot.path is not None else ", in the robot.yaml that robocal new writes"
     column = speech.joints[change.at[0]]
     if change.what == What.SIGN:
-        gain = robot.chain.table[f"{joint}.gain"].value
-        words = f"{joint} counts the other way"
+        joints = [robot.chain.joints[i].name for i in change.at]
+        words = f"{_several(joints)} {'counts' if len(joints) == 1 else 'count'} the other way"
         if robot.format == "urdf":
-            return CauseText(words, f"the axis of {joint} with the other sign", file, joint)
-        return CauseText(words, f"gain: {number(-gain)} for {joint}{where}", file, joint)
+            return CauseText(words, f"the axis of {_several(joints)} with the other sign", file, joints[0])
+        gains = [f"gain: {number(-robot.chain.table[f'{j}.gain'].value)} for {j}" for j in joints]
+        return CauseText(words, f"{_several(gains)}{where}", file, joints[0])
+    if robot.format == "urdf" and change.what in (What.WITH, What.GAINS):
+        where = f" in the robot.yaml that robocal export {robot.path} --format yaml -o robot.yaml writes"
+    if change.what == What.WITH:
+        return _with(change, robot, file, where)
+    if change.what == What.GAINS:
+        return _gains(change, robot, reading, where)
     degrees = math.degrees(change.amount)
     words = f"the zero of {joint} is off by {degrees:+.0f} deg"
     rule = CONVENTIONS.get(robot.chain.convention)
@@ -216,6 +216,36 @@ def _of_the_arm(change: Change, robot: Robot, speech: TableNotation) -> CauseTex
     value = (value + math.pi) % (2 * math.pi) - math.pi if abs(value) > math.pi + 1e-9 else value
     symbol = name.rpartition(".")[2]
     return CauseText(words, f"{symbol}: {number(round(unit.from_si(value), 9))} for {joint}{where}", file, name)
+
+
+def _several(words: Sequence[str]) -> str:
+    return " and ".join([*([", ".join(words[:-1])] if len(words) > 1 else []), words[-1]])
+
+
+def _with(change: Change, robot: Robot, file: str, where: str) -> CauseText:
+    joint, other = (robot.chain.joints[i].name for i in change.at)
+    shares = robot.chain.shares.get(joint, {})
+    shares = {**shares, other: shares.get(other, 0.0) + change.amount}
+    line = f"with: {flow({n: float(number(v)) if v % 1 else int(v) for n, v in shares.items()})} for {joint}{where}"
+    return CauseText(f"{joint} counts with {other}", line, file, joint)
+
+
+def _gains(change: Change, robot: Robot, reading: Reading, where: str) -> CauseText:
+    chain, zeros = robot.chain, {z.joint: z for z in robot.chain.zeros}
+    lines, values = [], reading.dataset.configurations.joints
+    for i, factor, offset in zip(change.at, change.factors, change.zeros, strict=True):
+        joint = chain.joints[i].name
+        keys = {"gain": chain.table[f"{joint}.gain"].value * factor}
+        if joint in zeros:
+            zero = zeros[joint]
+            turn = chain.table[zero.parameter].value + zero.factor * offset
+            keys[zero.parameter.rpartition(".")[2]] = robot.unit_of(zero.parameter).from_si(turn)
+        lines.append(f"{', '.join(f'{k}: {number(round(v, 6))}' for k, v in keys.items())} for {joint}")
+    assert values is not None
+    units = np.array([UNITS[u].factor for u in reading.notations[0].joint_units])
+    hundred = np.nanmax(np.abs(values / units)[:, list(change.at)]) <= 100.0
+    words = "each joint counts in a unit of its own" + (", such as from -100 to 100 over its range" if hundred else "")
+    return CauseText(words, f"{_several(lines)}{where}", robot.place, chain.joints[change.at[0]].name)
 
 
 # --- columns and readings ---------------------------------------------------------------------------------------------

@@ -75,6 +75,11 @@ class Robot:
         return replace(self, chain=machine)
 
     @property
+    def place(self) -> str:
+        """Its file, or its name in the catalogue."""
+        return str(self.path) if self.path is not None else f"catalogue robot {self.name}"
+
+    @property
     def convention(self) -> str:
         """The convention in which the file describes the arm."""
         return self.chain.convention

@@ -71,6 +71,9 @@ def read_row(row: Any, at: Path_, rule: Convention, units: Units, document: Yaml
             out[name] = value
         elif quantity == "steps":
             out[name] = _steps(value, where, units, document)
+        elif quantity == "shares":
+            document.insist(isinstance(value, dict), "not a mapping", where, found=value, expected="such as {j2: 1}")
+            out[name] = {str(n): _number(v, (*where, n), ONE, document) for n, v in value.items()}
         elif quantity in SIZES:
             unit, size, limits = _unit(quantity, kind, units), SIZES[quantity], quantity == "limits"
             whole = isinstance(value, list) and len(value) == size
@@ -126,6 +129,9 @@ def row_numbers(row: Mapping[str, object], rule: Convention, units: Units) -> It
         elif quantity in SIZES and isinstance(value, Sequence):
             for i, part in enumerate(value):
                 yield (name, i), float(part), _unit(quantity, kind, units)
+        elif isinstance(value, Mapping):
+            for other, share in value.items():
+                yield (name, other), float(share), ONE
         elif quantity != "text" and isinstance(value, int | float):
             yield (name,), float(value), _unit(quantity, kind, units)
 
@@ -166,6 +172,8 @@ def show_row(row: Mapping[str, object], rule: Convention, units: Units) -> str:
             words.append(f"{name}: {shown[(name,)]}")
         elif isinstance(value, str):
             words.append(f"{name}: {quote(value)}")
+        elif isinstance(value, Mapping):
+            words.append(f"{name}: {{{', '.join(f'{quote(n)}: {shown[name, n]}' for n in value)}}}")
         elif (name, 0) in shown and isinstance(value, Sequence):
             words.append(f"{name}: [{', '.join(shown[(name, i)] for i in range(len(value)))}]")
         elif isinstance(value, Sequence):

@@ -1,25 +1,19 @@
-"""The other chains of a URDF that may have been meant, from other base links, to other tips, and whether one of them was measured
-instead of the one that was chosen.
-"""
+"""The other chains of a URDF that may have been meant, from other base links, to other tips."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import replace
 
 from robocal.arms.chain import Chain
-from robocal.diagnose.hypotheses.explain import Doubt, alike, left_of
-from robocal.diagnose.hypotheses.sights import sights
-from robocal.errors import FormatError, InputError
+from robocal.errors import FormatError
 from robocal.files.robot import Robot
 from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
 from robocal.files.urdftree import MOVING, Node, UrdfJoint, joints_of, links_of
 from robocal.measure.data import DataSet
 
-__all__ = ["Other", "Reread", "option", "other_chains", "other_links"]
+__all__ = ["Reread", "option", "other_chains"]
 
 MOST = 40  # chains of one file that are looked at
 
@@ -75,38 +69,6 @@ def _key(
 
 
 Reread = Callable[[Chain], DataSet]
-
-
-@dataclass(frozen=True)
-class Other:
-    """Another chain, and what it leaves (m)."""
-
-    robot: Robot
-    left: float
-
-
-def other_links(robot: Robot, data: DataSet, doubt: Doubt, reread: Reread) -> tuple[Other, ...]:
-    """The chains that explain the data, alike, those that leave least first."""
-    if robot.format != "urdf":
-        return ()
-    seen = sights(robot.chain, [data])
-    assert seen is not None
-    turned = 6 if seen.turned.any() else 3
-    base_free, tip_free = bool(seen.frames_free.all()), bool(seen.things_free[:, :turned].all())
-    sizes = [(o.kind, len(o)) for o in data.observations]
-    found = []
-    for other in other_chains(robot, base_free=base_free, tip_free=tip_free):
-        try:
-            read = reread(other.chain)
-        except InputError:  # there are no columns for its joints
-            continue
-        if [(o.kind, len(o)) for o in read.observations] != sizes:
-            continue
-        left = left_of(other.chain, read, doubt)
-        if doubt.explains(left):
-            found.append(Other(other, left))
-    best = min((f.left for f in found), default=np.inf)
-    return tuple(sorted((f for f in found if alike(f.left, best)), key=lambda f: f.left))
 
 
 def option(robot: Robot, other: Robot) -> str:

@@ -20,7 +20,7 @@ from robocal.errors import FormatError, one_of
 from robocal.files.text import FORBIDDEN, MEGABYTE, Source, forbidden_character, line_of, read_text
 from robocal.files.units import Unit, number, parse_unit
 
-__all__ = ["YamlDocument", "add_stamp", "edit", "load", "parse", "path_text", "quote", "read_json"]
+__all__ = ["YamlDocument", "add_stamp", "edit", "flow", "load", "parse", "path_text", "quote", "read_json"]
 
 SIZE_LIMIT = MEGABYTE
 DEPTH_LIMIT = 30
@@ -307,3 +307,12 @@ def quote(text: str) -> str:
     if plain and text.lower() not in ("true", "false", "null", "yes", "no", "on", "off"):
         return text
     return json.dumps(text, ensure_ascii=False)
+
+
+def flow(value: Any) -> str:
+    """A value as YAML in one line."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{k}: {flow(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(flow, value)) + "]"
+    return quote(value) if isinstance(value, str) else str(value)

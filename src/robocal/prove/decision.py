@@ -39,6 +39,7 @@ from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
 from robocal.fit.options import Options
 from robocal.fit.starts.own import place_configurations
+from robocal.geometry.path.program import offset_matrix
 from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Model
 from robocal.progress import Watch
@@ -211,7 +212,9 @@ def find_zeros(model: M, data: DataSet, fit: Fit) -> tuple[M, dict[str, float]] 
     table = model.table
     if not lost or any(j not in open_zeros or table[open_zeros[j].parameter].prior is not None for j in lost):
         return None
-    moved = {open_zeros[j].parameter: open_zeros[j].factor * offset for j, offset in lost.items()}
+    zeros = tuple(open_zeros.values())
+    found = offset_matrix(zeros) @ np.array([lost.get(z.joint, 0.0) for z in zeros])
+    moved = {z.parameter: float(v) for z, v in zip(zeros, found, strict=True) if v}
     expected = {n: max(ZERO_LOST["rad"], abs(v)) for n, v in moved.items()}
     freed = table.with_free({*table.free, *moved}).with_expected(expected)
     return model.with_table(freed), {n: table[n].value + v for n, v in moved.items()}

@@ -27,7 +27,7 @@ from robocal.fit.baseline import frame_names
 from robocal.fit.fit import Fit
 from robocal.fit.misfit import by_unit
 from robocal.fit.repeats import places
-from robocal.geometry.path.program import Zero
+from robocal.geometry.path.program import Zero, offset_matrix
 from robocal.measure.machine import Model, joints_of
 from robocal.prove.decision import Decision
 from robocal.prove.evidence import bootstrap_gain
@@ -150,20 +150,31 @@ def _fit_zeros(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Foun
 
 def _offsets(model: Model, found: _Found, zeros: Sequence[Zero]) -> tuple[JointOffset, ...]:
     """The offset of every joint, in SI; joints whose zero may not move have none."""
-    known, table = {z.joint: z for z in zeros}, found.problem.table
-    sigma, reach = dict(zip(found.total.names, found.total.sigma, strict=True)), quantile(found.total.dof)
+    table, at = found.problem.table, {n: i for i, n in enumerate(found.total.names)}
+    reach = quantile(found.total.dof)
+    known = {z.joint: i for i, z in enumerate(zeros)}
+    seen = [i for i, z in enumerate(zeros) if z.parameter in found.problem.free]
+    moved = np.array(
+        [float(found.x[0, table.index[zeros[i].parameter]]) - model.table[zeros[i].parameter].value for i in seen]
+    )
+    # Where joints count with each other, the offset of one undoes what that of another moves.
+    inverse = np.linalg.inv(offset_matrix(zeros))[:, seen]
+    own = [at[zeros[i].parameter] for i in seen]
+    values, sigma = (
+        inverse @ moved,
+        np.sqrt(np.einsum("ij,jk,ik->i", inverse, found.total.covariance[np.ix_(own, own)], inverse)),
+    )
     out = []
     for joint in joints_of(model):
         unit = "m" if joint.type == "prismatic" else "rad"
-        z = known.get(joint.name)
-        if z is None:
+        i = known.get(joint.name)
+        if i is None:
             out.append(JointOffset(joint.name, unit, 0.0, status="fixed"))
-        elif z.parameter not in found.problem.free:
-            notes = tuple(r for n, r in found.notes.items() if n == z.parameter)
+        elif not inverse[i].any():
+            notes = tuple(r for n, r in found.notes.items() if n == zeros[i].parameter)
             out.append(JointOffset(joint.name, unit, 0.0, remarks=notes))
         else:
-            change = float(found.x[0, table.index[z.parameter]]) - model.table[z.parameter].value
-            value, bar = change / z.factor, float(sigma[z.parameter] / abs(z.factor))
+            value, bar = float(values[i]), float(sigma[i])
             ends = (value - reach * bar, value + reach * bar)
             out.append(JointOffset(joint.name, unit, value, bar, ends, "identified"))
     return tuple(out)

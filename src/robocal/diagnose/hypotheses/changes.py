@@ -12,6 +12,7 @@ from itertools import combinations, permutations, product
 import numpy as np
 
 from robocal._types import Array
+from robocal.diagnose.limits import SIGN_JOINTS
 from robocal.geometry import so3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Mechanism
@@ -27,7 +28,9 @@ class What(StrEnum):
     SIGN = "sign"
     ZERO = "zero"
     SWAP = "swap"
+    WITH = "with"
     JOINT_UNIT = "joint-unit"
+    GAINS = "gains"
     LENGTH_UNIT = "length-unit"
     AXES = "axes"
     SHIFT = "shift"
@@ -38,12 +41,16 @@ class What(StrEnum):
     TARGETS = "targets"
 
 
+OF_JOINTS = (What.SIGN, What.ZERO, What.SWAP, What.WITH, What.JOINT_UNIT, What.GAINS)
+
+
 @dataclass(frozen=True)
 class Change:
-    """One change: of joints or axes `at`, by an `amount` (rad, rows) or `factors`, in the files `sources` (all where empty).
+    """One change: of joints or axes `at`, by an `amount` (rad, rows, or how much of the second joint the first counts with) or
+    `factors`, in the files `sources` (all where empty).
 
     `signs` go with axes: the reading becomes signs * reading[at]; `turns` (k, 3, 3) are the same rotations read in the form
-    of number `at`, `swapped` two targets that change places.
+    of number `at`, `swapped` two targets that change places; `zeros` (rad) are added where `factors` were found by a fit.
     """
 
     what: What
@@ -54,10 +61,11 @@ class Change:
     turns: Array | None = field(default=None, compare=False)
     swapped: tuple[Frame, ...] = ()
     factors: tuple[float, ...] = ()
+    zeros: tuple[float, ...] = ()
 
     def apply(self, data: DataSet) -> DataSet:
         """The data set as it would be."""
-        if self.what in (What.SIGN, What.ZERO, What.SWAP, What.JOINT_UNIT):
+        if self.what in OF_JOINTS:
             return DataSet(self._joints(data), data.observations)
         read = (self._read(o) if not self.sources or o.source in self.sources else o for o in data.observations)
         return DataSet(data.configurations, tuple(read))
@@ -80,8 +88,10 @@ class Change:
             joints[at] += self.amount
         elif self.what == What.SWAP:
             joints[at] = joints[np.ix_(rows, columns[::-1])]
+        elif self.what == What.WITH:
+            joints[rows, self.at[0]] += self.amount * joints[rows, self.at[1]]
         else:
-            joints[at] *= np.array(self.factors)
+            joints[at] = joints[at] * np.array(self.factors) + (np.array(self.zeros) if self.zeros else 0.0)
         return replace(given, joints=joints)
 
     def _read(self, obs: Observations) -> Observations:
@@ -145,9 +155,14 @@ def _some(what: What, columns: Sequence[int], factors: Sequence[float]) -> Itera
 
 
 def _of_the_arm(chain: Mechanism) -> Iterator[Change]:
-    """Signs and zeros: the arm's own, so in every file."""
+    """Signs, zeros, and joints that count with an earlier one: the arm's own, so in every file."""
+    count = len(chain.joints)
+    for size in range(1, count + 1 if count <= SIGN_JOINTS else 4):
+        yield from (Change(What.SIGN, some) for some in combinations(range(count), size))
+    for before, i in combinations(range(count), 2):
+        if chain.joints[i].type == chain.joints[before].type:
+            yield from (Change(What.WITH, (i, before), share) for share in (1.0, -1.0))
     for i, joint in enumerate(chain.joints):
-        yield Change(What.SIGN, (i,))
         if joint.type != "prismatic":
             for turn in (math.pi / 2, -math.pi / 2, math.pi):
                 yield Change(What.ZERO, (i,), turn)
@@ -191,6 +206,8 @@ def _of_targets(data: DataSet) -> Iterator[Change]:
 
 
 def pairs(single: Sequence[Change]) -> list[tuple[Change, ...]]:
-    """Two changes that go together: two signs, or sign and zero of one joint."""
-    signs, zeros = ([c for c in single if c.what == what] for what in (What.SIGN, What.ZERO))
-    return [*combinations(signs, 2), *((a, b) for a in signs for b in zeros if a.at == b.at)]
+    """Two changes that go together: two of sign, zero and another joint, of one joint."""
+    signs = [c for c in single if c.what == What.SIGN and len(c.at) == 1]
+    zeros, shared = ([c for c in single if c.what == what] for what in (What.ZERO, What.WITH))
+    out = [(a, b) for a in signs for b in zeros if a.at == b.at]
+    return [*out, *((a, b) for a in shared for b in (*signs, *zeros) if a.at[0] == b.at[0])]

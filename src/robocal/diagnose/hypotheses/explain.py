@@ -27,6 +27,8 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 
 __all__ = [
+    "LOST",
+    "SOFT",
     "Doubt",
     "Explanation",
     "Trial",
@@ -44,6 +46,7 @@ Trial = tuple[Change, ...]  # changes that are made at once, one after the other
 ROWS = 40  # readings that are enough to tell
 BEST = 10  # how many of a batch are looked at again
 SOFT, LOST = 0.03, 1.0  # rad: how far a joint's zero may be off as a matter of course, and when its mastering is lost
+GAINS = (1.0, 1.6, 2.4, 3.6)  # grid: gains from which a fit begins that all joints have alike
 WHOLE = (What.SHIFT, What.REVERSED, What.TURNS)  # these look at neighbouring rows, or at every row
 
 
@@ -67,10 +70,10 @@ class Doubt:
     reach: float
     few: bool
 
-    def explains(self, left: float) -> bool:
-        """Whether this is little enough to explain the data."""
+    def explains(self, left: float, reach: float | None = None) -> bool:
+        """Whether this is little enough to explain the data, of an arm with another reach too."""
         clearly = left * limits.EXPLAINED_CLEARLY <= min(self.stated, self.lost)
-        return clearly and left <= limits.MAKING_LEAVES * self.reach
+        return clearly and left <= limits.MAKING_LEAVES * (self.reach if reach is None else reach)
 
 
 def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
@@ -81,7 +84,8 @@ def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
     stated = finite_sights(chain, taken(data, rows))
     if stated is None:
         return None
-    reach = reach_of(chain, stated)
+    # Of an arm that is a thousand times too large, what was read has the right size.
+    reach = min(reach_of(chain, stated), limits.REACH_OF_SPREAD * float(stated.spread[0]))
     with np.errstate(all="ignore"):
         left = min(left_softly(chain, stated), float(fit_trials(chain, stated).left[0]))
         if left <= limits.MISFIT_ASKS * reach:
@@ -91,19 +95,53 @@ def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
 
 
 def explain(
-    chain: Mechanism, data: DataSet, changes: Sequence[Change], doubt: Doubt | None = None
+    chain: Mechanism, data: DataSet, changes: Sequence[Change], doubt: Doubt | None = None, *, alone: bool = False
 ) -> Explanation | None:
-    """The changes that explain the data; None where nothing asks for one, or none does."""
+    """The changes that explain the data, one, or where that explains nothing two (not where `alone`); None where nothing asks for
+    one, or none does."""
     doubt = doubt or assess_misfit(chain, data)
     if doubt is None or doubt.few:
         return None
     small = taken(data, doubt.rows)
     with np.errstate(all="ignore"):
-        for trials in ([(c,) for c in changes], pairs(changes)):
+        stages = (lambda: pairs(changes), lambda: _gains(chain, small, doubt))
+        for make in (lambda: [(c,) for c in changes], *(() if alone else stages)):
+            trials = make()
             order, left = _best(chain, data, small, doubt.rows, trials, doubt.stated) if trials else ([], np.zeros(0))
             if order and doubt.explains(best := float(left[order[0]])):
                 return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
     return None
+
+
+def _gains(chain: Mechanism, small: DataSet, doubt: Doubt) -> list[Trial]:
+    """A gain and a zero of every turning joint, by a fit from some gains that all may have: joints that are no angles at all."""
+    turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic" and f"{j.name}.gain" in chain.table)
+    seen = finite_sights(chain, small)
+    if seen is None or not turning:
+        return []
+    soft = SoftPrior.of_chain(chain, LOST)
+    names = tuple(f"{chain.joints[i].name}.gain" for i in turning)
+    prior = SoftPrior((*soft.names, *names), np.append(soft.sigma, np.full(len(names), LOST)), soft.zeros)
+    own = np.array([chain.table[n].value for n in names])
+    # tolerance: where a header says rad, a hundred is far more than any turn
+    unit = math.radians(1.0) if float(np.abs(seen.joints).max()) > 20.0 else 1.0
+    ends = np.array([(chain.joints[i].lower, chain.joints[i].upper) for i in turning])
+    starts = [(np.full(len(turning), unit * g), np.zeros(len(turning))) for g in GAINS]
+    if np.isfinite(ends).all():  # from -100 to 100 between the limits of each joint
+        starts.append((unit * (ends[:, 1] - ends[:, 0]) / 2 / math.radians(100.0), ends.mean(axis=1)))
+    best, found = math.inf, None
+    for gains, zeros in starts:
+        begun = Change(What.GAINS, turning, factors=tuple(gains), zeros=tuple(zeros)).apply(small)
+        tried = finite_sights(chain, begun)
+        assert tried is not None
+        made = fit_trials(chain, tried, prior, rounds=30)
+        if made.left[0] < best:
+            moved = made.values[0, [chain.table.index[n] for n in names]] / own
+            there = (zeros + made.zeros[0, list(turning)]) * moved
+            best = float(made.left[0])
+            found = Change(What.GAINS, turning, factors=tuple(gains * moved), zeros=tuple(there))
+    wrong = found is not None and float(np.median(np.abs(np.array(found.factors) - 1.0))) > limits.GAIN_WRONG
+    return [(found,)] if found is not None and wrong and doubt.explains(best) else []
 
 
 def alike(left: float, best: float) -> bool:
@@ -112,12 +150,13 @@ def alike(left: float, best: float) -> bool:
 
 
 def left_of(chain: Mechanism, data: DataSet, doubt: Doubt) -> float:
-    """What another arm leaves of the same rows (m); inf where it cannot be told."""
+    """What another arm leaves of the same rows (m); inf where it explains nothing, or nobody can tell."""
     seen = finite_sights(chain, taken(data, doubt.rows))
     if seen is None or seen.places < limits.HYPOTHESIS_PLACES:
         return math.inf
     with np.errstate(all="ignore"):
-        return left_softly(chain, seen)
+        left = left_softly(chain, seen)
+        return left if doubt.explains(left, reach_of(chain, seen)) else math.inf
 
 
 def left_softly(chain: Mechanism, seen: Sights) -> float:

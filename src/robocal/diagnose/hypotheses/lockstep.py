@@ -21,7 +21,7 @@ from robocal.geometry.path.program import compile_path
 from robocal.measure.machine import Mechanism
 from robocal.measure.reach import reach
 
-__all__ = ["SoftPrior", "TrialOutcome", "fit_trials", "reach_of"]
+__all__ = ["SoftPrior", "TrialOutcome", "fit_trials", "reach_of", "transfer"]
 
 ROUNDS = 10
 NOISE = 5e-4  # m: against which the soft hold is weighed
@@ -49,10 +49,11 @@ class SoftPrior:
 @dataclass(frozen=True)
 class TrialOutcome:
     """What each trial leaves: the median error of a reading (m), with what the arm had to give way for it; the joints'
-    zeros that it took (B, n); and how far the places that were read spread (m)."""
+    zeros that it took (B, n) and the numbers of its table (B, P); and how far the places that were read spread (m)."""
 
     left: Array
     zeros: Array
+    values: Array
     spread: Array
 
 
@@ -68,14 +69,28 @@ def fit_trials(chain: Mechanism, trials: Sights, held: SoftPrior | None = None, 
     state = _State(chain, trials, held)
     state.start()
     best = state.left()
-    zeros = state.zeros.copy()
+    zeros, values = state.zeros.copy(), state.theta.copy()
     for _ in range(rounds):
         state.step()
         left = state.left()
         better = left < best
         best = np.where(better, left, best)
-        zeros[better] = state.zeros[better]
-    return TrialOutcome(best, zeros, trials.spread)
+        zeros[better], values[better] = state.zeros[better], state.theta[better]
+    return TrialOutcome(best, zeros, values, trials.spread)
+
+
+def transfer(chain: Mechanism, fitted: Sights, trials: Sights, rounds: int = ROUNDS) -> Array:
+    """The error of every reading of some trials (B, k) in m, by the frames and things that fit one other trial."""
+    state = _State(chain, fitted, None)
+    state.start()
+    best, won = state.left(), (state.w.copy(), state.x.copy())
+    for _ in range(rounds):
+        state.step()
+        if state.left() < best:
+            best, won = state.left(), (state.w.copy(), state.x.copy())
+    there = _State(chain, trials, None)
+    there.w, there.x = (np.repeat(v, len(trials.joints), axis=0) for v in won)
+    return np.asarray(np.linalg.norm(there.residuals(there.poses()[0])[0], axis=-1))
 
 
 class _State:

@@ -58,8 +58,8 @@ def mistake(context: ReadContext[Mechanism]) -> Mistake | None:
     asked = assess_misfit(context.model, context.need_data)
     if asked is None:
         return None
-    found = explain(context.model, context.need_data, context.changes(), asked)
     others = () if context.others is None else context.others(asked)
+    found = explain(context.model, context.need_data, context.changes(), asked, alone=bool(others))
     best = min([o.left for o in others] + ([found.left] if found else []), default=None)
     return None if best is None else Mistake(found, others, asked.stated, best)
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -24,11 +24,19 @@ __all__ = ["OtherChain", "OtherUnit", "ReadContext"]
 
 
 class OtherChain(Protocol):
-    """Another chain that explains the data."""
+    """Another reading of the robot's file, or another chain of it, that explains the data."""
 
     @property
-    def robot(self) -> Any:
-        """The robot with that chain."""
+    def text(self) -> str:
+        """What it is, in words."""
+
+    @property
+    def line(self) -> str:
+        """What to write."""
+
+    @property
+    def key(self) -> str:
+        """Where."""
 
     @property
     def left(self) -> float:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from robocal._types import Array
+from robocal.errors import ToWrite
 from robocal.files import orientation
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import (
@@ -35,7 +36,7 @@ from robocal.files.kinds.kind import (
     unit_rows,
 )
 from robocal.files.units import UNITS, Unit, Units
-from robocal.files.yamlio import YamlDocument
+from robocal.files.yamlio import YamlDocument, flow
 from robocal.geometry import so3
 from robocal.measure.data import Observations
 
@@ -92,7 +93,8 @@ def matrix_columns(model: OrientationModel, table: CsvTable) -> list[str | int]:
     if model.form == "matrix" and len(columns) == 1 and isinstance(columns[0], str) and columns[0] not in table.names:
         prefix = columns[0]
         width = 4 if f"{prefix}_03" in table.names else 3
-        return [f"{prefix}_{i}{j}" for i in range(3) for j in range(width)]
+        height = 4 if width == 4 and f"{prefix}_33" in table.names else 3
+        return [f"{prefix}_{i}{j}" for i in range(height) for j in range(width)]
     return columns
 
 
@@ -150,9 +152,38 @@ def _rotations(model: OrientationModel, table: CsvTable, document: YamlDocument)
     numbers = table.numbers(columns)
     unit = None if model.unit in (None, "1") else document.unit(model.unit, "rad", (TURN.key,), "orientation.unit")
     if model.form == "matrix":
+        _refuse_columns_first(numbers, table, columns, document)
         return _from_matrix(numbers, table, columns), plain, unit
     q = numbers if model.form == "quaternion_xyzw" else numbers[:, [1, 2, 3, 0]]
     return orientation.quaternion(unit_rows(q, table, columns, "quaternion")), plain, unit
+
+
+def _refuse_columns_first(
+    numbers: Array, table: CsvTable, columns: Sequence[str | int], document: YamlDocument
+) -> None:
+    """Raises FormatError where every matrix stands column by column: its rotation is one only then, or its last row has the place."""
+    height = numbers.shape[1] // 4
+    if height < 3 or not len(numbers):
+        return
+    order = [height * j + i for i in range(height) for j in range(4)]
+    there, ends = numbers[:, order], np.array([0.0, 0.0, 0.0, 1.0])
+    turned, read = (np.abs(r @ np.swapaxes(r, 1, 2) - np.eye(3)).max() < 2e-2 for n in (there, numbers)
+                    for r in (n[:, ROTATION[n.shape[1]]].reshape(-1, 3, 3),))  # fmt: skip
+    by_columns = turned and not read
+    if height == 4:
+        by_columns = turned and bool(
+            (np.abs(there[:, 12:] - ends) < 1e-6).all() and (np.abs(numbers[:, 12:15]) > 1e-6).any()
+        )
+    if not by_columns:
+        return
+    names = [table.label(table.find(columns[i])) for i in order]
+    unit = {} if table.unit(names[3]) else {"unit": table.unit(columns[3])}
+    keys = {"orientation": {"columns": names, "form": "matrix"}} | ({"position": unit} if unit.get("unit") else {})
+    line = " and ".join(f"{k}: {flow(v)}" for k, v in keys.items())
+    if not document.text:
+        line = f"a data.yaml beside it, with the line {flow({k: v for k, v in {**document.data, **keys}.items() if v != {}})}"
+    message = "the matrices are written column by column, not row by row"
+    raise table.fail(message, column=str(names[0]), expected=ToWrite(line))
 
 
 def _from_matrix(numbers: Array, table: CsvTable, columns: Sequence[str | int]) -> Array:

@@ -22,7 +22,7 @@ from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError, one_of
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
 
-__all__ = ["AXES", "Element", "Joint", "Program", "Term", "Zero", "compile_path", "frame_element"]
+__all__ = ["AXES", "Element", "Joint", "Program", "Term", "Zero", "compile_path", "frame_element", "offset_matrix"]
 
 Entries = tuple[Ints, Array]  # of a Jacobian: indices (n, 5) and factors (n,)
 Bound = tuple[Ints, Entries]  # columns, and entries of the Jacobian
@@ -74,11 +74,24 @@ class Joint:
 
 @dataclass(frozen=True)
 class Zero:
-    """A joint, the parameter that shifts where it counts from, and the change of that parameter per offset of the joint."""
+    """A joint, the parameter that shifts where it counts from, and the change of that parameter per offset of the joint; `others` are
+    joints that count with it, and how much of each."""
 
     joint: str
     parameter: str
     factor: float
+    others: tuple[tuple[str, float], ...] = ()
+
+
+def offset_matrix(zeros: Sequence[Zero]) -> Array:
+    """The changes of the parameters per offset of the joints, (n, n)."""
+    at = {z.joint: i for i, z in enumerate(zeros)}
+    out = np.eye(len(zeros))
+    for i, z in enumerate(zeros):
+        for other, share in z.others:
+            if other in at:
+                out[i, at[other]] = share
+    return np.array([z.factor for z in zeros])[:, None] * out
 
 
 @dataclass(frozen=True)

@@ -121,7 +121,7 @@ def parameter_table(robot: Robot) -> list[list[str]]:
         cells = {}
         for path, value, unit in row_numbers(row, rule, units):
             parts = PARTS.get(str(path[0]), "xyz")
-            name = "_".join((str(path[0]), *(parts[int(i)] for i in path[1:])))
+            name = "_".join((str(path[0]), *(parts[i] if isinstance(i, int) else i for i in path[1:])))
             header.setdefault(name, name if unit.si == "1" else f"{name} [{unit.name}]")
             cells[name] = number(unit.from_si(value))
         body.append((str(row.get("name", f"j{i}")), str(row.get("type", "revolute")), cells))
