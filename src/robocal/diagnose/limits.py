@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 
+# fmt: off
 from robocal.fit import limits as of_fit
 from robocal.fit.limits import (
     BASELINE_LESS,
@@ -23,168 +24,90 @@ from robocal.fit.limits import (
     Limit,
     limit,
     topic,
-)  # fmt: skip
+)
 
 __all__ = [
     "BASELINE_LESS", "LIMITS", "PLACE_DIAMETER", "PLACE_GAP", "PLACE_SHARE", "START_ASKS", "START_CLEARLY", "START_POSES", "Limit",
     "limit", "topics",
-]  # fmt: skip
+]
 
-# fmt: off
 
 topic("Gross rows")
 GROSS_DISTANCE = limit(6.0, "robust sigma", "Six sigma happen once in 10^9 honest rows, so no honest row is lost.")
-GROSS_TAILS = limit(
-    2.0,
-    "times that",
-    "Where the scale is what a model leaves, tails are longer than those of noise.",
-    "tests/statistics/test_gross_rows.py",
-)
+GROSS_TAILS = limit(2.0, "times that",
+    "Where the scale is what a model leaves, tails are longer than those of noise.", "tests/statistics/test_gross_rows.py")
 GROSS_SHARE = limit(0.2, "of the rows", "A larger share of excluded rows are no outliers any more.")
-ZERO_ROWS_SHARE = limit(
-    0.5, "of the rows", "Zeros in more rows are what an instrument reads (a ball in a socket), no dropped beam."
-)
-MATCH_CHANCE = limit(
-    1e-3, "chance", "A row that fits another place is taken for one that does not, once in a thousand."
-)
+ZERO_ROWS_SHARE = limit(0.5, "of the rows", "Zeros in more rows are what an instrument reads (a ball in a socket), no dropped beam.")
+MATCH_CHANCE = limit(1e-3, "chance", "A row that fits another place is taken for one that does not, once in a thousand.")
 MATCH_LUCK = limit(0.05, "rows", "So many other rows may fit by luck where one does.")
 SHIFTED_ROWS = limit(2, "rows", "One row with a shifted column may be chance, two are not.")
-FINEST_ERROR = limit(
-    1e-5,
-    "m",
-    "No arm repeats better: what is left below is rounding, or numbers that were computed.",
-    "repeatability in data sheets (ISO 9283)",
-)
+FINEST_ERROR = limit(1e-5, "m",
+    "No arm repeats better: what is left below is rounding, or numbers that were computed.", "repeatability in data sheets (ISO 9283)")
 ROUNDING_MARGIN = limit(3.0, "times", "So many times what the digits carry are still nothing but rounding.")
 
 topic("Something moved for a part of a file")
-SEGMENT_CHANCE = limit(
-    1e-6,
-    "chance",
-    "Of naming anything in a file where nothing moved, after all that was tried.",
-    "tests/prove/test_segments.py",
-)
+SEGMENT_CHANCE = limit(1e-6, "chance",
+    "Of naming anything in a file where nothing moved, after all that was tried.", "tests/prove/test_segments.py")
 SEGMENT_SIZE = limit(3.0, "sigma per axis", "A step must stand out of what model and noise leave.")
-SEGMENT_ZERO_SIZE = limit(
-    1.5,
-    "sigma",
-    "One sensor's zero is contradicted by all other sensors, so less is enough.",
-    "tests/prove/test_segments_of_cables.py",
-)
+SEGMENT_ZERO_SIZE = limit(1.5, "sigma",
+    "One sensor's zero is contradicted by all other sensors, so less is enough.", "tests/prove/test_segments_of_cables.py")
 SEGMENT_SEEN = limit(1.5, "sigma", "The same after the model's own answer.")
-SEGMENT_SHARE = limit(
-    0.15,
-    "of the squares left",
+SEGMENT_SHARE = limit(0.15, "of the squares left",
     "Of a machine with poses of its own a step that explains more is large: a fit that follows it leaves few sigma.",
-    "tests/prove/test_moved_cables.py",
-)
+    "tests/prove/test_moved_cables.py")
 SEGMENT_MAJORITY = limit(0.8, "of the rows", "So many rows of a segment must have moved alike: gross rows do not.")
-SEGMENT_SMALL = limit(
-    {"m": 1e-5, "rad": 1e-5, "px": 0.05},
-    "m, rad, px",
-    "What moved by less matters to no one, however exact the numbers are.",
-)
+SEGMENT_SMALL = limit({"m": 1e-5, "rad": 1e-5, "px": 0.05}, "m, rad, px",
+    "What moved by less matters to no one, however exact the numbers are.")
 SEGMENT_COUNT = limit(6, "segments", "A file with more of them is no longer one measurement.")
 SEGMENT_RIVAL = limit(0.5, "of the best gain", "Causes that gain as much are compared.")
-SEGMENT_ALIKE = limit(
-    20.0,
-    "of -2 log likelihood",
-    "A cause that leaves no more than this beside the best one is named with it.",
-    "tests/prove/test_moved_cables.py",
-)
+SEGMENT_ALIKE = limit(20.0, "of -2 log likelihood",
+    "A cause that leaves no more than this beside the best one is named with it.", "tests/prove/test_moved_cables.py")
 SEGMENT_ROWS = limit(5, "rows", "Fewer rows on either side are met by any step.")
 SEGMENT_NUMBERS = limit(4, "numbers", "For each of what a step may have moved: fewer are met by any step.")
-REGION_SHARE = limit(
-    0.95,
-    "of the rows",
-    "So many lie on a joint's own side: where its load is small, nothing bends.",
-    "tests/prove/test_regions_of_joints.py",
-)
+REGION_SHARE = limit(0.95, "of the rows", "So many lie on a joint's own side: where its load is small, nothing bends.",
+    "tests/prove/test_regions_of_joints.py")
 SEGMENT_COMPLETE = limit(0.9, "of the numbers", "With fewer numbers in a row of poses the rows are not alike.")
 
 topic("Stated numbers, time and scale")
-NUMBER_SIGMA = limit(
-    5.0,
-    "sigma",
-    "Beyond, a stated number of an instrument is contradicted beyond chance.",
-    "tests/prove/test_numbers.py",
-)
-NUMBER_SHARE = limit(
-    0.3,
-    "of the squares left",
-    "A stated number that explains more is wrong, and a gain says nothing; less is a remark.",
-    "tests/prove/test_numbers.py",
-)
-LATE_SHARE = limit(
-    0.5,
-    "of the squares left beyond stated noise",
-    "Play that a path takes up one way explains up to a third.",
-    "tests/prove/test_late.py",
-)
-LATE_WHOLE = limit(
-    0.9,
-    "of the squares left beyond stated noise",
-    "A time offset that explains all that is no noise is beyond doubt from a smaller share on.",
-    "tests/prove/test_late_cables.py",
-)
-LATE_WHOLE_SHARE = limit(
-    0.15,
-    "of the squares left",
+NUMBER_SIGMA = limit(5.0, "sigma", "Beyond, a stated number of an instrument is contradicted beyond chance.", "tests/prove/test_numbers.py")
+NUMBER_SHARE = limit(0.3, "of the squares left",
+    "A stated number that explains more is wrong, and a gain says nothing; less is a remark.", "tests/prove/test_numbers.py")
+LATE_SHARE = limit(0.5, "of the squares left beyond stated noise",
+    "Play that a path takes up one way explains up to a third.", "tests/prove/test_late.py")
+LATE_WHOLE = limit(0.9, "of the squares left beyond stated noise",
+    "A time offset that explains all that is no noise is beyond doubt from a smaller share on.", "tests/prove/test_late_cables.py")
+LATE_WHOLE_SHARE = limit(0.15, "of the squares left",
     "One late cable of eight explained 0.2, and its robot stood up to 15 mm off; honest ways stay below 0.1.",
-    "tests/prove/test_late_cables.py",
-)
+    "tests/prove/test_late_cables.py")
 LATE_DOUBT_SHARE = limit(0.1, "of the squares left", "A time offset that explains less is of no consequence.")
 PATH_STEP = limit(0.25, "of the distance of two places", "A longer step between neighbours in time is no path.")
 PATH_SHARE = limit(0.5, "of the configurations", "With fewer near neighbours the configurations were taken one by one.")
 PATH_CONFIGURATIONS = limit(20, "configurations", "Fewer say nothing of a speed.")
 GROWTH_CHANCE = limit(1e-6, "chance", "Of taking noise for a drift along the file.", "tests/prove/test_growth.py")
 GROWTH_SHARE = limit(0.1, "of the squares left", "A drift that explains less is of no consequence.")
-GROWTH_CLEARLY = limit(
-    3.0, "times", "A drift explains more than any other slow change along the file does.", "tests/prove/test_growth.py"
-)
+GROWTH_CLEARLY = limit(3.0, "times", "A drift explains more than any other slow change along the file does.", "tests/prove/test_growth.py")
 GROWTH_CONFIGURATIONS = limit(20, "configurations", "Fewer say nothing of a drift.")
-SCALE_SIGMA = limit(
-    3.0, "sigma", "A scale that making does not leave is that of the stated length.", "tests/statistics/test_scale.py"
-)
+SCALE_SIGMA = limit(3.0, "sigma", "A scale that making does not leave is that of the stated length.", "tests/statistics/test_scale.py")
 SCALE_DOUBT_SIGMA = limit(2.0, "sigma", "One in twenty honest scales is as far off: worth a remark.")
-SCALE_READ_SIGMA = limit(
-    5.0,
-    "sigma",
-    "Where readings are lengths themselves: trackers have a calibrated scale.",
-    "tests/statistics/test_scale.py",
-)
-SCALE_SHARE = limit(
-    0.05,
-    "of the squares left",
-    "A scale between instrument and cables that explains less is of no consequence.",
-    "tests/prove/test_scale_of_instruments.py",
-)
+SCALE_READ_SIGMA = limit(5.0, "sigma",
+    "Where readings are lengths themselves: trackers have a calibrated scale.", "tests/statistics/test_scale.py")
+SCALE_SHARE = limit(0.05, "of the squares left",
+    "A scale between instrument and cables that explains less is of no consequence.", "tests/prove/test_scale_of_instruments.py")
 SCALE_CHANCE = limit(1e-3, "chance", "Of changes that are larger than expected and mean nothing.")
 SCALE_LEAST = limit(1e-6, "of a length", "A micron in a metre is no mistake but rounding.")
 SCALE_WIDEST = limit(2e-3, "of a length", "No more is taken for errors of an arm's lengths.")
 SCALE_OPEN = limit(0.1, "of a length", "A scale that is known no better is that of the nominal model.")
-MOTION_UNSEEN = limit(
-    1e-5, "of the residuals that a motion makes", "Roots of normal equations have half the digits.", "double precision"
-)
+MOTION_UNSEEN = limit(1e-5, "of the residuals that a motion makes", "Roots of normal equations have half the digits.", "double precision")
 SAME_PLACES_SHARE = limit(0.5, "of the places", "Two runs measured the same places where most of them are common.")
 
 topic("One change that explains the data")
-HYPOTHESIS_PLACES = limit(
-    8, "places", "Fewer configurations are met by any change.", "tests/statistics/test_hypotheses.py"
-)
-MISFIT_ASKS = limit(
-    1e-3, "of the reach", "A smaller misfit is no sign of anything wrong.", "tests/statistics/test_hypotheses.py"
-)
+HYPOTHESIS_PLACES = limit(8, "places", "Fewer configurations are met by any change.", "tests/statistics/test_hypotheses.py")
+MISFIT_ASKS = limit(1e-3, "of the reach", "A smaller misfit is no sign of anything wrong.", "tests/statistics/test_hypotheses.py")
 MAKING_LEAVES = limit(0.01, "of the reach", "No arm's making leaves more.", "tests/real/test_hypotheses.py")
-EXPLAINED_CLEARLY = limit(
-    5.0, "times less", "A change explains the data where it leaves so much less.", "tests/statistics/test_hypotheses.py"
-)
-EXPLANATIONS_ALIKE = limit(
-    1.5, "times the best", "Changes that leave no more are not told apart.", "tests/statistics/test_hypotheses.py"
-)
-QUARTER_TURN_NEAR = limit(
-    math.radians(4.0), "rad", "A zero so near to a right angle is no lost mastering but a convention."
-)
+EXPLAINED_CLEARLY = limit(5.0, "times less",
+    "A change explains the data where it leaves so much less.", "tests/statistics/test_hypotheses.py")
+EXPLANATIONS_ALIKE = limit(1.5, "times the best", "Changes that leave no more are not told apart.", "tests/statistics/test_hypotheses.py")
+QUARTER_TURN_NEAR = limit(math.radians(4.0), "rad", "A zero so near to a right angle is no lost mastering but a convention.")
 HYPOTHESIS_BENT = limit(5.0, "times the soft hold", "An arm that was bent so far is another arm, and explains nothing.")
 REMOUNT_WORTH = limit(1.5, "times", "What one place for all files leaves against one for each.")
 REMOUNT_LEAST = limit(2e-4, "m", "A smaller difference between two mountings shows nowhere.")
@@ -195,9 +118,7 @@ COLUMN_POSES = limit(10, "poses", "Fewer are met by any anchor.", "tests/cli/tes
 COLUMN_CLEARLY = limit(3.0, "times less", "Other columns or axes must leave so much less than as stated.")
 COLUMN_LEAVES = limit(0.03, "of the spread of the poses", "What other columns or axes may leave.")
 AXES_SIMPLER = limit(1.5, "times", "Wrong axes are one mistake, exchanged cables several: they may leave more.")
-CABLE_COPIES = limit(
-    0.1, "of the configurations", "Of eight lengths and a pose even one copy is no chance; so many are no slip."
-)
+CABLE_COPIES = limit(0.1, "of the configurations", "Of eight lengths and a pose even one copy is no chance; so many are no slip.")
 SIZE_CONFIGURATIONS = limit(5, "configurations", "Fewer tell no size.")
 SIZES_APART = limit(4.0, "times", "An inch is 25 mm, and no robot is four times as large as it was built.")
 TENSION_DIRECTIONS = limit(0.1, "of the tensions", "Directions that are a tenth off leave no more force.")
@@ -210,20 +131,14 @@ BOX_LARGEST = limit(1000.0, "times the machine", "A box of poses that is larger 
 
 topic("Files and units")
 UNIT_GAIN = limit(10.0, "times", "By luck a wrong unit lowers the misfit less.", "tests/files/test_silent_readings.py")
-UNIT_MISFIT = limit(
-    0.05, "of the spread measured", "From here on every other unit is tried; what leaves more is no explanation."
-)
+UNIT_MISFIT = limit(0.05, "of the spread measured", "From here on every other unit is tried; what leaves more is no explanation.")
 UNIT_SPARE = limit(3, "numbers", "Beyond what frames can meet: by luck each falls tenfold once in ten times.")
 UNIT_BETTER = limit(0.9, "times", "Of two equally good explanations the one with fewer changes stands.")
 STILL_PLACES = limit(4, "places", "From here on equal readings of a moving arm are no chance.")
 STILL_MOVED = limit(0.02, "rad or m", "So far the joints must have moved.")
 COPY_CHANCE = limit(1e-3, "chance", "Of taking honest repeats for copies.")
-QUIETEST = limit(
-    {"m": 5e-6, "rad": 5e-6, "px": 0.02},
-    "m, rad, px",
-    "No robot and instrument repeat themselves better.",
-    "repeatability in data sheets (ISO 9283)",
-)
+QUIETEST = limit({"m": 5e-6, "rad": 5e-6, "px": 0.02}, "m, rad, px",
+    "No robot and instrument repeat themselves better.", "repeatability in data sheets (ISO 9283)")
 REPEAT_SIGMA = limit(10.0, "sigma of a difference", "Repeats that differ by more are no repeats.")
 SPREAD_ROWS = limit(4, "rows", "Fewer positions have no spread.")
 SPREAD_LARGE = limit(10.0, "times the arm", "No arm reaches positions that spread so far.")
@@ -231,100 +146,54 @@ SPREAD_SMALL = limit(100.0, "times less than the arm", "An arm that moves its jo
 SPREAD_MOVED = limit(0.2, "rad or m", "So far a joint must have moved before positions have to spread.")
 RADIANS_TURNS = limit(2.5, "turns", "Radians beyond are degrees.")
 RADIANS_OUTSIDE = limit(0.5, "of the rows", "Angles of which more lie outside the limits are in the other unit.")
-DEGREES_RANGE = limit(
-    math.radians(7.0), "rad", "Degrees that never leave it are radians: a measured robot moves further."
-)
+DEGREES_RANGE = limit(math.radians(7.0), "rad", "Degrees that never leave it are radians: a measured robot moves further.")
 DEGREES_MOVED = limit(0.3, "rad", "So far they must move when read as radians.")
 
 topic("Places that are visited again")
-PLACES_LEAST = limit(
-    6, "places", "Five gains of one sign happen once in 32, and fewer places than numbers fit anything."
-)
+PLACES_LEAST = limit(6, "places", "Five gains of one sign happen once in 32, and fewer places than numbers fit anything.")
 
 topic("Proof and verdict")
-PROOF_PLACES = limit(
-    5, "places", "A bootstrap of n gains of one sign never doubts them; by chance that happens once in 2^n."
-)
+PROOF_PLACES = limit(5, "places", "A bootstrap of n gains of one sign never doubts them; by chance that happens once in 2^n.")
 HOLD_OUT_SHARE = limit(0.2, "of the places", "What is held out where nothing else is asked for.")
 GROUP_FOLDS = limit(5, "rounds", "Of fewer than 25 groups a fifth would prove little: each is held out once.")
 HOLD_OUT_PLACES = limit(25, "places", "Of fewer a held-out fifth proves little, and leave-one-out is cheap.")
 LEAVE_ONE_OUT_PLACES = limit(400, "places", "Of more leave-one-out takes long and adds nothing to a hold-out.")
-MEAN_RIVAL = limit(
-    0.9, "of the error of the mean", "A model that is hardly better than predicting the mean explains nothing."
-)
-UNEXPLAINED_MOST = limit(
-    0.5, "of the variance", "A model that leaves more does not describe this robot, whatever it gains."
-)
+MEAN_RIVAL = limit(0.9, "of the error of the mean", "A model that is hardly better than predicting the mean explains nothing.")
+UNEXPLAINED_MOST = limit(0.5, "of the variance", "A model that leaves more does not describe this robot, whatever it gains.")
 UNEXPLAINED_SHARE = limit(0.01, "of the variance", "No arm's making leaves a tenth of what the positions scatter by.")
 UNEXPLAINED_SIGMA = limit(3.0, "stated sigma", "Less may be the stated noise.")
 ANGLES_LEFT = limit(0.05, "rad per axis", "Measured angles that are left over are not explained.")
 ANGLES_SIGMA = limit(3.0, "stated sigma", "Less may be the stated noise.")
-LEFT_SIGMA = limit(
-    5.0,
-    "stated sigma per axis",
-    "Less may be the stated noise, and what a model always leaves.",
-    "tests/prove/test_left.py",
-)
-LEFT_SHARE = limit(
-    5e-3,
-    "of the size of the machine",
-    "Good models leave up to a quarter of it per axis, wrong labels ten times as much.",
-    "tests/prove/test_left.py",
-)
-BENT_LEAVES = limit(
-    3e-3, "m per axis", "What implausible changes may leave; an arm that is merely bad is explained better."
-)
+LEFT_SIGMA = limit(5.0, "stated sigma per axis",
+    "Less may be the stated noise, and what a model always leaves.", "tests/prove/test_left.py")
+LEFT_SHARE = limit(5e-3, "of the size of the machine",
+    "Good models leave up to a quarter of it per axis, wrong labels ten times as much.", "tests/prove/test_left.py")
+BENT_LEAVES = limit(3e-3, "m per axis", "What implausible changes may leave; an arm that is merely bad is explained better.")
 KEPT_GAIN = limit(0.5, "of the gain", "The fit to everything must keep it where it has seen what the other predicted.")
 IMPLAUSIBLE_CHANGE = limit(20.0, "times what is expected", "20 mm or 6 deg: no arm is made so far from its drawing.")
 UNMADE_SIGMA = limit(5.0, "sigma", "A change that is none of the fit's own uncertainty.")
-UNMADE_FAR = limit(
-    0.5,
-    "m",
+UNMADE_FAR = limit(0.5, "m",
     "Anchors that a tape measure tells to 0.1 m are not off by more; a wider stated error allows five times itself.",
-    "tests/prove/test_unmade_anchors.py",
-)
+    "tests/prove/test_unmade_anchors.py")
 ZERO_CHANGE = limit(10.0, "times what is expected", "10 mm or 3 deg: from here on a joint's zero is tried instead.")
 ZERO_SIGMA = limit(5.0, "sigma", "A change that is none of the fit's own uncertainty.")
 ZERO_LOST = limit({"rad": 0.5, "m": 0.1}, "rad, m", "So far a zero may be off that was lost.")
-WORSE_CHANCE = limit(
-    0.025,
-    "chance",
-    "That the nominal model is better in the working range: more is no proof, as for the gain.",
-    "tests/statistics/test_region.py",
-)
-FRAME_RANGE = limit(
-    0.7,
-    "of the box of the frame anchors",
-    "Where a platform works, unless somebody says otherwise: beyond, cables pull to one side.",
-    "tests/prove/test_region_of_cables.py",
-)
-FRAME_FLAT = limit(
-    0.1, "of its largest extent", "A frame that is thinner says nothing of how far its platform moves across it."
-)
-SCALE_WORSE_CHANCE = limit(
-    0.15,
-    "chance",
+WORSE_CHANCE = limit(0.025, "chance",
+    "That the nominal model is better in the working range: more is no proof, as for the gain.", "tests/statistics/test_region.py")
+FRAME_RANGE = limit(0.7, "of the box of the frame anchors",
+    "Where a platform works, unless somebody says otherwise: beyond, cables pull to one side.", "tests/prove/test_region_of_cables.py")
+FRAME_FLAT = limit(0.1, "of its largest extent", "A frame that is thinner says nothing of how far its platform moves across it.")
+SCALE_WORSE_CHANCE = limit(0.15, "chance",
     "That the scale of an instrument makes the nominal model the better one; no reading of that instrument can tell.",
-    "tests/statistics/test_wrong_markers.py",
-)
-BASELINES_APART = limit(
-    1.5,
-    "times",
-    "Unseen rows are missed alike to a tenth, together or one by one, unless few are left to fit.",
-    "tests/prove/test_baselines.py",
-)
+    "tests/statistics/test_wrong_markers.py")
+BASELINES_APART = limit(1.5, "times",
+    "Unseen rows are missed alike to a tenth, together or one by one, unless few are left to fit.", "tests/prove/test_baselines.py")
 FOLDS = limit(5, "folds", "As many rounds as a hold-out has fifths.")
 FOLDS_PLACES = limit(400, "places", "Of more a held-out fifth is not few.")
-FOLDS_SIGMA = limit(
-    3.0,
-    "sigma",
-    "A gain that a held-out fifth shows so clearly is lost in one case of six.",
-    "tests/prove/test_default_folds.py",
-)
+FOLDS_SIGMA = limit(3.0, "sigma",
+    "A gain that a held-out fifth shows so clearly is lost in one case of six.", "tests/prove/test_default_folds.py")
 BESIDE_NEAR = limit(0.02, "of the distance of two places", "A fiftieth of the way to another place is no other place.")
-BESIDE_SHARE = limit(
-    0.5, "of what was held out", "Held-out places beside fitted ones tell nothing of the way between them."
-)
+BESIDE_SHARE = limit(0.5, "of what was held out", "Held-out places beside fitted ones tell nothing of the way between them.")
 FRAME_SEEN = limit(10.0, "times what is expected", "A direction of a frame that all rows see is seen beyond doubt.")
 FRAME_MOVES = limit(0.1, "of what is expected", "A reading that moves by more with an unseen direction proves nothing.")
 
@@ -337,9 +206,7 @@ NOISE_BELOW = limit(3.0, "times less than stated", "A stated sigma that is so fa
 NOISE_CHANCE = limit(1e-3, "chance", "That it is not too large.")
 COMPUTED_ERROR = limit(1e-6, "m", "No arm repeats and no instrument reads so well: the data were computed.")
 COMPUTED_FREEDOM = limit(0.5, "degrees of freedom", "Of fewer rows the fit leaves nothing anyhow.")
-FOLLOW_SIGMA = limit(
-    4.0, "sigma", "Errors that follow those before by more are no chance.", "tests/prove/test_follow.py"
-)
+FOLLOW_SIGMA = limit(4.0, "sigma", "Errors that follow those before by more are no chance.", "tests/prove/test_follow.py")
 FOLLOW_SHARE = limit(0.2, "of the squares", "Less is of no consequence.")
 FOLLOW_PAIRS = limit(20, "pairs", "Fewer tell nothing.")
 FOLLOW_ALIKE = limit(1.25, "times as far", "So much farther in joint space the pair may be that is compared with.")
@@ -353,38 +220,22 @@ GROUP_PLACES = limit(25, "places", "Of fewer, blocks prove nothing about what li
 LAYER_PLACES = limit(50, "places", "Fewer teach no layer.")
 RIPPLE_CHANCE = limit(1e-3, "chance", "Of an order of ripple that is none, over all that were tried.")
 
-REMOUNT_SHARE = limit(
-    0.75,
-    "of the squares",
-    "Errors halve where the target is put elsewhere: it explains more than all the rest.",
-    "tests/session/test_judged_alike.py",
-)
+REMOUNT_SHARE = limit(0.75, "of the squares", "Errors halve where the target is put elsewhere: it explains more than all the rest.",
+    "tests/session/test_judged_alike.py")
 
 topic("Two runs of one robot")
 DRIFT_MATTERS = limit(1e-4, "m", "Below, no change is worth an alarm, unless the user says otherwise.")
-DRIFT_CHANCE = limit(
-    1e-3,
-    "chance",
-    "A level of 1e-2 accuses one in ten of the worst halves of a real series.",
-    "tests/statistics/test_drift_and_prediction.py",
-)
-DRIFT_PART_CHANCE = limit(
-    0.01,
-    "chance",
-    "Of naming any part that did not move, of all parts together.",
-    "tests/statistics/test_cable_drift.py",
-)
+DRIFT_CHANCE = limit(1e-3, "chance",
+    "A level of 1e-2 accuses one in ten of the worst halves of a real series.", "tests/statistics/test_drift_and_prediction.py")
+DRIFT_PART_CHANCE = limit(0.01, "chance",
+    "Of naming any part that did not move, of all parts together.", "tests/statistics/test_cable_drift.py")
 DRIFT_OBSERVABLE = limit(0.25, "of the expected variance", "Known to half of what was expected.")
 topic("Poses beside poses, and corrections")
-LIKE_POSITIONS = limit(
-    0.1, "of their spread", "Farther apart after the best alignment, poses are not of the same places."
-)
+LIKE_POSITIONS = limit(0.1, "of their spread", "Farther apart after the best alignment, poses are not of the same places.")
 LIKE_TURNS = limit(0.5, "of their spread", "The same of orientations.")
 LIKE_TURNS_LEAST = limit(math.radians(3.0), "rad", "The same of orientations that hardly differ.")
 LIKE_EXPLAINS = limit(0.3, "of what is left", "A cause leaves less.")
-SINGULAR_BELOW = limit(
-    0.01, "ratio of singular values", "About 1.5 deg from a stretched wrist: small errors ask for large turns."
-)
+SINGULAR_BELOW = limit(0.01, "ratio of singular values", "About 1.5 deg from a stretched wrist: small errors ask for large turns.")
 LEAP = limit(0.2, "rad or m", "A larger correction of a joint is another branch, or stands near a singular pose.")
 
 
