@@ -7,6 +7,7 @@ import pytest
 from cables.logs import Log
 from sizes import size
 
+from robocal.diagnose import limits
 from robocal.fit.options import Options
 from robocal.prove.identify import identify
 from robocal.remarks.code import Code
@@ -39,6 +40,14 @@ def test_one_cable_that_was_read_late_is_named(kind, cable):
     said, told = found(log)
     assert said.verdict.status == "refused" and told[0].code == Code.LATE
     assert told[0].numbers["group"] == f"cable c{cable + 1} of lengths"
+
+
+def test_a_cable_that_explains_all_beyond_the_noise_is_refused_though_its_share_is_small():
+    log = Log("eight", seed=907, count=80)
+    log.delay(0.02, 3)
+    said, told = found(log)
+    assert said.verdict.status == "refused" and [r.code for r in told] == [Code.LATE]
+    assert limits.LATE_WHOLE_SHARE < told[0].numbers["share"] < limits.NUMBER_SHARE
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -75,6 +75,11 @@ NUMBER_SHARE = limit(0.3, "of the squares left",
     "A stated number that explains more is wrong, and a gain says nothing; less is a remark.", "tests/prove/test_numbers.py")
 LATE_SHARE = limit(0.5, "of the squares left beyond stated noise",
     "Play that a path takes up one way explains up to a third.", "tests/prove/test_late.py")
+LATE_WHOLE = limit(0.9, "of the squares left beyond stated noise",
+    "A time offset that explains all that is no noise is beyond doubt from a smaller share on.", "tests/prove/test_late_cables.py")
+LATE_WHOLE_SHARE = limit(0.15, "of the squares left",
+    "One late cable of eight explained 0.2, and its robot stood up to 15 mm off; honest ways stay below 0.1.",
+    "tests/prove/test_late_cables.py")
 LATE_DOUBT_SHARE = limit(0.1, "of the squares left", "A time offset that explains less is of no consequence.")
 PATH_STEP = limit(0.25, "of the distance of two places", "A longer step between neighbours in time is no path.")
 PATH_SHARE = limit(0.5, "of the configurations", "With fewer near neighbours the configurations were taken one by one.")

@@ -49,23 +49,29 @@ class Lag:
     timed: bool
     excess: float
 
+    @property
+    def wrong(self) -> bool:
+        """Whether it explains a good part of the squares, most of it beyond the stated noise; or all that is beyond that noise."""
+        share = self.score.share
+        most = share > limits.NUMBER_SHARE and self.excess > limits.LATE_SHARE
+        return most or (share > limits.LATE_WHOLE_SHARE and self.excess > limits.LATE_WHOLE)
+
 
 @check_fit_twice(doubt=("time-offset", 230), refuse=("wrong-time", 160))
 @once
 def time_offset(context: Context[Model]) -> list[Finding]:
     """The sensor whose readings belong most clearly to another moment, by the rates along a path. It is refused where that explains
-    a good part of what is left, and most of it beyond the stated noise: held-out rows are late as well."""
+    a good part of what is left, and most of it beyond the stated noise, or all that is beyond it: held-out rows are late as well."""
     data = context.need_fit.data
     every = tuple(replace(o, used=None) for o in data.observations)
     looks = [data] if all(o.used is None for o in data.observations) else [data, replace(data, observations=every)]
     found = [lag for some in looks if (lag := _find_lag(context, some)) is not None]
-    lag = max(found, key=lambda v: v.score.share, default=None)
+    lag = max(found, key=lambda v: (v.wrong, v.score.share), default=None)
     if lag is None:
         return []
     size = Quantity(abs(lag.score.change), "s" if lag.timed else "rows")
     before, after = (size, None) if lag.score.change < 0 else (None, size)
-    wrong = lag.score.share > limits.NUMBER_SHARE and lag.excess > limits.LATE_SHARE
-    level, code = (refuse, Code.LATE) if wrong else (doubt, Code.LATE_DOUBTED)
+    level, code = (refuse, Code.LATE) if lag.wrong else (doubt, Code.LATE_DOUBTED)
     said = {"before": before, "after": after, "than": lag.than, "z": lag.score.t, "share": lag.score.share}
     return [level(code, group=lag.sensor, **said)]
 
