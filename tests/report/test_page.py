@@ -103,6 +103,16 @@ def test_every_tile_says_what_a_table_says() -> None:
     assert shown == pytest.approx(known, rel=5e-3)
 
 
+@pytest.mark.parametrize("status", ["improved", "not_improved", "refused"])
+def test_only_a_model_that_is_to_be_used_is_praised(status: str) -> None:
+    """No page says "7585 times smaller" above "keep the nominal one"."""
+    document, rows = copy.deepcopy(CASES["improved"])
+    document["verdict"]["status"] = status
+    text = Page(render(document, rows)).text
+    head = text[: text.index("Held out, before")]
+    assert "never saw, the mean error went from" in head and ("times smaller" in head) == (status == "improved")
+
+
 def test_refused_says_what_failed_and_what_to_do() -> None:
     page = Page(render(*CASES["refused"]))
     text = page.text

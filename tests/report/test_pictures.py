@@ -259,6 +259,7 @@ def test_ratios_in_words() -> None:
     assert times_smaller(2.9, 0.06) == "48 times smaller"
     assert times_smaller(41.0, 46.4) == "1.13 times larger"
     assert times_smaller(1.0, 1.01) == "about the same"
+    assert times_smaller(3.0, 1e-13) == "more than 1000 times smaller"
     assert times_smaller(0.0, 1.0) == times_smaller(None, 1.0) == ""
 
 

@@ -34,6 +34,8 @@ VERDICTS: dict[str, VerdictText] = {
         "The model does not explain these measurements. Do not use the identified parameters; they are listed for diagnosis only.",
     ),
 }  # fmt: skip
+PRAISED = ("improved", "improved where measured", "located")
+MANY = 1000  # times: beyond, only digits are counted
 
 
 def verdict(result: Any, brief: bool = False) -> VerdictBlock:
@@ -46,7 +48,9 @@ def verdict(result: Any, brief: bool = False) -> VerdictBlock:
         return VerdictBlock(word, style, tuple(said.reasons[:1]))
     advice = [] if status in ("improved", "located") else [r.advice for r in said.remarks if r.advice]
     posed = result.pose_from_lengths
-    told = proof(result.residuals) if posed is None else proof_of_poses(posed)
+    # A factor is praise: beside a model that is not to be used it would contradict the verdict.
+    praise = status in PRAISED
+    told = proof(result.residuals, praise) if posed is None else proof_of_poses(posed, praise)
     return VerdictBlock(word, style, tuple(said.reasons), tuple(dict.fromkeys(advice)), meaning, told)
 
 
@@ -59,26 +63,30 @@ def times_smaller(before: float | None, after: float | None) -> str:
         return "about the same"
     word = "smaller" if ratio > 1 else "larger"
     ratio = max(ratio, 1 / ratio)
+    if ratio >= MANY:
+        return f"more than {MANY} times {word}"
     shown = f"{ratio:.0f}" if ratio >= 9.5 else f"{ratio:.1f}" if ratio >= 1.95 else f"{ratio:.2f}"
     return f"{shown} times {word}"
 
 
-def proof_of_poses(posed: Any) -> str:
-    """One sentence: what a cable robot is off by where lengths alone say where it is, and its lengths beside that."""
+def proof_of_poses(posed: Any, praise: bool = True) -> str:
+    """One sentence: what a cable robot is off by where lengths alone say where it is, and its lengths beside that; with the factors
+    where there is something to praise."""
     told = []
     for found, what in ((posed, "the position"), (posed.angle, "the orientation"), (posed.lengths, "the lengths")):
         for name in ("held_out", "k_fold", "leave_one_out"):
             before, after = found and getattr(found, f"{name}_before"), found and getattr(found, name)
             if before is not None and after is not None:
-                factor = times_smaller(before.mean, after.mean)
+                factor = times_smaller(before.mean, after.mean) if praise else ""
                 amounts = f"from {figure(before.mean, 3)} to {figure(after.mean, 3)} {found.unit}"
                 told.append(f"{what} {amounts}{f' ({factor})' if factor else ''}")
     count = next(s.n for n in ("held_out", "k_fold", "leave_one_out") if (s := getattr(posed, n)) is not None)
     return f"On {count} poses that the identification never saw, mean errors of the pose from lengths went: {'; '.join(told)}."
 
 
-def proof(residuals: Any) -> str:
-    """One or two sentences: what the unseen measurements say, or that there were none."""
+def proof(residuals: Any, praise: bool = True) -> str:
+    """One or two sentences: what the unseen measurements say, or that there were none; with the factor where there is something to
+    praise."""
 
     def mean(name: str) -> float | None:
         found = getattr(residuals, name)
@@ -91,7 +99,7 @@ def proof(residuals: Any) -> str:
     if held is not None:
         head = f"On {residuals.held_out.n} measurements that the identification never saw, the mean error "
         if held_before is not None:
-            factor = times_smaller(held_before, held)
+            factor = times_smaller(held_before, held) if praise else ""
             return f"{head}went from {show(held_before)} to {show(held)}{f': {factor}' if factor else ''}."
         before = mean("before")
         rest = "" if before is None else f"; the nominal model, over all measurements, leaves {show(before)}"
@@ -102,7 +110,7 @@ def proof(residuals: Any) -> str:
         text += "and predicted by a model that was fitted to the others: "
         factor = times_smaller(folded_before, folded)
         went = f"the mean error went from {show(folded_before)} to" if factor else "the mean error is"
-        return f"{text}{went} {show(folded)}{f', {factor}' if factor else ''}."
+        return f"{text}{went} {show(folded)}{f', {factor}' if factor and praise else ''}."
     single, before, after = mean("leave_one_out"), mean("before"), mean("after")
     if single is not None:
         text = "No set was held out as a whole; each configuration was predicted from all the others instead. "
@@ -112,7 +120,7 @@ def proof(residuals: Any) -> str:
         plain = before if plain is None else plain
         if plain is not None:
             factor = times_smaller(plain, single)
-            text += f", against {show(plain)} with the nominal model" + (f": {factor}" if factor else "")
+            text += f", against {show(plain)} with the nominal model" + (f": {factor}" if factor and praise else "")
         constant = mean("constant")
         less = "" if constant is None else f" Predicting the mean of the others misses by {show(constant)}."
         return f"{text}.{less}"
