@@ -12,6 +12,8 @@ from robocal.prove.verdict import verdict_of
 @dataclass(frozen=True)
 class Errors(Context):
     evidence: Evidence | None = None
+    frames_alone: bool = False
+    silent: tuple[str, ...] = ()
 
     @property
     def gain(self):

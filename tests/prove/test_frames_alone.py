@@ -114,10 +114,10 @@ def test_tool_and_camera_are_one(tmp_path, capsys, fixed):
     if fixed == "camera":
         held = {p["name"] for p in one["parameters"] if p["status"] == "fixed"}
         assert not {"tool.x", "tool.y", "tool.rz"} & held
-        assert all(r["code"] != "frame-held" for r in one["remarks"])
+        assert all(r["code"] != "frame-fixed" for r in one["remarks"])
         return
-    assert [r["numbers"] for r in both["remarks"] if r["code"] == "frame-held"] == [
-        {"held": "tool", "like": ["camera"]}
+    assert [r["numbers"] for r in both["remarks"] if r["code"] == "frame-fixed"] == [
+        {"frame": "tool", "like": ["camera"]}
     ]
     mine, other = ({p["name"]: p for p in d["parameters"]} for d in (both, one))
     for name in (f"camera.{s}" for s in SYMBOLS):

@@ -23,7 +23,7 @@ from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Model, freedom_of
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["HeldFrame", "frames_alone", "frames_of", "hold_frames"]
+__all__ = ["FixedFrame", "fix_frames", "frames_alone", "frames_of"]
 
 M = TypeVar("M", bound=Model)
 BODIES = ("tool", "base")  # what the robot's own frames are called, and what frames of data files are mounted on
@@ -31,7 +31,7 @@ SAME = 1e-6  # tolerance: of a column: what double precision leaves of one that 
 
 
 @dataclass(frozen=True)
-class HeldFrame:
+class FixedFrame:
     """A frame of the robot's file that is held, the parameters of it that were free, and the free frames that say the same."""
 
     name: str
@@ -54,9 +54,9 @@ def frames_alone(free: Collection[str], data: DataSet) -> bool:
     return bool(free) and mine.issuperset(free)
 
 
-def hold_frames(model: M, data: DataSet) -> tuple[M, tuple[HeldFrame, ...]]:
+def fix_frames(model: M, data: DataSet) -> tuple[M, tuple[FixedFrame, ...]]:
     """The model with those frames of its own fixed that look like free frames of the data, and which they are."""
-    held: list[HeldFrame] = []
+    held: list[FixedFrame] = []
     table = model.table
     if freedom_of(model) is not None or not table.free:
         return model, ()
@@ -69,7 +69,7 @@ def hold_frames(model: M, data: DataSet) -> tuple[M, tuple[HeldFrame, ...]]:
             continue
         alike, partners = _alike(model, data, own, list(others))
         if alike:
-            held.append(HeldFrame(body, alike, tuple(dict.fromkeys(others[n] for n in partners))))
+            held.append(FixedFrame(body, alike, tuple(dict.fromkeys(others[n] for n in partners))))
     if not held:
         return model, ()
     gone = {n for h in held for n in h.parameters}

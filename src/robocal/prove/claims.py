@@ -100,8 +100,9 @@ def numbers_of_a_round(context: Decision[Model]) -> Iterator[Finding]:
 @check("same-model", When.PROOF, order=90, given=Given.GAIN, needs=("proven",))
 def same_model(context: Decision[Model]) -> Iterator[Finding]:
     """What was proven of one fit holds for another only if both ended in the same place: the fit to everything has seen what the other
-    one predicted, and must keep a good part of the gain."""
+    one predicted, and must keep a good part of the gain. Of frames alone there is none to keep, and it may leave half as much again."""
     before, after, counted = context.errors
+    before = 2 * after if context.frames_alone else before
     left = errors(context.residuals, context.unit)[0][counted].mean()
     if left > (1 - limits.KEPT_GAIN) * before[counted].mean() + limits.KEPT_GAIN * after[counted].mean():
         amounts = {"left": float(left), "after": float(after[counted].mean())}

@@ -34,7 +34,7 @@ from robocal.estimate.uncertainty import Uncertainty
 from robocal.fit.baseline import check_baseline
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
-from robocal.fit.frames_alike import HeldFrame, frames_alone, frames_of, hold_frames
+from robocal.fit.frames_alike import FixedFrame, fix_frames, frames_alone, frames_of
 from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
 from robocal.fit.options import Options
@@ -64,7 +64,9 @@ class Decision(Context[M_co]):
 
     start: Array = field(kw_only=True)
     proven: Proven = field(kw_only=True)
-    held: tuple[HeldFrame, ...] = field(default=(), kw_only=True)  # frames of the robot's file that look like free ones
+    fixed_frames: tuple[FixedFrame, ...] = field(
+        default=(), kw_only=True
+    )  # frames of the robot's file that look like free ones
 
     @property
     def proof(self) -> Proof | None:
@@ -155,7 +157,11 @@ class Decision(Context[M_co]):
         if not self.frames_alone:
             return self.evidence.gain
         own = dict.fromkeys(n.rpartition(".")[0] for n in self.need_fit.problem.free)
-        return judge_frames(self.share, self.need_fit, self.evidence, tuple(own))
+        unseen = self.evidence.after
+        if "leave_one_out" in self.proven.proofs:
+            _, after, counted = self.proven.proofs["leave_one_out"]().errors(self.unit)
+            unseen = after[counted] if counted.any() else unseen
+        return judge_frames(self.share, self.need_fit, self.evidence, unseen, tuple(own))
 
     @property
     def improvement(self) -> bool:
@@ -241,8 +247,8 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
         raise ModelError("the data set holds no measurement")
     _numbers(data)
     data = place_configurations(model, data)
-    model, held = hold_frames(model, data)
-    return replace(_decide(model, data, options, watch), held=held)
+    model, fixed = fix_frames(model, data)
+    return replace(_decide(model, data, options, watch), fixed_frames=fixed)
 
 
 def _decide(model: M, data: DataSet, options: Options, watch: Watch | None) -> Decision[M]:

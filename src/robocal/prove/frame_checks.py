@@ -26,10 +26,10 @@ from robocal.remarks.remark import Quantity
 
 __all__: list[str] = []
 
-HELD = declare(
-    "frame-held",
-    "{held} stays where the robot file has it: measurements cannot tell it from {like}, which is free",
-    "To look for {held} instead, write --fix {like}.",
+FIXED = declare(
+    "frame-fixed",
+    "{frame} stays where the robot file has it: measurements cannot tell it from {like}, which is free",
+    "To look for {frame} instead, write --fix {like}.",
 )
 LITTLE_TURN = declare(
     "little-turn",
@@ -52,8 +52,8 @@ OPEN = declare(
 @check("frames-alike", When.FIT, order=265, needs=("proven",))
 def frames_alike(context: Decision[Model]) -> Iterator[Finding]:
     """Frames of the robot's file that were free and are held, for free frames of the data say the same."""
-    for held in context.held:
-        yield note(HELD, held=held.name, like=held.like)
+    for fixed in context.fixed_frames:
+        yield note(FIXED, frame=fixed.name, like=fixed.like)
 
 
 @check("hand-turns", When.UNSEEN, order=5, given=Given.NOTHING, needs=("proven",))

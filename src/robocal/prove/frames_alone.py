@@ -12,7 +12,9 @@ The frames hold where
 
     sum r^2 <= FRAMES_LEFT^2 (|M J_g S|^2 + n (stated sigma / sigma in use)^2)
 
-The error at the tool is that of the frames with noise as fitted, less the stated noise of the instrument: V = J C J^T + tau^2.
+The error at the tool is that of the frames with noise as fitted, less the stated noise of the instrument: V = J C J^T + tau^2. Where
+the robot's own errors are seen, which are no draw of a normal distribution, it is the error of rank 0.95 (n + 1) of n that are unseen
+one by one, less the same. Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005).
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ import numpy as np
 from robocal._types import Array
 from robocal.diagnose.limits import ARM_EXPLAINS, FRAMES_LEFT
 from robocal.estimate.elimination import beside_blocks, reweight, triangle
-from robocal.estimate.uncertainty import radius
+from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.fit.fit import Fit
 from robocal.measure.machine import Model
 from robocal.prove.bands import row_bands
@@ -81,15 +83,16 @@ def robot_share(model: Model, fit: Fit) -> RobotShare:
     return RobotShare(times, found * np.outer(scale[frames], scale[frames]))
 
 
-def judge_frames(share: RobotShare, fit: Fit, evidence: Evidence, names: tuple[str, ...]) -> Gain:
-    """Whether the frames `names` hold on unseen measurements, in place of a gain."""
+def judge_frames(share: RobotShare, fit: Fit, evidence: Evidence, unseen: Array, names: tuple[str, ...]) -> Gain:
+    """Whether the frames `names` hold on unseen measurements, in place of a gain; `unseen` (n,) are errors there, of as many as can be
+    had."""
     unit, left = evidence.unit, rms(evidence.after)
     if not share.times <= FRAMES_LEFT:
         allowed = Quantity(left / share.times if share.times > 0 else 0.0, unit)
         amounts = {"left": Quantity(left, unit), "allowed": allowed}
         found = Remark.of(Code.FRAMES_NOT_EXPLAINED, names=names, **amounts, times=share.times, how=evidence.kind)
         return Gain(found, False)
-    told = Quantity(_error_at_tool(fit, evidence), unit)
+    told = Quantity(_error_at_tool(share, fit, evidence, unseen), unit)
     place = None if fit.problem.blocks else "tool"
     found = Remark.of(
         Code.FRAMES_LOCATED, names=names, left=Quantity(left, unit), told=told, place=place, how=evidence.kind
@@ -97,18 +100,24 @@ def judge_frames(share: RobotShare, fit: Fit, evidence: Evidence, names: tuple[s
     return Gain(found, True, status="located")
 
 
-def _error_at_tool(fit: Fit, evidence: Evidence) -> float:
+def _error_at_tool(share: RobotShare, fit: Fit, evidence: Evidence, unseen: Array) -> float:
     """What 95 % of the errors stay below at poses like those that were measured, without the noise that was stated of the instrument;
-    of poses that are fitted themselves, what 95 % of the unseen errors stay below."""
-    if fit.problem.blocks:
-        return float(np.quantile(evidence.after, 0.95, method="higher"))
-    every = np.arange(fit.problem.configurations)
+    by the covariance as fitted, or where the robot's own errors are seen by `unseen` errors (n,)."""
     stated = {(g.name, g.unit): g.stated or 0.0 for g in fit.groups}
-    found = []
+    found, noise = [], []
+    every = np.arange(0 if fit.problem.blocks else fit.problem.configurations)
     bands = row_bands(fit.problem, fit.solution.x, fit.total, every)
     for term, band in zip(fit.problem.terms, bands, strict=True):
         for first, last, unit in band.parts:
             if unit == evidence.unit and len(band.new):
-                own = band.new[:, first:last, first:last] - stated[term.group, unit] ** 2 * np.eye(last - first)
-                found.append(radius(own, fit.total.dof))
-    return rms(np.concatenate(found)) if found else 0.0
+                known = stated[term.group, unit] ** 2 * np.eye(last - first)
+                found.append(radius(band.new[:, first:last, first:last] - known, fit.total.dof))
+                noise.append(float(radius(known)))
+    fitted = rms(np.concatenate(found)) if found else 0.0
+    # Poses and errors are drawn alike: the next error is as likely to have any rank among those before.
+    rank = int(np.ceil(LEVEL * (len(unseen) + 1)))
+    at = float(np.sort(unseen)[min(rank, len(unseen)) - 1])
+    if found and share.covariance is None:
+        return fitted
+    seen = float(np.sqrt(max(at**2 - max(noise, default=0.0) ** 2, 0.0)))
+    return seen if rank <= len(unseen) else max(seen, fitted)
