@@ -190,7 +190,7 @@ def test_an_aligned_axis_is_a_plain_element():
 def test_declared_keys_are_what_a_row_may_give(convention, rng):
     rule = CONVENTIONS[convention]
     assert all(k.quantity in QUANTITIES for k in rule.key.values())
-    assert len(rule.key) == len(rule.keys) + 4
+    assert len(rule.key) == len(rule.keys) + 5
     robot = arm(convention, "RP", rng)
     units = {"length": "m", "angle": "rad"}
     for k in rule.keys:

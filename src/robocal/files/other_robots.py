@@ -134,7 +134,7 @@ def _other_units(robot: Robot, given: Rows) -> Iterator[Reading]:
         line = (
             f"every xyz divided by {number(1 / share)}" if urdf else f"units: {{length: {name}, angle: {angle.name}}}"
         )
-        made = [_scaled(row, rule.key, LENGTHS, share) for row in given]
+        made = [_scale_row(row, rule.key, LENGTHS, share) for row in given]
         yield f"the lengths of the robot are in {name}", line, "xyz" if urdf else "units.length", made, robot.convention
     other = {"deg": "rad", "rad": "deg"}.get(angle.name)
     if other is None:
@@ -142,13 +142,13 @@ def _other_units(robot: Robot, given: Rows) -> Iterator[Reading]:
     share = UNITS[other].factor / angle.factor
     columns = [k.name for k in rule.keys if k.quantity in ANGLES]
     if urdf:
-        made = [_scaled(row, rule.key, ANGLES, share) for row in given]
+        made = [_scale_row(row, rule.key, ANGLES, share) for row in given]
         line = f"every rpy times {number(share)}: a URDF is in rad"
         yield "the angles rpy of the robot are in deg", line, "rpy", made, robot.convention
         return
     yield (
         f"the angles of the robot are in {other}", f"units: {{length: {length.name}, angle: {other}}}", "units.angle",
-        [_scaled(row, rule.key, ANGLES, share) for row in given], robot.convention,
+        [_scale_row(row, rule.key, ANGLES, share) for row in given], robot.convention,
     )  # fmt: skip
     for column in columns if len(columns) > 1 else ():
         made = [{**row, **({column: row[column] * share} if column in row else {})} for row in given]
@@ -157,7 +157,9 @@ def _other_units(robot: Robot, given: Rows) -> Iterator[Reading]:
         yield f"the values of {column} are in {other}", line, f"joints.{column}", made, robot.convention
 
 
-def _scaled(row: Mapping[str, Any], keys: Mapping[str, Any], quantities: Sequence[str], share: float) -> dict[str, Any]:
+def _scale_row(
+    row: Mapping[str, Any], keys: Mapping[str, Any], quantities: Sequence[str], share: float
+) -> dict[str, Any]:
     """A row with every number of some quantities in another unit."""
     out = dict(row)
     for name, value in row.items():

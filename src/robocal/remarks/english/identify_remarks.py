@@ -163,7 +163,8 @@ class IdentificationRemarks:
         "{file}: from row {first} to row {last} everything is off[ by {shift:.3g}][, turned by {turn:.3g}]; the {moved} "
         "seems to have moved ({count} rows, {strength:.1f} times the residual elsewhere)",
         "Leave these rows out of this data file (exclude: {first}-{last}). Read them by a second data file, which excludes "
-        "the other rows and states {line}. Or do without them (--exclude {first}-{last}).",
+        "the other rows and states {line}. Or do without them (--exclude {first}-{last}). If another robot gave these rows, "
+        "calibrate it by a file of its own.",
     )
     SEGMENT_OF_TARGET = Phrase(
         "{file}: from row {first} to row {last} the readings of {target} are off[ by {shift:.3g}][, turned by {turn:.3g}]; "
