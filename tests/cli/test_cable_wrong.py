@@ -97,7 +97,7 @@ def test_the_right_files_improve_and_the_weight_is_written(right, cell):
         (lambda t: 0 * t, "another mass than that of the platform"),
         (lambda t: 0 * t + 50, "these tensions cannot hold a platform at rest"),
         (lambda t: t[:, ::-1], "these tensions cannot hold a platform at rest"),
-        (lambda t: np.roll(t, 1, axis=0), "the tensions stand 1 rows too low"),
+        (lambda t: np.roll(t, 1, axis=0), "the tensions stand 1 row too low"),
         (lambda t: t[:, [1, 0, *range(2, 8)]], "the tensions of c1 and c2 are exchanged"),
     ],
 )

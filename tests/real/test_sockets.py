@@ -113,7 +113,7 @@ def test_from_the_command_line(shared_data, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = ["--hold-out", "group", "--group-by", "placement", "--folds", "3"]
     ran = robocal("identify", "panda", "data.yaml", *words, "-o", "run")
-    assert ran.status == 0 and "back-high" in ran.out and "profiled" in ran.out, ran.err
+    assert ran.status == 0 and "back-high" in ran.out and "own frames fitted" in ran.out, ran.err
     result = json.loads((tmp_path / "run" / "result.json").read_text())
     assert all(f["after"] <= 1.0 and f["profiled"] for f in result["residuals"]["folds"])
     assert result["split"]["how"] == "3 folds of groups"
