@@ -67,9 +67,14 @@ class Doubt:
     rows: list[NDArray[np.int64]]
     stated: float
     lost: float
-    reach: float
+    spread: float
     own: float
     few: bool
+
+    @property
+    def reach(self) -> float:
+        """The smaller of both reaches: of an arm that is a thousand times too large, what was read has the right size."""
+        return min(self.own, self.spread)
 
     def explains(self, left: float, reach: float | None = None) -> bool:
         """Whether this is little enough to explain the data, of an arm with another reach too."""
@@ -85,15 +90,14 @@ def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
     stated = finite_sights(chain, taken(data, rows))
     if stated is None:
         return None
-    # Of an arm that is a thousand times too large, what was read has the right size.
-    own = reach_of(chain, stated)
-    reach = min(own, limits.REACH_OF_SPREAD * float(stated.spread[0]))
+    spread, own = limits.REACH_OF_SPREAD * float(stated.spread[0]), reach_of(chain, stated)
+    reach = min(own, spread)
     with np.errstate(all="ignore"):
         left = min(left_softly(chain, stated), float(fit_trials(chain, stated).left[0]))
         if left <= limits.MISFIT_ASKS * reach:
             return None
         lost = _rms_without_mastering(chain, stated, left)
-        return Doubt(rows, left, lost, reach, own, few=stated.places < limits.HYPOTHESIS_PLACES)
+        return Doubt(rows, left, lost, spread, own, few=stated.places < limits.HYPOTHESIS_PLACES)
 
 
 def explain(
@@ -118,7 +122,7 @@ def explain(
 def _reach(doubt: Doubt, trial: Trial) -> float:
     """The reach by which a change is judged: data in another unit spread as much less or more, up to the arm's own."""
     wider = math.prod(max(c.factors) for c in trial if c.what is What.LENGTH_UNIT)
-    return min(doubt.own, doubt.reach * wider)
+    return min(doubt.own, doubt.spread * wider)
 
 
 def _gains(chain: Mechanism, small: DataSet, doubt: Doubt) -> list[Trial]:
