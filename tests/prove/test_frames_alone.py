@@ -97,6 +97,8 @@ def test_located(tmp_path, capsys, in_hand, size):
     assert status == 0 and document["verdict"]["status"] == "located", document["verdict"]
     assert (tmp_path / "run" / "report.html").is_file() and (tmp_path / "run" / "calibrated.yaml").is_file()
     assert document["residuals"]["before"] is None
+    assert main(["drift", str(tmp_path / "run"), str(tmp_path / "run")]) == 2, "it says nothing of the robot"
+    assert "frames alone" in capsys.readouterr().err
     for told, truth, sigma in sides(document, hand, base, in_hand):
         assert (np.abs(off(told, truth)) < 4 * sigma).all()
     one, other = document["frames"][0]["pose"], document["frames"][0]["inverse"]
