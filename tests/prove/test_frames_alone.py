@@ -97,6 +97,8 @@ def test_located(tmp_path, capsys, in_hand, size):
     assert status == 0 and document["verdict"]["status"] == "located", document["verdict"]
     assert (tmp_path / "run" / "report.html").is_file() and (tmp_path / "run" / "calibrated.yaml").is_file()
     assert document["residuals"]["before"] is None
+    assert main(["drift", str(tmp_path / "run"), str(tmp_path / "run")]) == 2, "it says nothing of the robot"
+    assert "frames alone" in capsys.readouterr().err
     for told, truth, sigma in sides(document, hand, base, in_hand):
         assert (np.abs(off(told, truth)) < 4 * sigma).all()
     one, other = document["frames"][0]["pose"], document["frames"][0]["inverse"]
@@ -123,6 +125,24 @@ def test_tool_and_camera_are_one(tmp_path, capsys, fixed):
     for name in (f"camera.{s}" for s in SYMBOLS):
         assert mine[name]["identified"] == pytest.approx(other[name]["identified"], abs=1e-5)
         assert mine[name]["sigma"] == pytest.approx(other[name]["sigma"], rel=1e-3)
+
+
+def test_base_and_world_are_one(tmp_path, capsys):
+    """A free base on a free tracker is held; a base beside a tracker that is known is found."""
+    nominal, true, hand, base, rng = world(7, 0.4)
+    q = nominal.draw(rng, 40, 0.6)
+    nominal.write(tmp_path, q, true.point(q) + SIGMA * rng.normal(size=(40, 3)), SIGMA)
+    text = (tmp_path / "robot.yaml").read_text()
+    (tmp_path / "robot.yaml").write_text(f"{text}base: {{xyz: [0, 0, 0], rotation_vector: [0, 0, 0], free: true}}\n")
+    _, both, _ = identify(tmp_path, capsys)
+    _, one, _ = identify(tmp_path, capsys, "--fix", "base")
+    assert [r["numbers"] for r in both["remarks"] if r["code"] == "frame-fixed"] == [
+        {"frame": "base", "like": ["tracker"]}
+    ]
+    mine, other = ({p["name"]: p["sigma"] for p in d["parameters"]} for d in (both, one))
+    assert [mine[f"tracker.{s}"] for s in SYMBOLS] == pytest.approx([other[f"tracker.{s}"] for s in SYMBOLS], rel=1e-3)
+    _, found, _ = identify(tmp_path, capsys, "--fix", "tracker")
+    assert all(r["code"] != "frame-fixed" for r in found.get("remarks", []))
 
 
 def test_a_stated_tool_is_a_quantity(tmp_path, capsys):

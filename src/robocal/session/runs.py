@@ -49,10 +49,14 @@ def verdict_remarks(result: Result | None, name: str) -> tuple[Remark, ...]:
 def knowledge_of(folder: Path, table: ParameterTable | None) -> Knowledge:
     """What a run folder knows of its parameters; `table` is that of the arm that was opened from it (None: another machine was). Raises
     FileError when it does not say, FormatError when it speaks of another robot."""
-    place = open_run(folder).part(COVARIANCE)
+    run = open_run(folder)
+    place = run.part(COVARIANCE)
     if place is None:
         expected = f"{COVARIANCE}: identify once more with this version"
         raise FileError("this run does not contain the uncertainty of its parameters", file=folder, expected=expected)
+    if run.result is not None and run.result.verdict.status == "located":
+        expected = "a run that identified the robot too (leave out --free)"
+        raise FileError("this run located frames alone, and says nothing of the robot", file=folder, expected=expected)
     known = read_covariance(place)
     if table is None:
         return known
