@@ -84,8 +84,9 @@ def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
     stated = finite_sights(chain, taken(data, rows))
     if stated is None:
         return None
-    # Of an arm that is a thousand times too large, what was read has the right size.
-    reach = min(reach_of(chain, stated), limits.REACH_OF_SPREAD * float(stated.spread[0]))
+    reach = reach_of(chain, stated)
+    if reach > limits.ARM_LONGEST:  # of an arm in another unit, what was read has the right size
+        reach = min(reach, limits.REACH_OF_SPREAD * float(stated.spread[0]))
     with np.errstate(all="ignore"):
         left = min(left_softly(chain, stated), float(fit_trials(chain, stated).left[0]))
         if left <= limits.MISFIT_ASKS * reach:
