@@ -261,6 +261,14 @@ def other_robot(folder, name, rng, pose) -> Case:
     )
 
 
+@cause
+def in_turn(folder, name, rng, pose) -> Case:
+    world = World(folder, name, rng, pose, either(rng))
+    seen, frame = world.measure(), TRACKER @ se3.from_vector(np.array([2.0, 1.0, 0.3, 0.2, 0, 0.7]))
+    seen[1::2] = world.measure(frame=frame)[1::2]
+    return Case(world.robot, world.table(world.q, seen), "two robots in turn")
+
+
 # --- its line obeyed --------------------------------------------------------------------------------------------------
 
 
@@ -270,6 +278,9 @@ def obey(case: Case, message: str) -> tuple[Path, Path, list[str]]:
     if case.words == "column by column":
         (folder / "d.yaml").write_text(line.partition("with the line ")[2], encoding="utf-8")
         return robot, folder / "d.yaml", []
+    if "every other row" in line:
+        head, value = read(case.data)
+        return robot, write(folder / "o.csv", head, value[::2]), []
     if found := re.search(r"exclude: ([\d-]+)", line):
         return robot, case.data, ["--exclude", found[1]]
     if found := re.search(r"from row (\d+) to row (\d+) each reading stands (\d) rows? (above|below)", message):

@@ -33,7 +33,7 @@ def tried(chain, data, damage):
 
 def undone(change: Change) -> Change:
     """The change that undoes another one."""
-    if change.what in (What.ZERO, What.SHIFT):
+    if change.what in (What.ZERO, What.SHIFT, What.WITH):
         turn = -change.amount if not np.isclose(abs(change.amount), np.pi) else change.amount
         return replace(change, amount=turn)
     if change.what in (What.JOINT_UNIT, What.LENGTH_UNIT):

@@ -61,20 +61,14 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Doubt:
-    """Data whose misfit asks for a change: rows of every instrument, what is left as stated and with the joints' zeros lost (m), the
-    reach as the data spread and that of the arm (m), and whether the joints stood at too few places for anything but another arm."""
+    """Data whose misfit asks for a change: rows of every instrument, what is left as stated and with the joints' zeros
+    lost (m), the reach (m), and whether the joints stood at too few places for anything but another arm."""
 
     rows: list[NDArray[np.int64]]
     stated: float
     lost: float
-    spread: float
-    own: float
+    reach: float
     few: bool
-
-    @property
-    def reach(self) -> float:
-        """The smaller of both reaches: of an arm that is a thousand times too large, what was read has the right size."""
-        return min(self.own, self.spread)
 
     def explains(self, left: float, reach: float | None = None) -> bool:
         """Whether this is little enough to explain the data, of an arm with another reach too."""
@@ -90,14 +84,15 @@ def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
     stated = finite_sights(chain, taken(data, rows))
     if stated is None:
         return None
-    spread, own = limits.REACH_OF_SPREAD * float(stated.spread[0]), reach_of(chain, stated)
-    reach = min(own, spread)
+    reach = reach_of(chain, stated)
+    if reach > limits.ARM_LONGEST:  # of an arm in another unit, what was read has the right size
+        reach = min(reach, limits.REACH_OF_SPREAD * float(stated.spread[0]))
     with np.errstate(all="ignore"):
         left = min(left_softly(chain, stated), float(fit_trials(chain, stated).left[0]))
         if left <= limits.MISFIT_ASKS * reach:
             return None
         lost = _rms_without_mastering(chain, stated, left)
-        return Doubt(rows, left, lost, spread, own, few=stated.places < limits.HYPOTHESIS_PLACES)
+        return Doubt(rows, left, lost, reach, few=stated.places < limits.HYPOTHESIS_PLACES)
 
 
 def explain(
@@ -114,15 +109,9 @@ def explain(
         for make in (lambda: [(c,) for c in changes], *(() if alone else stages)):
             trials = make()
             order, left = _best(chain, data, small, doubt.rows, trials, doubt.stated) if trials else ([], np.zeros(0))
-            if order and doubt.explains(best := float(left[order[0]]), _reach(doubt, trials[order[0]])):
+            if order and doubt.explains(best := float(left[order[0]])):
                 return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
     return None
-
-
-def _reach(doubt: Doubt, trial: Trial) -> float:
-    """The reach by which a change is judged: data in another unit spread as much less or more, up to the arm's own."""
-    wider = math.prod(max(c.factors) for c in trial if c.what is What.LENGTH_UNIT)
-    return min(doubt.own, doubt.spread * wider)
 
 
 def _gains(chain: Mechanism, small: DataSet, doubt: Doubt) -> list[Trial]:
