@@ -149,6 +149,26 @@ def shared(folder, name, rng, pose) -> Case:
 
 
 @cause
+def shared_and_zero(folder, name, rng, pose) -> Case:
+    world = World(folder, name, rng, pose)
+    q, share = world.q.copy(), rng.choice([1, -1])
+    q[:, 2] += np.pi / 2 * rng.choice([1, -1]) - share * q[:, 1]
+    words = (
+        rf"the zero of {world.names[2]} is off.*with: {{{world.names[1]}: {share}}} for {world.names[2]} and theta: "
+    )
+    return Case(world.robot, world.table(q, world.measure()), words)
+
+
+@cause
+def shared_and_sign(folder, name, rng, pose) -> Case:
+    world = World(folder, name, rng, pose)
+    q, share = world.q.copy(), rng.choice([1, -1])
+    q[:, 2] = -q[:, 2] - share * q[:, 1]
+    words = rf"with: {{{world.names[1]}: {share}}} for {world.names[2]} and gain: -1 for {world.names[2]}"
+    return Case(world.robot, world.table(q, world.measure()), words)
+
+
+@cause
 def dh_as_mdh(folder, name, rng, pose) -> Case:
     world = World(folder, name, rng, pose)
     robot = world.put("r.yaml", re.sub(r"convention: \S+.*", "convention: mdh-hayati", describe(world.arm)))
