@@ -105,8 +105,22 @@ class Unknown:
                 f = np.einsum("m,mdi,md->i", weight, j, r) - np.einsum("m,mia,mi->a", weight, back, g)
                 ds = -np.linalg.lstsq(h, f, rcond=1e-12)[0]
             dl = -np.linalg.solve(a, g[..., None])[..., 0] - back @ ds
-            x = self._step(*x, ds, dl)
+            x = self._shorten(x, ds, dl, weight if shared else None)
         return x
+
+    def _shorten(self, x, ds, dl, weight):
+        """A step as long as it leaves less: of everything with weight (m,), or of each pose by itself."""
+        before = (self._white(*x) ** 2).sum(axis=1)
+        length = np.ones(len(before))
+        for _ in range(12):
+            near = self._step(*x, length[0] * ds, length[:, None] * dl)
+            worse = (self._white(*near) ** 2).sum(axis=1) > before
+            if weight is not None:
+                worse[:] = weight @ (self._white(*near) ** 2).sum(axis=1) > weight @ before
+            if not worse.any():
+                return near
+            length[worse] /= 2
+        return self._step(*x, 0.0 * ds, np.where(worse, 0.0, length)[:, None] * dl) if weight is None else x
 
     def unseen(self, fitted, held):
         """Mean error (m) of lengths and positions of the `held` configurations, whose poses are fitted to their own rows, by the nominal
