@@ -10,11 +10,11 @@ from cables.logs import Log
 from measure.rigs import recorded
 from sizes import size
 
-from robocal.diagnose.growth import GROWTH
 from robocal.files.robot import open_robot
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet
+from robocal.prove.fit_findings import GROWTH
 from robocal.prove.identify import identify
 
 COUNT = 80

@@ -11,12 +11,12 @@ that is next to nothing. A row shows (u J d - J s) in its error e, and J (d - s)
 
     e_end^2 = e^2 + |J d - J s|^2 - |u J d - J s|^2
 
-No held-out row shows that by itself. So errors of unseen rows are claimed as they are at the end (`error_growth`), and the size is told.
+No held-out row shows that by itself. So beside what unseen rows are missed by, the error at the end is claimed (`error_growth`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +24,7 @@ import scipy
 
 from robocal._types import Array
 from robocal.diagnose import limits
-from robocal.diagnose.check_registry import Context, Finding, When, check, doubt, once
+from robocal.diagnose.check_registry import Context, once
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.path_rates import time_order
 from robocal.estimate.elimination import beside_blocks
@@ -35,19 +35,9 @@ from robocal.fit.misfit import errors
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.remarks.english import declare
-from robocal.remarks.remark import Quantity
 
-__all__ = ["FileDrift", "at_end", "drift_of_file", "error_growth", "growth"]
+__all__ = ["FileDrift", "at_end", "drift_of_file", "error_growth", "largest_growth"]
 
-GROWTH = declare(
-    "residual-grows",
-    "{group}: what is left grows along the file, by {size:.3g} from its first row to its last ({share:.0%} of the squared residuals): "
-    "something warmed up or settled; errors on unseen measurements are claimed as they are at its end, over all rows {after:.3g} rms "
-    "in place of {left:.3g}",
-    "Measure once the machine and the instrument are warm, or record the temperature (a temperature column). Measure a few places of "
-    "the beginning again at the end: the difference is the drift.",
-)
 HOLD = 10.0  # expected errors, as softly as in `stated_numbers`
 FACTOR = 1e-3  # grid: of a length, a change by warmth and more
 EPS = 1e-9  # tolerance: of a column: what is less is rounding
@@ -119,21 +109,16 @@ def _changes(
     return end, now
 
 
-@check("growth", When.FIT, order=172, needs=("fit",))
-def growth(context: Context[Model]) -> Iterator[Finding]:
-    """What drifted along the file, of the instrument that shows most of it: by how much, and what the error is at its end."""
-    drift = drift_of_file(context)
-    if drift is None:
-        return
+def largest_growth(context: Context[Model], drift: FileDrift) -> tuple[str, str, float]:
+    """The instrument that shows most of a drift, its SI unit, and by how much that grows from the first row to the last."""
     groups: dict[tuple[str, str], list[Array]] = {}
-    for r, *changed in zip(context.residuals, *_changes(context, drift), strict=True):
+    for r, end in zip(context.residuals, _changes(context, drift)[0], strict=True):
         if r.reading:
-            numbers = np.stack([v.length()[r.used] ** 2 for v in (r, *changed)])
+            numbers = np.stack([v.length()[r.used] ** 2 for v in (r, end)])
             groups.setdefault((r.group, r.parts[0][2]), []).append(numbers)
     told = {key: np.concatenate(v, axis=1).mean(axis=1) for key, v in groups.items()}
-    (group, unit), (rest, end, now) = max(told.items(), key=lambda item: item[1][1] / item[1][0])
-    size, left, after = (Quantity(float(np.sqrt(max(v, 0.0))), unit) for v in (4 * end, rest, rest + end - now))
-    yield doubt(GROWTH, group=group, size=size, left=left, after=after, share=drift.share)
+    (group, unit), (_, end) = max(told.items(), key=lambda item: item[1][1] / item[1][0])
+    return group, unit, 2 * float(np.sqrt(end))
 
 
 def _time(data: DataSet) -> Array:

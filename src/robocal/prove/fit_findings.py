@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 
 from robocal.diagnose.check_registry import Finding, When, check, doubt, note, once
+from robocal.diagnose.growth import at_end, drift_of_file, error_growth, largest_growth
 from robocal.diagnose.limits import BAND_CHANCE, CURVATURE, STEP_MISLEADS
 from robocal.diagnose.outliers import Outlier, name_outliers
 from robocal.diagnose.studentised import far_from
@@ -23,11 +24,13 @@ from robocal.measure.machine import Model
 from robocal.prove.bands import coverage, row_bands
 from robocal.prove.decision import Decision
 from robocal.prove.judge import units_of
+from robocal.prove.pose_from_lengths import pose_from_lengths
 from robocal.prove.statistics import Coverage
 from robocal.remarks.code import Code
+from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["Linearity", "linearity_of", "outliers", "unseen_coverage"]
+__all__ = ["GROWTH", "Linearity", "linearity_of", "outliers", "unseen_coverage"]
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,40 @@ def doubt_linearity(context: Decision[Model]) -> Iterator[Finding]:
         yield note(Code.ONE_STEP_MISLEADS, **amounts(found.everything), before=before)
     if found.curvature is not None and found.curvature > CURVATURE:
         yield doubt(Code.CURVED, curvature=found.curvature, parameter=found.curvature_parameter)
+
+
+GROWTH = declare(
+    "residual-grows",
+    "{group}: what is left grows along the file, by {size:.3g} from its first row to its last ({share:.0%} of the squared residuals): "
+    "something warmed up or settled[; the mean error on unseen measurements is {left:.3g} over the file, and claimed to be {after:.3g} at "
+    "its end]",
+    "Measure once the machine and the instrument are warm, or record the temperature (a temperature column). Measure a few places of "
+    "the beginning again at the end: the difference is the drift.",
+)
+
+
+@check("growth", When.FIT, order=172, needs=("proven",))
+def growth(context: Decision[Model]) -> Iterator[Finding]:
+    """What drifted along the file, of the instrument that shows most of it: by how much, and which error is claimed at its end."""
+    drift = drift_of_file(context)
+    if drift is None:
+        return
+    group, unit, size = largest_growth(context, drift)
+    left, after = _claim(context)
+    yield doubt(GROWTH, group=group, size=Quantity(size, unit), left=left, after=after, share=drift.share)
+
+
+def _claim(context: Decision[Model]) -> tuple[Quantity | None, Quantity | None]:
+    """The mean error of the first figure of unseen measurements, and the same at the end of the file; None where nothing was unseen."""
+    posed, proof = pose_from_lengths(context), context.proof
+    if posed is not None and posed.end is not None:
+        told = next(s for s in (posed.position.held_out, posed.position.k_fold, posed.position.leave_one_out) if s)
+        return Quantity(told.mean), Quantity(posed.end)
+    if proof is None or not (counted := context.errors[2]).any():
+        return None, None
+    after = context.errors[1]
+    end = at_end(after, error_growth(context), context.unit)
+    return Quantity(float(after[counted].mean()), context.unit), Quantity(float(end[counted].mean()), context.unit)
 
 
 WHOLE = {"position": "positions", "orientation": "orientations"}

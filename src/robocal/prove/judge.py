@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._types import Array, Ints
-from robocal.diagnose.growth import at_end
 from robocal.diagnose.limits import PROOF_PLACES
 from robocal.diagnose.motions import ABSOLUTE
 from robocal.estimate.problem import Problem
@@ -37,19 +36,16 @@ PROOFS = ("held_out", "k_fold", "leave_one_out")  # the verdict takes the first 
 
 @dataclass(frozen=True)
 class Proof:
-    """What a split held out, and what baseline and identified model missed there; `growth` gives by unit, (N,), what squares of errors
-    grow by until the end of a file along which something drifts."""
+    """What a split held out, and what baseline and identified model missed there."""
 
     split: Split
     before: Unseen
     after: Unseen
     aside: Mapping[str, NDArray[np.bool_]]  # by unit, (N,): gross rows, which prove nothing
-    growth: Callable[[], Mapping[str, Array]] = dict
 
     def errors(self, unit: str, everything: bool = False) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Errors (N,) of both models in one unit, at the end of the file, and which rows prove something; `everything`: gross rows too."""
-        growth = self.growth()
-        before, after = (at_end(v.value[unit], growth, unit) for v in (self.before, self.after))
+        """Errors (N,) of both models in one unit, and which rows prove something; `everything`: gross rows too."""
+        before, after = self.before.value[unit], self.after.value[unit]
         told = ~(np.isnan(before) | np.isnan(after))
         return before, after, told if everything else told & ~self.aside[unit]
 

@@ -33,11 +33,13 @@ LENGTHS = "lengths"
 
 @dataclass(frozen=True)
 class PoseFromLengths:
-    """Errors on unseen configurations: position from lengths, orientation where an instrument read it, and lengths beside them."""
+    """Errors on unseen configurations: position from lengths, orientation where an instrument read it, and lengths beside them; `end`
+    is the mean error of positions (m) at the end of a file along which something drifts, None without."""
 
     position: Stages
     orientation: Stages | None
     lengths: Stages
+    end: float | None = None
 
 
 @once
@@ -55,9 +57,6 @@ def pose_from_lengths(context: Decision[Model]) -> PoseFromLengths | None:
     if len(known) < 2:
         return None  # every round was done from the beginning, and nobody kept where it ended
     seen = [_misses(p, x, proof.split, kinds) for p, x in zip((base.problem, part.problem), known, strict=True)]
-    # Where something drifts along the file, each is told as it is at its end.
-    whole = context.need_fit.problem
-    more = error_growth(context, _of_kinds(whole, kinds, (LENGTHS,)), _of_kinds(whole, kinds, ABSOLUTE))
     name = next(n for n, make in context.proven.proofs.items() if make() is proof)
 
     def stages(unit: str, before: Array, after: Array, counted: Bools) -> Stages | None:
@@ -69,12 +68,7 @@ def pose_from_lengths(context: Decision[Model]) -> PoseFromLengths | None:
 
     absolute = [k in ABSOLUTE for k in kinds]
     position, orientation = (
-        stages(
-            u,
-            at_end(seen[0][u], more, u),
-            at_end(seen[1][u], more, u),
-            ~proof.aside[u][_rows_of(base.problem, absolute, u)],
-        )
+        stages(u, seen[0][u], seen[1][u], ~proof.aside[u][_rows_of(base.problem, absolute, u)])
         if u in seen[0]
         else None
         for u in ("m", "rad")
@@ -82,7 +76,15 @@ def pose_from_lengths(context: Decision[Model]) -> PoseFromLengths | None:
     before, after, counted = proof.errors("m")
     mine = _rows_of(base.problem, [k == LENGTHS for k in kinds], "m")
     lengths = stages("m", before, after, counted & mine)
-    return None if position is None or lengths is None else PoseFromLengths(position, orientation, lengths)
+    if position is None or lengths is None:
+        return None
+    whole = context.need_fit.problem
+    more = error_growth(context, _of_kinds(whole, kinds, (LENGTHS,)), _of_kinds(whole, kinds, ABSOLUTE))
+    told = (
+        ~proof.aside["m"][_rows_of(base.problem, absolute, "m")] & np.isfinite(seen[0]["m"]) & np.isfinite(seen[1]["m"])
+    )
+    end = float(at_end(seen[1]["m"], more, "m")[told].mean()) if more else None
+    return PoseFromLengths(position, orientation, lengths, end)
 
 
 def _rows_of(problem: Problem, some: list[bool], unit: str) -> Bools:

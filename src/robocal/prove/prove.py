@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Context
 from robocal.diagnose.gross import neither, set_aside
-from robocal.diagnose.growth import error_growth
 from robocal.diagnose.limits import HOLD_OUT_PLACES, LEAVE_ONE_OUT_PLACES
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import Baseline, check_baseline, fit_baseline, frame_names, renew_baseline
@@ -42,10 +41,9 @@ def prove(context: Context[Model], data: DataSet, split: Split) -> Proven:
     options, watch, base, whole = context.chosen, context.watch, context.need_baseline, context.need_fit
     count = len(np.unique(context.places))
     proofs: dict[str, Callable[[], Proof]] = {}
-    growth = cache(partial(error_growth, context))
     if options.folds is not None:
         tell(watch, "folds", configurations=len(split))
-        k_fold = replace(_rounds(context, data, split, can_batch(options) and not options.reselect), growth=growth)
+        k_fold = _rounds(context, data, split, can_batch(options) and not options.reselect)
         proofs["k_fold"] = lambda: k_fold
     # By itself where it is one batch, or where nothing else proves anything; who asks for it gets it from any method, by
     # refits.
@@ -58,7 +56,7 @@ def prove(context: Context[Model], data: DataSet, split: Split) -> Proven:
         @cache
         def one_by_one() -> Proof:
             tell(watch, "leave-one-out", configurations=count)
-            return replace(_rounds(context, data, leave_one_out_rounds(data), can_batch(options)), growth=growth)
+            return _rounds(context, data, leave_one_out_rounds(data), can_batch(options))
 
         proofs["leave_one_out"] = one_by_one
     missed = "leave_one_out" not in proofs and not can_batch(options) and options.leave_one_out is None
@@ -67,7 +65,7 @@ def prove(context: Context[Model], data: DataSet, split: Split) -> Proven:
         everyone = np.arange(len(data.configurations))
         return Proven(proofs, base, whole, everyone, everyone[:0], everyone[:0], left_out)
     one = trial(context, data, split, 0)
-    held_out = Proof(split, one.before, one.after, _units(base.problem, one.aside), growth)
+    held_out = Proof(split, one.before, one.after, _units(base.problem, one.aside))
     proofs["held_out"] = lambda: held_out
     embargoed = np.flatnonzero(~(split.fit[0] | split.held_out[0]))
     return Proven(proofs, one.base, one.part, *split.configurations(0), embargoed, left_out)
