@@ -286,7 +286,7 @@ def in_turn(folder, name, rng, pose) -> Case:
     world = World(folder, name, rng, pose, either(rng))
     seen, frame = world.measure(), TRACKER @ se3.from_vector(np.array([2.0, 1.0, 0.3, 0.2, 0, 0.7]))
     seen[1::2] = world.measure(frame=frame)[1::2]
-    return Case(world.robot, world.table(world.q, seen), "two robots in turn")
+    return Case(world.robot, world.table(world.q, seen), "two robots, or of two instruments, in turn")
 
 
 # --- its line obeyed --------------------------------------------------------------------------------------------------

@@ -107,6 +107,40 @@ def test_what_can_mean_two_things_is_refused(tmp_path, cells, numbers):
         np.testing.assert_array_equal(read_csv(place).numbers(["a", "b"]), [numbers])
 
 
+@pytest.mark.parametrize(
+    ("cells", "csv", "numbers"),
+    [
+        (["1.770", "673"], {}, None),  # 1770 beside 673, or 1.77
+        (["1.770", "673"], {"thousands": "."}, [1770.0, 673.0]),
+        (["1.770", "673"], {"decimal": "."}, [1.77, 673.0]),
+        (["1.770", "0.673"], {}, [1.77, 0.673]),
+        (["1.770", "673.25"], {}, [1.77, 673.25]),
+        (["1.770", "2.673"], {}, [1.77, 2.673]),  # three digits behind every dot, as programs write
+        (["1,770", "673"], {}, None),
+        (["1,770", "673"], {"thousands": ","}, [1770.0, 673.0]),
+    ],
+)
+def test_whole_numbers_with_thousands(tmp_path, cells, csv, numbers):
+    place = tmp_path / "table.csv"
+    place.write_text("name;a\n" + "".join(f"p{i};{cell}\n" for i, cell in enumerate(cells)))
+    if numbers is None:
+        with pytest.raises(
+            FormatError, match="row 2, column a: (a dot that may stand between thousands|a decimal comma)"
+        ):
+            read_csv(place, **csv).numbers(["a"])
+    else:
+        np.testing.assert_array_equal(read_csv(place, **csv).numbers(["a"])[:, 0], numbers)
+
+
+def test_names_say_nothing_of_numbers(tmp_path):
+    """A text column 1,2 beside columns with units is no decimal comma, and 1.10 no decimal point."""
+    place = tmp_path / "table.csv"
+    place.write_text("seen;a [mm]\n1,2;1.770\n2,3;673.5\n")
+    np.testing.assert_array_equal(read_csv(place).numbers(["a"])[:, 0], [1.77, 673.5])
+    place.write_text("name;a [mm]\n1.10;1.770,25\n1.11;673,5\n")
+    np.testing.assert_array_equal(read_csv(place).numbers(["a"])[:, 0], [1770.25, 673.5])
+
+
 def test_a_header_with_data_below_is_no_title(tmp_path):
     place = tmp_path / "table.csv"
     place.write_text("name,q [deg]\na,\nb,2\n")

@@ -10,6 +10,8 @@ import pytest
 from causes import CAUSES, obey
 from cli.runs import robocal
 
+from robocal.arms import catalog
+
 QUICK = ("shared", "dh_as_mdh", "urdf_angles", "by_columns", "rows_off")
 
 
@@ -35,3 +37,19 @@ def test_a_cause_is_named_and_its_line_helps(name: str, arm: str, tmp_path: Path
     ran = robocal("identify", robot, data, *more, "--json")
     assert ran.status == 0, (ran.out, ran.err)
     assert ran.document["verdict"]["status"] == "improved"
+
+
+@pytest.mark.parametrize("arm", ["irb-120", "ur10"])
+@pytest.mark.parametrize("count", [10, 12])
+def test_gross_rows_are_no_other_robot(tmp_path, arm, count):
+    """Ten and twelve of sixty rows that are 0.3 m off are gross rows: `check` names no cause."""
+    rng = np.random.default_rng(count)
+    chain = catalog.get(arm)
+    q = rng.uniform(-1.2, 1.2, (60, len(chain.joints)))
+    p = chain.pose(q)[:, :3, 3] + 1e-4 * rng.normal(size=(60, 3))
+    p[rng.permutation(60)[:count]] += 0.3 * rng.normal(size=(count, 3))
+    head = ",".join([*(f"j{i + 1} [rad]" for i in range(q.shape[1])), "x [m]", "y [m]", "z [m]"])
+    (tmp_path / "data.csv").write_text(
+        "\n".join([head, *(",".join(map(repr, map(float, r))) for r in np.hstack([q, p]))])
+    )
+    assert robocal("check", arm, tmp_path / "data.csv").status == 0

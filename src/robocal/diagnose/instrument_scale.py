@@ -34,7 +34,10 @@ _SAID = (
     "({z:.1f} sigma)"
 )
 # fmt: on
-_GAIN = "Free the gain of the drums: write gain: {{free: true}} into the data file of the lengths. "
+_GAIN = (
+    "Free the gain of the drums: write gain: {{free: true}} into the data file of the lengths, or gain: {{free: true, each: true}} where "
+    "one drum may be another than the others. "
+)
 UNLIKE_KNOWN = declare(
     "scale-of-drums",
     _SAID + "; the scale of {instrument} is stated as known, so the drums are likelier wrong",
@@ -45,7 +48,7 @@ UNLIKE = declare(
     "scale-of-instrument",
     _SAID,
     "Check the scale of {instrument}: the edge of its marker, its focal length, its unit. Where it is certain, state scale: known in its "
-    "file, and free the gain of the drums: gain: {{free: true}} in the data file of the lengths.",
+    "file, and free the gain of the drums: gain: {{free: true}} in the data file of the lengths, with each: true where one may differ.",
 )
 
 

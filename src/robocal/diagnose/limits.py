@@ -118,6 +118,8 @@ EXPLANATIONS_ALIKE = limit(1.5, "times the best", "Changes that leave no more ar
 QUARTER_TURN_NEAR = limit(math.radians(4.0), "rad", "A zero so near to a right angle is no lost mastering but a convention.")
 HYPOTHESIS_BENT = limit(5.0, "times the soft hold", "An arm that was bent so far is another arm, and explains nothing.")
 PART_ROWS = limit(26, "rows", "Both ends of a shorter file tell nothing.")
+PART_LEAST = limit(10, "rows", "So few gross rows fit any frame: they are no part of another robot.",
+    "tests/session/test_naming_causes.py")
 PART_NEAR = limit(5.0, "times what making leaves", "What frames that fit a quarter of the rows leave of the others.")
 PART_OFF = limit(10.0, "times what making leaves", "Rows that are so far off are off, however far.")
 PART_SHARE = limit(0.15, "of the rows", "Fewer rows that are off are outliers.")

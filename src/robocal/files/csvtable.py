@@ -31,8 +31,10 @@ from robocal.files.dialect import (
     find_numbers,
     find_separator,
     fit_row,
+    may_be_foreign,
     split_rows,
     split_unit,
+    two_meanings,
     units_row,
 )
 from robocal.files.text import FORBIDDEN, MEGABYTE, forbidden_character, harmless, meant, read_text
@@ -72,6 +74,7 @@ class CsvTable:
     cells: tuple[tuple[str, ...], ...]
     style: Numbers = PLAIN
     separator: str = ","
+    open: bool = False  # whether nobody said how numbers are written
     skip: bool = False
     alone: bool = False
     gone: frozenset[str] = frozenset()
@@ -181,6 +184,8 @@ class CsvTable:
             cells = self._columns[at]
             if self.skip and len(lacking := self.lacking([column])):
                 raise MissingCells(lacking)
+            if self.open and two_meanings(cells) and all(map(two_meanings, self._dotted)):
+                raise self._two_meanings(at)
             try:
                 if not self.style.plain:
                     cells = tuple(map(self.style.translate, cells))
@@ -192,6 +197,21 @@ class CsvTable:
             if not (np.abs(out[:, i]) < LARGEST).all():
                 raise self._bad_cell(at)
         return out
+
+    @cached_property
+    def _dotted(self) -> tuple[tuple[str, ...], ...]:
+        """The columns of numbers that have a dot."""
+        return tuple(
+            c for c in self._columns if any("." in v for v in c) and not any(v.strip("+-. 0123456789") for v in c)
+        )
+
+    def _two_meanings(self, at: int) -> FormatError:
+        row = ["." in cell for cell in self._columns[at]].index(True)
+        message, expected = (
+            "a dot that may stand between thousands",
+            'csv: {thousands: "."} or csv: {decimal: "."} in a data file',
+        )
+        return self.fail(message, row, self.label(at), found=self._columns[at][row].strip(), expected=expected)
 
     def lacking(self, columns: Sequence[str | int]) -> Ints:
         """The rows, by index, in which a cell of some columns is empty or says that it is."""
@@ -234,7 +254,8 @@ class CsvTable:
         if not math.isnan(value):
             return None if abs(value) < LARGEST else ("so large a number is no measurement", f"below {LARGEST:g}")
         if decimal == "." and COMMA.fullmatch(cell):
-            hint = f"a decimal point; a data file can announce the comma, csv: {{separator: {self.separator!r}, decimal: ','}}"
+            hint = "a decimal point; a data file can announce the comma, csv: "
+            hint += f"{{separator: {self.separator!r}, decimal: ','}}, or thousands: ','"
             return "a decimal comma that the file does not announce", hint
         return "not a number", "a number"
 
@@ -282,26 +303,18 @@ def read_csv(
         units = (None,) * (len(rows[0]) - (len(rows[0]) > 1 and not rows[0][-1].strip()))
     if not rows:
         raise FormatError("the file has a header but no rows", file=source.path)
-    style = Numbers(decimal or ".", thousands or "")
-    if _may_be_foreign(text, chosen, decimal):
-        style = find_numbers((cell for row in rows for cell in row), decimal, thousands)
+    style = find_numbers((), decimal, thousands)
+    if may_be_foreign(text, chosen, decimal):
+        # Names such as 1,2 say nothing of numbers: where headers have units, columns with one decide.
+        some = [i for i, unit in enumerate(units) if unit] or range(len(units))
+        style = find_numbers((row[i] for row in rows for i in some if i < len(row)), decimal, thousands)
+    unsaid = style.plain and decimal is None and thousands is None and chosen != ","
     width, described = len(units), (source.path, chosen, style.decimal)
     cells = tuple(fit_row(row, width, int(line), *described) for row, line in zip(rows, lines, strict=True))
     head = kept[0][0] if header else None
     return CsvTable(
-        source.path, source.sha256, names, units, lines, cells, style, chosen, head=head, remarks=tuple(remarks)
+        source.path, source.sha256, names, units, lines, cells, style, chosen, unsaid, head=head, remarks=tuple(remarks)
     )  # fmt: skip
-
-
-def _may_be_foreign(text: str, separator: str, decimal: str | None) -> bool:
-    """Whether some number of a table may be written otherwise than Python reads it: it has a comma that separates no cells, or a sign
-    between thousands."""
-    return (
-        decimal == ","
-        or (decimal is None and (separator != "," or '"' in text) and "," in text)
-        or "'" in text
-        or "\u00a0" in text
-    )
 
 
 def _refuse_more(what: str, found: int, most: int, path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, FiniteFloat
+from pydantic import BeforeValidator, Field, FiniteFloat, model_validator
 
 from robocal.errors import FormatError, one_of
 from robocal.files.orientation import FORMS
@@ -49,6 +49,14 @@ class CsvModel(FileModel):
     thousands: Literal["", ".", ",", "'", " "] | None = None
     header: bool = True
     missing: Literal["refuse", "skip"] = "refuse"  # rows where a cell that is needed is empty or not a number
+
+    @model_validator(mode="after")
+    def _two_signs(self) -> CsvModel:
+        if self.thousands and self.thousands == self.decimal:
+            refuse(
+                "one sign cannot be decimal and between thousands", found=self.thousands, expected="two different ones"
+            )
+        return self
 
     @property
     def style(self) -> dict[str, Any]:

@@ -113,6 +113,8 @@ def units_row(cells: Sequence[str]) -> tuple[str | None, ...] | None:
 
 def find_numbers(cells: Iterable[str], decimal: str | None, thousands: str | None) -> Numbers:
     """How the numbers among some cells are written; what is stated is not asked for."""
+    if decimal is None and thousands in (".", ","):
+        decimal = "," if thousands == "." else "."  # a sign cannot be both
     if decimal is not None and thousands is not None:
         return Numbers(decimal, thousands)
     seen = [cell.strip() for cell in cells]
@@ -120,6 +122,31 @@ def find_numbers(cells: Iterable[str], decimal: str | None, thousands: str | Non
     found = decimal or _decimal(seen)
     between = _between(seen, found) if thousands is None else thousands
     return Numbers(found, between)
+
+
+def may_be_foreign(text: str, separator: str, decimal: str | None) -> bool:
+    """Whether some number of a table may be written otherwise than Python reads it: it has a comma that separates no cells, or a sign
+    between thousands."""
+    return (
+        decimal == ","
+        or (decimal is None and (separator != "," or '"' in text) and "," in text)
+        or "'" in text
+        or "\u00a0" in text
+    )
+
+
+def two_meanings(cells: Iterable[str]) -> bool:
+    """Whether the dots of a column may stand between thousands: whole numbers stand beside numbers that all have three digits behind
+    their dot, `1.770` and `673`."""
+    whole = dotted = False
+    for cell in cells:
+        if "." not in cell:
+            whole |= cell.strip().lstrip("+-").isdigit()
+        elif _thousands(".").fullmatch(cell.strip()):
+            dotted = True
+        else:
+            return False
+    return whole and dotted
 
 
 def _decimal(cells: Sequence[str]) -> str:

@@ -305,7 +305,8 @@ def _floats(node: Node | None, name: str, default: tuple[float, ...], joint: Urd
         values = [float(word) for word in text.split()]
     except ValueError:
         values = []
-    if len(values) != count or not all(math.isfinite(v) for v in values):
+    # Python alone takes 1_5 for 15.
+    if len(values) != count or "_" in text or not all(math.isfinite(v) for v in values):
         expected = "a finite number" if count == 1 else f"{count} finite numbers"
         node.fail("not a valid attribute", key=f"joint {joint.name} {node.tag} {name}", found=text, expected=expected)
     return values

@@ -30,7 +30,7 @@ from robocal.remarks.remark import Quantity
 __all__ = ["OTHER_ROBOT", "ROWS_OFF", "TURNS", "parts_differ"]
 
 SHIFTS = (0, 1, -1, 2, -2, 3, -3)
-LEAST, MOST = 10, 40  # rows of a part
+MOST = 40  # rows of a part that are looked at
 ROWS_OFF = declare(
     "rows-off",
     "from row {first} to row {last} each reading stands {shift} {where} its joint values: with that, their residual falls from "
@@ -39,13 +39,14 @@ ROWS_OFF = declare(
 )
 OTHER_ROBOT = declare(
     "rows-of-another-robot",
-    "the rows from {first} to {last} are not of this robot: its nominal model leaves {stated:.3g} of them, and {left:.3g} of the others",
-    "Put these rows into a file of their own (exclude: {first}-{last}), and calibrate each robot by its own file.",
+    "the rows from {first} to {last} are not of this robot, or have another unit or sign: the nominal model leaves {stated:.3g} of them, "
+    "and {left:.3g} of the others",
+    "Put these rows into a file of their own (exclude: {first}-{last}), and read each file by itself.",
 )
 TURNS = declare(
     "rows-of-two-robots",
-    "the rows are of two robots in turn: alone, every other row leaves {left:.3g}, all rows together {stated:.3g}",
-    "Put every other row into a file of its own, and calibrate each robot by its own file.",
+    "the rows are of two robots, or of two instruments, in turn: alone, every other row leaves {left:.3g}, all rows together {stated:.3g}",
+    "Put every other row into a file of its own.",
 )
 
 
@@ -99,7 +100,7 @@ def _open(chain: Mechanism, data: DataSet, obs: Observations) -> _File | None:
 def _compare(chain: Mechanism, file: _File) -> Finding | None:
     """What both ends of a file say."""
     count = len(file.obs)
-    many, cut = min(max(count // 4, LEAST), MOST), max(SHIFTS)  # where a shift has no partner
+    many, cut = min(max(count // 4, limits.PART_LEAST), MOST), max(SHIFTS)  # where a shift has no partner
     ends = np.arange(cut, cut + many), np.arange(count - many - cut, count - cut)
     left = [_left(chain, file.part(rows)) for rows in ends]
     good = [v is not None and v[0] <= file.making for v in left]
@@ -121,9 +122,10 @@ def _compare(chain: Mechanism, file: _File) -> Finding | None:
     with np.errstate(all="ignore"):
         free = fit_trials(chain, _sights(chain, file.part(rest)), SoftPrior.of_chain(chain, LOST), rounds=20).left[0]
     off = _seam(capped[0], limits.PART_OFF * file.making - capped[0], good[0])[0]
-    if not limits.EXPLAINED_CLEARLY * file.making < min(free, there):
-        return None
     stated, kept = float(np.median(errors[0, off])), float(np.median(np.delete(errors[0], off)))
+    # A few gross rows among right ones are no other robot.
+    if len(off) < limits.PART_LEAST or not limits.EXPLAINED_CLEARLY * file.making < min(free, there, stated):
+        return None
     return refuse(OTHER_ROBOT, **file.span(off), stated=Quantity(stated), left=Quantity(kept))
 
 
@@ -159,6 +161,9 @@ def _left(chain: Mechanism, trials: Sequence[DataSet]) -> Array | None:
 def _find_turns(chain: Mechanism, file: _File) -> Finding | None:
     """Whether every other row alone is of one robot."""
     count = 2 * min(len(file.obs) // 2, MOST)
+    together = _left(chain, file.part(np.arange(count)))
+    if together is None or together[0] <= file.making:
+        return None  # gross rows, and all others are of one
     left = [_left(chain, file.part(np.arange(start, count, 2))) for start in (0, 1)]
     if any(v is None or v[0] > file.making for v in left):
         return None
