@@ -21,7 +21,7 @@ reveal_type(rc.cable.tension("a", "b").result.margin)
 reveal_type(rc.cable.forward("a", "b").result.solution.converged)
 """
 TYPES = (
-    r"Literal\['improved'\] \| Literal\['not_improved'\] \| Literal\['refused'\]|Literal\['improved', 'not_improved', 'refused'\]",
+    r"Literal\['improved'\] \| Literal\['located'\] \| Literal\['not_improved'\] \| Literal\['refused'\]|Literal\['improved', 'located', 'not_improved', 'refused'\]",
     r"Mapping\[str, Any\]|dict\[str, Any\]|Standard",
     r"ndarray\[.*float64\]\]",
     r"ndarray\[.*bool.*",
