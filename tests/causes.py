@@ -14,7 +14,6 @@ from cli.runs import robocal
 from robocal.arms import catalog
 from robocal.arms.conventions import chain, rows
 from robocal.arms.denavit import to_denavit
-from robocal.files.orientation import to_rpy
 from robocal.files.robot import describe, open_robot
 from robocal.files.units import UNITS, Units
 from robocal.geometry import se3, so3
@@ -92,7 +91,7 @@ def urdf(arm, length: float = 1.0, angle: float = 1.0) -> str:
     """A URDF with a link at each frame of a Denavit-Hartenberg table, in m and rad times `length` and `angle`."""
 
     def origin(t) -> str:
-        xyz, rpy = t[:3, 3] * length, to_rpy(t[:3, :3]) * angle
+        xyz, rpy = t[:3, 3] * length, so3.roll_pitch_yaw(t[:3, :3]) * angle
         return f'<origin xyz="{" ".join(f"{v:.9g}" for v in xyz)}" rpy="{" ".join(f"{v:.9g}" for v in rpy)}"/>'
 
     lines = ['<?xml version="1.0"?>', '<robot name="arm">', '<link name="l0"/>']

@@ -33,7 +33,17 @@ def test_euler_axes_are_the_derivative(rng, intrinsic):
 def test_quaternion_and_rpy(rng):
     q = Rotation.random(20, rng=rng)
     np.testing.assert_allclose(orientation.quaternion(q.as_quat()), q.as_matrix(), atol=1e-14)
-    angles = orientation.to_rpy(q.as_matrix())
+    angles = so3.roll_pitch_yaw(q.as_matrix())
     np.testing.assert_allclose(orientation.rpy(angles), q.as_matrix(), atol=1e-14)
     poles = orientation.rpy([[0.3, np.pi / 2, 0.1], [0.3, -np.pi / 2, 0.4], [0, 0, np.pi]])
-    np.testing.assert_allclose(orientation.rpy(orientation.to_rpy(poles)), poles, atol=1e-9)
+    np.testing.assert_allclose(orientation.rpy(so3.roll_pitch_yaw(poles)), poles, atol=1e-14)
+
+
+@pytest.mark.parametrize("pitch", [np.pi / 2, -np.pi / 2])
+@pytest.mark.parametrize("away", [0.0, 1e-16, 1e-12, 3e-10, 1e-8, 1e-5])
+def test_roll_pitch_yaw_is_exact_near_the_poles(rng, pitch, away):
+    """Roll and yaw alone are not known there; what they say together is."""
+    angles = np.column_stack([rng.uniform(-3, 3, 50), pitch + away * rng.normal(size=50), rng.uniform(-3, 3, 50)])
+    turns = Rotation.from_euler("xyz", angles).as_matrix()
+    back = Rotation.from_euler("xyz", so3.roll_pitch_yaw(turns)).as_matrix()
+    np.testing.assert_allclose(back, turns, atol=3e-14)

@@ -163,3 +163,11 @@ def test_a_robot_in_millimetres_is_the_cause_and_not_its_readings(tmp_path):
     (tmp_path / "data.csv").write_text("\n".join([head, *rows]) + "\n")
     ran = robocal("identify", tmp_path / "mm.urdf", tmp_path / "data.csv", "--json")
     assert ran.status == 2 and "mm.urdf" in ran.said and "probably in mm" in ran.said
+
+
+@pytest.mark.parametrize(("low", "high", "said"), [(-170, 170, 1), (0, 90, 1), (-6.29, 6.29, 0), (-12.6, 12.6, 0), (-1e3, 1e3, 0), (-1e16, 1e16, 0)])  # fmt: skip
+def test_limits_in_degrees_are_named(tmp_path, low, high, said):
+    """Two turns to either side there are, and limits that mean none."""
+    text = urdf(*chain_of('xyz="0 0 0.3"', 'xyz="0.3 0 0"'), links="abc").replace('lower="-2"', f'lower="{low}"', 1)
+    robot = read(tmp_path, text.replace('upper="2"', f'upper="{high}"', 1))
+    assert [w.code for w in robot.warnings] == ["urdf-limits"] * said

@@ -130,15 +130,9 @@ def _urdf(pen: RowBuilder) -> None:
 
 
 def _read_urdf(row: Row, values: Mapping[str, float]) -> dict[str, object]:
-    """Origin as URDF writes it: xyz, and rpy with pitch in [-pi/2, pi/2] (yaw takes all of the turn where pitch is at
-    the end)."""
-    r = so3.exp([values["rx"], values["ry"], values["rz"]])
-    flat = math.hypot(r[0, 0], r[1, 0])
-    pitch = math.atan2(-r[2, 0], flat)
-    roll, yaw = 0.0, math.atan2(-r[0, 1], r[1, 1])
-    if flat > 1e-9:
-        roll, yaw = math.atan2(r[2, 1], r[2, 2]), math.atan2(r[1, 0], r[0, 0])
-    out = {**row, "xyz": [values["x"], values["y"], values["z"]], "rpy": [roll, pitch, yaw]}
+    """Origin as URDF writes it: xyz, and rpy with pitch in [-pi/2, pi/2]."""
+    turn = so3.roll_pitch_yaw(so3.exp([values["rx"], values["ry"], values["rz"]]))
+    out = {**row, "xyz": [values["x"], values["y"], values["z"]], "rpy": turn.tolist()}
     return out | ({"offset": values["offset"]} if "offset" in values else {})
 
 

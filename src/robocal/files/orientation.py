@@ -23,7 +23,7 @@ from robocal.files.units import Units, number
 from robocal.files.yamlio import Path_
 from robocal.geometry import so3
 
-__all__ = ["FORMS", "euler", "euler_axes", "frame_changes", "frame_vector", "quaternion", "rpy", "to_form", "to_rpy"]
+__all__ = ["FORMS", "euler", "euler_axes", "frame_changes", "frame_vector", "quaternion", "rpy", "to_form"]
 
 # Form: how many numbers it takes. A matrix may be 3x3, 3x4 or 4x4, row by row.
 FORMS = {
@@ -75,16 +75,6 @@ def rpy(angles: ArrayLike) -> Array:
     return euler(angles, "XYZ", intrinsic=False)
 
 
-def to_rpy(rotation: ArrayLike) -> Array:
-    """Roll, pitch, yaw (..., 3) of R, pitch in [-pi/2, pi/2]; at the poles roll takes the whole turn."""
-    r = np.asarray(rotation, float)
-    cosine = np.hypot(r[..., 0, 0], r[..., 1, 0])
-    pole = cosine < 1e-9
-    roll = np.where(pole, np.arctan2(-r[..., 1, 2], r[..., 1, 1]), np.arctan2(r[..., 2, 1], r[..., 2, 2]))
-    yaw = np.where(pole, 0.0, np.arctan2(r[..., 1, 0], r[..., 0, 0]))
-    return np.stack([roll, np.arctan2(-r[..., 2, 0], cosine), yaw], axis=-1)
-
-
 def to_form(rotation: ArrayLike, form: str, order: str = "XYZ", *, intrinsic: bool = True) -> Array:
     """The numbers (k, w) of rotations (k, 3, 3) in a form of `FORMS`, rows of a matrix one after the other, angles in
     rad; where Euler angles are not unique the last one is zero."""
@@ -118,7 +108,7 @@ def frame_changes(data: Mapping[str, Any], owner: str, vector: Array, units: Uni
     written."""
     given = data.get(owner)
     word = "rpy" if isinstance(given, dict) and given.get("rpy") is not None else "rotation_vector"
-    turn = to_rpy(so3.exp(vector[3:])) if word == "rpy" else vector[3:]
+    turn = so3.roll_pitch_yaw(so3.exp(vector[3:])) if word == "rpy" else vector[3:]
     parts = {"xyz": units.length.from_si(vector[:3]), word: units.angle.from_si(turn)}
     shown = {name: f"[{', '.join(number(float(v)) for v in values)}]" for name, values in parts.items()}
     if not isinstance(given, dict):

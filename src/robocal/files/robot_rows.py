@@ -23,6 +23,8 @@ from robocal.remarks.remark import Remark
 __all__ = [
     "MOST_REACH",
     "MOST_TURN",
+    "MOST_TURNS",
+    "NO_LIMIT",
     "changes",
     "complete_rows",
     "missing_key_remarks",
@@ -34,6 +36,8 @@ __all__ = [
 ONE = UNITS["1"]
 MOST_REACH = 50.0  # m: no arm's lengths add up to more
 MOST_TURN = 2.01 * math.pi  # rad: more than a whole turn, and what rounding adds
+MOST_TURNS = 30.0  # rad between the limits of a joint: five turns, more than the cables in a wrist bear
+NO_LIMIT = 1000.0  # rad: exporters write this and more where a joint has no limits
 
 
 def _unit(quantity: str, kind: str, units: Units) -> Unit:

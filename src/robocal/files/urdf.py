@@ -19,8 +19,8 @@ import numpy as np
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
-from robocal.files.orientation import quaternion, rpy, to_form, to_rpy
-from robocal.files.robot_rows import MOST_REACH, MOST_TURN, missing_key_remarks
+from robocal.files.orientation import quaternion, rpy, to_form
+from robocal.files.robot_rows import MOST_REACH, MOST_TURN, MOST_TURNS, NO_LIMIT, missing_key_remarks
 from robocal.files.text import Source
 from robocal.files.units import number, same
 from robocal.files.unread import near_miss, remark_unknown_names
@@ -38,7 +38,7 @@ from robocal.files.urdftree import (
     root_of,
 )
 from robocal.files.yamlio import Path_, YamlDocument
-from robocal.geometry import se3
+from robocal.geometry import se3, so3
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -59,17 +59,17 @@ WORDS: dict[str, tuple[str, ...]] = {
 }
 
 
-def joint_remarks(joints: Sequence[UrdfJoint], path: Path) -> tuple[Remark, ...]:
-    """Remarks on the joints of a chain. Raises FormatError for an element that a joint has twice."""
+def joint_remarks(joints: Sequence[UrdfJoint], made: Sequence[dict[str, Any]], path: Path) -> tuple[Remark, ...]:
+    """Remarks on the joints of a chain and the rows made of them. Raises FormatError for an element that a joint has twice."""
     found: dict[str, str | None] = {}
     for joint in joints:
         _refuse_twice(joint)
         found.update(_unknown(joint))
     unread = (remark_unknown_names(Code.ELEMENTS_UNREAD, path, found),) if found else ()
-    return (*unread, *_absent(joints, path), *_other_units(joints, path))
+    return (*unread, *_absent(joints, path), *_other_units(joints, made, path))
 
 
-def _other_units(joints: Sequence[UrdfJoint], path: Path) -> Iterator[Remark]:
+def _other_units(joints: Sequence[UrdfJoint], made: Sequence[dict[str, Any]], path: Path) -> Iterator[Remark]:
     """Lengths that add up to more than any arm measures, and angles of more than a turn: a URDF is in m and rad."""
     reach = sum(math.hypot(*_floats(j.node.child("origin"), "xyz", (0.0,) * 3, j)) for j in joints)
     if reach > MOST_REACH:
@@ -78,6 +78,11 @@ def _other_units(joints: Sequence[UrdfJoint], path: Path) -> Iterator[Remark]:
     value, joint = max(angles, default=(0.0, ""))
     if value > MOST_TURN:
         yield Remark.of(Code.URDF_TURN, file=str(path), joint=joint, value=value)
+    for row in made:
+        low, high = row.get("limits", (0.0, 0.0)) if row["type"] == "revolute" else (0.0, 0.0)
+        if high - low > MOST_TURNS and max(-low, high) < NO_LIMIT:
+            yield Remark.of(Code.URDF_LIMITS, file=str(path), joint=row["name"], low=low, high=high)
+            return
 
 
 def _refuse_twice(joint: UrdfJoint) -> None:
@@ -166,7 +171,7 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
         path.insert(0, into[at])
         at = into[at].parent
     made = [_row(j) for j in path]
-    notes = (*notes, *joint_remarks(path, source.path))
+    notes = (*notes, *joint_remarks(path, made, source.path))
     if not any(row["type"] != "fixed" for row in made):
         raise FormatError("no joint moves between base and tip", file=source.path, found=f"{base or start} to {tip}")
     try:
@@ -257,7 +262,7 @@ def _start_tag(data: bytes, start: int) -> tuple[dict[str, tuple[int, int]], int
         at = found.end()
 
 
-def _row(joint: UrdfJoint) -> dict[str, object]:
+def _row(joint: UrdfJoint) -> dict[str, Any]:
     """The row of a joint for the chain, in SI. Raises FormatError for what a chain cannot follow."""
     mimic = joint.node.child("mimic")
     if mimic is not None:
@@ -267,7 +272,7 @@ def _row(joint: UrdfJoint) -> dict[str, object]:
         key, expected = f"joint {joint.name}", "revolute, continuous, prismatic, fixed"
         joint.node.fail("a chain cannot contain this joint", key=key, found=joint.type, expected=expected)
     origin, axis, limit = (joint.node.child(word) for word in ("origin", "axis", "limit"))
-    row: dict[str, object] = {"name": owner_of(joint.node), "type": MOVING.get(joint.type, "fixed")}
+    row: dict[str, Any] = {"name": owner_of(joint.node), "type": MOVING.get(joint.type, "fixed")}
     row |= {"xyz": _floats(origin, "xyz", (0.0, 0.0, 0.0), joint), "rpy": _roll_pitch_yaw(origin, joint)}
     if joint.type in MOVING:
         row["axis"] = direction = _floats(axis, "xyz", (1.0, 0.0, 0.0), joint)
@@ -293,7 +298,7 @@ def _roll_pitch_yaw(origin: Node | None, joint: UrdfJoint) -> list[float]:
     size = math.sqrt(x * x + y * y + z * z + w * w)
     if abs(size - 1) > UNIT:
         origin.fail("a quaternion of another length than 1", key=key, found=found, expected="x y z w of length 1")
-    return list(map(float, to_rpy(quaternion(np.array([x, y, z, w]) / size))))
+    return list(map(float, so3.roll_pitch_yaw(quaternion(np.array([x, y, z, w]) / size))))
 
 
 def _floats(node: Node | None, name: str, default: tuple[float, ...], joint: UrdfJoint) -> list[float]:

@@ -24,7 +24,6 @@ from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.arms.denavit import axes_at_zero
 from robocal.errors import ModelError
-from robocal.files.orientation import to_rpy
 from robocal.files.robot import Robot, open_robot
 from robocal.files.units import number
 from robocal.files.urdf import edit_urdf
@@ -141,7 +140,10 @@ def urdf_text(chain: Chain) -> tuple[str, tuple[Remark, ...]]:
         child = f"{joint.name}_link"
         lines += _joint(joint, parent, child, point - at, axis)
         at, parent = point, child
-    lines += [*_link("tool_fixed", "fixed", parent, "tool", tool[:3, 3] - at, to_rpy(tool[:3, :3])), "</robot>"]
+    lines += [
+        *_link("tool_fixed", "fixed", parent, "tool", tool[:3, 3] - at, so3.roll_pitch_yaw(tool[:3, :3])),
+        "</robot>",
+    ]
     limited = any(math.isfinite(j.upper) or j.type == "prismatic" for j in chain.joints)
     return "\n".join(lines) + "\n", (Remark.of(Code.URDF_PLACEHOLDERS),) if limited else ()
 

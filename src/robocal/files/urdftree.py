@@ -237,8 +237,8 @@ def longest(start: str, joints: list[UrdfJoint]) -> tuple[str, bool]:
     while stack:
         link, moving, count = stack.pop()
         usable = [j for j in below.get(link, []) if follows(j)]
-        # A second finger that mimics the first is an end to choose from as well.
-        ends += 1 if not usable else any(j.node.child("mimic") is not None for j in below[link])
+        # A second finger that mimics the first, or something that floats, is an end to choose from as well.
+        ends += (not usable) + any(not follows(j) for j in below.get(link, ()))
         if (moving, count) > best_key:
             best, best_key = link, (moving, count)
         stack.extend((j.child, moving + (j.type in MOVING), count + 1) for j in reversed(usable))
@@ -251,8 +251,8 @@ def follows(joint: UrdfJoint) -> bool:
 
 
 def refuse_cut(base: str, tip: str, joints: list[UrdfJoint]) -> None:
-    """Raises FormatError where a joint that no chain can pass hides more moving joints than lead to the tip: the arm would be cut short
-    without a word."""
+    """Raises FormatError where more moving joints lie behind or at a joint that no chain can pass than lead to the tip: the arm would
+    be cut short without a word."""
     below, into = _below(joints), {j.child: j for j in joints}
     mine, at = 0, tip
     while at != base:
@@ -273,5 +273,4 @@ def refuse_cut(base: str, tip: str, joints: list[UrdfJoint]) -> None:
                 "the arm hangs on a joint without an axis", key=key, found=cut.type, expected=f"--base {cut.child}"
             )
         for j in below.get(link, ()):
-            own = follows(j) and j.type in MOVING
-            stack.append((j.child, moving + own, cut if cut is not None or follows(j) else j))
+            stack.append((j.child, moving + (j.type in MOVING), cut if cut is not None or follows(j) else j))

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robocal._types import Array
 
-__all__ = ["exp", "left_jacobian", "left_jacobian_inverse", "log", "nearest", "project", "skew"]
+__all__ = ["exp", "left_jacobian", "left_jacobian_inverse", "log", "nearest", "project", "roll_pitch_yaw", "skew"]
 
 
 def skew(v: ArrayLike) -> Array:
@@ -63,6 +63,20 @@ def log(rotation: ArrayLike) -> Array:
     n = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
     factor = np.where(n < 1e-12, 2.0, 2 * np.arctan2(n, q[..., :1]) / np.where(n < 1e-12, 1.0, n))
     return np.asarray(factor * q[..., 1:])
+
+
+def roll_pitch_yaw(rotation: ArrayLike) -> Array:
+    """Roll, pitch, yaw (..., 3) in rad with R = Rz(yaw) Ry(pitch) Rx(roll), pitch in [-pi/2, pi/2]; at the poles roll takes the whole turn.
+
+    Roll is what yaw leaves of R, so that the three give R again however near to a pole it is, where each alone is not known.
+    """
+    r = np.asarray(rotation, float)
+    flat = np.hypot(r[..., 0, 0], r[..., 1, 0])
+    # tolerance: rounding of a product of rotations
+    yaw = np.where(flat < 1e-14, 0.0, np.arctan2(r[..., 1, 0], r[..., 0, 0]))
+    c, s = np.cos(yaw), np.sin(yaw)
+    roll = np.arctan2(s * r[..., 0, 2] - c * r[..., 1, 2], c * r[..., 1, 1] - s * r[..., 0, 1])
+    return np.stack([roll, np.arctan2(-r[..., 2, 0], flat), yaw], axis=-1)
 
 
 def left_jacobian(w: ArrayLike) -> Array:

@@ -22,6 +22,10 @@ class FileRemarks:
         "{file}: joint {joint}: an angle of rpy is {value:.6g} rad, more than a whole turn",
         "A URDF is in radians: 90 degrees are 1.5708.",
     )
+    URDF_LIMITS = Phrase(
+        "{file}: joint {joint}: its limits are {low:.6g} to {high:.6g} rad, more than five turns",
+        "A URDF is in radians: write limits of 170 degrees as 2.9671.",
+    )
     TIP_CHOSEN = Phrase("{file}: the arm is taken to end at link {tip}", "Choose another with --tip.")
     RUN_HOLDS_MORE = Phrase(
         "{file} does not hold the fitted {names}; the run folder {folder} does",
