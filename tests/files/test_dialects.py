@@ -50,6 +50,13 @@ WRITTEN = {
     "commas between thousands": lambda r: text(r, ",", lambda v: thousands(v, ",", "."), quoted=True),
     "apostrophes between thousands": lambda r: text(r, ";", lambda v: thousands(v, "'", ".")),
     "narrow spaces between thousands": lambda r: text(r, ";", lambda v: thousands(v, "\u202f")),
+    "typographic apostrophes": lambda r: text(r, ";", lambda v: thousands(v, "’", ".")),
+    "spaces before points": lambda r: text(r, "\t", lambda v: thousands(v, " ", ".")),
+    "narrow spaces before points": lambda r: text(r, ",", lambda v: thousands(v, "\u202f", ".")),
+    "a minus of its own": lambda r: text(r).replace("-", "\u2212"),
+    "a minus of its own in exponents": lambda r: text(r, ",", lambda v: f"{v:.9e}".replace("-", "\u2212")),
+    "a header behind %": lambda r: "% made by a program\n%" + text(r, ",", plain),
+    "a header behind #": lambda r: "# " + text(r, "\t", plain),
     "a line of units": lambda r: text(r, head=["A1", "A2", "A3", "A4", "A5", "A6", "X", "Y", "Z"]).replace(
         "\n", "\n" + ";".join(["°"] * 6 + ["mm"] * 3) + "\n", 1
     ),
@@ -116,6 +123,11 @@ def test_what_can_mean_two_things_is_refused(tmp_path, cells, numbers):
         (["1.770", "0.673"], {}, [1.77, 0.673]),
         (["1.770", "673.25"], {}, [1.77, 673.25]),
         (["1.770", "2.673"], {}, [1.77, 2.673]),  # three digits behind every dot, as programs write
+        (["1.769.593", "673.360"], {}, [1769593.0, 673360.0]),  # of two dots neither is a decimal point
+        (["1,769,593", "673,360"], {}, [1769593.0, 673360.0]),
+        (["1’769’593", "673"], {}, [1769593.0, 673.0]),
+        (["1.769.593", "0.25"], {}, None),
+        (["1.769.59", "673.360"], {}, None),
         (["1,770", "673"], {}, None),
         (["1,770", "673"], {"thousands": ","}, [1770.0, 673.0]),
     ],
@@ -125,7 +137,7 @@ def test_whole_numbers_with_thousands(tmp_path, cells, csv, numbers):
     place.write_text("name;a\n" + "".join(f"p{i};{cell}\n" for i, cell in enumerate(cells)))
     if numbers is None:
         with pytest.raises(
-            FormatError, match="row 2, column a: (a dot that may stand between thousands|a decimal comma)"
+            FormatError, match="row 2, column a: (a dot that may stand between thousands|a decimal comma|not a number)"
         ):
             read_csv(place, **csv).numbers(["a"])
     else:
@@ -174,3 +186,47 @@ def test_new_leaves_units_open_that_no_header_states(tmp_path, rows):
     robocal("new", "ur10", "--table", place, "-o", tmp_path / "cell")
     ran = robocal("check", tmp_path / "cell" / "robot.yaml", tmp_path / "cell" / "data.yaml")
     assert ran.status != 0 and "unknown unit" in ran.said
+
+
+@pytest.mark.parametrize("joints", [".0f", ".1f"])
+def test_columns_of_thousands_alone_are_no_fractions(tmp_path, rows, joints):
+    """1.770 among numbers above a thousand means 1770 where another column has whole numbers beside its dots."""
+    place = tmp_path / "table.csv"
+    far = np.round(np.hstack([rows[:, :6], 1500 + np.abs(rows[:, 6:8]), 400 + np.abs(rows[:, 8:])]))
+    cells = [[*(f"{v:{joints}}" for v in r[:6]), *(f"{v:,.0f}".replace(",", ".") for v in r[6:])] for r in far]
+    place.write_text("\n".join(";".join(line) for line in [HEAD, *cells]) + "\n")
+    if joints == ".0f":
+        with pytest.raises(FormatError, match="row 2, column x: a dot that may stand between thousands"):
+            read_dataset(place, catalog.get("ur10"))
+    else:  # 12.3 is no thousand: all dots are decimal points
+        assert read_dataset(place, catalog.get("ur10")).dataset.observations[0].value.max() < 1.0
+
+
+def test_a_recording_is_read_by_its_header(tmp_path, rows):
+    """`%time` of a recording counts nanoseconds."""
+    place = tmp_path / "table.csv"
+    lines = text(rows, ",", plain).splitlines()
+    stamps = [1_700_000_000_000_000_000 + 250_000_000 * i for i in range(len(rows))]
+    place.write_text(
+        "\n".join(["%time," + lines[0], *(f"{t},{line}" for t, line in zip(stamps, lines[1:], strict=True))]) + "\n"
+    )
+    made = read_dataset(place, catalog.get("ur10"))
+    assert [w.code for w in made.warnings] == ["csv-commented"]
+    np.testing.assert_allclose(1e3 * made.dataset.observations[0].value, rows[:, 6:], atol=1e-12)
+    time = made.dataset.configurations.columns["time"]
+    np.testing.assert_allclose(np.diff(time), 0.25, atol=1e-6)
+
+
+def test_a_comment_of_another_width_is_a_comment(tmp_path):
+    place = tmp_path / "table.csv"
+    place.write_text("# one, two, three\n1,2\n3,4\n")
+    with pytest.raises(FormatError, match="row 2: there is no header"):
+        read_csv(place)
+
+
+def test_a_unit_that_nobody_states_is_not_called_described(tmp_path, rows):
+    place = tmp_path / "table.csv"
+    for head, said in ((HEAD, "is described; next"), ([h.split()[0] for h in HEAD], "where data.yaml says STATE_IT")):
+        place.write_text(text(rows, ",", plain, head=head))
+        ran = robocal("new", "ur10", "--table", place, "-o", tmp_path / str(len(said)))
+        assert ran.status == 0 and said in ran.said, ran.said

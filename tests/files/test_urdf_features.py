@@ -171,3 +171,8 @@ def test_limits_in_degrees_are_named(tmp_path, low, high, said):
     text = urdf(*chain_of('xyz="0 0 0.3"', 'xyz="0.3 0 0"'), links="abc").replace('lower="-2"', f'lower="{low}"', 1)
     robot = read(tmp_path, text.replace('upper="2"', f'upper="{high}"', 1))
     assert [w.code for w in robot.warnings] == ["urdf-limits"] * said
+
+
+def test_one_joint_is_one(tmp_path):
+    read(tmp_path, urdf(*chain_of('xyz="0 0 0.3"'), links="ab"))
+    assert "1 joint: j1" in robocal("check", tmp_path / "arm.urdf").said

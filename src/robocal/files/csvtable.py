@@ -26,12 +26,14 @@ from robocal.files.dialect import (
     COMMA,
     PLAIN,
     Numbers,
+    commented_header,
     content_lines,
     find_header,
     find_numbers,
     find_separator,
     fit_row,
     may_be_foreign,
+    plain_minus,
     split_rows,
     split_unit,
     two_meanings,
@@ -184,7 +186,7 @@ class CsvTable:
             cells = self._columns[at]
             if self.skip and len(lacking := self.lacking([column])):
                 raise MissingCells(lacking)
-            if self.open and two_meanings(cells) and all(map(two_meanings, self._dotted)):
+            if self.open and any("." in cell for cell in cells) and two_meanings(self._dotted):
                 raise self._two_meanings(at)
             try:
                 if not self.style.plain:
@@ -270,7 +272,7 @@ def read_csv(
 ) -> CsvTable:
     """Reads a CSV; what is not said of how it is written, the table says itself (`files.dialect`). Raises FileError or FormatError."""
     source = read_text(path, limit=SIZE_LIMIT, western=True)
-    text = source.text.replace("\r\n", "\n").replace("\r", "\n")
+    text = plain_minus(source.text.replace("\r\n", "\n").replace("\r", "\n"))
     _refuse_more("rows", text.count("\n"), ROW_LIMIT, source.path)
     kept, stated = content_lines(text)
     if not kept:
@@ -280,6 +282,9 @@ def read_csv(
     if titles:
         remarks.append(Remark.of(Code.CSV_TITLE, file=str(source.path), count=titles, head=kept[titles][0]))
         kept = kept[titles:]
+    elif header and (named := commented_header(text, kept, separator or stated)):
+        remarks.append(Remark.of(Code.CSV_COMMENTED, file=str(source.path), head=named[0]))
+        kept = [named, *kept]
     chosen = separator or stated or find_separator(kept[0][1])
     _refuse_more("cells", len(kept) + text.count(chosen), CELL_LIMIT, source.path)
     rows = split_rows(kept, chosen, source.path)

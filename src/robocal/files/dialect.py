@@ -23,10 +23,12 @@ __all__ = [
     "COMMA",
     "SEPARATORS",
     "Numbers",
+    "commented_header",
     "content_lines",
     "find_header",
     "find_numbers",
     "find_separator",
+    "plain_minus",
     "units_row",
 ]
 
@@ -40,6 +42,8 @@ NAMED = 0.6  # of the columns, at least, have a name in a header; a title has on
 _SEPARATOR_LINE = re.compile(r"\"?sep=(.)\"?[\s;,]*", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?[\d.,'’ \u00a0\u202f]*\d[\d.,]*(?:[eE][+-]?\d+)?")
 _TEXT = re.compile(r"[^\d\s.,;'’eE+-]")
+_FOREIGN = re.compile(r"\d['’ \u00a0\u202f]\d{3}|\d\.\d{3}\.\d{3}")  # a sign between thousands
+_MINUS = re.compile(r"(?:(?<=\d[eE])|(?<![^\s;,|\"]))\u2212(?=[.,\d])")  # U+2212 before a number or in its exponent
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,31 @@ def content_lines(text: str) -> tuple[list[tuple[int, str]], str | None]:
     kept = [(i, line) for i, line in numbered if line.strip(" \t;,|") and not line.lstrip().startswith(COMMENTS)]
     stated = _SEPARATOR_LINE.fullmatch(kept[0][1].strip(" \t")) if kept else None
     return (kept[1:], stated[1]) if stated else (kept, None)
+
+
+def plain_minus(text: str) -> str:
+    """The same with a plain sign where a typographic minus (U+2212) begins a number or its exponent."""
+    return _MINUS.sub("-", text) if "\u2212" in text else text
+
+
+def commented_header(text: str, kept: Sequence[tuple[int, str]], separator: str | None) -> tuple[int, str] | None:
+    """The line right before the first row where it is a header behind a comment sign, as `%time,field.x` of a recording is: it names as
+    many columns as that row, which is of numbers, has."""
+    number, first = kept[0]
+    before = text.split("\n", number)[number - 2].strip() if number > 1 else ""
+    sign = next((sign for sign in COMMENTS if before.startswith(sign)), None)
+    if sign is None:
+        return None
+    separator = separator or find_separator(first)
+    split = None if separator == " " else separator
+    line = before.removeprefix(sign).strip()
+    names, cells = ([cell.strip(' "') for cell in part.strip().split(split)] for part in (line, first))
+    if len(names) != len(cells) or len(cells) < 2 or not all(map(_TEXT.search, names)):
+        return None
+    if 2 * sum(_NUMBER.fullmatch(cell) is not None for cell in cells) <= len(cells):
+        return None
+    # The clock of a recording counts nanoseconds.
+    return number - 1, line.replace("time", "time [ns]", 1) if sign == "%" and names[0] == "time" else line
 
 
 def find_separator(line: str) -> str:
@@ -130,29 +159,32 @@ def may_be_foreign(text: str, separator: str, decimal: str | None) -> bool:
     return (
         decimal == ","
         or (decimal is None and (separator != "," or '"' in text) and "," in text)
-        or "'" in text
-        or "\u00a0" in text
+        or _FOREIGN.search(text) is not None
     )
 
 
-def two_meanings(cells: Iterable[str]) -> bool:
-    """Whether the dots of a column may stand between thousands: whole numbers stand beside numbers that all have three digits behind
-    their dot, `1.770` and `673`."""
-    whole = dotted = False
-    for cell in cells:
-        if "." not in cell:
-            whole |= cell.strip().lstrip("+-").isdigit()
-        elif _thousands(".").fullmatch(cell.strip()):
-            dotted = True
-        else:
+def two_meanings(columns: Iterable[Iterable[str]]) -> bool:
+    """Whether the dots of a table may stand between thousands: each has three digits behind it, and in some column whole numbers stand
+    beside, `1.770` and `673`."""
+    found = False
+    for cells in columns:
+        dotted = [cell for cell in cells if "." in cell]
+        if not all(_thousands(".").fullmatch(cell.strip()) for cell in dotted):
             return False
-    return whole and dotted
+        found |= bool(dotted) and any(cell.strip().lstrip("+-").isdigit() for cell in cells)
+    return found
 
 
 def _decimal(cells: Sequence[str]) -> str:
-    """The decimal comma where some cell can mean nothing else and none has a decimal point; else the point."""
-    comma = any("," in c and _ends(c, ",") for c in cells)
-    return "," if comma and not any("." in c and _ends(c, ".") for c in cells) else "."
+    """The decimal comma where some cell can mean nothing else and none has a decimal point; else the point. Of two commas in a number
+    neither is the decimal one, nor of two dots."""
+    comma = any(("," in c and _ends(c, ",")) or _parts(c, ".") for c in cells)
+    return "," if comma and not any(("." in c and _ends(c, ".")) or _parts(c, ",") for c in cells) else "."
+
+
+def _parts(cell: str, sign: str) -> bool:
+    """Whether a sign stands between thousands more than once."""
+    return cell.count(sign) > 1 and _thousands(sign).fullmatch(cell) is not None
 
 
 def _ends(cell: str, sign: str) -> bool:
@@ -166,11 +198,11 @@ def _ends(cell: str, sign: str) -> bool:
 
 
 def _between(cells: Sequence[str], decimal: str) -> str:
-    """The sign between thousands: one that stands before a decimal sign in some cell."""
+    """The sign between thousands: one that stands before a decimal sign in some cell, or can be nothing else."""
     for sign in THOUSANDS:
         if sign != decimal and any(sign in c for c in cells):
             whole = re.compile(rf"{_thousands(sign).pattern}{re.escape(decimal)}\d+")
-            if any(whole.fullmatch(c) for c in cells):
+            if any(whole.fullmatch(c) or _parts(c, sign) for c in cells):
                 return sign
     return ""
 

@@ -11,7 +11,7 @@ from robocal.files.headers import self_description
 from robocal.files.yamlio import quote
 from robocal.measure.machine import Model
 
-__all__ = ["describe_table"]
+__all__ = ["UNSTATED", "describe_table"]
 
 UNSTATED = "STATE_IT"  # where neither header nor robot says a unit; no reader takes it for one
 HEAD = (

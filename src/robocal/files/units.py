@@ -61,7 +61,7 @@ FACTORS = {
     "rad": {
         "rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": DEG, "arcmin": DEG / 60, "arcsec": DEG / 3600, "turn": 2 * math.pi,
     },
-    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
     "kg": {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237},
     "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605},
     "N m": {"Nm": 1.0, "Nmm": 1e-3},

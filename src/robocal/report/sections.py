@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from robocal.quantities import Column, Listing
-from robocal.remarks.remark import Message
+from robocal.remarks.remark import Message, singular
 
 __all__ = [
     "OWN_FITTED",
@@ -52,7 +52,7 @@ class Text:
     @classmethod
     def of(cls, *parts: Cell, indent: int = 0) -> Text:
         """A paragraph from its parts."""
-        return cls(parts, indent)
+        return cls(tuple(singular(part) if isinstance(part, str) else part for part in parts), indent)
 
     @property
     def lines(self) -> tuple[Text, ...]:

@@ -97,6 +97,10 @@ class FileRemarks:
         "{file}: the header is read in row {head}, after a title of {count} rows",
         "Put a # before them where they are none.",
     )
+    CSV_COMMENTED = Phrase(
+        "{file}: the header is read in row {head}, behind a comment sign",
+        "Remove the sign; or say header: false in a data file.",
+    )
     CSV_WESTERN = Phrase("{file}: no UTF-8, read as Windows-1252", "Save it as UTF-8 where names look wrong.")
     COLUMN_CARRIED = Phrase(
         "{file}, row {row}: configuration.{name} has no meaning and is only copied; did you mean {near}?",

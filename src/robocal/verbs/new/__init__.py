@@ -81,6 +81,8 @@ def sections(made: Outcome[New | Catalogue]) -> Iterator[Section]:
     head = f"{found.name}, convention {found.convention}:" if found.convention else f"{found.name}:"
     verb = "check" if found.convention else "cable tension"
     todo = "Fill them in, then" if found.table is None else f"{found.table} is described; next"
+    if found.unstated:
+        todo = f"{found.table} does not state every unit: write it where data.yaml says {found.unstated}, then"
     beside = next(p for p in found.written if p != found.robot)  # the data file, or the poses of a cable robot
     yield Section.of(
         "",

@@ -15,7 +15,7 @@ from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import ModelError, nearest
 from robocal.files.cable.cable_templates import cable_templates
-from robocal.files.table_description import describe_table
+from robocal.files.table_description import UNSTATED, describe_table
 from robocal.files.templates import convention_chain, templates
 from robocal.files.writing import refuse_existing, write_files
 from robocal.measure.data import DataSet
@@ -32,13 +32,14 @@ CABLE = "cable"  # what a cable robot is asked for by
 @dataclass(frozen=True)
 class New:
     """What the files are of, the robot's own file, and what was written; a cable robot has no convention. `table` is the one that they
-    describe, where somebody has it."""
+    describe, where somebody has it, and `unstated` what stands there in place of a unit that nobody has said."""
 
     name: str
     convention: str | None
     robot: Path
     written: tuple[Path, ...]
     table: Path | None = None
+    unstated: str = ""
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,8 @@ def new(o: Any) -> New:
 def _write(o: Any, name: str, convention: str | None, own: Path | None, texts: Mapping[str, str]) -> New:
     refuse_existing(o.output, list(texts), o.force)
     written = write_files(o.output, texts)
-    return New(name, convention, own or written[0], written, o.table)
+    unstated = UNSTATED if UNSTATED in texts.get("data.yaml", "") else ""
+    return New(name, convention, own or written[0], written, o.table, unstated)
 
 
 def _example(arm: Chain, kind: str) -> DataSet | None:
