@@ -143,6 +143,123 @@ def damaged(rng: random.Random, text: str, ways: tuple[Damage, ...] = ANY) -> tu
     return "+".join(done), text
 
 
+# --- bytes ----------------------------------------------------------------------------------------------------------------
+
+ODD = '1e160 -1e155 1e-320 1e400 nan -inf 1_5 \u2212 \u22125.5 -0 0x1F 1.2.3 1,2,3 ١٢ １２ 1’769.5 true null [] {} [[1]] "" 9e18'.split(
+    " "
+)
+ENCODINGS = ("utf-16", "utf-16-le", "utf-32", "utf-8-sig", "cp1252", "cp500", "shift_jis", "utf-7")
+
+
+def flip(rng: random.Random, data: bytes) -> bytes:
+    at = rng.randrange(len(data))
+    return data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1 :]
+
+
+def cut_out(rng: random.Random, data: bytes) -> bytes:
+    at = rng.randrange(len(data))
+    return data[:at] + data[at + rng.choice((1, 2, 7, 60, 400)) :]
+
+
+def cut_off(rng: random.Random, data: bytes) -> bytes:
+    return data[: rng.randrange(len(data))]
+
+
+def rows(rng: random.Random, data: bytes) -> bytes:
+    """A line lost, doubled, or all of them in another order."""
+    found = data.splitlines(keepends=True)
+    i, j, how = rng.randrange(len(found)), rng.randrange(len(found)), rng.randrange(3)
+    if how == 0:
+        del found[i]
+    elif how == 1:
+        found.insert(j, found[i])
+    else:
+        rng.shuffle(found)
+    return b"".join(found)
+
+
+def columns(rng: random.Random, data: bytes) -> bytes:
+    """Two cells of every line exchanged, or one of them gone."""
+    sign = rng.choice([s for s in (b",", b";", b"\t") if s in data])
+    table = [line.split(sign) for line in data.split(b"\n")]
+    width = max(map(len, table))
+    a, b = rng.randrange(width), rng.randrange(width)
+    for line in table:
+        if max(a, b) < len(line):
+            line[a], line[b] = line[b], line[a]
+    if rng.random() < 0.3:
+        table = [line[:a] + line[a + 1 :] for line in table]
+    return b"\n".join(map(sign.join, table))
+
+
+def odd_number(rng: random.Random, data: bytes) -> bytes:
+    found = rng.choice(list(re.finditer(rb"-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?", data)))
+    word = "" if rng.random() < 0.1 else rng.choice(ODD)
+    return data[: found.start()] + word.encode() + data[found.end() :]
+
+
+def odd_type(rng: random.Random, data: bytes) -> bytes:
+    """A value of another type: a list for a number, a mapping for a word."""
+    found = rng.choice(list(re.finditer(rb"[:,=] ?([^\s,;{}\[\]<>]+)", data)))
+    made = rng.choice((b"[1, 2]", b"{a: 1}", b"null", b"true", b"[]", b'""', b"1.5", b"word", b"2026-03-01", b"[[[]]]"))
+    return data[: found.start(1)] + made + data[found.end(1) :]
+
+
+def deep(rng: random.Random, data: bytes) -> bytes:
+    at, n = rng.randrange(len(data)), rng.choice((60, 3000))
+    opened, closed = rng.choice(
+        ((b"[", b"]"), (b"{a: ", b"}"), (b"<a>", b"</a>"), (b'{"a": ', b"}"), (b"(", b")"), (b"- ", b""))
+    )
+    return data[:at] + opened * n + (closed * n if rng.random() < 0.5 else b"") + data[at:]
+
+
+def huge(rng: random.Random, data: bytes) -> bytes:
+    at = rng.randrange(len(data))
+    return (
+        data[:at]
+        + rng.choice((b"x", b"9", b" ", b'"', b"#", b"\xc3\xa9", b"0,")) * rng.choice((5_000, 140_000))
+        + data[at:]
+    )
+
+
+def ends(rng: random.Random, data: bytes) -> bytes:
+    """Other ends of lines."""
+    made = rng.choice((b"\r\n", b"\r", b"\n\n", b"\x85", b"\xe2\x80\xa8", b"\r\r\n"))
+    return data.replace(b"\n", made, -1 if rng.random() < 0.7 else 3)
+
+
+def zeros(rng: random.Random, data: bytes) -> bytes:
+    at = rng.randrange(len(data))
+    return data[:at] + b"\0" * rng.choice((1, 1, 500)) + (data[at:] if rng.random() < 0.7 else b"")
+
+
+def encoded(rng: random.Random, data: bytes) -> bytes:
+    return data.decode("utf-8", "replace").encode(rng.choice(ENCODINGS), "replace")
+
+
+def words(rng: random.Random, data: bytes) -> bytes:
+    """What `damaged` does to texts."""
+    return damaged(rng, data.decode("utf-8", "surrogateescape"))[1].encode("utf-8", "surrogatepass")
+
+
+BYTES: tuple[Callable[[random.Random, bytes], bytes], ...] = (
+    flip, cut_out, cut_off, rows, columns, odd_number, odd_number, odd_type, deep, huge, ends, zeros, encoded, words, words,
+)  # fmt: skip
+
+
+def damaged_bytes(rng: random.Random, data: bytes) -> tuple[str, bytes]:
+    """A file damaged once, sometimes more often: what was done, and what became of it."""
+    done = []
+    for _ in range(rng.choice((1, 1, 1, 2, 3))):
+        how = rng.choice(BYTES)
+        try:
+            data = how(rng, data)
+        except (IndexError, ValueError):
+            continue
+        done.append(how.__name__)
+    return "+".join(done), data
+
+
 def misspelt(rng: random.Random, text: str) -> tuple[str, str]:
     """A key of a YAML file with one letter changed: the wrong word, and the text."""
     found = rng.choice(list(re.finditer(r"(?m)(?:^|[{,] ?|- )([a-z_]{4,})(?=: )", text)))

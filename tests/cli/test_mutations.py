@@ -227,17 +227,6 @@ def fresh_error(model: Chain, folder: Path) -> float:
     return float(model_errors(model, data).position.mean() * 1e3)
 
 
-@pytest.fixture
-def one_app(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Builds the command line once: a third of the time of a small run."""
-    import typer
-
-    from robocal.cli import app
-
-    built = functools.cache(lambda: typer.main.get_command(app.build()))()
-    monkeypatch.setattr(app, "build", lambda words: built)
-
-
 @pytest.mark.parametrize("chunk", chunks())
 def test_what_is_called_an_improvement_is_one(tmp_path: Path, one_app: None, chunk: int) -> None:
     texts = small(tmp_path, poses=14, seed=chunk)

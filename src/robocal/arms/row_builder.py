@@ -142,7 +142,7 @@ class RowBuilder:
     def unit(self, name: str) -> Array:
         """A direction, made one long. Raises ModelError when its length is zero."""
         v = self.vector(name)
-        length = float(np.linalg.norm(v))
+        length = math.hypot(*v)
         if not length > 0.0:
             raise ModelError("a direction needs a length", key=f"{self.joint}.{name}", found=list(v))
         return v / length

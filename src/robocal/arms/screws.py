@@ -92,7 +92,7 @@ def _poe(pen: RowBuilder) -> None:
     _no_fixed(pen, "poe")
     v, w = pen.vector("v"), pen.vector("w")
     turning = pen.kind == "revolute"
-    axis, length = (w, float(np.linalg.norm(w))) if turning else (v, float(np.linalg.norm(v)))
+    axis, length = (w, math.hypot(*w)) if turning else (v, math.hypot(*v))
     # v is stated for a unit w, so a w of another length leaves open which of the two was meant.
     if abs(length - 1.0) > 1e-6:
         message = "not a unit vector"

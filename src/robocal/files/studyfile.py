@@ -191,7 +191,7 @@ def read_study(path: str | os.PathLike[str]) -> Study:
     chunk = plain.chunk or CHUNKS[plain.of]
     # What decides the numbers: the robots and lists as they are now, not only what they are called.
     named = [name for p in points for name in p.files]
-    read = {r: read_text(r).sha256 for r in dict.fromkeys(named) if Path(r).is_file()}
+    read = {r: read_text(r).sha256 for r in dict.fromkeys(named) if os.path.isfile(r)}
     told = {
         "version": __version__, "of": plain.of, "trials": plain.trials, "seed": plain.seed, "chunk": chunk,
         "robots": [read.get(r, r) for r in dict.fromkeys(named)],
@@ -238,7 +238,7 @@ def _settings(raw: dict[str, Any], document: YamlDocument, path: Path) -> tuple[
             expected = f"what `of: {model.of}` knows"
             document.fail("not a key of this kind of study", tuple(key.split(".")), found=key, expected=expected)
     beside = path.parent / model.robot
-    out: dict[str, Any] = {"robot": str(beside) if beside.is_file() else model.robot, "residual": model.residual}
+    out: dict[str, Any] = {"robot": str(beside) if os.path.isfile(beside) else model.robot, "residual": model.residual}
     for part in ("poses", "noise", "bias", "errors", "options", "gross"):
         for name, value in vars(getattr(model, part)).items():
             key = f"{part}.{name}"

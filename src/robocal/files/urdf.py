@@ -222,7 +222,7 @@ def _turn_origins(arm: Chain, changed: Mapping[str, float]) -> dict[str, float]:
         if offset:
             axis = np.asarray(row["axis"], float)
             screw = np.zeros(6)
-            screw[slice(3) if row["type"] == "prismatic" else slice(3, 6)] = offset * axis / np.linalg.norm(axis)
+            screw[slice(3) if row["type"] == "prismatic" else slice(3, 6)] = offset * axis / math.hypot(*axis)
             origin = se3.from_vector(np.array([out.get(n, arm.table[n].value) for n in names]))
             out |= dict(zip(names, se3.to_vector(origin @ se3.from_vector(screw)).tolist(), strict=True))
     return out
