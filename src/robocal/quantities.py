@@ -21,6 +21,7 @@ from typing import Annotated, Any, Protocol, TypeAlias
 __all__ = [
     "AMOUNT",
     "DISPLAY",
+    "LARGEST",
     "MEAN",
     "OWN",
     "VALUE",
@@ -36,6 +37,8 @@ __all__ = [
     "Value",
     "unit_value",
 ]
+
+LARGEST = 1e30  # of what files say, in any unit; products of such numbers still are numbers
 
 
 @dataclass(frozen=True)

