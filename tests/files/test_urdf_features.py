@@ -109,9 +109,25 @@ def test_an_arm_is_not_cut_short_at_a_joint_that_follows_another(tmp_path):
         mimic,
         *(joint(f"k{i}", "def"[i], "efg"[i]) for i in range(3)),
     ]
-    with pytest.raises(FormatError, match="mimic joint within the arm.*--tip c"):
+    with pytest.raises(FormatError, match=r"\(mimic\) cannot be part of an arm.*--tip c"):
         read(tmp_path, urdf(*arm, links="abcdefg"))
     assert read(tmp_path, urdf(*arm, links="abcdefg"), tip="c").chain.joint_names == ("j1", "j2")
+
+
+def test_a_gripper_of_joints_that_follow_one_says_where_the_arm_ends(tmp_path):
+    """Its first joint moves by itself, and what hangs behind it follows: the arm ends ahead of that joint."""
+    arm = chain_of('xyz="0 0 0.2"', 'xyz="0.4 0 0.1"', 'xyz="0 0 0.1"')
+    follows = '<mimic joint="knuckle" multiplier="-1"/>'
+    fingers = [
+        joint("knuckle", "d", "e"),
+        joint("pad", "e", "f", more=follows),
+        joint("other", "d", "g", more=follows),
+        joint("other_pad", "g", "h", more=follows),
+    ]
+    text = urdf(*arm, *fingers)
+    with pytest.raises(FormatError, match="--tip d, if both move a gripper"):
+        read(tmp_path, text)
+    assert read(tmp_path, text, tip="d").chain.joint_names == ("j1", "j2", "j3")
 
 
 def test_a_finger_that_follows_the_other_cuts_nothing(tmp_path):

@@ -263,12 +263,12 @@ def refuse_cut(base: str, tip: str, joints: list[UrdfJoint]) -> None:
         if cut is not None and moving > mine:
             mimic, key = cut.node.child("mimic"), f"joint {cut.name}"
             if mimic is not None:
-                expected = (
-                    f"--tip {cut.parent}, if the arm ends there; a joint that follows another cannot be part of a chain"
-                )
+                found = mimic.attributes.get("joint")
+                ahead = next((f"; --tip {j.parent}, if both move a gripper" for j in joints if j.name == found), "")
                 mimic.fail(
-                    "a mimic joint within the arm", key=key, found=mimic.attributes.get("joint"), expected=expected
-                )
+                    "a joint that follows another (mimic) cannot be part of an arm", key=key, found=found,
+                    expected=f"--tip {cut.parent}, if the arm ends there{ahead}",
+                )  # fmt: skip
             cut.node.fail(
                 "the arm hangs on a joint without an axis", key=key, found=cut.type, expected=f"--base {cut.child}"
             )
