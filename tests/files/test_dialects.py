@@ -144,6 +144,15 @@ def test_whole_numbers_with_thousands(tmp_path, cells, csv, numbers):
         np.testing.assert_array_equal(read_csv(place, **csv).numbers(["a"])[:, 0], numbers)
 
 
+def test_quoted_cells_between_commas_may_have_thousands_too(tmp_path):
+    place = tmp_path / "table.csv"
+    place.write_text('a [mm],b\n"1.770",1\n"673",2\n')
+    with pytest.raises(FormatError, match="row 2, column a: a dot that may stand between thousands"):
+        read_csv(place).numbers(["a"])
+    place.write_text("a [mm],b\n1.770,1\n673,2\n")
+    assert read_csv(place).numbers(["a"])[0] == 1.77
+
+
 def test_names_say_nothing_of_numbers(tmp_path):
     """A text column 1,2 beside columns with units is no decimal comma, and 1.10 no decimal point."""
     place = tmp_path / "table.csv"
@@ -230,3 +239,30 @@ def test_a_unit_that_nobody_states_is_not_called_described(tmp_path, rows):
         place.write_text(text(rows, ",", plain, head=head))
         ran = robocal("new", "ur10", "--table", place, "-o", tmp_path / str(len(said)))
         assert ran.status == 0 and said in ran.said, ran.said
+
+
+def test_any_way_to_write_a_table_is_read_as_meant_or_refused(tmp_path):
+    """Decimal signs, signs between thousands, separators and minus signs in every combination, 400 drawn."""
+    rng, place, read = np.random.default_rng(31), tmp_path / "table.csv", 0
+    for _ in range(400):
+        decimal, separator = str(rng.choice([".", ","])), str(rng.choice([";", "\t", ",", "|", " "]))
+        signs = ["", "", *(s for s in (".", ",", "'", "’", " ", "\u00a0", "\u202f") if s not in (decimal, separator))]
+        between, minus = str(rng.choice(signs)), str(rng.choice(["-", "\u2212"]))
+        quoted = separator == "," and "," in decimal + between
+        values, cells = [], []
+        for _ in range(int(rng.integers(1, 6))):
+            digits = int(rng.integers(0, 6))
+            size = float(rng.choice([1.0, 100.0, 3e3, 3e3, 1e7]))
+            plain = [f"{v:,.{digits}f}" for v in rng.uniform(-size, size, 40)]
+            values.append([float(v.replace(",", "")) for v in plain])
+            swapped = (v.replace(",", "_").replace(".", decimal).replace("_", between) for v in plain)
+            cells.append([('"{}"' if quoted else "{}").format(v.replace("-", minus)) for v in swapped])
+        head = [f"c{i}" + ("" if separator == " " else " [mm]") for i in range(len(cells))]
+        place.write_text("\n".join(separator.join(line) for line in [head, *zip(*cells, strict=True)]) + "\n")
+        try:
+            found = read_csv(place).numbers([f"c{i}" for i in range(len(cells))])
+        except FormatError:
+            continue
+        read += 1
+        np.testing.assert_array_equal(found, np.transpose(values), err_msg=place.read_text()[:300])
+    assert read > 320, read

@@ -313,7 +313,8 @@ def read_csv(
         # Names such as 1,2 say nothing of numbers: where headers have units, columns with one decide.
         some = [i for i, unit in enumerate(units) if unit] or range(len(units))
         style = find_numbers((row[i] for row in rows for i in some if i < len(row)), decimal, thousands)
-    unsaid = style.plain and decimal is None and thousands is None and chosen != ","
+    between = chosen == "," and "," in text and '"' not in text  # commas separate cells, and nothing else
+    unsaid = style.plain and decimal is None and thousands is None and not between
     width, described = len(units), (source.path, chosen, style.decimal)
     cells = tuple(fit_row(row, width, int(line), *described) for row, line in zip(rows, lines, strict=True))
     head = kept[0][0] if header else None
