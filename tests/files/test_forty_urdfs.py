@@ -229,9 +229,9 @@ def sample(k: int) -> Sample:
             s.codes.add("elements-unread")
         s.joint(f"j{i}", at, f"l{i}", kind, limit=limit, more=more)
         at = f"l{i}"
-        if s.has("fixed between", 0.5):
-            s.joint(f"f{i}", at, f"m{i}", "fixed")
-            at = f"m{i}"
+        for n in range(int(rng.integers(0, 4)) if "fixed between" in s.features else 0):
+            s.joint(f"f{i}_{n}", at, f"m{i}_{n}", "fixed")
+            at = f"m{i}_{n}"
         if i == 2 and own == "leaves":
             s.joint("camera", at, "camera", "fixed", arm=False)
             s.codes.add("tip-chosen")
