@@ -30,7 +30,11 @@ def plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         # A million numbers that are all finite need not be asked one by one.
         listed = value.tolist()
-        return listed if value.dtype.kind in "biu" or (value.dtype.kind == "f" and isfinite(value).all()) else plain(listed)
+        return (
+            listed
+            if value.dtype.kind in "biu" or (value.dtype.kind == "f" and isfinite(value).all())
+            else plain(listed)
+        )
     if is_dataclass(kind):
         if kind not in _NAMES:
             _NAMES[kind] = tuple(f.name for f in fields(kind) if f.metadata.get("document", True))
