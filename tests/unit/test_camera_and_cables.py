@@ -10,7 +10,7 @@ from twists import exp
 from robocal.cables.geometry import SYMBOLS as CABLE_SYMBOLS
 from robocal.cables.geometry import cable_robot, lengths
 from robocal.geometry import so3
-from robocal.vision.camera import SYMBOLS, project
+from robocal.vision.camera import SYMBOLS, image_of, project
 
 LENS = np.array([900.0, 880.0, 320.0, 245.0, -0.2, 0.05, 0.004, -0.003, 0.02])
 
@@ -52,6 +52,7 @@ def test_projection_broadcasts(rng):
     p, lens = points(rng).reshape(2, 3, 3), LENS * np.array([[[1.0]], [[1.1]]])
     uv, jp, ji = project(p, lens)
     assert uv.shape == (2, 3, 2) and jp.shape == (2, 3, 2, 3) and ji.shape == (2, 3, 2, 9) and len(SYMBOLS) == 9
+    np.testing.assert_array_equal(uv, image_of(p, lens))
     np.testing.assert_array_equal(uv[1, 2], project(p[1, 2], lens[1, 0])[0])
 
 

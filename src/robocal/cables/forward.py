@@ -11,13 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._jit import as_kernel_array
 from robocal._types import Array, Bools, Ints
 from robocal.cables.cable_lengths import model_of, pulls
-from robocal.cables.geometry import CableRobot
+from robocal.cables.geometry import CableRobot, cable_table
 from robocal.errors import ModelError, require
 from robocal.geometry import se3
 
@@ -30,7 +32,20 @@ ROUNDING = 1e-10  # m; residuals closer than this are told apart by rounding onl
 REACH = 1.05  # room for stretch and noise
 # Of steps that polish: how many, their damping, how long they are at most and at the end, m and rad.
 POLISH, FAINT, NEAR, ENOUGH = 20, 1e-12, 1e-6, 1e-14
+WELL, ROUNDED = 1e12, 1e-14  # condition numbers: surely invertible; least over greatest eigenvalue
 APART = 1e-5  # m and rad; solutions closer than this are one
+
+
+class _Ends(NamedTuple):
+    """Where searches end, pose (n, 4, 4): whitened residuals (n, m) with their gradient (n, m, d) and square (n,), iterations, and whether
+    each came to its end."""
+
+    pose: Array
+    left: Array
+    slope: Array
+    cost: Array
+    iterations: Ints
+    converged: Bools
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,13 +109,12 @@ def forward(
         drawn = _draw(robot, y, starts, rng or np.random.default_rng(0))
         pose = np.concatenate([pose, drawn], axis=1)
     rows = np.repeat(np.arange(k), pose.shape[1])
-    found, cost, iterations, converged = _descend(model, pose.reshape(-1, 4, 4), rows, axes)
-    shape = pose.shape[:2]
-    found, cost = found.reshape(*shape, 4, 4), cost.reshape(shape)
+    flat, shape = pose.reshape(-1, 4, 4), pose.shape[:2]
+    ends = _search(robot, y, weight, flat, rows, axes) if t is None else _descend(model, flat, rows, axes)
+    found, cost = ends.pose.reshape(*shape, 4, 4), ends.cost.reshape(shape)
     best, solutions, rival = _choose(found, cost, s is not None, start is not None, m, ROUNDING * float(weight.max()))
-    at = np.arange(k), best
-    pose, iterations, converged = found[at], iterations.reshape(shape)[at], converged.reshape(shape)[at]
-    r, slope = model(pose, np.arange(k))
+    at = shape[1] * np.arange(k) + best
+    pose, r, slope, _, iterations, converged = (v[at] for v in ends)
     pose[np.isnan(r).any(axis=1)] = np.nan
     covariance, counted = _covariance(r, slope, s is not None), solutions if starts else np.zeros(k, dtype=np.int64)
     return Forward(pose, r / weight, covariance, iterations, converged, counted, rival)
@@ -156,7 +170,20 @@ def _normal_equations(j: Array, r: Array) -> tuple[Array, Array, Array]:
     return a, (jt @ r[..., None])[..., 0], d[:, None]
 
 
-def _descend(model: Model, pose: Array, rows: Ints, axes: list[int]) -> tuple[Array, Array, Ints, Bools]:
+def _search(robot: CableRobot, y: Array, weight: Array, pose: Array, rows: Ints, axes: list[int]) -> _Ends:
+    """As `_descend`, of cables that are straight or lie on pulleys: compiled, pose by pose."""
+    from robocal.cables.single import _kernels as kernels
+
+    n, pose = len(pose), np.array(pose)
+    r, j = np.empty((n, y.shape[1])), np.empty((n, y.shape[1], len(axes)))
+    cost, code, count = np.empty(n), np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    freedoms = np.array(axes, dtype=np.int64)
+    cables = as_kernel_array(cable_table(robot))
+    kernels.search_many(as_kernel_array(y), rows, cables, freedoms, weight, pose, r, j, cost, code, count)
+    return _Ends(pose, r, j, cost, count, code == kernels.SETTLED)
+
+
+def _descend(model: Model, pose: Array, rows: Ints, axes: list[int]) -> _Ends:
     """Levenberg-Marquardt in lock step; pose (n, 4, 4), each for the lengths of its row."""
     n, pose = len(pose), np.array(pose)
     r, j = model(pose, rows)
@@ -189,7 +216,7 @@ def _descend(model: Model, pose: Array, rows: Ints, axes: list[int]) -> tuple[Ar
         if not len(at):
             break
     _polish(model, pose, rows, axes, np.flatnonzero(converged), r, j)
-    return pose, cost, iterations, converged
+    return _Ends(pose, r, j, cost, iterations, converged)
 
 
 def _polish(model: Model, pose: Array, rows: Ints, axes: list[int], at: Ints, r: Array, j: Array) -> None:
@@ -240,10 +267,23 @@ def _covariance(r: Array, j: Array, known: bool) -> Array:
     k, m, d = j.shape
     normal = j.swapaxes(-1, -2) @ j
     normal[~np.isfinite(normal).all(axis=(1, 2))] = 0.0
-    spread = np.linalg.eigvalsh(normal)
-    seen = spread[:, 0] > 1e-14 * spread[:, -1]
-    out = np.full((k, d, d), np.nan)
-    out[seen] = np.linalg.inv(normal[seen])
+    out = _inverses(normal)
     if not known:
         out *= ((r * r).sum(axis=-1) / (m - d) if m > d else np.full(k, np.nan))[:, None, None]
     return out
+
+
+def _inverses(normal: Array) -> Array:
+    """Inverses (k, d, d) of symmetric matrices; not numbers where the least eigenvalue is rounding beside the greatest."""
+    try:
+        out = np.linalg.inv(normal)
+        # Most are far from singular: their norms say so, for less than their eigenvalues.
+        sizes = [np.einsum("kij,kij->k", v, v) for v in (normal, out)]
+        doubt = np.flatnonzero(~(sizes[0] * sizes[1] < WELL**2))
+    except np.linalg.LinAlgError:
+        out, doubt = np.full_like(normal, np.nan), np.arange(len(normal))
+    spread = np.linalg.eigvalsh(normal[doubt])
+    seen = spread[:, 0] > ROUNDED * spread[:, -1]
+    out[doubt[~seen]] = np.nan
+    out[doubt[seen]] = np.linalg.inv(normal[doubt[seen]])
+    return np.asarray(out)

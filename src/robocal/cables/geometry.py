@@ -34,6 +34,7 @@ __all__ = [
     "WHEEL",
     "CableRobot",
     "cable_robot",
+    "cable_table",
     "home",
     "lengths",
     "straight",
@@ -336,3 +337,9 @@ def straight(robot: CableRobot, pose: ArrayLike) -> tuple[Array, Array, Array]:
     lever = robot.b @ t[:, :3, :3].swapaxes(-1, -2)
     full, u = run(t[:, None, :3, 3] + lever - robot.a, robot.pulleys)
     return full, np.concatenate([u, np.cross(lever, u)], axis=-1), lever
+
+
+def cable_table(robot: CableRobot) -> Array:
+    """The cables as kernels read them, (m, 11): a, b, l0, the radius of the pulley and its axis."""
+    wheel = robot.pulleys or Pulleys(np.zeros(len(robot.b)), np.tile([0.0, 0.0, 1.0], (len(robot.b), 1)))
+    return np.column_stack([robot.a, robot.b, robot.zeros, wheel.radius, wheel.axis])

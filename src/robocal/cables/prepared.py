@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array, as_kernel_indices
 from robocal._types import Array
-from robocal.cables.geometry import CableRobot
+from robocal.cables.geometry import CableRobot, cable_table
 from robocal.cables.polytope._kernels import FOUND
-from robocal.cables.pulley import Pulleys
 from robocal.cables.single import _kernels as kernels
 from robocal.cables.tension import check_method, distribute
 from robocal.cables.tension_choice import METHOD, POWER
@@ -135,10 +134,9 @@ class Prepared:
         distribute(np.zeros((1, d, m)), np.zeros(d), bounds, "norm" if method == "barycentre" else method, power)
         central, why = method != "barycentre" or m - d <= CENTRED, "the barycentre is of at most two redundant cables"
         require(central, why, key="method", found=f"{m} cables for {d} freedoms")
-        wheel = robot.pulleys or Pulleys(np.zeros(m), np.tile([0.0, 0.0, 1.0], (m, 1)))
         reference = np.zeros(m) if method == "norm" else bounds.mean(axis=1)
         self.robot, self.method = robot, method
-        self._cables = as_kernel_array(np.column_stack([robot.a, robot.b, robot.zeros, wheel.radius, wheel.axis]))
+        self._cables = as_kernel_array(cable_table(robot))
         self._rows = as_kernel_indices(np.array(robot.axes))
         self._body = as_kernel_array(np.concatenate([[-weight * GRAVITY[2]], centre]))
         self._bounds = as_kernel_array(np.stack([bounds[:, 0], bounds[:, 1], reference]))

@@ -29,6 +29,7 @@ __all__ = ["errors_follow", "follows"]
 MOST = 1000  # grid: pairs that are compared
 NEAR = 4  # grid: rows that are just before or after
 APART = 0.1  # grid: of the rows: quite another time
+OTHERS = 10_000  # grid: rows of other times among which a like pair is looked for
 WIDE = 1 << 17  # grid: distances at once: more would leave the cache
 
 
@@ -87,20 +88,23 @@ def _like(place: Array, some: Ints, far: int) -> Ints:
     """For each of some rows and its successors 1 to NEAR, the row of another time whose distance in joint space is nearest to
     that of the successor, (NEAR, k); -1 where all are farther."""
     out = np.full((NEAR, len(some)), -1, dtype=np.int64)
-    size = np.einsum("kn,kn->k", place, place)
-    each = max(1, WIDE // len(place))
+    # Where there are ten times as many rows as this, one of ten is as like.
+    others = np.arange(0, len(place), -(-len(place) // OTHERS))
+    size, there = np.einsum("kn,kn->k", place, place), place[others]
+    each = max(1, WIDE // len(others))
     for first in range(0, len(some), each):
         mine = some[first : first + each]
         row = np.arange(len(mine))
-        square = size[mine][:, None] + size - 2 * place[mine] @ place.T
+        square = size[mine][:, None] + size[others] - 2 * place[mine] @ there.T
         away = np.sqrt(np.maximum(square, 0.0, out=square), out=square)
-        for k, i in enumerate(mine):
-            away[k, max(i - far + 1, 0) : i + far] = np.inf
+        edges = np.searchsorted(others, [mine - far + 1, mine + far])
+        for k, (lo, hi) in enumerate(edges.T.tolist()):
+            away[k, lo:hi] = np.inf
         gap = np.empty_like(away)
         for h in range(1, NEAR + 1):
             reach = np.linalg.norm(place[mine + h] - place[mine], axis=1)
             np.abs(np.subtract(away, reach[:, None], out=gap), out=gap)
             best = np.argmin(gap, axis=1)
             ok = away[row, best] <= FOLLOW_ALIKE * reach + 1e-9
-            out[h - 1, first : first + each] = np.where(ok, best, -1)
+            out[h - 1, first : first + each] = np.where(ok, others[best], -1)
     return out

@@ -27,7 +27,7 @@ from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, once
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.path_rates import time_order
-from robocal.estimate.elimination import beside_blocks
+from robocal.estimate.elimination import beside_blocks, triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear, Residuals
 from robocal.fit.free_poses import own_poses
@@ -169,14 +169,14 @@ def _explain(lin: Linear, factor: Array, problem: Problem, way: Array) -> FileDr
     n, k = way.shape
     there = lin.j @ way
     taken, left = beside_blocks(replace(lin, j=np.hstack([lin.j, factor[:, None] * there, lin.r[:, None]])))
-    held = np.vstack([left, np.hstack([np.diag(1 / (HOLD * problem.scales)), np.zeros((n, k + 1))])])
-    q, slope = np.linalg.qr(held[:, :n])
-    rest = held[:, n:] - q @ (q.T @ held[:, n:])
-    c, r = rest[:, :k], rest[:, -1]
-    inner, outer = c.T @ c, c.T @ r
+    # Products of columns are those of their triangle: what is projected out of many rows need not be formed.
+    left = triangle(left)
+    held = triangle(np.vstack([left, np.hstack([np.diag(1 / (HOLD * problem.scales)), np.zeros((n, k + 1))])]))
+    rest = held[n:, n:]
+    inner, outer = rest[:, :k].T @ rest[:, :k], rest[:, :k].T @ rest[:, -1]
     known = np.linalg.inv(inner + np.eye(k))
     gain, many = float(outer @ known @ outer), float(np.trace(known @ inner))
-    square = float(r @ r)
+    square = float(rest[:, -1] @ rest[:, -1])
     dof = len(lin.r) - problem.repeated - float(taken.sum()) - n - many
     if dof < 1 or many < EPS or square <= gain:
         return None
@@ -188,5 +188,5 @@ def _explain(lin: Linear, factor: Array, problem: Problem, way: Array) -> FileDr
     by = np.sqrt(more / gain) * (known @ -outer)
     observable = float(by @ inner @ by / ((left[:, n : n + k] @ by) ** 2).sum())
     return FileDrift(
-        more, more / square, chance, observable, way @ by, np.linalg.solve(slope, q.T @ held[:, n : n + k] @ by)
+        more, more / square, chance, observable, way @ by, np.linalg.solve(held[:n, :n], held[:n, n : n + k] @ by)
     )

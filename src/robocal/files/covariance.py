@@ -108,10 +108,13 @@ def covariance_text(known: Knowledge, units: Mapping[str, str]) -> str:
     return _object(plain(parts)) + "\n"
 
 
-def _short(values: Array) -> list[Any]:
+def _short(values: Array) -> Array:
     """Six digits: a comparison of scatter needs no more."""
-    flat = [float(f"{v:.6g}") for v in values.ravel().tolist()]
-    return list(np.array(flat).reshape(values.shape).tolist())
+    size = np.abs(values)
+    digits = 5 - np.floor(np.log10(np.where(size > 0, size, 1.0))).astype(np.int64)
+    # A whole number over a power of ten up to 1e22 is the double that those six digits mean; what is smaller than 1e-22 is none.
+    power = 10.0 ** np.minimum(np.abs(digits), 22)
+    return np.where(digits > 0, np.rint(values * power) / power, np.rint(values / power) * power)
 
 
 def _object(parts: Mapping[str, object]) -> str:

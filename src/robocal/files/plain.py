@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
+from numpy import isfinite
+
 __all__ = ["json_text", "plain"]
 
 _NAMES: dict[type[Any], tuple[str, ...]] = {}  # the fields of every dataclass that was written
@@ -26,7 +28,13 @@ def plain(value: Any) -> Any:
     if isinstance(value, list | tuple | set):
         return [plain(v) for v in value]
     if hasattr(value, "tolist"):
-        return plain(value.tolist())
+        # A million numbers that are all finite need not be asked one by one.
+        listed = value.tolist()
+        return (
+            listed
+            if value.dtype.kind in "biu" or (value.dtype.kind == "f" and isfinite(value).all())
+            else plain(listed)
+        )
     if is_dataclass(kind):
         if kind not in _NAMES:
             _NAMES[kind] = tuple(f.name for f in fields(kind) if f.metadata.get("document", True))

@@ -18,7 +18,7 @@ from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Rows, SightRows, register
 from robocal.parameters import Parameter
-from robocal.vision.camera import SYMBOLS, project
+from robocal.vision.camera import SYMBOLS, image_of, project
 
 __all__ = ["PIXELS", "rays"]
 
@@ -50,6 +50,10 @@ class PixelRows(SightRows):
         seen, sight, _ = self.look(x, first, rows)
         t, j, jl = (a[:, sight] for a in seen)
         lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[first : first + rows])
+        if not len(self.columns) and not jl.shape[-1]:
+            uv = image_of(lever + t[:, :, :3, 3], x[:, None, self.numbers])
+            nothing = np.empty((*uv.shape, 0))
+            return uv - self.values_at(which, first, rows), nothing, nothing
         uv, jp, ji = project(lever + t[:, :, :3, 3], x[:, None, self.numbers])
         # d point = v + w x lever, so d uv = jp v + (lever x jp) w row by row.
         both = np.concatenate([jp, np.cross(lever[:, :, None, :], jp)], axis=-1)
@@ -99,7 +103,7 @@ def rays(obs: Observations, uv: Array) -> Array:
     intrinsics = np.array([p.value for p in parameters(obs)])
     p = np.concatenate([(uv - intrinsics[2:4]) / intrinsics[:2], np.ones((len(uv), 1))], axis=1)
     for _ in range(UNDISTORT):
-        p[:, :2] -= (project(p, intrinsics)[0] - uv) / intrinsics[:2]
+        p[:, :2] -= (image_of(p, intrinsics) - uv) / intrinsics[:2]
     return np.asarray(p / np.linalg.norm(p, axis=1, keepdims=True))
 
 

@@ -10,9 +10,21 @@ import numpy as np
 
 from robocal._types import Array
 
-__all__ = ["SYMBOLS", "project"]
+__all__ = ["SYMBOLS", "image_of", "project"]
 
 SYMBOLS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+
+
+def image_of(points: Array, intrinsics: Array) -> Array:
+    """Pixels (..., 2) of points (..., 3), as `project` has them, without Jacobians."""
+    fx, fy, cx, cy, k1, k2, p1, p2, k3 = np.moveaxis(intrinsics, -1, 0)
+    iz = 1 / points[..., 2]
+    x, y = points[..., 0] * iz, points[..., 1] * iz
+    r2 = x * x + y * y
+    d = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    xd = x * d + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+    yd = y * d + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+    return np.stack([fx * xd + cx, fy * yd + cy], axis=-1)
 
 
 def project(points: Array, intrinsics: Array) -> tuple[Array, Array, Array]:

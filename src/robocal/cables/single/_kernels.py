@@ -102,16 +102,17 @@ def held(pose, wrench, cables, rows, body, bounds, method, power, tension):
 
 
 @kernel
-def left(pose, lengths, cables, rows, r, j):
-    """r (m,) <- lengths at a pose less those that were read, j (m, d) <- their gradient; half a sum of squares is not taken."""
+def left(pose, lengths, cables, rows, weight, r, j):
+    """r (m,) <- lengths at a pose less those that were read, j (m, d) <- their gradient, both times weight (m,); half a sum of squares
+    is not taken."""
     slope = np.empty((cables.shape[0], 6))
     slopes(pose, cables, r, slope)
     cost = 0.0
     for i in range(cables.shape[0]):
-        r[i] -= cables[i, 6] + lengths[i]
+        r[i] = (r[i] - cables[i, 6] - lengths[i]) * weight[i]
         cost += r[i] * r[i]
         for c in range(rows.shape[0]):
-            j[i, c] = slope[i, rows[c]]
+            j[i, c] = slope[i, rows[c]] * weight[i]
     return cost
 
 
@@ -146,11 +147,11 @@ def moved(pose, rows, step, turn, out):
 
 
 @kernel
-def placed(lengths, start, cables, rows, sigma, pose, r, covariance):
-    """pose (4, 4) <- where lengths (m,) place the platform, from a start (4, 4), by the descent of `cables.forward`; r (m,) residuals,
-    covariance (d, d) by sigma, or by what is left where that is nought. SETTLED, UNSETTLED or LOST, and the number of iterations."""
+def search(lengths, cables, rows, weight, pose, r, j):
+    """pose (4, 4) <- where lengths (m,) place the platform, from where it is, by the descent of `cables.forward`; r (m,) and j (m, d)
+    are what `left` says there. What is left, how it ended (SETTLED, UNSETTLED or LOST) and the number of iterations."""
     m, d = cables.shape[0], rows.shape[0]
-    j, new_j, new_r = np.empty((m, d)), np.empty((m, d)), np.empty(m)
+    new_j, new_r = np.empty((m, d)), np.empty(m)
     a, low, g, step, turn, trial = (
         np.empty((d, d)),
         np.empty((d, d)),
@@ -159,10 +160,9 @@ def placed(lengths, start, cables, rows, sigma, pose, r, covariance):
         np.empty((3, 3)),
         np.empty((4, 4)),
     )
-    pose[:] = start
-    cost = left(pose, lengths, cables, rows, r, j)
+    cost = left(pose, lengths, cables, rows, weight, r, j)
     lam, grow, code, count = 1e-4, 2.0, UNSETTLED, 0
-    if not (math.isfinite(cost) and rigid(start)):
+    if not math.isfinite(cost):
         code = LOST
     while code == UNSETTLED and count < ITERATIONS and lam <= 1e12:
         count += 1
@@ -187,7 +187,7 @@ def placed(lengths, start, cables, rows, sigma, pose, r, covariance):
         for i in range(3):
             far = max(far, abs(pose[i, 3]))
         moved(pose, rows, step, turn, trial)
-        new = left(trial, lengths, cables, rows, new_r, new_j)
+        new = left(trial, lengths, cables, rows, weight, new_r, new_j)
         better = new < cost
         settled = most < 1e-13 * (1.0 + far) or (not better and promised <= 1e-14 * cost + 1e-32)
         if better:
@@ -200,9 +200,6 @@ def placed(lengths, start, cables, rows, sigma, pose, r, covariance):
             grow *= 2.0
         if settled:
             code = SETTLED
-    if code == LOST:
-        pose[:], r[:], covariance[:] = math.nan, math.nan, math.nan
-        return code, count
     for _ in range(POLISH if code == SETTLED else 0):
         squares(j, r, a, g)
         trace, most = 0.0, 0.0
@@ -223,9 +220,32 @@ def placed(lengths, start, cables, rows, sigma, pose, r, covariance):
             break
         moved(pose, rows, step, turn, trial)
         pose[:] = trial
-        cost = left(pose, lengths, cables, rows, r, j)
+        cost = left(pose, lengths, cables, rows, weight, r, j)
         if most <= ENOUGH:
             break
+    return cost, code, count
+
+
+@kernel
+def search_many(lengths, which, cables, rows, weight, pose, r, j, cost, code, count):
+    """The same of poses (n, 4, 4), each for the lengths (k, m) of its row `which` (n,)."""
+    for i in range(pose.shape[0]):
+        cost[i], code[i], count[i] = search(lengths[which[i]], cables, rows, weight, pose[i], r[i], j[i])
+
+
+@kernel
+def placed(lengths, start, cables, rows, sigma, pose, r, covariance):
+    """pose (4, 4) <- what `search` finds from a start (4, 4); r (m,) residuals, covariance (d, d) by sigma, or by what is left where that
+    is nought. SETTLED, UNSETTLED or LOST, and the number of iterations."""
+    m, d = cables.shape[0], rows.shape[0]
+    j, a, low, g, step = np.empty((m, d)), np.empty((d, d)), np.empty((d, d)), np.empty(d), np.empty(d)
+    pose[:] = start
+    cost, code, count = 0.0, LOST, 0
+    if rigid(start):
+        cost, code, count = search(lengths, cables, rows, np.ones(m), pose, r, j)
+    if code == LOST:
+        pose[:], r[:], covariance[:] = math.nan, math.nan, math.nan
+        return code, count
     squares(j, r, a, g)
     scale = sigma * sigma
     if sigma == 0.0:

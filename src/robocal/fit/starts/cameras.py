@@ -10,65 +10,127 @@ from __future__ import annotations
 
 import numpy as np
 
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.fit.starts.frames import poses
 from robocal.fit.starts.target_rows import TargetRows, frame_values, start
 from robocal.geometry import se3, so3
 from robocal.measure.bearing import directions
 from robocal.measure.pixels import rays
 
-__all__ = ["resect"]
+__all__ = ["resect", "resect_sights"]
 
 # How many rotations are kept and how many steps are made with them: first all, then the best few to the end.
 ITERATIONS = ((8, 20), (4, 120))
 SAME = 1e-2  # rotations nearer than that are one
+STILL = 1e-12  # a rotation has arrived where a step moves its numbers by less
 # Points that make a pose, and poses that are enough for a start.
 POINTS, POSES = 4, 12
+LINEAR = 6  # points from which the linear system says where to begin
+BLOCK = 10_000  # rows at once: what is asked of every start and row fits into memory
 
 
 def resect(points: Array, directions: Array, keep: int = 2) -> list[Array]:
-    """The T (4, 4) whose T p_i lie along the unit directions d_i (m, 3), the best `keep` of them; points (m, 3), m >= 3.
+    """The T (4, 4) whose T p_i lie along the unit directions d_i (m, 3), the best `keep` of them; points (m, 3), m >= 3."""
+    return resect_sights(points, directions, np.zeros(1, dtype=np.int64), keep)[0]
 
-    Starts are the linear solution and the 24 rotations of a cube, each followed by orthogonal iteration.
+
+def resect_sights(points: Array, directions: Array, first: Ints, keep: int = 2) -> list[list[Array]]:
+    """The same of many sights at once: rows (n, 3) sight by sight, each beginning at row first[s]; the best `keep` of each.
+
+    Starts are the linear solution and the 24 rotations of a cube, each followed by orthogonal iteration. With V_i = d_i d_i^T, S the
+    inverse of sum (I - V_i), and points about their centre, a step costs the same for any number of points:
+
+        R <- project( sum V_i (R p_i + t) p_i^T ),   t = S sum V_i R p_i
     """
-    centre = points.mean(axis=0)
-    p = points - centre
-    across = np.eye(3) - directions[:, :, None] * directions[:, None, :]
-    solve = np.linalg.pinv(across.sum(axis=0))
-    r = _cube()
-    if len(p) >= 6:
-        r = np.concatenate([_linear(p, directions)[None], r])
+    out: list[list[Array]] = []
+    ends = np.append(first[1:], len(points))
+    while len(out) < len(first):
+        i = len(out)
+        j = max(int(np.searchsorted(ends, first[i] + BLOCK)), i + 1)
+        rows = slice(int(first[i]), int(ends[j - 1]))
+        out += _resect_block(points[rows], directions[rows], first[i:j] - first[i], keep)
+    return out
 
-    def shift(r: Array) -> Array:
-        return np.asarray(-np.einsum("ij,mjk,bmk->bi", solve, across, p @ np.swapaxes(r, 1, 2)))
 
+def _resect_block(points: Array, directions: Array, first: Ints, keep: int) -> list[list[Array]]:
+    count = np.diff(np.append(first, len(points)))
+    own = np.repeat(np.arange(len(first)), count)
+
+    def total(each: Array) -> Array:
+        return np.asarray(np.add.reduceat(each, first, axis=0))
+
+    centre = total(points) / count[:, None]
+    p = points - centre[own]
+    along = directions[:, :, None] * directions[:, None, :]
+    # R enters as nine numbers: sum V_i R p_i is (3, 9) times them, sum V_i R p_i p_i^T (9, 9).
+    mean = total(along[:, :, :, None] * p[:, None, None, :])
+    twice = total(along[:, :, None, :, None] * (p[:, :, None] * p[:, None, :])[:, None, :, None, :])
+    across = total(np.eye(3) - along)
+    place = np.linalg.pinv(across) @ mean.reshape(-1, 3, 9)
+    step = twice.reshape(-1, 9, 9) + np.swapaxes(mean, 2, 3).reshape(-1, 9, 3) @ place
+    r = np.repeat(_cube()[None], len(first), axis=0)
+    if (count >= LINEAR).any():
+        r = np.concatenate([_linear(p, directions, own, count)[:, None], r], axis=1)
+    several = np.ones(len(first), dtype=np.int64)
     for many, rounds in ITERATIONS:
-        for _ in range(rounds):
-            seen = p @ np.swapaxes(r, 1, 2) + shift(r)[:, None]
-            along = np.einsum("bmi,mi->bm", seen, directions)[..., None] * directions
-            r = so3.project(np.einsum("bmi,mj->bij", along - along.mean(axis=1, keepdims=True), p))
-        t = shift(r)
-        seen = p @ np.swapaxes(r, 1, 2) + t[:, None]
-        depth = np.einsum("bmi,mi->bm", seen, directions)
-        off = np.linalg.norm(seen - depth[..., None] * directions, axis=2).mean(axis=1)
+        r = _iterate(step, r, rounds)
+        t = np.einsum("sij,sbj->sbi", place, r.reshape(*r.shape[:2], 9))
+        seen = np.einsum("nbij,nj->nbi", r[own], p) + t[own]
+        depth = np.einsum("nbi,ni->nb", seen, directions)
+        off = total(np.linalg.norm(seen - depth[..., None] * directions[:, None], axis=2)) / count[:, None]
         # What the instrument sees lies in front of it.
-        order = np.argsort(np.where((depth > 0).all(axis=1), off, off + 1e3), kind="stable")
-        chosen: list[int] = []
-        for b in order:
-            if len(chosen) < max(many, keep) and all(np.abs(r[b] - r[c]).max() > SAME for c in chosen):
-                chosen.append(int(b))
-        r, t = r[chosen], t[chosen]
-    return [se3.compose(a, b - a @ centre) for a, b in zip(r[:keep], t[:keep], strict=True)]
+        behind = total((depth <= 0).astype(float)) > 0
+        order = np.argsort(np.where(behind, off + 1e3, off), axis=1, kind="stable")
+        chosen = [_differ(a, o, max(many, keep)) for a, o in zip(r, order, strict=True)]
+        several = np.array([len(c) for c in chosen])
+        index = np.stack([c + c[:1] * (several.max() - len(c)) for c in chosen])
+        r, t = (np.stack([v[i] for v, i in zip(each, index, strict=True)]) for each in (r, t))
+    return [
+        [se3.compose(r[s, b], t[s, b] - r[s, b] @ centre[s]) for b in range(min(keep, n))]
+        for s, n in enumerate(several.tolist())
+    ]
 
 
-def _linear(p: Array, directions: Array) -> Array:
-    """R from d x (R p + t) = 0 as a homogeneous linear system; p (m, 3) about their centre, m >= 6."""
-    size = max(float(np.linalg.norm(p, axis=1).mean()), 1e-12)
-    known = np.concatenate([p / size, np.ones((len(p), 1))], axis=1)
-    design = np.einsum("mik,mj->mikj", so3.skew(directions), known).reshape(-1, 12)
-    found = np.linalg.svd(design, full_matrices=False)[2][-1].reshape(3, 4)
-    depth = np.einsum("mi,ij,mj->m", directions, found, known).mean()
-    return so3.project(found[:, :3] if depth > 0 else -found[:, :3])
+def _iterate(step: Array, r: Array, rounds: int) -> Array:
+    """Rotations (S, B, 3, 3) of S sights after so many steps (9, 9), or where they stand still."""
+    which = np.repeat(np.arange(len(step)), r.shape[1])
+    flat = r.reshape(-1, 9)
+    out, going = flat.copy(), np.arange(len(flat))
+    for _ in range(rounds):
+        now = so3.project((step[which] @ flat[..., None]).reshape(-1, 3, 3)).reshape(-1, 9)
+        out[going] = now
+        moves = np.abs(now - flat).max(axis=1) > STILL
+        which, flat, going = which[moves], now[moves], going[moves]
+        if not len(going):
+            break
+    return out.reshape(r.shape)
+
+
+def _differ(rotations: Array, order: Ints, most: int) -> list[int]:
+    """The first of some rotations (B, 3, 3), in this order, no two of which are one."""
+    near = np.abs(rotations[:, None] - rotations).max(axis=(2, 3)) <= SAME
+    out: list[int] = []
+    for b in order.tolist():
+        if len(out) < most and not near[b, out].any():
+            out.append(b)
+    return out
+
+
+def _linear(p: Array, directions: Array, own: Ints, count: Ints) -> Array:
+    """R (S, 3, 3) from d x (R p + t) = 0 as a homogeneous linear system; p (n, 3) about their centre."""
+    size = np.sqrt(np.bincount(own, (p * p).sum(axis=1)) / count) + 1e-12
+    known = np.concatenate([p / size[own, None], np.ones((len(p), 1))], axis=1)
+    design = (so3.skew(directions)[..., None] * known[:, None, None]).reshape(-1, 3, 12)
+    out = np.empty((len(count), 3, 3))
+    for m in np.unique(count):
+        # A null vector of the squares would have half the digits.
+        same = count == m
+        rows = same[own]
+        found = np.linalg.svd(design[rows].reshape(-1, 3 * m, 12), full_matrices=False)[2][:, -1].reshape(-1, 3, 4)
+        at, of = directions[rows].reshape(-1, m, 3), known[rows].reshape(-1, m, 4)
+        depth = np.einsum("smi,sij,smj->s", at, found, of, optimize=True)
+        out[same] = np.where(depth > 0, 1.0, -1.0)[:, None, None] * found[:, :, :3]
+    return so3.project(out)
 
 
 def _cube() -> Array:
@@ -104,6 +166,7 @@ def _pixels(seen: TargetRows) -> list[dict[str, float]]:
     where = seen.obs.configuration[seen.index]
     places = [i for i in (np.flatnonzero(where == c) for c in np.unique(where)) if len(i) >= POINTS][:POSES]
     if len(places) >= 3:
-        measured = np.stack([resect(point[i], along[i], 1)[0] for i in places])
+        every, first = np.concatenate(places), np.cumsum([0, *map(len, places[:-1])])
+        measured = np.stack([best for (best,) in resect_sights(point[every], along[every], first, 1)])
         out += poses(seen, measured, seen.machine[[i[0] for i in places]])
     return out
