@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from causes import CAUSES, obey
+from causes import CAUSES, Setting, obey
 from cli.runs import robocal
 
 from robocal.arms import catalog
@@ -30,7 +30,7 @@ def named(case, message: str) -> str:
 )
 def test_a_cause_is_named_and_its_line_helps(name: str, arm: str, tmp_path: Path) -> None:
     rng = np.random.default_rng([list(CAUSES).index(name), 4])
-    case = CAUSES[name](tmp_path, arm, rng, pose=bool(rng.integers(2)))
+    case = CAUSES[name](tmp_path, arm, rng, Setting(bool(rng.integers(2))))
     ran = robocal("identify", case.robot, case.data)
     assert ran.status == 2, ran.out
     robot, data, more = obey(case, named(case, " ".join(ran.err.split())))

@@ -11,7 +11,7 @@ import re
 
 import numpy as np
 import pytest
-from causes import ARMS, CAUSES, World, either
+from causes import ARMS, CAUSES, Setting, World, either
 
 from robocal.errors import InputError
 from robocal.session.inputs import read_inputs
@@ -35,7 +35,7 @@ def test_a_cause_is_named(name, tmp_path, capsys):
         for pose in (False, True):
             rng = np.random.default_rng([list(CAUSES).index(name), ARMS.index(arm), int(pose)])
             for _ in range(TRIALS):
-                case = CAUSES[name](tmp_path, arm, rng, pose)
+                case = CAUSES[name](tmp_path, arm, rng, Setting.draw(rng, pose))
                 message = message_of(case.robot, case.data)
                 right = bool(re.search(case.words, message))
                 hits += right
@@ -52,7 +52,7 @@ def test_nothing_is_named_on_undamaged_files(tmp_path, capsys):
         for pose in (False, True):
             rng = np.random.default_rng([9, ARMS.index(arm), int(pose)])
             for k in range(4 * TRIALS):
-                world = World(tmp_path, arm, rng, pose, either(rng))
+                world = World(tmp_path, arm, rng, Setting.draw(rng, pose), either(rng))
                 n = len(world.names)
                 # In three draws of four the mastering of some joints is lost.
                 lost = np.radians(rng.uniform(5, 40, n)) * rng.choice([-1, 1], n) * (rng.random(n) < (k % 4) / 3)

@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 
 from robocal.arms.conventions import CONVENTIONS
-from robocal.diagnose.hypotheses.changes import Change, What
-from robocal.diagnose.hypotheses.explain import Trial
+from robocal.diagnose.hypotheses.changes import Change, Trial, What
 from robocal.files.dataset import Reading
 from robocal.files.notation import TableNotation
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS, number
 from robocal.files.yamlio import flow
 
-__all__ = ["METRIC", "SWAPPED", "CauseText"]
+__all__ = ["LENGTHS", "METRIC", "SWAPPED", "CauseText"]
 
 SWAPPED = {"deg": "rad", "rad": "deg"}
 METRIC = {"mm": "m", "m": "mm"}
+LENGTHS = ("mm", "m", "cm", "inch")
 PLACE = ("x", "y", "z")  # where a table names no columns
 ACROSS = {  # the columns of a matrix, row by row, as those of its transpose
     9: (0, 3, 6, 1, 4, 7, 2, 5, 8),
@@ -152,11 +152,15 @@ def _swap(change: Change, robot: Robot, speech: TableNotation, reading: Reading)
 
 def _unit(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
     if change.what is What.JOINT_UNIT:
-        section, swapped, stated, names, headed = "joints", SWAPPED, speech.joint_units, speech.joints, speech.headed
+        section, known, stated, names, headed = "joints", tuple(SWAPPED), speech.joint_units, speech.joints, speech.headed
     else:
-        section, swapped, stated, headed = "position", METRIC, speech.lengths, speech.place_headed
+        section, known, stated, headed = "position", LENGTHS, speech.lengths, speech.place_headed
         names = speech.place or PLACE
-    units = [swapped.get(u, u) if i in change.at else u for i, u in enumerate(stated)]
+    units = list(stated)
+    for i, factor in zip(change.at, change.factors, strict=True):
+        units[i] = next(
+            u for u in known if math.isclose(UNITS[u].factor, factor * UNITS[stated[i]].factor, rel_tol=1e-6)
+        )
     those, others = [names[i] for i in change.at], [units[i] for i in change.at]
     line = _line(speech, **{section: {"unit": units[0] if len(set(units)) == 1 else units}})
     words = f"the values of {', '.join(those)} are in {' and '.join(dict.fromkeys(others))}"

@@ -17,7 +17,7 @@ from robocal.geometry import so3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Mechanism
 
-__all__ = ["Change", "What", "apply_all", "changes", "pairs"]
+__all__ = ["ORDERS", "WHOLE", "Change", "Trial", "What", "apply_all", "changes"]
 
 SHIFTS = (1, -1, 2, -2)
 
@@ -42,6 +42,8 @@ class What(StrEnum):
 
 
 OF_JOINTS = (What.SIGN, What.ZERO, What.SWAP, What.WITH, What.JOINT_UNIT, What.GAINS)
+ORDERS = (What.SHIFT, What.REVERSED)
+WHOLE = (*ORDERS, What.TURNS)  # these look at neighbouring rows, or at every row
 
 
 @dataclass(frozen=True)
@@ -115,6 +117,9 @@ class Change:
                 value[:, :3] = -np.einsum("kij,kj->ki", r, value[:, :3])
             value[:, 3:6] = -value[:, 3:6]
         return replace(obs, value=value)
+
+
+Trial = tuple[Change, ...]  # changes that are made at once, one after the other
 
 
 def apply_all(some: Sequence[Change], data: DataSet) -> DataSet:
@@ -203,11 +208,3 @@ def _of_targets(data: DataSet) -> Iterator[Change]:
     for pair in combinations(known[:6], 2):
         if pair[0].mount == pair[1].mount and pair[0].value != pair[1].value:
             yield Change(What.TARGETS, swapped=pair)
-
-
-def pairs(single: Sequence[Change]) -> list[tuple[Change, ...]]:
-    """Two changes that go together: two of sign, zero and another joint, of one joint."""
-    signs = [c for c in single if c.what == What.SIGN and len(c.at) == 1]
-    zeros, shared = ([c for c in single if c.what == what] for what in (What.ZERO, What.WITH))
-    out = [(a, b) for a in signs for b in zeros if a.at == b.at]
-    return [*out, *((a, b) for a in shared for b in (*signs, *zeros) if a.at[0] == b.at[0])]
