@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 from cli.runs import robocal
+from worlds import Cables
 
 from robocal.arms import catalog
 from robocal.arms.chain import Chain
@@ -63,7 +64,11 @@ class World:
             at = dict(zip(("tool.x", "tool.y", "tool.z"), rng.uniform(-0.1, 0.1, 3) + [0, 0, 0.1], strict=True))
             self.arm = self.arm.with_values({k: v + self.arm.table[k].value for k, v in at.items()})
             self.arm = self.arm.with_table(self.arm.table.with_free(set(self.arm.table.free) - set(TOOL)))
-        self.robot = self.put("r.urdf", urdf(self.arm)) if form == "urdf" else self.put("r.yaml", describe(self.arm))
+        self.robot = (
+            self.put("r.urdf", urdf(self.arm))
+            if form == "urdf" and name != "scara"
+            else self.put("r.yaml", describe(self.arm))
+        )
         self.chain = open_robot(self.robot).chain
         self.names = list(self.chain.joint_names)
         low, high = np.clip(self.arm.limits, -2.5, 2.5).T
@@ -514,6 +519,57 @@ def mirror_and_zero(folder, name, rng, setting) -> Case:
     q[:, 2] += np.pi
     pose[:, 1, 3] *= -1
     return Case(world.robot, world.table(q, pose), both("zero of", "mirrored|the other way"))
+
+
+# --- nothing wrong ----------------------------------------------------------------------------------------------------
+
+GOOD = ("plain", "lost", "bad", "warm", "gross", "one way", "few", "in hand", "cables")
+
+
+def undamaged(folder, name, rng, pose, kind) -> tuple[Path, list[Path]]:
+    """A robot and data in which nothing is wrong that could be named: lost zeros, errors of 5 mm and 1 deg, a column of temperatures,
+    gross rows, joints that hardly turn the tool, few rows, a camera in hand, or a cable robot."""
+    if kind == "cables":
+        robot = Cables.nominal(str(rng.choice(["eight", "planar"])), rng)
+        true = robot.true(rng, size=1e-3 * 30 ** rng.random())
+        p, w = true.draw(rng, int(rng.integers(12, 100)))
+        sigma = 2e-5 * 50 ** rng.random()
+        y = true.lengths(p, w) + sigma * rng.normal(size=(len(p), len(true.l0)))
+        robot_, *data = robot.write(
+            folder, y, p + sigma * rng.normal(size=p.shape), w + sigma * rng.normal(size=w.shape), sigma
+        )
+        return folder / robot_, [folder / d for d in data]
+    setting = Setting.draw(rng, pose or kind == "in hand")
+    if kind == "bad":
+        setting = replace(setting, errors=5.0)
+    if kind == "in hand":
+        setting = replace(setting, frame=True)
+    world = World(folder, name, rng, setting, either(rng))
+    q = world.q[: int(rng.integers(8, 26))] if kind == "few" else world.q.copy()
+    if kind == "one way":
+        q[:, 3:] = q[:1, 3:]
+    n, shown = q.shape[1], q
+    if kind == "lost":
+        q = q + np.radians(rng.uniform(5, 40, n)) * rng.choice([-1, 1], n) * (rng.random(n) < rng.uniform(0.2, 1))
+    seen = world.measure(q)
+    if kind == "gross":
+        some = rng.choice(len(q), int(rng.uniform(0.02, 0.15) * len(q)), replace=False)
+        seen[some, :3, 3] += rng.normal(size=(len(some), 3)) * rng.choice([0.01, 0.1, 1.0])
+    if kind == "in hand":
+        seen = se3.inverse(seen)
+    data = world.table(shown, seen)
+    if kind == "in hand":
+        keys = {
+            "frame": {"name": "camera", "mount": "tool", "free": True},
+            "targets": {"board": {"mount": "base", "free": True}},
+        }
+        world.setting = replace(setting, frame=False)
+        data = world.beside(data, **keys)
+    if kind == "warm":
+        table = folder / "d.csv"
+        head, value = read(table)
+        write(table, [*head, "temperature [degC]"], np.column_stack([value, np.linspace(20, 28, len(value))]))
+    return world.robot, [data]
 
 
 # --- its line obeyed --------------------------------------------------------------------------------------------------

@@ -133,6 +133,8 @@ COLUMN_POSES = limit(10, "poses", "Fewer are met by any anchor.", "tests/cli/tes
 COLUMN_CLEARLY = limit(3.0, "times less", "Other columns or axes must leave so much less than as stated.")
 COLUMN_LEAVES = limit(0.03, "of the spread of the poses", "What other columns or axes may leave.")
 AXES_SIMPLER = limit(1.5, "times", "Wrong axes are one mistake, exchanged cables several: they may leave more.")
+FACTOR_LEAVES = limit(0.2, "of the scatter of the lengths",
+    "What the right unit and sign leave, with anchors a few centimetres off.", "tests/statistics/test_causes.py")
 CABLE_COPIES = limit(0.1, "of the configurations", "Of eight lengths and a pose even one copy is no chance; so many are no slip.")
 SIZE_CONFIGURATIONS = limit(5, "configurations", "Fewer tell no size.")
 SIZES_APART = limit(4.0, "times", "An inch is 25 mm, and no robot is four times as large as it was built.")

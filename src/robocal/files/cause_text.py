@@ -152,7 +152,13 @@ def _swap(change: Change, robot: Robot, speech: TableNotation, reading: Reading)
 
 def _unit(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
     if change.what is What.JOINT_UNIT:
-        section, known, stated, names, headed = "joints", tuple(SWAPPED), speech.joint_units, speech.joints, speech.headed
+        section, known, stated, names, headed = (
+            "joints",
+            tuple(SWAPPED),
+            speech.joint_units,
+            speech.joints,
+            speech.headed,
+        )
     else:
         section, known, stated, headed = "position", LENGTHS, speech.lengths, speech.place_headed
         names = speech.place or PLACE
