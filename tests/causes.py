@@ -381,6 +381,27 @@ def in_turn(folder, name, rng, setting) -> Case:
     return Case(world.robot, world.table(world.q, seen), "two robots, or of two instruments, in turn")
 
 
+@cause
+def angles(folder, name, rng, setting) -> Case:
+    """Joint values in radians under headers that say deg."""
+    world = World(folder, name, rng, setting, either(rng))
+    return Case(world.robot, world.table(np.radians(world.q), world.measure()), r"in rad\b|\[rad\]")
+
+
+@cause
+def bearings(folder, name, rng, setting) -> Case:
+    """An azimuth that counts clockwise, or an angle from the zenith."""
+    world = World(folder, name, rng, replace(setting, pose=False, frame=True), either(rng))
+    x, y, z = world.measure()[:, :3, 3].T
+    level, clockwise = np.hypot(x, y), rng.random() < 0.5
+    azimuth, elevation = np.arctan2(y, x), np.arctan2(z, level)
+    bearing = (-azimuth, elevation) if clockwise else (azimuth, np.pi / 2 - elevation)
+    head = [f"{j} [deg]" for j in world.names] + ["range [mm]", "azimuth [deg]", "elevation [deg]"]
+    value = [np.degrees(world.q), 1e3 * np.hypot(level, z), *np.degrees(bearing)]
+    words = "azimuth counts clockwise" if clockwise else "elevation counts from the zenith"
+    return Case(world.robot, write(folder / "d.csv", head, np.column_stack(value)), words)
+
+
 # --- two at once ------------------------------------------------------------------------------------------------------
 
 PAIRS: dict[str, Callable[..., Case]] = {}
@@ -518,7 +539,7 @@ def mirror_and_zero(folder, name, rng, setting) -> Case:
     q, pose = world.q.copy(), world.measure()
     q[:, 2] += np.pi
     pose[:, 1, 3] *= -1
-    return Case(world.robot, world.table(q, pose), both("zero of", "mirrored|the other way"))
+    return Case(world.robot, world.table(q, pose), "mirrored|the other way")
 
 
 # --- nothing wrong ----------------------------------------------------------------------------------------------------

@@ -42,7 +42,9 @@ class CauseText:
     @classmethod
     def of(cls, trial: Trial, robot: Robot, reading: Reading) -> CauseText:
         parts = [_one(c, robot, reading) for c in trial]
-        words, lines = (" and ".join(each) for each in ((p.text for p in parts), (p.line for p in parts)))
+        several = len({p.file for p in parts}) > 1
+        words = " and ".join(p.text for p in parts)
+        lines = " and ".join(f"{p.line} (in {p.file})" if several else p.line for p in parts)
         return cls(words, lines, parts[0].file, parts[0].key)
 
 
@@ -189,6 +191,12 @@ def _axes(change: Change, robot: Robot, speech: TableNotation, reading: Reading)
     return CauseText(words, line, "", "position.columns")
 
 
+def _bearing(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
+    if change.at == (1,):
+        return CauseText("the azimuth counts clockwise seen from above", "every azimuth times -1", "", "bearing")
+    return CauseText("the elevation counts from the zenith", "90 deg less every elevation, in its place", "", "bearing")
+
+
 def _shift(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
     rows = abs(int(change.amount))
     shift = f"{rows} row" if rows == 1 else f"{rows} rows"
@@ -241,6 +249,7 @@ _OF = {
     What.JOINT_UNIT: _unit,
     What.LENGTH_UNIT: _unit,
     What.AXES: _axes,
+    What.BEARING: _bearing,
     What.SHIFT: _shift,
     What.REVERSED: _reverse_order,
     What.INVERSE: _inverse,

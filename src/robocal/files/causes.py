@@ -102,7 +102,7 @@ def change_error(robot: Robot, reading: Reading, made: Mistake) -> FormatError:
     told += [CauseText(o.text, o.line, robot.place, o.key) for o in made.others[:MOST] if alike(o.left, best)]
     words = ", or ".join(dict.fromkeys(t.text for t in told))
     several = len({t.file for t in told}) > 1
-    lines = list(dict.fromkeys(f"{t.line} (in {t.file})" if several else t.line for t in told))
+    lines = list(dict.fromkeys(f"{t.line} (in {t.file})" if several and "(in " not in t.line else t.line for t in told))
     apart = " (these data cannot tell them apart)" if len(lines) > 1 else ""
     return FormatError(
         f"{words}{apart}: with that, the residual of the nominal model falls from {_mm(made.stated)} to {_mm(best)}",

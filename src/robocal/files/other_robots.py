@@ -85,7 +85,7 @@ def other_robots_beside(
             continue
         for trial in explained.changes[:BESIDE]:
             told = CauseText.of(trial, robot, reading)
-            line = f"{one.line} in {robot.place}, and {told.line} in {told.file}"
+            line = f"{one.line} (in {robot.place}) and {told.line} (in {told.file})"
             found.append(replace(one, text=f"{one.text}, and {told.text}", line=line, left=explained.left))
     best = min((f.left for f in found), default=math.inf)
     return tuple(sorted((f for f in found if math.isfinite(f.left) and alike(f.left, best)), key=lambda f: f.left))

@@ -33,6 +33,7 @@ class What(StrEnum):
     GAINS = "gains"
     LENGTH_UNIT = "length-unit"
     AXES = "axes"
+    BEARING = "bearing"
     SHIFT = "shift"
     REVERSED = "reversed"
     INVERSE = "inverse"
@@ -51,8 +52,9 @@ class Change:
     """One change: of joints or axes `at`, by an `amount` (rad, rows, or how much of the second joint the first counts with) or
     `factors`, in the files `sources` (all where empty).
 
-    `signs` go with axes: the reading becomes signs * reading[at]; `turns` (k, 3, 3) are the same rotations read in the form
-    of number `at`, `swapped` two targets that change places; `zeros` (rad) are added where `factors` were found by a fit.
+    `signs` go with axes: the reading becomes signs * reading[at]; an angle of a bearing becomes `amount` less what it was. `turns`
+    (k, 3, 3) are the same rotations read in the form of number `at`, `swapped` two targets that change places; `zeros` (rad) are
+    added where `factors` were found by a fit.
     """
 
     what: What
@@ -103,9 +105,13 @@ class Change:
             return replace(obs, configuration=obs.configuration[order])
         if self.what == What.TARGETS:
             return replace(obs, targets=tuple(self._exchange_target(t) for t in obs.targets))
+        if self.what == What.BEARING and obs.kind != "spherical":
+            return obs
         value = obs.value.copy()
         if self.what == What.LENGTH_UNIT:
             value[:, list(self.at)] *= np.array(self.factors)
+        elif self.what == What.BEARING:
+            value[:, list(self.at)] = self.amount - value[:, list(self.at)]
         elif self.what == What.AXES:
             value[:, :3] = value[:, list(self.at)] * np.array(self.signs)
         elif self.what == What.TURNS:
@@ -185,6 +191,9 @@ def _of_readings(data: DataSet, files: tuple[str, ...], lengths: Sequence[float]
     mine = [o for o in data.observations if not files or o.source in files]
     yield from (Change(What.SHIFT, amount=shift) for shift in SHIFTS)
     yield Change(What.REVERSED)
+    if any(o.kind == "spherical" for o in mine):
+        yield Change(What.BEARING, (1,))  # an azimuth that counts clockwise
+        yield Change(What.BEARING, (2,), math.pi / 2)  # an angle from the zenith
     placed = [o for o in mine if o.kind in ("position", "pose")]
     if not placed:
         return

@@ -27,7 +27,6 @@ from robocal.measure.machine import Mechanism
 
 __all__ = ["one_change_linear", "two_changes"]
 
-FREE = 13  # numbers of the form, for each coordinate
 FITTED, WITH_READINGS = 60, 6  # grid: pairs that are fitted, and single changes that meet every change of the readings
 SIGNS = 2  # grid: of joints that count the other way beside another change of joint values
 AT_ONCE = 512  # grid: trials for which memory is taken at a time
@@ -87,7 +86,7 @@ def _look(
     every = [c for c in single if not c.sources]
     first = sights(chain, [taken(data, rows)])
     mine = np.zeros(0, dtype=np.int64) if first is None else _same_ends(first)
-    if first is None or len(mine) < FREE + limits.PAIR_ROWS:
+    if first is None or len(mine) < limits.PAIR_ROWS:
         return None
     joints = [c for c in every if c.what in OF_JOINTS]
     orders: list[Trial] = [(), *((c,) for c in every if c.what in ORDERS)]
