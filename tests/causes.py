@@ -611,8 +611,13 @@ def obey(case: Case, message: str) -> tuple[Path, Path, list[str]]:
         return robot, _move_rows(case.data, *map(int, found.groups()[:3]), found[4]), []
     if "values are probably in" in message:
         head, value = read(case.data)
-        unit = line.split(",")[0]
-        return robot, write(folder / "o.csv", [re.sub(r"(?<=^[xyz] \[)\w+", unit, h) for h in head], value), []
+        unit, those = line.split(",")[0], "deg" if "joints values" in message else r"(?<=^[xyz] \[)\w+"
+        return robot, write(folder / "o.csv", [re.sub(those, unit, h) for h in head], value), []
+    if "azimuth" in line or "elevation" in line:
+        head, value = read(case.data)
+        at = [h.split()[0] for h in head].index("azimuth" if "azimuth" in line else "elevation")
+        value[:, at] = (0.0 if "azimuth" in line else 90.0) - value[:, at]
+        return robot, write(folder / "o.csv", head, value), []
     if " --format yaml " in line:
         ran = robocal("export", robot, "--format", "yaml", "-o", folder / "robot.yaml", "--force")
         assert ran.status == 0, ran.err
@@ -625,6 +630,27 @@ def obey(case: Case, message: str) -> tuple[Path, Path, list[str]]:
         robot = folder / "o.yaml"
         robot.write_text(_obey_yaml(text, line), encoding="utf-8")
     return robot, case.data, []
+
+
+def obey_both(case: Case, message: str) -> tuple[Path, Path, list[str]]:
+    """The same for two lines, each with its file where these differ."""
+    line, robot, data = message.rpartition("; expected ")[2].partition(" or ")[0], case.robot, case.data
+    parts = re.findall(r"(?:^|(?<=\) and ))(.*?) \(in (\S+)\)", line) or [
+        (line, message.partition(", key ")[0].rpartition(" ")[2])
+    ]
+    for k, (told, place) in enumerate(parts):
+        if place.endswith(".csv"):
+            head, value = read(data)
+            for name, unit in re.findall(r"(\w+) \[(\w+)\]", told):
+                head = [re.sub(r"(?<=\[)\w+", unit, h) if h.startswith(f"{name} [") else h for h in head]
+            if found := re.search(r"moved (up|down) by (\d)", told):
+                n, step = len([h for h in head if "[deg]" in h]), int(found[2])
+                joints, seen = (value[step:], value[:-step]) if found[1] == "up" else (value[:-step], value[step:])
+                value = np.hstack([joints[:, :n], seen[:, n:]])
+            data = write(data.with_name(f"o{k}.csv"), head, value)
+        else:
+            robot, _, _ = obey(replace(case, robot=robot), f"; expected {told}")
+    return robot, data, []
 
 
 def _move_rows(data: Path, first: int, last: int, step: int, where: str) -> Path:
