@@ -13,6 +13,7 @@ import numpy as np
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
+from robocal.diagnose import limits
 from robocal.diagnose.hypotheses.changes import Change
 from robocal.diagnose.hypotheses.explain import Doubt, alike, explain_beside, left_of
 from robocal.diagnose.hypotheses.sights import sights
@@ -73,7 +74,8 @@ def other_robots_beside(
         return ()
     data, found = reading.dataset, []
     looked = [(*explain_beside(o.robot.chain, data, changes, doubt), o) for o in _readings(robot)]
-    for _, look, one in sorted(looked, key=lambda t: t[0])[:BESIDE]:
+    near = sorted((t for t in looked if t[0] <= limits.PAIR_LEAVES), key=lambda t: t[0])
+    for _, look, one in near[:BESIDE]:
         for other in _readings(one.robot):
             if other.key in LENGTHS_OF and other.key != one.key:
                 left = left_of(other.robot.chain, data, doubt)

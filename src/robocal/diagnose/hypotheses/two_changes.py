@@ -51,6 +51,11 @@ class _Linear:
             (int(j), int(o)) for j, o in (np.unravel_index(i, self.left.shape) for i in best) if count[j, o] == many
         )
 
+    @property
+    def as_read(self) -> bool:
+        """Whether joint values and rows as they are may be right."""
+        return float(self.left[0, 0]) <= limits.PAIR_LEAVES
+
     def trial(self, j: int, o: int) -> Trial:
         return (*self.orders[o], *self.moved[j])
 
@@ -62,9 +67,11 @@ def one_change_linear(
     made = _look(chain, data, rows, single, pairs=False)
     if made is None:
         return [], math.inf
-    units, others = _of_size(made.readings, float(made.size[0, 0]))
     out = [made.trial(j, o) for j, o in islice(made.begun(1), FITTED)]
-    return [*out, *((c,) for c in (*units, *others))], float(np.min(made.left))
+    if made.as_read:
+        units, others = _of_size(made.readings, float(made.size[0, 0]))
+        out += [(c,) for c in (*units, *others)]
+    return out, float(np.min(made.left))
 
 
 def two_changes(chain: Mechanism, data: DataSet, rows: list[Ints], single: Sequence[Change]) -> list[Trial]:
@@ -76,7 +83,7 @@ def two_changes(chain: Mechanism, data: DataSet, rows: list[Ints], single: Seque
     for j, o in islice(made.begun(1), WITH_READINGS):
         units, others = _of_size(made.readings, float(made.size[j, o]))
         out += [(*made.trial(j, o), c) for c in (*units, *others)]
-    return [*out, *product(*_of_size(made.readings, float(made.size[0, 0])))]
+    return [*out, *(product(*_of_size(made.readings, float(made.size[0, 0]))) if made.as_read else ())]
 
 
 def _look(
