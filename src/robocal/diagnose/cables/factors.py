@@ -22,7 +22,7 @@ from robocal.diagnose.limits import COLUMN_CLEARLY, COLUMN_POSES, FACTOR_LEAVES
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["OTHER_UNIT_OF", "OTHER_WAY"]
+__all__ = ["OTHER_UNIT_OF", "TURNED_ROUND"]
 
 UNITS = {"mm": 1e-3, "cm": 1e-2, "inch": 0.0254, "m": 1.0}
 OTHER_UNIT_OF = declare(
@@ -31,7 +31,7 @@ OTHER_UNIT_OF = declare(
     "{before:.3g} to {left:.3g}",
     "State that unit.",
 )
-OTHER_WAY = declare(
+TURNED_ROUND = declare(
     "lengths-count-the-other-way",
     "the lengths count the other way, they fall where cables grow: with that, what they leave falls from {before:.3g} to {left:.3g}",
     "Write every length times -1.",
@@ -79,7 +79,7 @@ def factors(context: Context[CableRobot]) -> Iterator[Finding]:
     amounts = {"before": Quantity(left[0] * spread), "left": Quantity(left[best] * spread)}
     source = pose.source if won.what == "position" else read.source
     if not won.what:
-        yield refuse(OTHER_WAY, source=source, wrong="lengths", **amounts)
+        yield refuse(TURNED_ROUND, source=source, wrong="lengths", **amounts)
         return
     turned = {"turned": ""} if won.lengths < 0 else {}
     yield refuse(

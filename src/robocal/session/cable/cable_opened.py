@@ -23,7 +23,7 @@ from robocal.cables.hanging import hang
 from robocal.cables.pulley import Pulleys, run
 from robocal.cables.tension import hold
 from robocal.diagnose.cables.columns import ANCHORS, AXES, LENGTHS
-from robocal.diagnose.cables.factors import OTHER_UNIT_OF, OTHER_WAY
+from robocal.diagnose.cables.factors import OTHER_UNIT_OF, TURNED_ROUND
 from robocal.diagnose.cables.read_lengths import COPIED, TWO_SIZES, stretch
 from robocal.diagnose.cables.rest import CELLS, EXCHANGED, NOT_AT_REST, SHIFTED
 from robocal.diagnose.check_registry import CABLES, Context, Finding, Level, When
@@ -62,7 +62,7 @@ PLACES: dict[str, tuple[str, str | None, str]] = {
         "the same; the robot's frame anchors scatter by {frame:.3g} m",
     ),
     OTHER_UNIT_OF: ("{wrong}.unit", "{stated}", "{true}"),
-    OTHER_WAY: ("lengths", None, "every length times -1"),
+    TURNED_ROUND: ("lengths", None, "every length times -1"),
     ANCHORS: ("cables", None, "the platform anchors in the order of {right}"),
     LENGTHS: ("lengths.columns", None, "columns that hold {right} in this order"),
     EXCHANGED: ("{kind}.columns", None, "their columns in the order of {one}, {other}"),
