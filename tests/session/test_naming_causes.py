@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from causes import CAUSES, obey
+from causes import CAUSES, PAIRS, Setting, obey, obey_both
 from cli.runs import robocal
 
 from robocal.arms import catalog
@@ -30,10 +30,28 @@ def named(case, message: str) -> str:
 )
 def test_a_cause_is_named_and_its_line_helps(name: str, arm: str, tmp_path: Path) -> None:
     rng = np.random.default_rng([list(CAUSES).index(name), 4])
-    case = CAUSES[name](tmp_path, arm, rng, pose=bool(rng.integers(2)))
+    case = CAUSES[name](tmp_path, arm, rng, Setting(bool(rng.integers(2))))
     ran = robocal("identify", case.robot, case.data)
     assert ran.status == 2, ran.out
     robot, data, more = obey(case, named(case, " ".join(ran.err.split())))
+    ran = robocal("identify", robot, data, *more, "--json")
+    assert ran.status == 0, (ran.out, ran.err)
+    assert ran.document["verdict"]["status"] == "improved"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name == "unit_and_signs" else pytest.mark.slow)
+        for name in ("unit_and_signs", "angles_and_signs", "shared_and_unit", "late_and_unit", "convention_and_unit")
+    ],
+)
+def test_two_causes_are_named_and_their_lines_help(name: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng([list(PAIRS).index(name), 2])
+    case = PAIRS[name](tmp_path, "irb-120", rng, Setting(bool(rng.integers(2))))
+    ran = robocal("identify", case.robot, case.data)
+    assert ran.status == 2, ran.out
+    robot, data, more = obey_both(case, named(case, " ".join(ran.err.split())))
     ran = robocal("identify", robot, data, *more, "--json")
     assert ran.status == 0, (ran.out, ran.err)
     assert ran.document["verdict"]["status"] == "improved"

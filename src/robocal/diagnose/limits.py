@@ -117,6 +117,9 @@ EXPLAINED_CLEARLY = limit(5.0, "times less",
 EXPLANATIONS_ALIKE = limit(1.5, "times the best", "Changes that leave no more are not told apart.", "tests/statistics/test_hypotheses.py")
 QUARTER_TURN_NEAR = limit(math.radians(4.0), "rad", "A zero so near to a right angle is no lost mastering but a convention.")
 HYPOTHESIS_BENT = limit(5.0, "times the soft hold", "An arm that was bent so far is another arm, and explains nothing.")
+PAIR_ROWS = limit(20, "rows", "The linear form has 13 numbers: fewer rows are met by any two changes.", "tests/statistics/test_causes.py")
+PAIR_LEAVES = limit(0.05, "of the squares", "What the linear form leaves of right rows is 2e-4, and of wrong ones most often 0.1.",
+    "tests/statistics/test_causes.py")
 PART_ROWS = limit(26, "rows", "Both ends of a shorter file tell nothing.")
 PART_LEAST = limit(10, "rows", "So few gross rows fit any frame: they are no part of another robot.",
     "tests/session/test_naming_causes.py")
@@ -132,6 +135,8 @@ COLUMN_POSES = limit(10, "poses", "Fewer are met by any anchor.", "tests/cli/tes
 COLUMN_CLEARLY = limit(3.0, "times less", "Other columns or axes must leave so much less than as stated.")
 COLUMN_LEAVES = limit(0.03, "of the spread of the poses", "What other columns or axes may leave.")
 AXES_SIMPLER = limit(1.5, "times", "Wrong axes are one mistake, exchanged cables several: they may leave more.")
+FACTOR_LEAVES = limit(0.2, "of the scatter of the lengths",
+    "What the right unit and sign leave, with anchors a few centimetres off.", "tests/statistics/test_causes.py")
 CABLE_COPIES = limit(0.1, "of the configurations", "Of eight lengths and a pose even one copy is no chance; so many are no slip.")
 SIZE_CONFIGURATIONS = limit(5, "configurations", "Fewer tell no size.")
 SIZES_APART = limit(4.0, "times", "An inch is 25 mm, and no robot is four times as large as it was built.")

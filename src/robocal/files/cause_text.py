@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 
 from robocal.arms.conventions import CONVENTIONS
-from robocal.diagnose.hypotheses.changes import Change, What
-from robocal.diagnose.hypotheses.explain import Trial
+from robocal.diagnose.hypotheses.changes import Change, Trial, What
 from robocal.files.dataset import Reading
 from robocal.files.notation import TableNotation
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS, number
 from robocal.files.yamlio import flow
 
-__all__ = ["METRIC", "SWAPPED", "CauseText"]
+__all__ = ["LENGTHS", "METRIC", "SWAPPED", "CauseText"]
 
 SWAPPED = {"deg": "rad", "rad": "deg"}
 METRIC = {"mm": "m", "m": "mm"}
+LENGTHS = ("mm", "m", "cm", "inch")
 PLACE = ("x", "y", "z")  # where a table names no columns
 ACROSS = {  # the columns of a matrix, row by row, as those of its transpose
     9: (0, 3, 6, 1, 4, 7, 2, 5, 8),
@@ -42,7 +42,9 @@ class CauseText:
     @classmethod
     def of(cls, trial: Trial, robot: Robot, reading: Reading) -> CauseText:
         parts = [_one(c, robot, reading) for c in trial]
-        words, lines = (" and ".join(each) for each in ((p.text for p in parts), (p.line for p in parts)))
+        several = len({p.file for p in parts}) > 1
+        words = " and ".join(p.text for p in parts)
+        lines = " and ".join(f"{p.line} (in {p.file})" if several else p.line for p in parts)
         return cls(words, lines, parts[0].file, parts[0].key)
 
 
@@ -152,11 +154,21 @@ def _swap(change: Change, robot: Robot, speech: TableNotation, reading: Reading)
 
 def _unit(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
     if change.what is What.JOINT_UNIT:
-        section, swapped, stated, names, headed = "joints", SWAPPED, speech.joint_units, speech.joints, speech.headed
+        section, known, stated, names, headed = (
+            "joints",
+            tuple(SWAPPED),
+            speech.joint_units,
+            speech.joints,
+            speech.headed,
+        )
     else:
-        section, swapped, stated, headed = "position", METRIC, speech.lengths, speech.place_headed
+        section, known, stated, headed = "position", LENGTHS, speech.lengths, speech.place_headed
         names = speech.place or PLACE
-    units = [swapped.get(u, u) if i in change.at else u for i, u in enumerate(stated)]
+    units = list(stated)
+    for i, factor in zip(change.at, change.factors, strict=True):
+        units[i] = next(
+            u for u in known if math.isclose(UNITS[u].factor, factor * UNITS[stated[i]].factor, rel_tol=1e-6)
+        )
     those, others = [names[i] for i in change.at], [units[i] for i in change.at]
     line = _line(speech, **{section: {"unit": units[0] if len(set(units)) == 1 else units}})
     words = f"the values of {', '.join(those)} are in {' and '.join(dict.fromkeys(others))}"
@@ -177,6 +189,12 @@ def _axes(change: Change, robot: Robot, speech: TableNotation, reading: Reading)
     mirrored = np.linalg.det(np.eye(3)[list(change.at)] * np.array(change.signs)[:, None]) < 0
     words = "the measured axes are mirrored" if mirrored else "the measured axes are in another order"
     return CauseText(words, line, "", "position.columns")
+
+
+def _bearing(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
+    if change.at == (1,):
+        return CauseText("the azimuth counts clockwise seen from above", "every azimuth times -1", "", "bearing")
+    return CauseText("the elevation counts from the zenith", "90 deg less every elevation, in its place", "", "bearing")
 
 
 def _shift(change: Change, robot: Robot, speech: TableNotation, reading: Reading) -> CauseText:
@@ -231,6 +249,7 @@ _OF = {
     What.JOINT_UNIT: _unit,
     What.LENGTH_UNIT: _unit,
     What.AXES: _axes,
+    What.BEARING: _bearing,
     What.SHIFT: _shift,
     What.REVERSED: _reverse_order,
     What.INVERSE: _inverse,

@@ -8,13 +8,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from robocal.diagnose.check_registry import HYPOTHESES, ROWS, Finding, Level, When, run
-from robocal.diagnose.hypotheses.changes import Change, What, changes
-from robocal.diagnose.hypotheses.explain import Doubt, Explanation, Trial, alike
+from robocal.diagnose.hypotheses.changes import Change, Trial, What, changes
+from robocal.diagnose.hypotheses.explain import Doubt, Explanation, alike
 from robocal.diagnose.hypotheses.one_change import CHANGED, Mistake, mistake
 from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
 from robocal.diagnose.hypotheses.row_parts import parts_differ
 from robocal.errors import FormatError, ToWrite
-from robocal.files.cause_text import METRIC, SWAPPED, CauseText
+from robocal.files.cause_text import LENGTHS, METRIC, SWAPPED, CauseText
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS
@@ -34,9 +34,11 @@ MOST = 4  # ways of saying it
 def data_remarks(robot: Robot, reading: Reading, reread: Reread, watch: Watch | None = None) -> tuple[Remark, ...]:
     """What checks of the data of an arm say. Raises FormatError for what they refuse; `reread` reads the data for another arm."""
 
-    def others(doubt: Doubt) -> Sequence[OtherChain]:
-        from robocal.files.other_robots import other_robots
+    def others(doubt: Doubt, changed: bool) -> Sequence[OtherChain]:
+        from robocal.files.other_robots import other_robots, other_robots_beside
 
+        if changed:
+            return other_robots_beside(robot, reading, doubt, candidate_changes(robot, reading))
         return other_robots(robot, reading.dataset, doubt, reread)
 
     context = ReadContext(
@@ -69,12 +71,22 @@ def candidate_changes(robot: Robot, reading: Reading) -> list[Change]:
     angles = {s.source: tuple(_other(SWAPPED, u) for u in s.joint_units) for s in reading.notations}
     lengths = {s.source: tuple(_other(METRIC, u) for u in s.lengths) for s in reading.notations}
     poses = [o for o in reading.dataset.observations if o.kind == "pose"]
-    return changes(robot.chain, reading.dataset, angles, lengths) + [
-        Change(What.TURNS, (i,), sources=(s.source,), turns=form.turns)
-        for s in reading.notations
-        for i, form in enumerate(s.forms)
-        if [len(o) for o in poses if o.source == s.source] == [len(form.turns)]
-    ]
+    known = {u for s in reading.notations for u in s.lengths}
+    stated = next(iter(known)) if len(known) == 1 else ""
+    return (
+        changes(robot.chain, reading.dataset, angles, lengths)
+        + [
+            Change(What.LENGTH_UNIT, (0, 1, 2), factors=(UNITS[u].factor / UNITS[stated].factor,) * 3)
+            for u in LENGTHS
+            if stated and u not in (stated, METRIC.get(stated))
+        ]
+        + [
+            Change(What.TURNS, (i,), sources=(s.source,), turns=form.turns)
+            for s in reading.notations
+            for i, form in enumerate(s.forms)
+            if [len(o) for o in poses if o.source == s.source] == [len(form.turns)]
+        ]
+    )
 
 
 def _other(swapped: Mapping[str, str], unit: str) -> float:
@@ -90,7 +102,7 @@ def change_error(robot: Robot, reading: Reading, made: Mistake) -> FormatError:
     told += [CauseText(o.text, o.line, robot.place, o.key) for o in made.others[:MOST] if alike(o.left, best)]
     words = ", or ".join(dict.fromkeys(t.text for t in told))
     several = len({t.file for t in told}) > 1
-    lines = list(dict.fromkeys(f"{t.line} (in {t.file})" if several else t.line for t in told))
+    lines = list(dict.fromkeys(f"{t.line} (in {t.file})" if several and "(in " not in t.line else t.line for t in told))
     apart = " (these data cannot tell them apart)" if len(lines) > 1 else ""
     return FormatError(
         f"{words}{apart}: with that, the residual of the nominal model falls from {_mm(made.stated)} to {_mm(best)}",

@@ -13,18 +13,24 @@ import numpy as np
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
-from robocal.diagnose.hypotheses.explain import Doubt, alike, left_of
+from robocal.diagnose import limits
+from robocal.diagnose.hypotheses.changes import Change
+from robocal.diagnose.hypotheses.explain import Doubt, alike, explain_beside, left_of
 from robocal.diagnose.hypotheses.sights import sights
 from robocal.errors import InputError, ModelError
+from robocal.files.cause_text import CauseText
+from robocal.files.dataset import Reading as DataReading
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS, number
 from robocal.files.urdfchains import Reread, option, other_chains
 from robocal.measure.data import DataSet
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["OtherRobot", "other_robots"]
+__all__ = ["OtherRobot", "other_robots", "other_robots_beside"]
 
 Rows = list[dict[str, Any]]
+BESIDE = 3  # grid: how many robots are looked at beside a change, and changes beside each
+LENGTHS_OF = ("xyz", "units.length")
 OTHER_CONVENTION = {"dh": "mdh", "dh-hayati": "mdh-hayati", "mdh": "dh", "mdh-hayati": "dh-hayati"}
 LENGTHS = ("length", "point")
 ANGLES = ("angle", "angles")
@@ -58,6 +64,33 @@ def other_robots(robot: Robot, data: DataSet, doubt: Doubt, reread: Reread) -> t
     found = [replace(o, left=left) for o, d in tried if math.isfinite(left := left_of(o.robot.chain, d, doubt))]
     best = min((f.left for f in found), default=math.inf)
     return tuple(sorted((f for f in found if alike(f.left, best)), key=lambda f: f.left))
+
+
+def other_robots_beside(
+    robot: Robot, reading: DataReading, doubt: Doubt, changes: Sequence[Change]
+) -> tuple[OtherRobot, ...]:
+    """The robots that explain the data beside one change more, of their own lengths or of the data, those that leave least first."""
+    if doubt.few:
+        return ()
+    data, found = reading.dataset, []
+    looked = [(*explain_beside(o.robot.chain, data, changes, doubt), o) for o in _readings(robot)]
+    near = sorted((t for t in looked if t[0] <= limits.PAIR_LEAVES), key=lambda t: t[0])
+    for _, look, one in near[:BESIDE]:
+        for other in _readings(one.robot):
+            if other.key in LENGTHS_OF and other.key != one.key:
+                left = left_of(other.robot.chain, data, doubt)
+                found.append(
+                    replace(other, text=f"{one.text}, and {other.text}", line=f"{one.line} and {other.line}", left=left)
+                )
+        explained = look()
+        if explained is None:
+            continue
+        for trial in explained.changes[:BESIDE]:
+            told = CauseText.of(trial, robot, reading)
+            line = f"{one.line} (in {robot.place}) and {told.line} (in {told.file})"
+            found.append(replace(one, text=f"{one.text}, and {told.text}", line=line, left=explained.left))
+    best = min((f.left for f in found), default=math.inf)
+    return tuple(sorted((f for f in found if math.isfinite(f.left) and alike(f.left, best)), key=lambda f: f.left))
 
 
 def _links(robot: Robot, data: DataSet) -> Iterator[OtherRobot]:

@@ -18,14 +18,25 @@ from numpy.typing import ArrayLike
 from robocal._types import Array
 from robocal.cables.calibration.per_cable import per_cable
 from robocal.cables.geometry import CableRobot
-from robocal.diagnose.check_registry import Context, Finding, Given, When, check, refuse
+from robocal.diagnose.check_registry import Context, Finding, Given, When, check, once, refuse
 from robocal.diagnose.limits import AXES_SIMPLER, COLUMN_CLEARLY, COLUMN_LEAVES, COLUMN_POSES
 from robocal.errors import ModelError
 from robocal.geometry import se3
+from robocal.measure.data import Observations
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["ANCHORS", "AXES", "LENGTHS", "Exchange", "Turned", "columns", "find_exchange", "find_pose_axes"]
+__all__ = [
+    "ANCHORS",
+    "AXES",
+    "LENGTHS",
+    "Exchange",
+    "Turned",
+    "beside_poses",
+    "columns",
+    "find_exchange",
+    "find_pose_axes",
+]
 
 GAIN = ": with that, what they leave falls from {stated:.3g} to {left:.3g}"
 RIGHT = "Give poses in right-handed axes, T_base_platform."
@@ -47,20 +58,11 @@ LENGTHS = declare(
 @check("columns", When.READ, order=30, given=Given.ACCEPTED, needs=("data",))
 def columns(context: Context[CableRobot]) -> Iterator[Finding]:
     """Wrong axes are one mistake, exchanged cables are several: the former may leave somewhat more."""
-    robot, data = context.model, context.need_data
-    lengths = [o for o in data.observations if o.kind == "lengths"]
-    poses = [o for o in data.observations if o.kind == "pose" and not (o.frame is not None and o.frame.mount == "tool")]
-    if len(lengths) != 1 or len(poses) != 1:
+    robot, seen = context.model, beside_poses(context)
+    if seen is None:
         return
-    (read,), (pose,) = lengths, poses
-    mounted = se3.from_vector([t.value for t in pose.targets] or [(0.0,) * 6])
-    which = np.zeros(len(pose), dtype=np.int64) if pose.target is None else pose.target
-    t = np.full((len(data.configurations), 4, 4), np.nan)
-    t[pose.configuration] = se3.from_vector(pose.value) @ se3.inverse(mounted[which])
-    y = np.full((len(data.configurations), len(robot.cables)), np.nan)
-    y[read.configuration, read.extra["cable"].astype(np.int64)] = read.value[:, 0]
-    known = np.isfinite(t).all(axis=(1, 2))
-    order, axes = find_exchange(robot, t[known], y[known]), find_pose_axes(robot, t[known], y[known])
+    read, pose, t, y = seen
+    order, axes = find_exchange(robot, t, y), find_pose_axes(robot, t, y)
     if axes is not None and (order is None or axes.left <= AXES_SIMPLER * order.left):
         amounts = {"stated": Quantity(axes.stated), "left": Quantity(axes.left)}
         yield refuse(AXES[axes.kind], source=pose.source, what=axes.what, **amounts)
@@ -69,6 +71,26 @@ def columns(context: Context[CableRobot]) -> Iterator[Finding]:
         right = ", ".join(robot.cables[i] for i in order.of)
         amounts = {"stated": Quantity(order.stated), "left": Quantity(order.left)}
         yield refuse(ANCHORS if order.anchors else LENGTHS, source=read.source, names=names, right=right, **amounts)
+
+
+@once
+def beside_poses(context: Context[CableRobot]) -> tuple[Observations, Observations, Array, Array] | None:
+    """The lengths, the poses beside them, and both where the platform was seen, (n, 4, 4) and (n, m), NaN where no length is; None where
+    there is not one file of each."""
+    robot, data = context.model, context.need_data
+    lengths = [o for o in data.observations if o.kind == "lengths"]
+    poses = [o for o in data.observations if o.kind == "pose" and not (o.frame is not None and o.frame.mount == "tool")]
+    if len(lengths) != 1 or len(poses) != 1:
+        return None
+    (read,), (pose,) = lengths, poses
+    mounted = se3.from_vector([t.value for t in pose.targets] or [(0.0,) * 6])
+    which = np.zeros(len(pose), dtype=np.int64) if pose.target is None else pose.target
+    t = np.full((len(data.configurations), 4, 4), np.nan)
+    t[pose.configuration] = se3.from_vector(pose.value) @ se3.inverse(mounted[which])
+    y = np.full((len(data.configurations), len(robot.cables)), np.nan)
+    y[read.configuration, read.extra["cable"].astype(np.int64)] = read.value[:, 0]
+    known = np.isfinite(t).all(axis=(1, 2))
+    return read, pose, t[known], y[known]
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from robocal.geometry import so3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Mechanism
 
-__all__ = ["Change", "What", "apply_all", "changes", "pairs"]
+__all__ = ["ORDERS", "WHOLE", "Change", "Trial", "What", "apply_all", "changes"]
 
 SHIFTS = (1, -1, 2, -2)
 
@@ -33,6 +33,7 @@ class What(StrEnum):
     GAINS = "gains"
     LENGTH_UNIT = "length-unit"
     AXES = "axes"
+    BEARING = "bearing"
     SHIFT = "shift"
     REVERSED = "reversed"
     INVERSE = "inverse"
@@ -42,6 +43,8 @@ class What(StrEnum):
 
 
 OF_JOINTS = (What.SIGN, What.ZERO, What.SWAP, What.WITH, What.JOINT_UNIT, What.GAINS)
+ORDERS = (What.SHIFT, What.REVERSED)
+WHOLE = (*ORDERS, What.TURNS)  # these look at neighbouring rows, or at every row
 
 
 @dataclass(frozen=True)
@@ -49,8 +52,9 @@ class Change:
     """One change: of joints or axes `at`, by an `amount` (rad, rows, or how much of the second joint the first counts with) or
     `factors`, in the files `sources` (all where empty).
 
-    `signs` go with axes: the reading becomes signs * reading[at]; `turns` (k, 3, 3) are the same rotations read in the form
-    of number `at`, `swapped` two targets that change places; `zeros` (rad) are added where `factors` were found by a fit.
+    `signs` go with axes: the reading becomes signs * reading[at]; an angle of a bearing becomes `amount` less what it was. `turns`
+    (k, 3, 3) are the same rotations read in the form of number `at`, `swapped` two targets that change places; `zeros` (rad) are
+    added where `factors` were found by a fit.
     """
 
     what: What
@@ -101,9 +105,13 @@ class Change:
             return replace(obs, configuration=obs.configuration[order])
         if self.what == What.TARGETS:
             return replace(obs, targets=tuple(self._exchange_target(t) for t in obs.targets))
+        if self.what == What.BEARING and obs.kind != "spherical":
+            return obs
         value = obs.value.copy()
         if self.what == What.LENGTH_UNIT:
             value[:, list(self.at)] *= np.array(self.factors)
+        elif self.what == What.BEARING:
+            value[:, list(self.at)] = self.amount - value[:, list(self.at)]
         elif self.what == What.AXES:
             value[:, :3] = value[:, list(self.at)] * np.array(self.signs)
         elif self.what == What.TURNS:
@@ -115,6 +123,9 @@ class Change:
                 value[:, :3] = -np.einsum("kij,kj->ki", r, value[:, :3])
             value[:, 3:6] = -value[:, 3:6]
         return replace(obs, value=value)
+
+
+Trial = tuple[Change, ...]  # changes that are made at once, one after the other
 
 
 def apply_all(some: Sequence[Change], data: DataSet) -> DataSet:
@@ -180,6 +191,9 @@ def _of_readings(data: DataSet, files: tuple[str, ...], lengths: Sequence[float]
     mine = [o for o in data.observations if not files or o.source in files]
     yield from (Change(What.SHIFT, amount=shift) for shift in SHIFTS)
     yield Change(What.REVERSED)
+    if any(o.kind == "spherical" for o in mine):
+        yield Change(What.BEARING, (1,))  # an azimuth that counts clockwise
+        yield Change(What.BEARING, (2,), math.pi / 2)  # an angle from the zenith
     placed = [o for o in mine if o.kind in ("position", "pose")]
     if not placed:
         return
@@ -203,11 +217,3 @@ def _of_targets(data: DataSet) -> Iterator[Change]:
     for pair in combinations(known[:6], 2):
         if pair[0].mount == pair[1].mount and pair[0].value != pair[1].value:
             yield Change(What.TARGETS, swapped=pair)
-
-
-def pairs(single: Sequence[Change]) -> list[tuple[Change, ...]]:
-    """Two changes that go together: two of sign, zero and another joint, of one joint."""
-    signs = [c for c in single if c.what == What.SIGN and len(c.at) == 1]
-    zeros, shared = ([c for c in single if c.what == what] for what in (What.ZERO, What.WITH))
-    out = [(a, b) for a in signs for b in zeros if a.at == b.at]
-    return [*out, *((a, b) for a in shared for b in (*signs, *zeros) if a.at[0] == b.at[0])]

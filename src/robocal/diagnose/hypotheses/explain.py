@@ -12,7 +12,7 @@ free frame and target they cannot be told apart. What does no harm lowers nothin
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 from robocal._types import Array
 from robocal.diagnose import limits
-from robocal.diagnose.hypotheses.changes import Change, What, apply_all, pairs
+from robocal.diagnose.hypotheses.changes import WHOLE, Change, Trial, What, apply_all
 from robocal.diagnose.hypotheses.lockstep import SoftPrior, fit_trials, reach_of
-from robocal.diagnose.hypotheses.sights import Sights, sights, usable
+from robocal.diagnose.hypotheses.sights import Sights, rows_of, sights, taken
+from robocal.diagnose.hypotheses.two_changes import one_change_linear, two_changes
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 
@@ -31,23 +32,18 @@ __all__ = [
     "SOFT",
     "Doubt",
     "Explanation",
-    "Trial",
     "alike",
     "assess_misfit",
     "explain",
+    "explain_beside",
     "finite_sights",
     "left_of",
     "left_softly",
-    "rows_of",
-    "taken",
 ]
 
-Trial = tuple[Change, ...]  # changes that are made at once, one after the other
-ROWS = 40  # readings that are enough to tell
 BEST = 10  # how many of a batch are looked at again
 SOFT, LOST = 0.03, 1.0  # rad: how far a joint's zero may be off as a matter of course, and when its mastering is lost
 GAINS = (1.0, 1.6, 2.4, 3.6)  # grid: gains from which a fit begins that all joints have alike
-WHOLE = (What.SHIFT, What.REVERSED, What.TURNS)  # these look at neighbouring rows, or at every row
 
 
 @dataclass(frozen=True)
@@ -105,13 +101,34 @@ def explain(
         return None
     small = taken(data, doubt.rows)
     with np.errstate(all="ignore"):
-        stages = (lambda: pairs(changes), lambda: _gains(chain, small, doubt))
+        stages = (lambda: two_changes(chain, data, doubt.rows, changes), lambda: _gains(chain, small, doubt))
         for make in (lambda: [(c,) for c in changes], *(() if alone else stages)):
             trials = make()
             order, left = _best(chain, data, small, doubt.rows, trials, doubt.stated) if trials else ([], np.zeros(0))
             if order and doubt.explains(best := float(left[order[0]])):
                 return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
     return None
+
+
+def explain_beside(
+    chain: Mechanism, data: DataSet, changes: Sequence[Change], doubt: Doubt
+) -> tuple[float, Callable[[], Explanation | None]]:
+    """What a linear form leaves of another arm with one change, as a share of the spread; and the changes that explain the data with that
+    arm, when they are asked for."""
+    trials, rough = one_change_linear(chain, data, doubt.rows, changes)
+
+    def look() -> Explanation | None:
+        small = taken(data, doubt.rows)
+        first = finite_sights(chain, small)
+        if first is None or not trials:
+            return None
+        with np.errstate(all="ignore"):
+            order, left = _best(chain, data, small, doubt.rows, trials, doubt.stated)
+            if order and doubt.explains(best := float(left[order[0]]), reach_of(chain, first)):
+                return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
+        return None
+
+    return rough, look
 
 
 def _gains(chain: Mechanism, small: DataSet, doubt: Doubt) -> list[Trial]:
@@ -208,22 +225,3 @@ def _best(
     as_read = again.left * first.spread[0] / again.spread
     left[few] = np.where(small_enough & (as_read * limits.EXPLAINED_CLEARLY <= stated), again.left, np.inf)
     return [int(i) for i in np.argsort(left, kind="stable") if np.isfinite(left[i])], left
-
-
-def rows_of(data: DataSet) -> list[NDArray[np.int64]] | None:
-    """Some rows of every instrument that can be looked at; None where they are too few to tell."""
-    seen = [i for i, o in enumerate(data.observations) if usable(o)]
-    if data.configurations.joints is None or not seen:
-        return None
-    rng = np.random.default_rng(0)
-    each = max(ROWS // len(seen), 12)
-    out = [np.zeros(0, dtype=np.int64)] * len(data.observations)
-    for i in seen:
-        out[i] = np.sort(rng.permutation(len(data.observations[i]))[:each])
-    return out if sum(len(r) for r in out) >= limits.HYPOTHESIS_PLACES else None
-
-
-def taken(data: DataSet, rows: list[NDArray[np.int64]]) -> DataSet:
-    """Some rows of every instrument."""
-    some = (o.take(r) for o, r in zip(data.observations, rows, strict=True) if len(r))
-    return DataSet(data.configurations, tuple(some))

@@ -14,18 +14,10 @@ import numpy as np
 
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, Machines, When, check, doubt, once, refuse
-from robocal.diagnose.hypotheses.explain import (
-    Explanation,
-    assess_misfit,
-    explain,
-    finite_sights,
-    left_softly,
-    rows_of,
-    taken,
-)
+from robocal.diagnose.hypotheses.explain import Explanation, assess_misfit, explain, finite_sights, left_softly
 from robocal.diagnose.hypotheses.lockstep import reach_of
 from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
-from robocal.diagnose.hypotheses.sights import usable
+from robocal.diagnose.hypotheses.sights import rows_of, taken, usable
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 from robocal.remarks.code import Code
@@ -58,8 +50,10 @@ def mistake(context: ReadContext[Mechanism]) -> Mistake | None:
     asked = assess_misfit(context.model, context.need_data)
     if asked is None:
         return None
-    others = () if context.others is None else context.others(asked)
+    others = () if context.others is None else context.others(asked, False)
     found = explain(context.model, context.need_data, context.changes(), asked, alone=bool(others))
+    if found is None and not others and context.others is not None:
+        others = context.others(asked, True)
     best = min([o.left for o in others] + ([found.left] if found else []), default=None)
     return None if best is None else Mistake(found, others, asked.stated, best)
 

@@ -46,13 +46,14 @@ class OtherChain(Protocol):
 @dataclass(frozen=True)
 class ReadContext(Context[M_co]):
     """Beside the data: units that look wrong (`suspicions`) or that people mix up (`alternatives`), `forgotten` keys that may explain
-    a misfit as well, the `changes` that are worth a trial, and the other chains (`others`) that explain a misfit."""
+    a misfit as well, the `changes` that are worth a trial, and the other chains (`others`) that explain
+    a misfit, alone or with one change more."""
 
     suspicions: tuple[OtherUnit, ...] = ()
     alternatives: tuple[OtherUnit, ...] = ()
     forgotten: tuple[Remark, ...] = ()
     changes: Callable[[], Sequence[Change]] | None = None
-    others: Callable[[Doubt], Sequence[OtherChain]] | None = None
+    others: Callable[[Doubt, bool], Sequence[OtherChain]] | None = None
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@ robot gave.
 
     1 ends      the first and the last quarter of a file, each as stated and shifted, the arm softly held
     2 seam      by the end that fits as stated: from which row on the other reading of the rows fits better
-    3 turns     where neither end fits, every other row alone
+    3 turns     every other row alone, where all rows together fit nowhere
 
 A part that fits as stated beside the others is of this robot: the instrument or the target was moved (`segments/`).
 """
@@ -98,14 +98,16 @@ def _open(chain: Mechanism, data: DataSet, obs: Observations) -> _File | None:
 
 
 def _compare(chain: Mechanism, file: _File) -> Finding | None:
-    """What both ends of a file say."""
+    """What both ends of a file say, or every other row."""
     count = len(file.obs)
+    if (found := _find_turns(chain, file)) is not None:
+        return found
     many, cut = min(max(count // 4, limits.PART_LEAST), MOST), max(SHIFTS)  # where a shift has no partner
     ends = np.arange(cut, cut + many), np.arange(count - many - cut, count - cut)
     left = [_left(chain, file.part(rows)) for rows in ends]
     good = [v is not None and v[0] <= file.making for v in left]
     if good[0] == good[1]:
-        return None if good[0] else _find_turns(chain, file)
+        return None
     fitted, rest = ends if good[0] else ends[::-1]
     with np.errstate(all="ignore"):
         errors = transfer(chain, _sights(chain, file.part(fitted)), _sights(chain, file.part(np.arange(count), SHIFTS)))
@@ -159,7 +161,10 @@ def _left(chain: Mechanism, trials: Sequence[DataSet]) -> Array | None:
 
 
 def _find_turns(chain: Mechanism, file: _File) -> Finding | None:
-    """Whether every other row alone is of one robot."""
+    """Whether every other row alone is of one robot, wherever its instrument stands: of a place that is stated, half of the rows are."""
+    frame = file.obs.frame
+    free = None if frame is None else replace(frame, free=(True,) * 6)
+    file = replace(file, obs=replace(file.obs, frame=free))
     count = 2 * min(len(file.obs) // 2, MOST)
     together = _left(chain, file.part(np.arange(count)))
     if together is None or together[0] <= file.making:

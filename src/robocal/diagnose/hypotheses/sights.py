@@ -14,15 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._types import Array, Ints
+from robocal.diagnose import limits
 from robocal.geometry import se3, so3
 from robocal.measure.bearing import directions
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Mechanism
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["Sights", "sights", "usable"]
+__all__ = ["Sights", "rows_of", "sights", "taken", "usable"]
 
 KINDS = ("position", "pose", "spherical")
+ROWS = 40  # readings that are enough to tell
 
 
 @dataclass(frozen=True)
@@ -136,3 +138,22 @@ def _rows(
     frame = np.array([names[0][f.name] for f in outer])[still]
     thing = np.array([names[1][f.name] for f in inner])[moving]
     return joints[obs.configuration], np.asarray(place), np.asarray(turn), frame, thing
+
+
+def rows_of(data: DataSet) -> list[NDArray[np.int64]] | None:
+    """Some rows of every instrument that can be looked at; None where they are too few to tell."""
+    seen = [i for i, o in enumerate(data.observations) if usable(o)]
+    if data.configurations.joints is None or not seen:
+        return None
+    rng = np.random.default_rng(0)
+    each = max(ROWS // len(seen), 12)
+    out = [np.zeros(0, dtype=np.int64)] * len(data.observations)
+    for i in seen:
+        out[i] = np.sort(rng.permutation(len(data.observations[i]))[:each])
+    return out if sum(len(r) for r in out) >= limits.HYPOTHESIS_PLACES else None
+
+
+def taken(data: DataSet, rows: list[NDArray[np.int64]]) -> DataSet:
+    """Some rows of every instrument."""
+    some = (o.take(r) for o, r in zip(data.observations, rows, strict=True) if len(r))
+    return DataSet(data.configurations, tuple(some))

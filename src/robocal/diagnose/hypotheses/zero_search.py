@@ -18,9 +18,9 @@ import numpy as np
 
 from robocal._types import Array, Ints
 from robocal.diagnose import limits
-from robocal.diagnose.hypotheses.explain import finite_sights, rows_of, taken
+from robocal.diagnose.hypotheses.explain import finite_sights
 from robocal.diagnose.hypotheses.lockstep import SoftPrior, fit_trials, reach_of
-from robocal.diagnose.hypotheses.sights import Sights
+from robocal.diagnose.hypotheses.sights import Sights, rows_of, taken
 from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Mechanism
 from robocal.measure.reach import reach as reach_poses

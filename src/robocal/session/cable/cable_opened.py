@@ -23,6 +23,7 @@ from robocal.cables.hanging import hang
 from robocal.cables.pulley import Pulleys, run
 from robocal.cables.tension import hold
 from robocal.diagnose.cables.columns import ANCHORS, AXES, LENGTHS
+from robocal.diagnose.cables.factors import OTHER_UNIT_OF, TURNED_ROUND
 from robocal.diagnose.cables.read_lengths import COPIED, TWO_SIZES, stretch
 from robocal.diagnose.cables.rest import CELLS, EXCHANGED, NOT_AT_REST, SHIFTED
 from robocal.diagnose.check_registry import CABLES, Context, Finding, Level, When
@@ -60,6 +61,8 @@ PLACES: dict[str, tuple[str, str | None, str]] = {
         "{wrong}.unit", "positions that scatter by {positions:.3g} m, by the lengths {lengths:.3g} m",
         "the same; the robot's frame anchors scatter by {frame:.3g} m",
     ),
+    OTHER_UNIT_OF: ("{wrong}.unit", "{stated}", "{true}"),
+    TURNED_ROUND: ("lengths", None, "every length times -1"),
     ANCHORS: ("cables", None, "the platform anchors in the order of {right}"),
     LENGTHS: ("lengths.columns", None, "columns that hold {right} in this order"),
     EXCHANGED: ("{kind}.columns", None, "their columns in the order of {one}, {other}"),
@@ -93,7 +96,12 @@ def _place(finding: Finding, robot: Path | None) -> dict[str, Any]:
     code, n = finding.code, finding.numbers
     key, found, expected = (None if text is None else text.format(**n) for text in PLACES[code])
     to_write = code in (ANCHORS, LENGTHS, EXCHANGED) and expected is not None
-    place = {"file": robot if code == ANCHORS else n["source"], "key": key, "found": found}
+    own = code == ANCHORS or n.get("wrong") == "robot"
+    place = {
+        "file": robot if own else n["source"],
+        "key": "units.length" if n.get("wrong") == "robot" else key,
+        "found": found,
+    }
     return {**place, "expected": ToWrite(expected) if to_write else expected}
 
 
