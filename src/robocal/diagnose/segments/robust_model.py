@@ -79,9 +79,13 @@ class SegmentModel:
 
     def with_segment(self, found: SegmentFit) -> SegmentModel:
         """The model with a segment taken into it."""
-        q = found.column.shape[2]
+        return self.with_columns(found.run, found.column)
+
+    def with_columns(self, run: RowSequence, column: Array) -> SegmentModel:
+        """The model with more columns (k, d, q) of one run, not held."""
+        q = column.shape[2]
         wider = [
-            np.concatenate([j, found.column if r is found.run else np.zeros((*j.shape[:2], q))], axis=2)
+            np.concatenate([j, column if r is run else np.zeros((*j.shape[:2], q))], axis=2)
             for r, j in zip(self.runs, self.jacobian, strict=True)
         ]
         return SegmentModel(self.runs, wider, np.concatenate([self.info, np.zeros(q)]))
@@ -157,6 +161,11 @@ class SegmentModel:
         """The segment of rows a to b, which are a file of their own."""
         first, last = np.searchsorted(c.rows, (a, b)).tolist()
         return self._sums(run, c).fit(run, c, (a, b), (first, last))
+
+    def refit(self, found: SegmentFit) -> SegmentFit:
+        """The same segment by this model."""
+        run, c = found.run, found.candidate
+        return replace(self._sums(run, c).fit(run, c, (found.a, found.b), found.ends), rival=found.rival)
 
     def shared(self, run: RowSequence, c: Candidate, profile: Array) -> float:
         """The gain where each row of a candidate moved by a share of its own, (k,)."""
