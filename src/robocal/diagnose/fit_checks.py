@@ -16,6 +16,7 @@ from robocal.diagnose.fixed_numbers import names_to_free
 from robocal.diagnose.segments.find import find_segments
 from robocal.diagnose.segments.regions import find_joint
 from robocal.diagnose.segments.tell import segment_numbers, segment_remarks
+from robocal.diagnose.slack import find_slack
 from robocal.diagnose.stated_numbers import reads
 from robocal.estimate.problem import Problem
 from robocal.fit.estimators import estimator
@@ -152,7 +153,9 @@ def findings_of_segments(context: Context[Model]) -> list[Finding]:
     """What stood elsewhere, at the values of the fit, else of the baseline: one finding for every segment, and one for
     several of one cause. Where a joint is in another region on its rows, its load may bend it as well, and that is a doubt."""
     data = context.need_data
-    found = find_segments(context.model, data, context.values)
+    # A cable that hangs now and then is no drum that slips from row to row.
+    hung = [f"{s.cable}.l0" for s in find_slack(context)] if context.fit is not None else []
+    found = [s for s in find_segments(context.model, data, context.values) if s.name not in hung]
     problem, x = context.need_baseline.problem, context.need_baseline.x
     if context.fit is not None:
         problem, x = context.fit.problem, context.fit.solution.x

@@ -203,10 +203,11 @@ def _assess_segment(
     inflation = correlation_factor(np.add.reduceat(score, np.flatnonzero(np.append(True, np.diff(label) != 0))))
     q = c.column.shape[2]
     dof = max((float(share.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
-    gain = best.gain * max(1.0, float(np.min(state.unit[i] / unit)) ** 2)
+    known = state.in_units_of(after)
+    gain = known.refit(best).gain
     chance = float(scipy.special.fdtrc(q, dof, gain / (inflation * q))) * tried
     most = limits.SEGMENT_CHANCE if whole else limits.SEGMENT_BESIDE
-    if chance > most or not (whole or _abrupt(state, best)):
+    if chance > most or not (whole or _abrupt(known, best)):
         return None, False
     told = [_tell(f, strength, chance, int(mine.sum())) for f in (best, best.rival) if f is not None]
     return replace(told[0], rival=told[1] if best.rival is not None else None), large
