@@ -48,6 +48,7 @@ ROUNDING_MARGIN = limit(3.0, "times", "So many times what the digits carry are s
 
 SLACK_LEAST = limit(4, "gross lengths", "Fewer of one cable are chance.", "tests/prove/test_slack.py")
 SLACK_SHARE = limit(0.9, "of the gross lengths", "So many are of the cable that hangs, and too long.", "tests/prove/test_slack.py")
+SLACK_SPAN = limit(0.6, "of the rows", "Gross rows of a drum that slipped are those of one end.", "tests/prove/test_segments_of_cables.py")
 SLACK_PARTS = limit(0.34, "runs for each gross length", "Rows that lie together are a drum that slipped.", "tests/prove/test_slack.py")
 
 topic("Something moved for a part of a file")

@@ -67,6 +67,7 @@ def find_slack(context: Context[Model]) -> list[Slack]:
         if (
             own[most] < max(limits.SLACK_LEAST, limits.SLACK_SHARE * own.sum())
             or begun < limits.SLACK_PARTS * own[most]
+            or np.ptp(np.flatnonzero(hung)) < limits.SLACK_SPAN * len(hung)
             or np.mean(far > 0) < limits.SLACK_SHARE
         ):
             continue
