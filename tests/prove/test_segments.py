@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from trials import ROBOTS, TRACKER, joints, observations, open_robot, perturbed
 
-from robocal.diagnose.segments.find import find_segments, segment_remarks
+from robocal.diagnose.segments.find import find_segments
 from robocal.diagnose.segments.robust_model import _Sums
+from robocal.diagnose.segments.tell import segment_remarks
 from robocal.fit.baseline import baseline
 from robocal.geometry import se3
 from robocal.measure.base import synthesise

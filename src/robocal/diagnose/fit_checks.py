@@ -13,8 +13,10 @@ import scipy
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, note, of_remarks, once
 from robocal.diagnose.fixed_numbers import names_to_free
-from robocal.diagnose.segments.find import find_segments, segment_numbers, segment_remarks
+from robocal.diagnose.segments.find import find_segments
 from robocal.diagnose.segments.regions import find_joint
+from robocal.diagnose.segments.tell import segment_numbers, segment_remarks
+from robocal.diagnose.slack import find_slack
 from robocal.diagnose.stated_numbers import reads
 from robocal.estimate.problem import Problem
 from robocal.fit.estimators import estimator
@@ -148,18 +150,17 @@ def restarts(context: Context[Model]) -> Iterator[Finding]:
 @check("moved", When.PROOF, order=180, needs=("data",))
 @once
 def findings_of_segments(context: Context[Model]) -> list[Finding]:
-    """What stood elsewhere, at the values of the fit, else of the baseline: one finding for every segment. Where a joint is in another
-    region on its rows, its load may bend it as well, and that is a doubt."""
+    """What stood elsewhere, at the values of the fit, else of the baseline: one finding for every segment, and one for
+    several of one cause. Where a joint is in another region on its rows, its load may bend it as well, and that is a doubt."""
     data = context.need_data
-    found = find_segments(context.model, data, context.values)
+    # A cable that hangs now and then is no drum that slips from row to row.
+    hung = [f"{s.cable}.l0" for s in find_slack(context)] if context.fit is not None else []
+    found = [s for s in find_segments(context.model, data, context.values) if s.name not in hung]
     problem, x = context.need_baseline.problem, context.need_baseline.x
     if context.fit is not None:
         problem, x = context.fit.problem, context.fit.solution.x
     crossed = [find_joint(context.model, data, s, found, problem, x) for s in found]
-    told = zip(found, segment_remarks(found), crossed, strict=True)
-    return [
-        Finding(r.code, r.items, Level.REFUSE)
-        if joint is None
-        else doubt(MOVED_OR_BENT, **segment_numbers(s), joint=joint)
-        for s, r, joint in told
-    ]
+    moved = [s for s, joint in zip(found, crossed, strict=True) if joint is None]
+    bent = [(s, joint) for s, joint in zip(found, crossed, strict=True) if joint is not None]
+    told = of_remarks(segment_remarks(moved), Level.REFUSE)
+    return [*told, *(doubt(MOVED_OR_BENT, **segment_numbers(s), joint=joint) for s, joint in bent)]

@@ -46,9 +46,16 @@ FINEST_ERROR = limit(1e-5, "m",
     "No arm repeats better: what is left below is rounding, or numbers that were computed.", "repeatability in data sheets (ISO 9283)")
 ROUNDING_MARGIN = limit(3.0, "times", "So many times what the digits carry are still nothing but rounding.")
 
+SLACK_LEAST = limit(4, "gross lengths", "Fewer of one cable are chance.", "tests/prove/test_slack.py")
+SLACK_SHARE = limit(0.9, "of the gross lengths", "So many are of the cable that hangs, and too long.", "tests/prove/test_slack.py")
+SLACK_SPAN = limit(0.6, "of the rows", "Gross rows of a drum that slipped are those of one end.", "tests/prove/test_segments_of_cables.py")
+SLACK_PARTS = limit(0.34, "runs for each gross length", "Rows that lie together are a drum that slipped.", "tests/prove/test_slack.py")
+
 topic("Something moved for a part of a file")
 SEGMENT_CHANCE = limit(1e-6, "chance",
     "Of naming anything in a file where nothing moved, after all that was tried.", "tests/prove/test_segments.py")
+SEGMENT_BESIDE = limit(0.01, "chance",
+    "After all that was tried: beside a change that is sure a likelier one is given up.", "tests/prove/test_several_changes.py")
 SEGMENT_SIZE = limit(3.0, "sigma per axis", "A step must stand out of what model and noise leave.")
 SEGMENT_ZERO_SIZE = limit(1.5, "sigma",
     "One sensor's zero is contradicted by all other sensors, so less is enough.", "tests/prove/test_segments_of_cables.py")

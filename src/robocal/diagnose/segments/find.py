@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 import scipy
@@ -31,26 +32,11 @@ from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
 from robocal.diagnose.serial import correlation_factor
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
-from robocal.remarks.code import Code
-from robocal.remarks.english import declare
-from robocal.remarks.remark import Number, Quantity, Remark
 
-__all__ = ["Segment", "find_segments", "segment_numbers", "segment_remarks"]
+__all__ = ["Segment", "find_segments"]
 
-# What a data file of its own says, so that what moved has a place of its own there.
-LINES = {
-    "target": "targets: {moved: {}}",
-    "instrument": "frame: {name: moved}",
-    "target or instrument": "frame: {name: moved}, or targets: {moved: {}}",
-}
-MOVED = ("target", "instrument")
-EITHER = declare(
-    "segment-of-either",
-    "{file}: from row {first} to row {last} everything is off as if the instrument had moved[ by {shift:.3g}]; or {other}: from row "
-    "{begin} to row {end} as if {sensors} had been reset[ by {by:.3g}] ({count} rows, {strength:.1f} times the residual elsewhere)",
-    "If the instrument moved, read these rows of {file} by a second data file with `frame: {{name: moved}}`. If the sensors were reset, "
-    "those of {other} by one with `zeros: NAME`. Or do without them (--exclude {first}-{last}).",
-)
+DEGREES = 3  # grid: polynomials along the file that several steps are compared with
+SWEEPS = 3  # grid: rounds in which the ends of several segments are looked for beside one another
 
 
 @dataclass(frozen=True)
@@ -71,6 +57,7 @@ class Segment:
     strength: float  # what it explains per axis, over what is left
     p_value: float
     count: int  # rows that are off
+    end: int | None  # the row from which on it is over, as the file numbers it; None at the end of the file
     rival: Segment | None = None  # the same rows by a cause that explains as much
 
 
@@ -88,66 +75,71 @@ def find_segments(
     files = [(r, c, *e) for r, c, e in ends if e[1] - e[0] >= limits.SEGMENT_ROWS]
     tried = sum(len(r.candidates) * r.count**2 / 2 for r in long)
     out: list[Segment] = []
-    for whole, chances in ((True, len(files)), (False, tried)):
-        while len(out) < limits.SEGMENT_COUNT and (best := _reset(state, files) if whole else _best(state, long)):
-            after = state.with_segment(best)
-            told = _assess_segment(state, best, after, chances, whole)
-            if told is None:
-                break
-            out.append(told)
-            state = after
+    while len(out) < limits.SEGMENT_COUNT and (best := _reset(state, files)):
+        after = state.with_segment(best)
+        told, large = _assess_segment(state, best, after, len(files), True)
+        if told is None or not large:
+            break
+        out.append(told)
+        state = after
+    out += _find_together(state, long, limits.SEGMENT_COUNT - len(out), tried)
     return tuple(sorted(out, key=lambda s: -s.strength))
 
 
-def segment_numbers(s: Segment) -> dict[str, Number]:
-    """The numbers that a remark has of a segment."""
-    said: dict[str, Number] = {"file": s.source or s.group, "first": s.rows[0], "last": s.rows[1], "count": s.count}
-    said["shift"] = None if s.shift is None else Quantity(s.shift)
-    said["turn"] = None if s.turn is None else Quantity(s.turn, "rad")
-    said["strength"] = s.strength
-    return said
+def _find_together(state: SegmentModel, long: list[RowSequence], most: int, tried: float) -> list[Segment]:
+    """Segments that are abrupt beside one another, of which one at least is sure and large: each is serial correlation to the others.
+    So all are taken in, their ends looked for again, and those that chance may have made beside the rest given up one by one."""
+    some: list[SegmentFit] = []
+    after = state
+    while len(some) < most and (best := _best(after, long)):
+        some.append(_widen(after, best, some))
+        after = after.with_segment(some[-1])
+    for _ in range(SWEEPS if len(some) > 1 else 0):
+        before = [(f.a, f.b) for f in some]
+        for i in range(len(some)):
+            rest = _without(state, some, i)
+            one = _widen(rest, some[i], some)
+            again = rest.segment(one.run, one.candidate)
+            some[i] = one if again is None else replace(again, rival=one.rival)
+        if before == [(f.a, f.b) for f in some]:
+            break
+    while some:
+        after = reduce(SegmentModel.with_segment, some, state)
+        others = [_without(state, some, i) for i in range(len(some))]
+        some = [w.refit(one) for w, one in zip(others, some, strict=True)]
+        told = [_assess_segment(w, one, after, tried, False) for w, one in zip(others, some, strict=True)]
+        unsure = [i for i, (s, _) in enumerate(told) if s is None]
+        if not unsure:
+            found = [(s, large) for s, large in told if s is not None]
+            sure = any(large and s.p_value <= limits.SEGMENT_CHANCE for s, large in found)
+            return [s for s, _ in found] if sure and not _smooth(state, some, after) else []
+        del some[min(unsure, key=lambda i: others[i].evidence(some[i]) - some[i].cost)]
+    return []
 
 
-def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
-    """One remark for every segment."""
-    out = []
-    for s in found:
-        said = segment_numbers(s)
-        if s.rival is not None and ZERO in (s.cause.removesuffix("s"), s.rival.cause.removesuffix("s")):
-            out.append(_either(s, s.rival))
-        elif s.rival is not None:
-            moved = " or ".join(c for c in MOVED if c in (s.cause, s.rival.cause))
-            out.append(Remark.of(Code.SEGMENT, **said, moved=moved, line=LINES[moved]))
-        elif s.cause == ZERO:
-            of_zero = {k: v for k, v in said.items() if k != "turn"}
-            begin, end = s.without
-            out.append(Remark.of(Code.SEGMENT_OF_ZERO, **of_zero, zero=s.name, begin=begin, end=end))
-        elif s.cause == ZEROS:
-            of_zeros = {k: v for k, v in said.items() if k != "turn"}
-            out.append(Remark.of(Code.SEGMENT_OF_ZEROS, **of_zeros))
-        elif s.name and s.cause == "target":
-            out.append(Remark.of(Code.SEGMENT_OF_TARGET, **said, target=s.name))
-        else:
-            out.append(Remark.of(Code.SEGMENT, **said, moved=s.cause, line=LINES[s.cause]))
-    return tuple(out)
+def _smooth(state: SegmentModel, some: list[SegmentFit], after: SegmentModel) -> bool:
+    """Whether slow changes of the same leave about as little as several steps, `after`: warmth is no row of steps."""
+    if len(some) < 2:
+        return False
+    for run, c in dict.fromkeys((f.run, f.candidate) for f in some):
+        time = np.zeros(len(c.column))
+        time[c.rows] = np.linspace(-1, 1, len(c.rows))
+        for degree in range(1, max(len(some), DEGREES) + 1):
+            state = state.with_columns(run, c.column * scipy.special.eval_legendre(degree, time)[:, None, None])
+    left = [sum(m.misfit(run) for run in dict.fromkeys(f.run for f in some)) for m in (state, after)]
+    return left[0] < left[1] + limits.SEGMENT_ALIKE * len(some)
 
 
-def _either(*both: Segment) -> Remark:
-    """An instrument that moved, or zeros that were set anew, each with its file and rows."""
-    zeros, moved = sorted(both, key=lambda s: not s.cause.startswith(ZERO))
-    said = {k: v for k, v in segment_numbers(moved).items() if k != "turn"} | {
-        "strength": max(s.strength for s in both)
-    }
-    sensors = f"zero {zeros.name}" if zeros.cause == ZERO else "several zeros"
-    anew = segment_numbers(zeros)
-    second = {
-        "other": anew["file"],
-        "begin": anew["first"],
-        "end": anew["last"],
-        "by": anew["shift"],
-        "sensors": sensors,
-    }
-    return Remark.of(EITHER, **said, **second)
+def _widen(state: SegmentModel, best: SegmentFit, some: list[SegmentFit]) -> SegmentFit:
+    """One zero that changed in a file in which all of them did at another row: all of them, for that happens at each power-up."""
+    alike = (f.candidate for f in some if f.candidate.cause == ZEROS and f.run is best.run)
+    wide = next(alike, None) if best.candidate.cause == ZERO else None
+    return best if wide is None else state.segment(best.run, wide) or best
+
+
+def _without(state: SegmentModel, some: list[SegmentFit], i: int) -> SegmentModel:
+    """The model with all segments but one."""
+    return reduce(SegmentModel.with_segment, (*some[:i], *some[i + 1 :]), state)
 
 
 def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
@@ -180,9 +172,9 @@ def _reset(state: SegmentModel, files: list[tuple[RowSequence, Candidate, int, i
 
 def _assess_segment(
     state: SegmentModel, best: SegmentFit, after: SegmentModel, tried: float, whole: bool
-) -> Segment | None:
-    """The segment for people, or None where it is not sure, large and abrupt; `after` has it in the model. A whole file that is
-    off need only be sure."""
+) -> tuple[Segment | None, bool]:
+    """The segment for people, or None where it is not sure and abrupt, and whether it is large; `after` has it in the model. A whole
+    file that is off need only be sure."""
     i, c = state.runs.index(best.run), best.candidate
     left, unit = after.left[i], after.unit[i]
     looked = np.zeros(len(left), dtype=bool)
@@ -203,26 +195,22 @@ def _assess_segment(
     large = strength >= least and seen >= limits.SEGMENT_SEEN
     if c.plain is not None:  # where poses are projected out, every number shows little of a step
         large |= best.gain >= limits.SEGMENT_SHARE * best.run.count * left.shape[1]
-    if not whole and (not large or _together(best, left, unit, mine) < limits.SEGMENT_MAJORITY):
-        return None
-    if all(v <= limits.SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items()):
-        return None
+    large &= _together(best, left, unit, mine) >= limits.SEGMENT_MAJORITY
+    large = (large or whole) and any(v > limits.SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items())
     share, label = best.run.share[looked], best.run.label[looked]
     score = share[:, None] * np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked])
     # Visits of one place that follow one another have weights for what they share: of their sums is asked what follows.
     inflation = correlation_factor(np.add.reduceat(score, np.flatnonzero(np.append(True, np.diff(label) != 0))))
     q = c.column.shape[2]
     dof = max((float(share.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
-    gain = best.gain * max(1.0, float(np.min(state.unit[i] / unit)) ** 2)
+    known = state.in_units_of(after)
+    gain = known.refit(best).gain
     chance = float(scipy.special.fdtrc(q, dof, gain / (inflation * q))) * tried
-    if chance > limits.SEGMENT_CHANCE or not (whole or _abrupt(state, best)):
-        return None
-    found = _tell(best, float(strength), chance, int(mine.sum()))
-    return (
-        found
-        if best.rival is None
-        else replace(found, rival=_tell(best.rival, float(strength), chance, int(mine.sum())))
-    )
+    most = limits.SEGMENT_CHANCE if whole else limits.SEGMENT_BESIDE
+    if chance > most or not (whole or _abrupt(known, best)):
+        return None, False
+    told = [_tell(f, strength, chance, int(mine.sum())) for f in (best, best.rival) if f is not None]
+    return replace(told[0], rival=told[1] if best.rival is not None else None), large
 
 
 def _tell(best: SegmentFit, strength: float, chance: float, count: int) -> Segment:
@@ -235,7 +223,12 @@ def _tell(best: SegmentFit, strength: float, chance: float, count: int) -> Segme
     source, rows = run.place(c, best.a, last)
     _, without = run.place(c, *run.beside(c, best.a, last))
     size = moved.get("m"), moved.get("rad")
-    return Segment(source, run.obs.label, best.a, last, rows, without, c.cause, c.name, *size, strength, chance, count)
+    beyond = c.rows[best.ends[1] :][:1].tolist()
+    over = [row for i in beyond for where, (row, _) in [run.place(c, i, i)] if where == source]
+    end = over[0] if over else None
+    return Segment(
+        source, run.obs.label, best.a, last, rows, without, c.cause, c.name, *size, strength, chance, count, end
+    )
 
 
 def _together(best: SegmentFit, left: Array, unit: Array, mine: NDArray[np.bool_]) -> float:

@@ -8,6 +8,7 @@ Rows are in units of what the fit leaves of them (per file and per unit of measu
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -79,9 +80,13 @@ class SegmentModel:
 
     def with_segment(self, found: SegmentFit) -> SegmentModel:
         """The model with a segment taken into it."""
-        q = found.column.shape[2]
+        return self.with_columns(found.run, found.column)
+
+    def with_columns(self, run: RowSequence, column: Array) -> SegmentModel:
+        """The model with more columns (k, d, q) of one run, not held."""
+        q = column.shape[2]
         wider = [
-            np.concatenate([j, found.column if r is found.run else np.zeros((*j.shape[:2], q))], axis=2)
+            np.concatenate([j, column if r is run else np.zeros((*j.shape[:2], q))], axis=2)
             for r, j in zip(self.runs, self.jacobian, strict=True)
         ]
         return SegmentModel(self.runs, wider, np.concatenate([self.info, np.zeros(q)]))
@@ -120,21 +125,31 @@ class SegmentModel:
 
     def chance(self, found: SegmentFit) -> float:
         """Of so large a gain where nothing moved, by what the segment would leave of its file, not asking how many were tried."""
-        q = found.column.shape[2]
-        dof = max(found.run.count * found.column.shape[1] - self.used - q, 1.0)
-        return float(
-            scipy.special.fdtrc(q, dof, found.gain / q / max((self._square(found.run) - found.gain) / dof, EPS))
-        )
+        q, d = found.column.shape[2], found.column.shape[1]
+        dof = max(found.run.count * d - self.used - q, 1.0)
+        beyond = math.expm1(min(self.evidence(found) / (found.run.count * d), 100.0))
+        return float(scipy.special.fdtrc(q, dof, beyond * dof / q))
 
     def evidence(self, found: SegmentFit) -> float:
-        """2 log of the likelihood ratio of a segment, where nobody knows the noise: the gain itself, of many rows."""
-        square = self._square(found.run)
-        share = min(found.gain / max(square, EPS), 1 - EPS)
-        return float(-found.run.count * found.column.shape[1] * math.log1p(-share))
+        """2 log of the likelihood ratio of a segment, where nobody knows the noise of any unit: the gain itself, of many rows."""
+        i = self.runs.index(found.run)
+        unit, (a, b) = self.unit[i], found.ends
+        answer = self.root @ ((found.sums.cross[b] - found.sums.cross[a]).T @ found.unexplained)
+        then = self.left[i] - (found.column @ found.unexplained - self.jacobian[i] @ answer) / unit
+        squares = (self.weight[i] @ left**2 for left in (self.left[i], then))
+        before, after = ([float(v[p:r].sum()) for p, r, _ in found.run.parts] for v in squares)
+        fall = (
+            (r - p) * math.log(max(x, EPS) / max(y, EPS * max(x, EPS)))
+            for (p, r, _), x, y in zip(found.run.parts, before, after, strict=True)
+        )
+        return found.run.count * sum(fall)
 
-    def _square(self, run: RowSequence) -> float:
-        i = self.runs.index(run)
-        return float(self.weight[i] @ (self.left[i] ** 2).sum(axis=1))
+    def in_units_of(self, other: SegmentModel) -> SegmentModel:
+        """The same with the weights and the units of another model."""
+        model = copy(self)
+        model.weight, model.unit = other.weight, other.unit
+        model._solve()
+        return model
 
     def segment(self, run: RowSequence, c: Candidate) -> SegmentFit | None:
         """The segment of one file and cause that gains most."""
@@ -157,6 +172,11 @@ class SegmentModel:
         """The segment of rows a to b, which are a file of their own."""
         first, last = np.searchsorted(c.rows, (a, b)).tolist()
         return self._sums(run, c).fit(run, c, (a, b), (first, last))
+
+    def refit(self, found: SegmentFit) -> SegmentFit:
+        """The same segment by this model."""
+        run, c = found.run, found.candidate
+        return replace(self._sums(run, c).fit(run, c, (found.a, found.b), found.ends), rival=found.rival)
 
     def shared(self, run: RowSequence, c: Candidate, profile: Array) -> float:
         """The gain where each row of a candidate moved by a share of its own, (k,)."""
