@@ -14,6 +14,7 @@ from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.reach import size_of
 from robocal.prove.identify import identify
+from robocal.prove.left import ANGLES
 from robocal.remarks.code import Code
 
 from .machines import arm, cables, hung, turntable
@@ -73,6 +74,36 @@ def test_less_than_a_share_of_the_size_is_a_remark(kind):
     found = identify(robot, data)
     assert found.verdict.status == "improved", found.verdict.remarks
     assert any(r.code is Code.ABOVE_STATED_NOISE for r in found.warnings)
+
+
+def turned(kind, angle, stated):
+    """A machine whose instrument reads positions well, and orientations with errors of `angle`; `stated` is the sigma of these."""
+    rng = np.random.default_rng(0)
+    robot, truth, data = arm(rng, 40) if kind == "arm" else cables(kind, rng, 40)
+    if kind == "arm":
+        (o,) = data.observations
+        data = replace(
+            data, observations=(replace(o, kind="pose", value=np.zeros((40, 6)), sigma=np.full((40, 6), 5e-5)),)
+        )
+
+    def at(o, sigma):
+        return (
+            o if o.kind != "pose" else replace(o, sigma=np.hstack([o.sigma[:, :3], np.full((len(o.value), 3), sigma)]))
+        )
+
+    made = synthesise(truth, DataSet(data.configurations, tuple(at(o, angle) for o in data.observations)), rng)
+    told = tuple(at(o, stated) for o in made.observations)
+    return robot, replace(made, configurations=replace(made.configurations, start=None), observations=told)
+
+
+@pytest.mark.parametrize("kind", ["arm", "3R3T", "1R2T"])
+@pytest.mark.parametrize(("angle", "stated", "found"), [(0.03, 1e-3, True), (0.03, 0.03, False), (0.002, 1e-4, False)])
+def test_angles_that_are_left_are_no_improvement_either(kind, angle, stated, found):
+    """Beyond five times the stated noise, and so much that they move a point, as far away as the machine is large, by 0.5 % of that."""
+    robot, data = turned(kind, angle, stated)
+    done = identify(robot, data, Options(measured=True))
+    assert (ANGLES in {r.code for r in done.verdict.reasons}) is found
+    assert (done.verdict.status == "improved") is not found
 
 
 def test_wrong_names_of_targets_are_no_improvement():
