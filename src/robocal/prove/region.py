@@ -11,7 +11,10 @@ mean |e - d|^2 < mean |e|^2:
 
     P(2 g^T dx > moved^2),    g = mean over q of J(q)^T d(q),    var(g^T dx) = g^T C g
 
-A machine that stands where its own lengths say has its poses from lengths in place of J (`frame_range`).
+A machine that stands where its own lengths say has its poses from lengths in place of J (`frame_range`). Where the frame of what
+measured it is known, motions are no freedom of the measurement, and stay.
+
+What drifts along a file (`growth`) is off by m = J dx at one end or the other: |m|^2 is in band^2, and moved^2 is less by 2 |m d|.
 
 Where band exceeds moved, the correction is proven near the measurements alone; in a range that somebody named it must also be
 the better one with as much confidence as the gain itself. Where nobody named one, it is what the measured joints span, and
@@ -30,6 +33,7 @@ import scipy
 
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Given, When, check, once, qualify
+from robocal.diagnose.growth import move_at_end
 from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, SCALE_WORSE_CHANCE, WORSE_CHANCE
 from robocal.diagnose.scale import common_scale
 from robocal.estimate.uncertainty import band
@@ -40,7 +44,7 @@ from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import reach
 from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.decision import REGION, Decision
-from robocal.prove.frame_range import FRAME, shape_of_lengths
+from robocal.prove.frame_range import FRAME, frame_is_known, shape_of_lengths
 from robocal.prove.place_bands import motion_field, parameters_of, sample_joints
 from robocal.prove.scale_chance import chance_by_scale
 from robocal.prove.split import Split
@@ -111,7 +115,8 @@ def range_of(context: Decision[Model]) -> Holds | None:
         if framed is None:
             return None
         place, jac, moved, anew = framed
-        jac, moved = _without(np.concatenate([motion_field(place)[:, :3], anew], axis=2), jac, moved)
+        gauge = [] if frame_is_known(context) else [motion_field(place)[:, :3]]
+        jac, moved = _without(np.concatenate([*gauge, anew], axis=2), jac, moved)
         at = [i for i, n in enumerate(off.names) if n in bare.names]  # no pose hangs on an instrument's scale
         jac, name = jac[..., at], FRAME
     else:
@@ -119,11 +124,14 @@ def range_of(context: Decision[Model]) -> Holds | None:
         jac, at, moved = _shape(context, region.joints, scaled)
         name = region.name
     covariance = off.covariance[np.ix_(at, at)]
-    far, square = _rms(jac, covariance), float(np.mean(np.sum(moved**2, axis=1)))
+    drift = jac @ move_at_end(context, [off.names[i] for i in at])
+    far, square = _rms(jac, covariance, drift), float(np.mean(np.sum(moved**2, axis=1)))
     scales = context.need_fit.scales
     own = [bare.names.index(off.names[i]) for i in at]
-    alone = None if scales is None else _rms(jac, bare.covariance[np.ix_(own, own)])
-    chance = _chance(context, jac, at, moved)
+    alone = None if scales is None else _rms(jac, bare.covariance[np.ix_(own, own)], drift)
+    # A machine that drifted is as at the end of the file, one whose instrument drifted as at its beginning: the worse of the two counts.
+    nearer = 2 * abs(float(np.mean(np.sum(moved * drift, axis=1))))
+    chance = _chance(context, jac, at, moved, square - nearer)
     found = far, float(np.sqrt(square)), chance
     if not np.isfinite(found).all():
         return None
@@ -136,19 +144,21 @@ def range_of(context: Decision[Model]) -> Holds | None:
     return Holds(name, *found, len(moved), other or near, scaled, alone)
 
 
-def _rms(jac: Array, covariance: Array) -> float:
-    return float(np.sqrt(np.mean(band(jac, covariance) ** 2)))
+def _rms(jac: Array, covariance: Array, drift: Array) -> float:
+    return float(np.sqrt(np.mean(band(jac, covariance) ** 2 + np.sum(drift**2, axis=1))))
 
 
-def _chance(context: Decision[Model], jac: Array, at: list[int], moved: Array) -> float:
+def _chance(context: Decision[Model], jac: Array, at: list[int], moved: Array, square: float) -> float:
     """That the nominal model is the better one."""
     off, scales = context.need_fit.total, context.need_fit.scales
-    along, square = np.einsum("mai,ma->i", jac, moved) / len(moved), float(np.mean(np.sum(moved**2, axis=1)))
+    along = np.einsum("mai,ma->i", jac, moved) / len(moved)
     if scales is not None:
         return chance_by_scale(context.model, context.need_fit, scales, [off.names[i] for i in at], along, square)
     covariance = off.covariance[np.ix_(at, at)]
     spread = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0)))
-    return float(scipy.special.stdtr(min(off.dof, 1e9), -square / spread)) if spread > 0 else 0.0
+    if spread > 0:
+        return float(scipy.special.stdtr(min(off.dof, 1e9), -square / spread))
+    return float(square < 0)
 
 
 def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array, list[int], Array]:
@@ -188,7 +198,20 @@ def beside(joints: Array, split: Split) -> bool:
 def outside_measured(context: Decision[Model]) -> Iterator[Finding]:
     """An improvement that holds near the measurements alone."""
     holds = range_of(context)
-    if holds is not None and holds.region != "working":
-        amounts = {"band": Quantity(holds.band), "moved": Quantity(holds.moved)}
-        names = "limits in the robot file, --region FILE" if joints_of(context.model) else None
-        yield qualify(Code.HOLDS_WHERE_MEASURED, region=holds.name, **amounts, chance=holds.chance, names=names)
+    if holds is None or holds.region == "working":
+        return
+    amounts = {"band": Quantity(holds.band), "moved": Quantity(holds.moved)}
+    scales = context.need_fit.scales
+    by_scale = scales is not None and holds.alone is not None and holds.alone <= holds.moved
+    scale = ", ".join(n.rpartition(".")[0] for n in scales.names) if scales is not None and by_scale else None
+    near = None if by_scale else "--region measured"
+    names = "limits in the robot file, --region FILE" if joints_of(context.model) and not by_scale else None
+    yield qualify(
+        Code.HOLDS_WHERE_MEASURED,
+        region=holds.name,
+        **amounts,
+        chance=holds.chance,
+        names=names,
+        scale=scale,
+        near=near,
+    )

@@ -135,8 +135,9 @@ class IdentificationRemarks:
     HOLDS_WHERE_MEASURED = Phrase(
         "the model holds where it was measured, not in the whole {region}: there it may be off by {band:.3g} rms; it differs from "
         "the nominal model by {moved:.3g}, and is the worse of the two with a chance of {chance:.0%}",
-        "Measure in the whole range in which the robot works.[ Or name that range ({names}).] If the robot works only near the "
-        "measured poses, state that (--region measured).",
+        "[The scale of {scale} decides: measure a calibrated length with it, and write into its data file how far its scale may be off "
+        "(scale: {{sigma: 0.01 %}}).][Measure in the whole range in which the robot works, or state that it works only near the measured "
+        "poses ({near}).][ Or name that range ({names}).]",
     )
     LEFT = Phrase(
         "{group}: the fit leaves {left:.3g} per axis, {share:.1%} of the size of the machine ({size:.3g})[; the stated noise is "
@@ -237,8 +238,10 @@ class IdentificationRemarks:
         "Give each file a separate target: another name under targets.",
     )
     SCALED = Phrase(
-        "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): real errors differ from length to length",
-        "Check the scale of the instrument, its unit and its temperature.",
+        "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): real errors differ from length to length, so the instrument may "
+        "read so much too long; bands and intervals contain it",
+        "Check the scale of the instrument, its unit and its temperature. Where a calibrated length tells it, write how far it may be "
+        "off into the data file (scale: {{sigma: 0.01 %}}).",
     )
     NUMBER_DOUBTED = Phrase(
         "{name} is fixed at {stated:.4g}, but these data give {there:.4g} ({z:.0f} sigma): the difference explains {share:.1%} of the "
