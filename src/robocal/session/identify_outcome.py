@@ -183,7 +183,10 @@ def _range_part(found: Identification[Model]) -> evidence.WorkingRange | None:
         return None
     band, moved = Quantity(h.band), Quantity(h.moved)
     scale = None if h.sized else "scale"
-    said = Remark.of(Code.OVER_THE_RANGE, region=h.name, band=band, moved=moved, chance=h.chance, scale=scale)
+    left = Quantity(found.band.left) if found.band is not None and found.band.left > 0 else None
+    said = Remark.of(
+        Code.OVER_THE_RANGE, region=h.name, band=band, moved=moved, chance=h.chance, scale=scale, left=left
+    )
     return to_display(evidence.WorkingRange, h, text=said.sentence)
 
 

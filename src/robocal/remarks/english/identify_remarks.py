@@ -341,7 +341,8 @@ class IdentificationRemarks:
         "deviation; what is not observable is as uncertain as expected[; the residual at every pose is {left:.3g}])"
     )
     OVER_THE_RANGE = Phrase(
-        "over the {region}, the model may be off by {band:.3g} rms and differs from the nominal one by {moved:.3g}; the "
+        "over the {region}, the model may be off by {band:.3g} rms[, beside the {left:.3g} that it leaves at every pose,] and differs "
+        "from the nominal one by {moved:.3g}; the "
         "nominal one is the better of the two there with a chance of {chance:.2%}[; all of this without the {scale}, which "
         "is not observable in these data]"
     )
