@@ -220,12 +220,7 @@ def outside_measured(context: Decision[Model]) -> Iterator[Finding]:
     scale = ", ".join(n.rpartition(".")[0] for n in scales.names) if scales is not None and by_scale else None
     near = None if by_scale else "--region measured"
     names = "limits in the robot file, --region FILE" if joints_of(context.model) and not by_scale else None
-    yield qualify(
-        Code.HOLDS_WHERE_MEASURED,
-        region=holds.name,
-        **amounts,
-        chance=holds.chance,
-        names=names,
-        scale=scale,
-        near=near,
-    )
+    # A small chance is no reason where the band alone is.
+    chance = holds.chance if holds.chance > WORSE_CHANCE else None
+    words = {"names": names, "scale": scale, "near": near}
+    yield qualify(Code.HOLDS_WHERE_MEASURED, region=holds.name, **amounts, chance=chance, **words)

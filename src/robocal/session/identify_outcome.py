@@ -184,9 +184,10 @@ def _range_part(found: Identification[Model]) -> evidence.WorkingRange | None:
     band, moved = Quantity(h.band), Quantity(h.moved)
     scale = None if h.sized else "scale"
     left = Quantity(found.band.left) if found.band is not None and found.band.left > 0 else None
-    said = Remark.of(
-        Code.OVER_THE_RANGE, region=h.name, band=band, moved=moved, chance=h.chance, scale=scale, left=left
-    )
+    # What unseen measurements do not show, parameters do not prove.
+    chance = h.chance if found.verdict.status == "improved" else None
+    numbers = {"band": band, "moved": moved, "left": left, "chance": chance}
+    said = Remark.of(Code.OVER_THE_RANGE, region=h.name, **numbers, scale=scale)
     return to_display(evidence.WorkingRange, h, text=said.sentence)
 
 

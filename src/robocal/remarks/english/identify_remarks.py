@@ -134,7 +134,7 @@ class IdentificationRemarks:
     )
     HOLDS_WHERE_MEASURED = Phrase(
         "the model holds where it was measured, not in the whole {region}: there it may be off by {band:.3g} rms; it differs from "
-        "the nominal model by {moved:.3g}, and is the worse of the two with a chance of {chance:.0%}",
+        "the nominal model by {moved:.3g}[, and is the worse of the two with a chance of {chance:.0%}]",
         "[The scale of {scale} decides: measure a calibrated length with it, and write into its data file how far its scale may be off "
         "(scale: {{sigma: 0.01 %}}).][Measure in the whole range in which the robot works, or state that it works only near the measured "
         "poses ({near}).][ Or name that range ({names}).]",
@@ -201,7 +201,8 @@ class IdentificationRemarks:
         "[Non-geometric effects may explain the rest (identify {option}), or the stated sigma is too small.][Numbers that are fixed "
         "explain much of the rest: free them too (--free {free}).][What is left out (pulleys, elasticity, {beyond}, the gain of drums) "
         "may explain the rest, or the stated sigma is too small.][The robot itself may explain the rest: identify it too (leave out "
-        "{choice}).]",
+        "{choice}).][No machine errs by so much: look for wrong names of {wrong}, exchanged rows or columns, and numbers of the robot's "
+        "file that are far off.]",
     )
     BELOW_STATED_NOISE = Phrase(
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}: so much noise is not in these data",
@@ -342,9 +343,8 @@ class IdentificationRemarks:
     )
     OVER_THE_RANGE = Phrase(
         "over the {region}, the model may be off by {band:.3g} rms[, beside the {left:.3g} that it leaves at every pose,] and differs "
-        "from the nominal one by {moved:.3g}; the "
-        "nominal one is the better of the two there with a chance of {chance:.2%}[; all of this without the {scale}, which "
-        "is not observable in these data]"
+        "from the nominal one by {moved:.3g}[; the nominal one is the better of the two there with a chance of {chance:.2%}][; all of this "
+        "without the {scale}, which is not observable in these data]"
     )
     SCALE_SEEN = Phrase(
         "against the stated length, the free lengths all together change by {factor:+.3%} (sigma {sigma:.3%})"
