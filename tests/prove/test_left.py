@@ -120,7 +120,11 @@ def test_wrong_names_of_targets_are_no_improvement():
     wrong = np.where(np.arange(60) % 3 == 0, 1 - target, target)
     mixed = DataSet(made.configurations, tuple(replace(o, target=wrong) for o in made.observations))
     assert identify(robot, made, Options(measured=True)).verdict.status == "improved"
-    assert identify(robot, mixed, Options(measured=True)).verdict.status != "improved"
+    found = identify(robot, mixed, Options(measured=True))
+    assert found.verdict.status != "improved"
+    # The advice is to look at the names: no effect of an arm is as large.
+    (said,) = [r for r in found.warnings if r.code is Code.ABOVE_STATED_NOISE]
+    assert said.numbers["wrong"] == "targets" and "targets" in said.advice and "--groups" not in said.advice
 
 
 @pytest.mark.parametrize("loss", ["huber", "tukey"])
