@@ -112,7 +112,7 @@ def range_of(context: Decision[Model]) -> Holds | None:
     joints, scaled = data.configurations.joints, scale is None or scale.observable or not scale.stated
     if joints is None:
         found = [_holds(context, FRAME, *shape) for shape in _frame_shapes(context)]
-        return next((h for h in found if h is None or h.region != "working"), found[-1]) if found else None
+        return next((h for h in found if h is None or h.region != "working"), found[0]) if found else None
     region = known or region_between_poses(context.model, data)
     return _holds(context, region.name, *_shape(context, region.joints, scaled), scaled)
 
@@ -127,7 +127,7 @@ def _frame_shapes(context: Decision[Model]) -> list[tuple[Array, list[int], Arra
     names = context.need_fit.total.names
     at = [i for i, n in enumerate(names) if not is_scale(n)]  # no pose hangs on an instrument's scale
     motions = motion_field(place)[:, :3]
-    gauges = [motions, motions[..., :0]] if frame_is_known(context) else [motions]
+    gauges = [motions[..., :0], motions] if frame_is_known(context) else [motions]
     both = [_without(np.concatenate([gauge, anew], axis=2), jac[..., at], moved) for gauge in gauges]
     return [(j, at, m) for j, m in both]
 
