@@ -14,6 +14,7 @@ from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.reach import size_of
 from robocal.prove.identify import identify
+from robocal.prove.left import ANGLES
 from robocal.remarks.code import Code
 
 from .machines import arm, cables, hung, turntable
@@ -75,6 +76,36 @@ def test_less_than_a_share_of_the_size_is_a_remark(kind):
     assert any(r.code is Code.ABOVE_STATED_NOISE for r in found.warnings)
 
 
+def turned(kind, angle, stated):
+    """A machine whose instrument reads positions well, and orientations with errors of `angle`; `stated` is the sigma of these."""
+    rng = np.random.default_rng(0)
+    robot, truth, data = arm(rng, 40) if kind == "arm" else cables(kind, rng, 40)
+    if kind == "arm":
+        (o,) = data.observations
+        data = replace(
+            data, observations=(replace(o, kind="pose", value=np.zeros((40, 6)), sigma=np.full((40, 6), 5e-5)),)
+        )
+
+    def at(o, sigma):
+        return (
+            o if o.kind != "pose" else replace(o, sigma=np.hstack([o.sigma[:, :3], np.full((len(o.value), 3), sigma)]))
+        )
+
+    made = synthesise(truth, DataSet(data.configurations, tuple(at(o, angle) for o in data.observations)), rng)
+    told = tuple(at(o, stated) for o in made.observations)
+    return robot, replace(made, configurations=replace(made.configurations, start=None), observations=told)
+
+
+@pytest.mark.parametrize("kind", ["arm", "3R3T", "1R2T"])
+@pytest.mark.parametrize(("angle", "stated", "found"), [(0.03, 1e-3, True), (0.03, 0.03, False), (0.002, 1e-4, False)])
+def test_angles_that_are_left_are_no_improvement_either(kind, angle, stated, found):
+    """Beyond five times the stated noise, and so much that they move a point, as far away as the machine is large, by 0.5 % of that."""
+    robot, data = turned(kind, angle, stated)
+    done = identify(robot, data, Options(measured=True))
+    assert (ANGLES in {r.code for r in done.verdict.reasons}) is found
+    assert (done.verdict.status == "improved") is not found
+
+
 def test_wrong_names_of_targets_are_no_improvement():
     """Every third reading has the name of the other of two targets, 0.3 m away."""
     rng = np.random.default_rng(1)
@@ -89,7 +120,11 @@ def test_wrong_names_of_targets_are_no_improvement():
     wrong = np.where(np.arange(60) % 3 == 0, 1 - target, target)
     mixed = DataSet(made.configurations, tuple(replace(o, target=wrong) for o in made.observations))
     assert identify(robot, made, Options(measured=True)).verdict.status == "improved"
-    assert identify(robot, mixed, Options(measured=True)).verdict.status != "improved"
+    found = identify(robot, mixed, Options(measured=True))
+    assert found.verdict.status != "improved"
+    # The advice is to look at the names: no effect of an arm is as large.
+    (said,) = [r for r in found.warnings if r.code is Code.ABOVE_STATED_NOISE]
+    assert said.numbers["wrong"] == "targets" and "targets" in said.advice and "--groups" not in said.advice
 
 
 @pytest.mark.parametrize("loss", ["huber", "tukey"])

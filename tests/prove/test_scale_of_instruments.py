@@ -65,6 +65,18 @@ def test_where_the_scale_is_not_known_three_sigma_are_enough():
 
 
 @pytest.mark.parametrize("degrees", ["3R3T", "1R2T"])
+def test_what_is_said_of_a_scale_of_cables_is_in_the_claim(degrees):
+    """A scale that is a remark makes the band wider by about what it moves: the half diagonal of the range, times the factor."""
+    factor = 1.0006 if degrees == "3R3T" else 1.0012
+    (plain, _), (found, said) = (run(degrees, instrument=f, m=25) for f in (1.0, factor))
+    wide = np.sqrt(found.holds.band**2 - plain.holds.band**2)
+    robot = found.nominal
+    half = 0.35 * (robot.a.max(axis=0) - robot.a.min(axis=0))
+    assert said[UNLIKE_KNOWN].numbers["z"] < 5 or found.verdict.status == "refused"
+    assert wide > 0.5 * (factor - 1) * np.sqrt(np.sum(half**2) / 3)
+
+
+@pytest.mark.parametrize("degrees", ["3R3T", "1R2T"])
 def test_what_is_left_by_wrong_platform_anchors_names_them(degrees):
     rng = np.random.default_rng(3)
     robot, truth, data = cables(degrees, rng, 50)

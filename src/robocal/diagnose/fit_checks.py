@@ -21,7 +21,9 @@ from robocal.diagnose.stated_numbers import reads
 from robocal.estimate.problem import Problem
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
+from robocal.fit.noise import NoiseGroup
 from robocal.measure.machine import Model, joints_of, sensor_zeros
+from robocal.measure.reach import size_of
 from robocal.measure.rows import KINDS, Rows
 from robocal.remarks.code import Code
 from robocal.remarks.english import declare
@@ -102,7 +104,9 @@ def noise_findings(context: Context[Model]) -> Iterator[Finding]:
         if g.stated is not None:
             amounts = {"left": Quantity(g.rms, g.unit), "stated": Quantity(g.stated, g.unit)}
             if g.tau > limits.NOISE_ABOVE * g.stated:
-                yield doubt(Code.ABOVE_STATED_NOISE, group=g.name, **amounts, **_remedy(context))
+                # Where poses take most numbers, their residuals are small, however much they contradict the others.
+                more = amounts | {"left": Quantity(max(g.sigma, g.rms), g.unit)}
+                yield doubt(Code.ABOVE_STATED_NOISE, group=g.name, **more, **_remedy(context, g))
             chance = 1.0 if g.chi2 is None else scipy.special.chdtr(g.dof, limits.NOISE_BELOW**2 * g.chi2)
             if g.name in read and chance < limits.NOISE_CHANCE:
                 yield doubt(Code.BELOW_STATED_NOISE, group=g.name, **amounts)
@@ -110,19 +114,20 @@ def noise_findings(context: Context[Model]) -> Iterator[Finding]:
             yield doubt(Code.COMPUTED, group=g.name, left=Quantity(g.rms))
 
 
-def _remedy(context: Context[Model]) -> dict[str, str | None]:
+def _remedy(context: Context[Model], group: NoiseGroup) -> dict[str, str | None]:
     """What may explain it: of an arm what lies beyond geometry, or its geometry where that was held; of a cable robot numbers that are
-    fixed, or parts that are left out."""
-    if joints_of(context.model):
-        held = not set(context.need_fit.identifiability.names) & set(context.model.geometric)
-        return {
-            "option": None if held else "--groups",
-            "choice": "--free" if held else None,
-            "free": None,
-            "beyond": None,
-        }
-    line = names_to_free(context)
-    return {"option": None, "choice": None, "free": line, "beyond": None if line else "sag"}
+    fixed, or parts that are left out. So much that no machine errs by it is a mistake in the data."""
+    said: dict[str, str | None] = dict.fromkeys(("option", "choice", "free", "beyond", "wrong"))
+    arm, moving = bool(joints_of(context.model)), context.model.mechanism
+    if not arm and (line := names_to_free(context)):
+        return said | {"free": line}
+    size = {"m": 0.0 if moving is None else size_of(moving), "rad": 1.0}.get(group.unit, 0.0)
+    if size > 0 and max(group.sigma, group.rms) > limits.LEFT_SHARE * size:
+        return said | {"wrong": "targets" if arm else "cables"}
+    if not arm:
+        return said | {"beyond": "sag"}
+    held = not set(context.need_fit.identifiability.names) & set(context.model.geometric)
+    return said | ({"choice": "--free"} if held else {"option": "--groups"})
 
 
 @check("ignored-priors", When.FIT, order=130, needs=("fit", "options"))

@@ -11,12 +11,13 @@ that is next to nothing. A row shows (u J d - J s) in its error e, and J (d - s)
 
     e_end^2 = e^2 + |J d - J s|^2 - |u J d - J s|^2
 
-No held-out row shows that by itself. So beside what unseen rows are missed by, the error at the end is claimed (`error_growth`).
+No held-out row shows that by itself. So beside what unseen rows are missed by, the error at the end is claimed (`error_growth`), and
+J (d - s) is in every band (`move_at_end`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,7 +37,7 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["FileDrift", "at_end", "drift_of_file", "error_growth", "largest_growth"]
+__all__ = ["FileDrift", "at_end", "drift_of_file", "error_growth", "largest_growth", "move_at_end"]
 
 HOLD = 10.0  # expected errors, as softly as in `stated_numbers`
 FACTOR = 1e-3  # grid: of a length, a change by warmth and more
@@ -83,6 +84,16 @@ def error_growth(
     end, now = _changes(context, drift, posed, seen)
     units = dict.fromkeys(u for r in end for *_, u in r.parts)
     return {u: errors(end, u)[0] ** 2 - errors(now, u)[0] ** 2 for u in units}
+
+
+def move_at_end(context: Context[Model], names: Sequence[str]) -> Array:
+    """How far parameters are off at the end of the file beside what was fitted, (k,): zero where nothing drifted, or what was not
+    fitted."""
+    drift, free = drift_of_file(context), context.need_fit.problem.free
+    if drift is None:
+        return np.zeros(len(names))
+    moved = dict(zip(free, drift.step - drift.taken, strict=True))
+    return np.array([moved.get(n, 0.0) for n in names])
 
 
 def at_end(values: Array, growth: Mapping[str, Array], unit: str) -> Array:

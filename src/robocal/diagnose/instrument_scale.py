@@ -7,16 +7,19 @@ reads is as long as its scale says, and a cable as long as its drum says. With c
 
 An instrument that reads 1 + s too long looks almost like drums that all wind up 1 + s too little, so both are named. Where the scale
 of the instrument is known, it is the drums. An arm has lengths that were made, and their common factor is the same law (`scale`).
+
+What is said of a scale is in every claim: it is known no longer, and what the fit made of it is in bands and intervals (`fit.scale`).
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Machines, check_fit_twice, doubt, once, refuse
+from robocal.diagnose.scale import common_scale
 from robocal.diagnose.stated_numbers import score
 from robocal.estimate.elimination import beside_blocks, block_columns
 from robocal.measure.machine import Model
@@ -25,7 +28,7 @@ from robocal.measure.stretch import stretch_columns
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number
 
-__all__ = ["beside_lengths"]
+__all__ = ["scale_errors"]
 
 LENGTHS = "lengths"
 # fmt: off
@@ -52,16 +55,48 @@ UNLIKE = declare(
 )
 
 
+@dataclass(frozen=True)
+class Contradiction:
+    """Instruments that read lengths 1 + `factor` times as long as cables say, within one of `z`, which share of the squares that
+    explains, and whether their scale is stated as known."""
+
+    instruments: tuple[str, ...]
+    factor: float
+    z: float
+    share: float
+    known: bool
+
+
 @check_fit_twice(doubt=("instrument-scale", 215), refuse=("wrong-instrument-scale", 145), machines=Machines.POSED)
-@once
 def beside_lengths(context: Context[Model]) -> list[Finding]:
     """Instruments that see the machine beside its cables, and do not agree with them on how long a length is."""
+    found = unlike_lengths(context)
+    if found is None:
+        return []
+    most = limits.SCALE_READ_SIGMA if found.known else limits.SCALE_SIGMA
+    sure = found.z > most and found.share > limits.SCALE_SHARE
+    way, other = ("long", "short") if found.factor > 0 else ("short", "long")
+    level, code = refuse if sure else doubt, UNLIKE_KNOWN if found.known else UNLIKE
+    amounts: dict[str, Number] = {"z": found.z, "factor": found.factor, "share": found.share}
+    percent = 100 * abs(found.factor)
+    words: dict[str, Number] = {
+        "instrument": ", ".join(found.instruments),
+        "percent": percent,
+        "way": way,
+        "other": other,
+    }
+    return [level(code, **words, **amounts)]
+
+
+@once
+def unlike_lengths(context: Context[Model]) -> Contradiction | None:
+    """The instruments whose scale the cables contradict most; None where they contradict none."""
     fit = context.need_fit
     problem, x = fit.problem, fit.solution.x
     drawn = {t.group for t in problem.terms if t.kind == LENGTHS}
     others = sorted({t.group for t in problem.terms} - drawn)
     if not others or not drawn:
-        return []
+        return None
     choices = [[g] for g in others] + ([others] if len(others) > 1 else [])
     lin = context.jacobian
     c = stretch_columns(problem, x, [*choices, drawn])
@@ -69,14 +104,27 @@ def beside_lengths(context: Context[Model]) -> list[Finding]:
     n = lin.j.shape[1]
     found = score(left[:, :n], lin.r, problem.scales, left[:, n:], block_columns(lin) + problem.repeated)
     if found is None or found.t < limits.SCALE_DOUBT_SIGMA:
-        return []
+        return None
     drums = found.column == len(choices)
     named = others if drums else choices[found.column]
-    sign = -found.change if drums else found.change
     known = not any(scale_of(o) for o in fit.data.observations if o.kind != LENGTHS and o.label in named)
-    sure = found.t > (limits.SCALE_READ_SIGMA if known else limits.SCALE_SIGMA) and found.share > limits.SCALE_SHARE
-    way, other = ("long", "short") if sign > 0 else ("short", "long")
-    level, code = refuse if sure else doubt, UNLIKE_KNOWN if known else UNLIKE
-    amounts: dict[str, Number] = {"z": found.t, "factor": sign, "share": found.share}
-    words: dict[str, Number] = {"instrument": ", ".join(named), "percent": 100 * abs(sign), "way": way, "other": other}
-    return [level(code, **words, **amounts)]
+    return Contradiction(tuple(named), -found.change if drums else found.change, found.t, found.share, known)
+
+
+def scale_errors(context: Context[Model]) -> dict[str, float]:
+    """By instrument, how far a scale that is known may be off (rms) where something is said of it: of a machine with lengths that were
+    made what these say, of another what cables say."""
+    told, off = scale_of_instruments(context)
+    known = {o.label: not scale_of(o) for o in context.need_data.observations}
+    return {g: off for g in told if known.get(g)}
+
+
+def scale_of_instruments(context: Context[Model]) -> tuple[tuple[str, ...], float]:
+    """The instruments whose scale seems to be wrong, and by how much (rms)."""
+    if Machines.POSED.include(context.model):
+        found = unlike_lengths(context)
+        return ((), 0.0) if found is None else (found.instruments, abs(found.factor) * float(np.hypot(1, 1 / found.z)))
+    scale = common_scale(context)
+    if scale is None or not scale.unusual:
+        return (), 0.0
+    return tuple(o.label for o in context.need_data.observations), float(np.hypot(scale.factor, scale.sigma))

@@ -66,12 +66,17 @@ class Scale:
         )
 
     @property
+    def unusual(self) -> bool:
+        """Whether it is not as expected."""
+        return self._notable and abs(self.factor) > limits.SCALE_DOUBT_SIGMA * self.sigma
+
+    @property
     def remarks(self) -> tuple[Remark, ...]:
         """What is said of it: nothing of a scale that is as expected."""
         numbers = {"factor": self.factor, "sigma": self.sigma}
         if self.stated and not self.observable and not self.implausible:
             return (Remark.of(Code.SCALE_OPEN, sigma=self.sigma),)
-        if abs(self.factor) <= limits.SCALE_DOUBT_SIGMA * self.sigma or not self._notable:
+        if not self.unusual:
             return ()
         if self.implausible:
             return (Remark.of(Code.SCALE_WRONG, **numbers),)

@@ -12,8 +12,8 @@ missing partners, hide them, and so confirm itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -72,6 +72,9 @@ class Fit:
     restarted: int = 0
     covariance: Array | None = None  # of the free columns, where the estimator has one of its own
     notes: tuple[Remark, ...] = ()
+    scale_errors: Mapping[str, float] = field(
+        default_factory=dict
+    )  # scales of instruments that were known, by what they may be off
 
     @property
     def uncertainty(self) -> Uncertainty:
@@ -110,7 +113,7 @@ class Fit:
         visits = places(self.data.configurations)
         own = None if lin is None else lin.columns(every.column_of[problem.index])
         more = np.sqrt(uneven(problem, x, visits, own)) if np.isfinite(dof) else 1.0
-        scales = scales_of(every, problem.free, x, self.data, lin)
+        scales = scales_of(every, problem.free, x, self.data, lin, self.scale_errors)
         whole = total(every, problem.free, x, factor=u.factor * float(more), dof=dof, known=known)
         return u, add_scales(whole, scales), scales
 

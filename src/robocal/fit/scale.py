@@ -5,10 +5,13 @@
 
 J are the columns of everything free and C those of the scales, local poses projected out. What making leaves says how long a machine
 is, often better than the scale was stated. Where the scale probably is: `prove/scale_chance`.
+
+A scale that was known, and that the data contradict, is known no longer: it may be off by what they say, and sigma is that.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,10 +50,11 @@ class InstrumentScales:
 
 
 def scales_of(
-    every: Problem, kept: tuple[str, ...], x: Array, data: DataSet, lin: Linear | None
+    every: Problem, kept: tuple[str, ...], x: Array, data: DataSet, lin: Linear | None, errors: Mapping[str, float]
 ) -> InstrumentScales | None:
-    """Of the instruments of a fit at x (1, P) of the `kept` columns of `every` free one; None where all scales are known."""
-    stated: dict[str, float] = {}
+    """Of the instruments of a fit at x (1, P) of the `kept` columns of `every` free one; None where all scales are known. `errors`
+    are known ones, by instrument, with what they may be off by."""
+    stated = dict(errors)
     for obs in data.observations:
         stated[obs.label] = max(stated.get(obs.label, 0.0), scale_of(obs))
     groups = [g for g, s in stated.items() if s > 0]
@@ -75,8 +79,9 @@ def scales_of(
     own = root[:, :n][:, chosen]
     answer = np.linalg.lstsq(own.T @ own + hold.T @ hold, own.T @ root[:, n : n + m], rcond=1e-14)[0]
     response[chosen] = scale[chosen, None] * answer
-    names = tuple(f"{g}.{SYMBOL}" for g, seen in zip(groups, told, strict=True) if seen)
-    after = np.linalg.norm(np.linalg.inv(alone), axis=1)
+    seen = [g for g, there in zip(groups, told, strict=True) if there]
+    names = tuple(f"{g}.{SYMBOL}" for g in seen)
+    after = np.where([g in errors for g in seen], sigma, np.linalg.norm(np.linalg.inv(alone), axis=1))
     return InstrumentScales(names, sigma, after, response, root, every.difference(x)[0] / scale, scale)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.diagnose.limits import FRAME_FLAT, FRAME_RANGE, SINGULAR_BELOW
+from robocal.diagnose.motions import ABSOLUTE
 from robocal.estimate.problem import Problem
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet, Observations
@@ -22,7 +23,7 @@ from robocal.measure.machine import Mechanism, Model
 from robocal.prove.bands import dense
 from robocal.prove.decision import Decision
 
-__all__ = ["FRAME", "poses_within", "shape_of_lengths"]
+__all__ = ["FRAME", "frame_is_known", "poses_within", "shape_of_lengths"]
 
 FRAME = "middle of the frame"
 TINY = 1e-12  # tolerance: of a column that is none
@@ -70,6 +71,12 @@ def shape_of_lengths(context: Decision[Model], count: int) -> tuple[Array, Array
     back[:, moves] = -inverse[:, : len(moves)]
     place = away.configurations.starts[told, :3]
     return place, back @ jac[told], (back @ gap[told, :, None])[..., 0], back if owner(obs) else back[..., :0]
+
+
+def frame_is_known(context: Decision[Model]) -> bool:
+    """Whether what reads coordinates has all its frames where somebody stated them: then the machine's own place is measured too."""
+    seen = [o.frame for o in context.need_data.observations if o.kind in ABSOLUTE]
+    return bool(seen) and not any(f is not None and any(f.free) for f in seen)
 
 
 def _lengths_at(model: Model, obs: Observations, vectors: Array) -> DataSet:

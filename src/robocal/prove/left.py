@@ -3,8 +3,8 @@
     left > k sigma    and    left > share * size
 
 per axis, of every instrument by itself: sigma is the stated noise (0: none is stated), size that of the machine (`size_of`). The second
-is asked of pixels as a length at the distance of what they show. Rows that a robust loss weighs down are left too. Beyond a share of the
-variance measured nothing is explained at all.
+is asked of pixels as a length at the distance of what they show, and of angles as what they move at the distance of that size. Rows that
+a robust loss weighs down are left too. Beyond a share of the variance measured nothing is explained at all.
 """
 
 from __future__ import annotations
@@ -23,9 +23,18 @@ from robocal.measure.reach import size_of
 from robocal.measure.rows import Rows
 from robocal.prove.decision import Decision
 from robocal.remarks.code import Code
+from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__: list[str] = []
+__all__ = ["ANGLES"]
+
+ANGLES = declare(
+    "angles-left",
+    "{group}: the fit leaves angles of {left:.3g} per axis; at a distance as large as the machine ({size:.3g}) they move a point by "
+    "{share:.1%} of that[; the stated noise is {stated:.3g}]: the model does not describe these data",
+    "Look for zeros that were set anew while it was measured, for exchanged rows, columns or cables, and for numbers of the robot's file "
+    "that are far off. If the instrument itself is so coarse, state the noise of its orientation (sigma).",
+)
 
 
 @check("unexplained-without-gain", When.PROOF, order=30, given=Given.NOTHING, needs=("evidence",))
@@ -51,26 +60,24 @@ def bent(context: Decision[Model]) -> Iterator[Finding]:
 @check("left", When.PROOF, order=80, given=Given.GAIN, needs=("proven",))
 def left(context: Decision[Model]) -> Iterator[Finding]:
     """Metres, pixels or angles that the model leaves of what one instrument measured: more than its noise, and than such a machine errs
-    by. A pixel is as long as where it looks."""
-    for g in context.proven.part.groups:
+    by. A pixel is as long as where it looks, an angle as what it moves at the distance of the machine's size."""
+    groups = context.proven.part.groups
+    for g in groups:
         if g.unit == "rad" and g.rms > max(limits.ANGLES_LEFT, limits.ANGLES_SIGMA * (g.stated or 0.0)):
             yield refuse(Code.ANGLES_UNEXPLAINED, group=g.name, left=Quantity(g.rms, "rad"))
             return
-    far = [
-        g
-        for g in context.proven.part.groups
-        if g.unit in ("m", "px") and amount(g) > limits.LEFT_SIGMA * (g.stated or 0.0)
-    ]
+    # Of frames alone nothing of the robot was fitted, and what making leaves of its angles is counted by `frames_alone`.
+    units = ("m", "px") if context.frames_alone else ("m", "px", "rad")
+    far = [g for g in groups if g.unit in units and amount(g) > limits.LEFT_SIGMA * (g.stated or 0.0)]
     moving = context.model.mechanism
     size = size_of(moving) if far and moving is not None else 0.0
-    for g in far:
-        length = (
-            amount(g) if g.unit == "m" or not size > 0 else amount(g) * metres_per_pixel(context.proven.part, g.name)
-        )
-        if size > 0 and length > limits.LEFT_SHARE * size:
+    for g in far if size > 0 else ():
+        metres = {"m": 1.0, "rad": size}.get(g.unit) or metres_per_pixel(context.proven.part, g.name)
+        if amount(g) * metres > limits.LEFT_SHARE * size:
             noise = Quantity(g.stated, g.unit) if g.stated else None
-            left, share = Quantity(amount(g), g.unit), length / size
-            yield qualify(Code.LEFT, group=g.name, left=left, share=share, size=Quantity(size), stated=noise)
+            left, share = Quantity(amount(g), g.unit), amount(g) * metres / size
+            code = ANGLES if g.unit == "rad" else Code.LEFT
+            yield qualify(code, group=g.name, left=left, share=share, size=Quantity(size), stated=noise)
             return
 
 

@@ -11,7 +11,10 @@ mean |e - d|^2 < mean |e|^2:
 
     P(2 g^T dx > moved^2),    g = mean over q of J(q)^T d(q),    var(g^T dx) = g^T C g
 
-A machine that stands where its own lengths say has its poses from lengths in place of J (`frame_range`).
+A machine that stands where its own lengths say has its poses from lengths in place of J (`frame_range`). Where the frame of what
+measured it is known, motions are no freedom of the measurement: the correction must hold with them as well.
+
+What drifts along a file (`growth`) is off by m = J dx at one end or the other: |m|^2 is in band^2, and moved^2 is less by 2 |m d|.
 
 Where band exceeds moved, the correction is proven near the measurements alone; in a range that somebody named it must also be
 the better one with as much confidence as the gain itself. Where nobody named one, it is what the measured joints span, and
@@ -30,17 +33,18 @@ import scipy
 
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Given, When, check, once, qualify
+from robocal.diagnose.growth import move_at_end
 from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, SCALE_WORSE_CHANCE, WORSE_CHANCE
 from robocal.diagnose.scale import common_scale
 from robocal.estimate.uncertainty import band
 from robocal.fit.options import JointRegion
-from robocal.fit.scale import without_scales
+from robocal.fit.scale import is_scale, without_scales
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import reach
 from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.decision import REGION, Decision
-from robocal.prove.frame_range import FRAME, shape_of_lengths
+from robocal.prove.frame_range import FRAME, frame_is_known, shape_of_lengths
 from robocal.prove.place_bands import motion_field, parameters_of, sample_joints
 from robocal.prove.scale_chance import chance_by_scale
 from robocal.prove.split import Split
@@ -100,55 +104,75 @@ def region_between_poses(chain: Model, data: DataSet) -> JointRegion:
 @once
 def range_of(context: Decision[Model]) -> Holds | None:
     """Where the correction of the fit to everything holds: over the range that was asked for, by default what the measured joints span.
-    None where nothing was fitted or no joints were recorded."""
-    data, off, known, scale = context.need_data, context.need_fit.total, context.chosen.region, common_scale(context)
+    Of several ways to look at it the first in which it does not hold everywhere counts. None where nothing was fitted or no joints were
+    recorded."""
+    data, known, scale = context.need_data, context.chosen.region, common_scale(context)
     if not context.need_fit.identifiability.names:
         return None
     joints, scaled = data.configurations.joints, scale is None or scale.observable or not scale.stated
-    bare = without_scales(off)
     if joints is None:
-        framed = shape_of_lengths(context, SAMPLES)
-        if framed is None:
-            return None
-        place, jac, moved, anew = framed
-        jac, moved = _without(np.concatenate([motion_field(place)[:, :3], anew], axis=2), jac, moved)
-        at = [i for i, n in enumerate(off.names) if n in bare.names]  # no pose hangs on an instrument's scale
-        jac, name = jac[..., at], FRAME
-    else:
-        region = known or region_between_poses(context.model, data)
-        jac, at, moved = _shape(context, region.joints, scaled)
-        name = region.name
-    covariance = off.covariance[np.ix_(at, at)]
-    far, square = _rms(jac, covariance), float(np.mean(np.sum(moved**2, axis=1)))
-    scales = context.need_fit.scales
+        found = [_holds(context, FRAME, *shape) for shape in _frame_shapes(context)]
+        return next((h for h in found if h is None or h.region != "working"), found[0]) if found else None
+    region = known or region_between_poses(context.model, data)
+    return _holds(context, region.name, *_shape(context, region.joints, scaled), scaled)
+
+
+def _frame_shapes(context: Decision[Model]) -> list[tuple[Array, list[int], Array]]:
+    """As `_shape`, of a machine that stands where its lengths say: up to a motion and, where the frame of what measured it is known, as
+    it stands."""
+    framed = shape_of_lengths(context, SAMPLES)
+    if framed is None:
+        return []
+    place, jac, moved, anew = framed
+    names = context.need_fit.total.names
+    at = [i for i, n in enumerate(names) if not is_scale(n)]  # no pose hangs on an instrument's scale
+    motions = motion_field(place)[:, :3]
+    gauges = [motions[..., :0], motions] if frame_is_known(context) else [motions]
+    both = [_without(np.concatenate([gauge, anew], axis=2), jac[..., at], moved) for gauge in gauges]
+    return [(j, at, m) for j, m in both]
+
+
+def _holds(
+    context: Decision[Model], name: str, jac: Array, at: list[int], moved: Array, scaled: bool = True
+) -> Holds | None:
+    """Whether it holds by what parameters `at` among all names move, jac (m, 3, k), and the correction, (m, 3); None where that is not
+    finite."""
+    fit, off = context.need_fit, context.need_fit.total
+    drift = jac @ move_at_end(context, [off.names[i] for i in at])
+    far, square = _rms(jac, off.covariance[np.ix_(at, at)], drift), float(np.mean(np.sum(moved**2, axis=1)))
+    bare = without_scales(off)
     own = [bare.names.index(off.names[i]) for i in at]
-    alone = None if scales is None else _rms(jac, bare.covariance[np.ix_(own, own)])
-    chance = _chance(context, jac, at, moved)
+    alone = None if fit.scales is None else _rms(jac, bare.covariance[np.ix_(own, own)], drift)
+    # A machine that drifted is as at the end of the file, one whose instrument drifted as at its beginning: the worse of the two counts.
+    nearer = 2 * abs(float(np.mean(np.sum(moved * drift, axis=1))))
+    chance = _chance(context, jac, at, moved, square - nearer)
     found = far, float(np.sqrt(square)), chance
     if not np.isfinite(found).all():
         return None
-    proof = context.proof
+    proof, joints = context.proof, context.need_data.configurations.joints
     # What was held out tells of the measured range, unless it stood beside what was fitted; of a frame it tells nothing.
-    other = joints is None or known is not None
+    other = joints is None or context.chosen.region is not None
     near = (
         chance > WORSE_CHANCE and not other and joints is not None and proof is not None and beside(joints, proof.split)
     )
     return Holds(name, *found, len(moved), other or near, scaled, alone)
 
 
-def _rms(jac: Array, covariance: Array) -> float:
-    return float(np.sqrt(np.mean(band(jac, covariance) ** 2)))
+def _rms(jac: Array, covariance: Array, drift: Array) -> float:
+    return float(np.sqrt(np.mean(band(jac, covariance) ** 2 + np.sum(drift**2, axis=1))))
 
 
-def _chance(context: Decision[Model], jac: Array, at: list[int], moved: Array) -> float:
+def _chance(context: Decision[Model], jac: Array, at: list[int], moved: Array, square: float) -> float:
     """That the nominal model is the better one."""
     off, scales = context.need_fit.total, context.need_fit.scales
-    along, square = np.einsum("mai,ma->i", jac, moved) / len(moved), float(np.mean(np.sum(moved**2, axis=1)))
+    along = np.einsum("mai,ma->i", jac, moved) / len(moved)
     if scales is not None:
         return chance_by_scale(context.model, context.need_fit, scales, [off.names[i] for i in at], along, square)
     covariance = off.covariance[np.ix_(at, at)]
     spread = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0)))
-    return float(scipy.special.stdtr(min(off.dof, 1e9), -square / spread)) if spread > 0 else 0.0
+    if spread > 0:
+        return float(scipy.special.stdtr(min(off.dof, 1e9), -square / spread))
+    return float(square < 0)
 
 
 def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array, list[int], Array]:
@@ -188,7 +212,15 @@ def beside(joints: Array, split: Split) -> bool:
 def outside_measured(context: Decision[Model]) -> Iterator[Finding]:
     """An improvement that holds near the measurements alone."""
     holds = range_of(context)
-    if holds is not None and holds.region != "working":
-        amounts = {"band": Quantity(holds.band), "moved": Quantity(holds.moved)}
-        names = "limits in the robot file, --region FILE" if joints_of(context.model) else None
-        yield qualify(Code.HOLDS_WHERE_MEASURED, region=holds.name, **amounts, chance=holds.chance, names=names)
+    if holds is None or holds.region == "working":
+        return
+    amounts = {"band": Quantity(holds.band), "moved": Quantity(holds.moved)}
+    scales = context.need_fit.scales
+    by_scale = scales is not None and holds.alone is not None and holds.alone <= holds.moved
+    scale = ", ".join(n.rpartition(".")[0] for n in scales.names) if scales is not None and by_scale else None
+    near = None if by_scale else "--region measured"
+    names = "limits in the robot file, --region FILE" if joints_of(context.model) and not by_scale else None
+    # A small chance is no reason where the band alone is.
+    chance = holds.chance if holds.chance > WORSE_CHANCE else None
+    words = {"names": names, "scale": scale, "near": near}
+    yield qualify(Code.HOLDS_WHERE_MEASURED, region=holds.name, **amounts, chance=chance, **words)

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, When, check, note, once
+from robocal.diagnose.growth import move_at_end
 from robocal.diagnose.limits import PARTNERS_WIDER
 from robocal.estimate.choosing.choice import together
 from robocal.estimate.terms import Residuals
 from robocal.estimate.uncertainty import band, quantile, uncertainty
 from robocal.fit.estimators import estimator
 from robocal.fit.noise import owners
+from robocal.fit.scale import without_scales
 from robocal.geometry import so3
 from robocal.measure.base import KINDS, Rows
 from robocal.measure.base import problem as build
@@ -25,6 +27,7 @@ from robocal.measure.machine import Model
 from robocal.parameters import ParameterTable
 from robocal.prove.bands import find_identified, mean_conditions
 from robocal.prove.decision import Decision
+from robocal.prove.place_bands import base_motion, motion_field
 from robocal.prove.region import region_of_limits
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -230,7 +233,8 @@ def prediction_of(context: Decision[Model]) -> Band | None:
 
         sigma^2 = tr(J C J^T) + 3 tau^2
 
-    tau is what the model left per axis beyond the stated noise (all that it left where none is stated). Configurations are
+    tau is what the model left per axis beyond the stated noise (all that it left where none is stated). What a scale does to all
+    readings alike by moving the frame of the instrument is no error of the machine; what drifts along the file is. Configurations are
     those of the region, else drawn within the joint limits (the measured range where a limit is infinite); positions are
     those of the first position or pose instrument.
     """
@@ -248,11 +252,19 @@ def prediction_of(context: Decision[Model]) -> Band | None:
     made = build(model, away)
     known = {n: fit.solution.x[0, fit.problem.table.index[n]] for n in made.table.names}
     made = build(model, away, values=known, free=[n for n in off.names if n in made.table])
-    jac = made.linearize(made.start).j.reshape(count, 3, -1)
-    where = [off.names.index(n) for n in made.free]
+    seen_there = made.linearize(made.start)
+    jac, own = seen_there.j.reshape(count, 3, -1), without_scales(off)
+    where = [own.names.index(n) for n in made.free]
+    more = [jac @ move_at_end(context, made.free)]
+    if fit.scales is not None:
+        place = seen_there.r.reshape(count, 3)
+        long = jac @ (fit.scales.response * fit.scales.sigma)[where]
+        long = long - motion_field(place)[:, :3] @ base_motion(long, place)
+        more += list(np.moveaxis(long, 2, 0))
     tau = next((g.tau for g in fit.groups if g.name == first.label and g.unit == "m"), 0.0)
     left = float(np.sqrt(3)) * tau
-    sigma = np.hypot(band(jac, off.covariance[np.ix_(where, where)]), left)
+    plain = band(jac, own.covariance[np.ix_(where, where)])
+    sigma = np.sqrt(plain**2 + left**2 + sum(np.sum(v**2, axis=1) for v in more))
     mean, p95, most = float(sigma.mean()), float(np.percentile(sigma, 95)), float(sigma.max())
     return Band(mean, p95, most, count, region.name, left)
 

@@ -183,7 +183,11 @@ def _range_part(found: Identification[Model]) -> evidence.WorkingRange | None:
         return None
     band, moved = Quantity(h.band), Quantity(h.moved)
     scale = None if h.sized else "scale"
-    said = Remark.of(Code.OVER_THE_RANGE, region=h.name, band=band, moved=moved, chance=h.chance, scale=scale)
+    left = Quantity(found.band.left) if found.band is not None and found.band.left > 0 else None
+    # What unseen measurements do not show, parameters do not prove.
+    chance = h.chance if found.verdict.status == "improved" else None
+    numbers = {"band": band, "moved": moved, "left": left, "chance": chance}
+    said = Remark.of(Code.OVER_THE_RANGE, region=h.name, **numbers, scale=scale)
     return to_display(evidence.WorkingRange, h, text=said.sentence)
 
 

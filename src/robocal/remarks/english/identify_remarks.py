@@ -134,9 +134,10 @@ class IdentificationRemarks:
     )
     HOLDS_WHERE_MEASURED = Phrase(
         "the model holds where it was measured, not in the whole {region}: there it may be off by {band:.3g} rms; it differs from "
-        "the nominal model by {moved:.3g}, and is the worse of the two with a chance of {chance:.0%}",
-        "Measure in the whole range in which the robot works.[ Or name that range ({names}).] If the robot works only near the "
-        "measured poses, state that (--region measured).",
+        "the nominal model by {moved:.3g}[, and is the worse of the two with a chance of {chance:.0%}]",
+        "[The scale of {scale} decides: measure a calibrated length with it, and write into its data file how far its scale may be off "
+        "(scale: {{sigma: 0.01 %}}).][Measure in the whole range in which the robot works, or state that it works only near the measured "
+        "poses ({near}).][ Or name that range ({names}).]",
     )
     LEFT = Phrase(
         "{group}: the fit leaves {left:.3g} per axis, {share:.1%} of the size of the machine ({size:.3g})[; the stated noise is "
@@ -200,7 +201,8 @@ class IdentificationRemarks:
         "[Non-geometric effects may explain the rest (identify {option}), or the stated sigma is too small.][Numbers that are fixed "
         "explain much of the rest: free them too (--free {free}).][What is left out (pulleys, elasticity, {beyond}, the gain of drums) "
         "may explain the rest, or the stated sigma is too small.][The robot itself may explain the rest: identify it too (leave out "
-        "{choice}).]",
+        "{choice}).][No machine errs by so much: look for wrong names of {wrong}, exchanged rows or columns, and numbers of the robot's "
+        "file that are far off.]",
     )
     BELOW_STATED_NOISE = Phrase(
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}: so much noise is not in these data",
@@ -237,8 +239,10 @@ class IdentificationRemarks:
         "Give each file a separate target: another name under targets.",
     )
     SCALED = Phrase(
-        "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): real errors differ from length to length",
-        "Check the scale of the instrument, its unit and its temperature.",
+        "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): real errors differ from length to length, so the instrument may "
+        "read so much too long; bands and intervals contain it",
+        "Check the scale of the instrument, its unit and its temperature. Where a calibrated length tells it, write how far it may be "
+        "off into the data file (scale: {{sigma: 0.01 %}}).",
     )
     NUMBER_DOUBTED = Phrase(
         "{name} is fixed at {stated:.4g}, but these data give {there:.4g} ({z:.0f} sigma): the difference explains {share:.1%} of the "
@@ -338,9 +342,9 @@ class IdentificationRemarks:
         "deviation; what is not observable is as uncertain as expected[; the residual at every pose is {left:.3g}])"
     )
     OVER_THE_RANGE = Phrase(
-        "over the {region}, the model may be off by {band:.3g} rms and differs from the nominal one by {moved:.3g}; the "
-        "nominal one is the better of the two there with a chance of {chance:.2%}[; all of this without the {scale}, which "
-        "is not observable in these data]"
+        "over the {region}, the model may be off by {band:.3g} rms[, beside the {left:.3g} that it leaves at every pose,] and differs "
+        "from the nominal one by {moved:.3g}[; the nominal one is the better of the two there with a chance of {chance:.2%}][; all of this "
+        "without the {scale}, which is not observable in these data]"
     )
     SCALE_SEEN = Phrase(
         "against the stated length, the free lengths all together change by {factor:+.3%} (sigma {sigma:.3%})"
