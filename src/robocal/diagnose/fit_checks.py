@@ -27,6 +27,7 @@ from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["findings_of_segments", "implausible", "implausible_changes", "out_of_tolerance"]
 
+OTHERS = "Wrong rows, names of targets or numbers may explain the rest, or what geometry leaves out"
 MOVED_OR_BENT = declare(
     "moved-or-bent",
     "{file}: from row {first} to row {last} everything is off[ by {shift:.3g}][, turned by {turn:.3g}] ({count} rows, {strength:.1f} "
@@ -113,12 +114,7 @@ def _remedy(context: Context[Model]) -> dict[str, str | None]:
     fixed, or parts that are left out."""
     if joints_of(context.model):
         held = not set(context.need_fit.identifiability.names) & set(context.model.geometric)
-        return {
-            "option": None if held else "--groups",
-            "choice": "--free" if held else None,
-            "free": None,
-            "beyond": None,
-        }
+        return {"option": None if held else OTHERS, "choice": "--free" if held else None, "free": None, "beyond": None}
     line = names_to_free(context)
     return {"option": None, "choice": None, "free": line, "beyond": None if line else "sag"}
 

@@ -197,7 +197,7 @@ class IdentificationRemarks:
     )
     ABOVE_STATED_NOISE = Phrase(
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}; uncertainties are those of the fit",
-        "[Non-geometric effects may explain the rest (identify {option}), or the stated sigma is too small.][Numbers that are fixed "
+        "[{option}, or the stated sigma is too small.][Numbers that are fixed "
         "explain much of the rest: free them too (--free {free}).][What is left out (pulleys, elasticity, {beyond}, the gain of drums) "
         "may explain the rest, or the stated sigma is too small.][The robot itself may explain the rest: identify it too (leave out "
         "{choice}).]",
