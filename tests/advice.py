@@ -41,7 +41,9 @@ def spoken(ran: Ran, code: str) -> bool:
     """Whether the sentence of a code stands in what was printed."""
     template = re.sub(r"\[[^\[\]]*\]", "\0", phrase_of(code).sentence)
     words = re.escape(re.sub(r"\{[^{}]*\}", "\1", template))
-    pattern = words.replace("\0", ".*?").replace("\1", ".+?").replace("rows", "rows?").replace("\\ are\\ ", "\\ (are|is)\\ ")
+    pattern = (
+        words.replace("\0", ".*?").replace("\1", ".+?").replace("rows", "rows?").replace("\\ are\\ ", "\\ (are|is)\\ ")
+    )
     return re.search(pattern, ran.said) is not None
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from advice import arm, beside, draw, edit, found, identify, obeyed, see, write
-from cli.runs import robocal
+from cli.runs import Ran, robocal
 
 # --- measurements that were asked for are simulated ------------------------------------------------------------------
 
@@ -76,7 +76,8 @@ def curved(folder):
 
 @obeyed("no-better-than-mean")
 def shuffled(folder):
-    return identify(arm(folder, spoil=lambda q, p, rng: (q[rng.permutation(len(q))], p))), identify(arm(folder))
+    files = arm(folder, 60, spoil=lambda q, p, rng: (q[rng.permutation(len(q))], p))
+    return identify(files), identify(arm(folder))
 
 
 def labelled(folder, share, m, name=""):
@@ -122,6 +123,11 @@ def mistyped(folder):
 
 @obeyed("scale-wrong")
 def scale(folder):
+    return identify(arm(folder, 100, spoil=lambda q, p, rng: (q, 1.03 * p))), identify(arm(folder, 100))
+
+
+@obeyed("scaled")
+def scaled(folder):
     return identify(arm(folder, 60, spoil=lambda q, p, rng: (q, 1.01 * p))), identify(arm(folder, 60))
 
 
@@ -150,8 +156,9 @@ def moved(folder):
 def late(folder):
     nominal, true, _, rng = draw(60)
     q = nominal.way(rng, 61, 0.05)
-    p = see(true, q, rng)
-    return identify(write(folder, nominal, q[1:], p[:-1])), identify(write(folder, nominal, q[1:], p[1:]))
+    told, between = q[:-1], q[:-1] + 0.35 * (q[1:] - q[:-1])
+    first = identify(write(folder, nominal, told, see(true, between, rng)))
+    return first, identify(write(folder, nominal, between, see(true, between, rng)))
 
 
 @obeyed("wrong-unit")
@@ -211,7 +218,7 @@ def _turn(q, p, rng):
     return q, p
 
 
-obeyed("row-zero")(one_row(_zero))
+obeyed("cause-zeros")(one_row(_zero))
 obeyed("row-copy")(one_row(_copy))
 obeyed("row-swapped")(one_row(_swap))
 obeyed("row-sign")(one_row(_sign))
@@ -222,12 +229,34 @@ obeyed("row-elsewhere")(one_row(_turn))
 @obeyed("too-many-aside")
 def many_gross(folder):
     def far(q, p, rng):
-        p[::3] += rng.normal(size=p[::3].shape) * 0.1
+        p[::4] += rng.normal(size=p[::4].shape) * 0.1
         return q, p
 
-    files = arm(folder, 60, spoil=far)
-    rows = ",".join(str(r + 2) for r in range(0, 60, 3))
+    files = arm(folder, 100, spoil=far)
+    rows = ",".join(str(r + 2) for r in range(0, 100, 4))
     return identify(files), identify(files, "--exclude", rows)
+
+
+@obeyed("priors-help")
+def soft(folder):
+    def stray(q, p, rng):
+        return q - 0.05 * rng.uniform(0.5, 1, 6) * np.sin(1.3 * q + rng.uniform(0, 6, 6)), p
+
+    files = arm(folder, 26, spoil=stray, size=3.0)
+    first = identify(files)
+    return first, identify(files, *found(first, r"\((--prior [^)]*)\)").split())
+
+
+@obeyed("errors-follow")
+def warming(folder):
+    """Warm machines are what is asked for."""
+
+    def warm(q, p, rng):
+        walk = np.cumsum(rng.normal(size=p.shape), axis=0)
+        return q, p + 1.2e-4 * (walk - walk.mean(axis=0))
+
+    files = arm(folder, 150, spoil=warm)
+    return identify(files), identify(arm(folder, 150))
 
 
 # --- options ---------------------------------------------------------------------------------------------------------
@@ -253,14 +282,24 @@ def bands(folder):
 
 @obeyed("holds-where-measured")
 def corner(folder):
-    files = arm(folder, share=0.1, size=0.3)
+    files = arm(folder, 60, share=0.1)
     return identify(files), identify(files, "--region", "measured")
 
 
-@obeyed("priors-ignored", "one-step-misleads")
+@obeyed("one-step-misleads")
+def one_step(folder):
+    """The warning stands beside the fit that needed more steps; the one step that it warns of is worse."""
+    files = arm(folder, 60, spoil=lambda q, p, rng: (q[rng.permutation(len(q))], p))
+    step, fit = identify(files, "--method", "lse", "--hold-out", 0.2), identify(files)
+    return Ran(step.status, step.out, step.err + fit.out), fit
+
+
+@obeyed("priors-ignored")
 def blind(folder):
     files = arm(folder, size=8.0, share=0.4, m=26)
-    return identify(files, "--method", "lse", "--prior", "length=1"), identify(files, "--prior", "length=8mm", "--prior", "angle=1deg")
+    return identify(files, "--method", "lse", "--prior", "length=1"), identify(
+        files, "--prior", "length=8mm", "--prior", "angle=1deg"
+    )
 
 
 @obeyed("particles-gaussian")
@@ -279,10 +318,10 @@ def parallel(folder):
     return first, identify(arm(folder, 60))
 
 
-@obeyed("only-combination", "hidden-partners")
+@obeyed("only-combination")
 def combination(folder):
     files = arm(folder)
-    return robocal("identify", *files), robocal("identify", *files, "--fix", "j3.d,j3.beta,j4.beta,j5.beta")
+    return identify(files), identify(files, "--fix", "j3.d,j3.beta,j4.beta,j5.beta")
 
 
 @obeyed("groups-help")
@@ -305,5 +344,9 @@ def approach(folder):
 @obeyed("nothing-free")
 def nothing_free(folder):
     files = arm(folder)
-    edit(files[0], ("calibrate: {free: [theta, d, a, alpha, beta]}", "calibrate: {free: []}"))
-    return robocal("check", *files), robocal("check", *files, "--free", "theta,d,a,alpha,beta")
+    edit(
+        files[0],
+        ("calibrate: {free: [theta, d, a, alpha, beta]}", "calibrate: {free: []}"),
+        ("0], free: true", "0], free: false"),
+    )
+    return robocal("check", *files), robocal("identify", *files, "--free", "theta,d,a,alpha,beta")

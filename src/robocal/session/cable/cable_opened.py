@@ -61,7 +61,7 @@ PLACES: dict[str, tuple[str, str | None, str]] = {
         "the same; the robot's frame anchors scatter by {frame:.3g} m",
     ),
     ANCHORS: ("cables", None, "the platform anchors in the order of {right}"),
-    LENGTHS: ("lengths.columns", None, "columns that hold {right} in this order"),
+    LENGTHS: ("lengths.columns", None, "{line}"),
     EXCHANGED: ("{kind}.columns", None, "their columns in the order of {one}, {other}"),
     SHIFTED: ("{kind}", None, "each beside the id of its pose"),
     NOT_AT_REST: (
