@@ -69,10 +69,10 @@ def identify(files, *options) -> Ran:
     return robocal("identify", *files, *options, "--json")
 
 
-def draw(m=40, seed=0, name="six", size=1.0, share=0.8):
+def draw(m=40, seed=0, arm="six", size=1.0, share=0.8):
     """Nominal and true arm, joint values and a generator."""
     rng = np.random.default_rng(seed)
-    nominal = Arm.nominal(name)
+    nominal = Arm.nominal(arm)
     return nominal, nominal.true(rng, size), nominal.draw(rng, m, share), rng
 
 

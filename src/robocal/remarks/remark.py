@@ -18,7 +18,18 @@ from typing import Any, Protocol, TypeAlias
 
 from robocal.remarks import english
 
-__all__ = ["Message", "Number", "Quantity", "Remark", "documents", "full_text", "percent", "remark_fields", "sentences"]
+__all__ = [
+    "Message",
+    "Number",
+    "Quantity",
+    "Remark",
+    "documents",
+    "full_text",
+    "percent",
+    "remark_fields",
+    "sentences",
+    "tell_one",
+]
 
 # Factor from SI, and the unit in which people read it.
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px")}
@@ -37,6 +48,15 @@ NOUNS = (
     "places",
     "draws",
     "unknowns",
+    "joints",
+    "configurations",
+    "visits",
+    "targets",
+    "trials",
+    "points",
+    "cells",
+    "files",
+    "folds",
 )
 VERBS = {
     "were": "was",
@@ -155,11 +175,15 @@ def _fill(template: str, numbers: Mapping[str, Number]) -> str:
         names = {name for _, name, _, _ in Formatter().parse(part[1]) if name}
         return part[1] if names <= set(known) else ""
 
-    return _ONE.sub(_singular, _Spoken().format(_OPTIONAL.sub(keep_part, template), **known))
+    return tell_one(_Spoken().format(_OPTIONAL.sub(keep_part, template), **known))
+
+
+def tell_one(text: str) -> str:
+    """A text where one of what it counts is told as one: "1 rows were" is "1 row was"."""
+    return _ONE.sub(_singular, text) if "1 " in text else text
 
 
 def _singular(found: re.Match[str]) -> str:
-    """One of what a sentence counts in the plural: "1 rows were" is "1 row was"."""
     noun, verb = found[1], found[2]
     return f"1 {noun[:-1]}" + (f" {VERBS[verb]}" if verb else "")
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from robocal.quantities import Column, Listing
-from robocal.remarks.remark import Message
+from robocal.remarks.remark import Message, tell_one
 
 __all__ = [
     "OWN_FITTED",
@@ -42,12 +42,21 @@ class Noted:
     svg: str = ""
 
 
+def _tell_one(cell: Cell) -> Cell:
+    if isinstance(cell, Noted):
+        return cell
+    return tell_one(cell) if isinstance(cell, str) else (tell_one(cell[0]), cell[1])
+
+
 @dataclass(frozen=True)
 class Text:
     """A paragraph of parts, each a string or a string with its style; `indent` in characters."""
 
     parts: tuple[Cell, ...]
     indent: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parts", tuple(map(_tell_one, self.parts)))
 
     @classmethod
     def of(cls, *parts: Cell, indent: int = 0) -> Text:

@@ -39,9 +39,7 @@ ANCHORS = declare(
     "the platform anchors of {names} are exchanged" + GAIN,
     "Write the platform anchors in the order of {right}.",
 )
-LENGTHS = declare(
-    "lengths-exchanged", "the lengths of {names} are exchanged" + GAIN, "Write {line}."
-)
+LENGTHS = declare("lengths-exchanged", "the lengths of {names} are exchanged" + GAIN, "Write {line}.")
 
 
 @check("columns", When.READ, order=30, given=Given.ACCEPTED, needs=("data",))
@@ -69,7 +67,9 @@ def columns(context: Context[CableRobot]) -> Iterator[Finding]:
         right = ", ".join(robot.cables[i] for i in order.of)
         amounts = {"stated": Quantity(order.stated), "left": Quantity(order.left)}
         line = _line(robot, read.options.get("columns"), order)
-        yield refuse(ANCHORS if order.anchors else LENGTHS, source=read.source, names=names, right=right, line=line, **amounts)
+        yield refuse(
+            ANCHORS if order.anchors else LENGTHS, source=read.source, names=names, right=right, line=line, **amounts
+        )
 
 
 def _line(robot: CableRobot, columns: object, order: Exchange) -> str:

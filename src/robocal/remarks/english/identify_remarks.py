@@ -129,8 +129,8 @@ class IdentificationRemarks:
     LATE = Phrase(
         "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] {than} ({z:.0f} sigma): this "
         "time offset explains {share:.0%} of the squared residuals",
-        "Measure at rest, or synchronise both clocks: shift the readings, or their times, by this offset. Of an arm, commanded joint "
-        "values in place of actual ones look the same. So may backlash that every path takes up in one direction (--groups backlash).",
+        "Measure at rest, or synchronise both clocks: shift the readings, or their times, by this offset.[ Commanded joint "
+        "values in place of actual ones look the same. So may backlash that every path takes up in one direction ({option}).]",
     )
     HOLDS_WHERE_MEASURED = Phrase(
         "the model holds where it was measured, not in the whole {region}: there it may be off by {band:.3g} rms; it differs from "
@@ -334,13 +334,14 @@ class IdentificationRemarks:
         "Hold out configurations whose places and targets appear in other configurations too.",
     )
     ELSEWHERE = Phrase(
-        "elsewhere in the {region}, the predicted error is {mean:.3g} on average and {p95:.3g} at the 95th percentile (one standard "
-        "deviation; what is not observable is as uncertain as expected[; the residual at every pose is {left:.3g}])"
+        "elsewhere in the {region}, a reading is predicted with an error of {mean:.3g} on average and {p95:.3g} at the 95th percentile, "
+        "frame and tool included (one standard deviation; what is not observable is as uncertain as expected[; the residual at every "
+        "pose is {left:.3g}])[; the verdict is of the {verdict} alone]"
     )
     OVER_THE_RANGE = Phrase(
-        "over the {region}, the model may be off by {band:.3g} rms and differs from the nominal one by {moved:.3g}; the "
-        "nominal one is the better of the two there with a chance of {chance:.2%}[; all of this without the {scale}, which "
-        "is not observable in these data]"
+        "over the {region}, wherever the robot stands, the model may be off by {band:.3g} rms and differs from the nominal one by "
+        "{moved:.3g}; the nominal one is the better of the two there with a chance of {chance:.2%}[; all of this without the {scale}, "
+        "which is not observable in these data]"
     )
     SCALE_SEEN = Phrase(
         "against the stated length, the free lengths all together change by {factor:+.3%} (sigma {sigma:.3%})"
