@@ -123,15 +123,19 @@ def contradictions(ran, document, page):
         if gain.get("low") is not None:
             claim(amount(gain["low"]) <= amount(gain["gain"]) <= amount(gain["high"]), "a gain outside its interval")
             claim("gain-proven" not in by or amount(gain["low"]) > 0, "a proven gain whose interval holds nought")
-    robust = document["provenance"]["options"].get("loss", "none") != "none"  # what a loss weighs down is left as well
-    rms = {} if robust else {g["name"]: g["rms"] for g in document["fit"]["groups"] if g["unit"] == "mm"}
-    for code in ("left", "above-stated-noise", "below-stated-noise", "computed"):
-        for r in (*reasons, *remarks):
-            if r["code"] == code and r["numbers"].get("group") in rms and r["numbers"]["left"]["unit"] == "mm":
-                claim(
-                    same(rms[r["numbers"]["group"]], amount(r["numbers"]["left"])),
-                    f"{code}: another residual than the table of sensors",
-                )
+    # What a robust loss weighs down is left as well, and `left` is of the fit that was proven: most of the rows.
+    robust = document["provenance"]["options"].get("loss", "none") != "none"
+    mm = [] if robust else [g for g in document["fit"]["groups"] if g["unit"] == "mm"]
+    rms = {g["name"]: (g["rms"], g["sigma"]) for g in mm}
+    for r in (*reasons, *remarks):
+        told = r["numbers"].get("left")
+        if r["code"] in ("left", "above-stated-noise", "below-stated-noise", "computed") and told["unit"] == "mm":
+            near = 0.1 if r["code"] == "left" else 5e-3
+            known = rms.get(r["numbers"]["group"], (amount(told),))
+            claim(
+                any(same(v, amount(told), near) for v in known),
+                f"{r['code']}: another residual than the table of sensors",
+            )
     # The range of the claim.
     holds = document.get("working_range") or {}
     if status == "improved" and verdict["region"] == "working" and holds.get("band") is not None:

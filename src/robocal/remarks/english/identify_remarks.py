@@ -92,7 +92,8 @@ class IdentificationRemarks:
     )
     NOTHING_OF_ROBOT = Phrase(
         "no parameter of the robot itself is observable in these data",
-        "Only frames, targets and tool were fitted. Measure more or better, or free other parameters.",
+        "Only frames, targets and tool were fitted. If the residual is far above the stated noise, correct what is wrong first: names of "
+        "targets, rows, units. Otherwise measure more or better, or free other parameters.",
     )
     NOTHING_IDENTIFIED = Phrase(
         "no parameter of the robot is identified: the data determine only combinations",
@@ -106,7 +107,7 @@ class IdentificationRemarks:
     )
     BENT = Phrase(
         "the fit changes the model implausibly, and the residual is still {left:.3g} per axis",
-        "Check the nominal model, and the order, signs and units of the joints.",
+        "Check the nominal model, and the order, signs and units of joints or cables.",
     )
     UNMADE = Phrase(
         "changes far outside manufacturing tolerances: {changes}",
@@ -223,7 +224,7 @@ class IdentificationRemarks:
     )
     IMPLAUSIBLE = Phrase(
         "implausible changes ({changes}): a model that was fitted to wrong data can fit well and still be wrong elsewhere",
-        "Check the nominal model, and the order, signs and units of the joints.",
+        "Check the nominal model, and the order, signs and units of joints or cables.",
     )
     COMPUTED = Phrase(
         "{group}: the residual is {left:.2g} per axis, less than any arm repeats: joint values or readings were computed, not "
