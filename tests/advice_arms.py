@@ -71,9 +71,6 @@ def curved(folder):
     return identify(arm(folder, 26), *held), identify(arm(folder, 26))
 
 
-# --- an input that was wrong -----------------------------------------------------------------------------------------
-
-
 @obeyed("no-better-than-mean")
 def shuffled(folder):
     files = arm(folder, 60, spoil=lambda q, p, rng: (q[rng.permutation(len(q))], p))
@@ -259,7 +256,7 @@ def warming(folder):
     return identify(files), identify(arm(folder, 150))
 
 
-# --- options ---------------------------------------------------------------------------------------------------------
+# --- options
 
 
 @obeyed("not-converged")

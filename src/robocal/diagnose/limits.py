@@ -239,6 +239,7 @@ BOOTSTRAP_PLACES = limit(25, "places", "Fewer repeat themselves in every draw, a
 BAND_CHANCE = limit(1e-3, "chance", "Fewer than one honest band in a thousand would miss so many.")
 PARTNERS_WIDER = limit(1.5, "times", "Hidden partners that widen a sigma by more are named.")
 PRIORS_NUMBERS = limit(6, "numbers", "More for each unknown tell it so well that no prior helps.", "tests/prove/test_quick_looks.py")
+PRIORS_LEFT = limit(1e-3, "m per axis", "Where no noise is stated: a fit that leaves less has followed little that is not its own.")
 LOOK_LESS = limit(0.15, "of the mean unseen error",
     "A look that promises less is not worth another run.", "tests/prove/test_quick_looks.py")
 GROUP_PLACES = limit(25, "places", "Of fewer, blocks prove nothing about what lies beyond geometry.")

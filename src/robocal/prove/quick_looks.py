@@ -17,6 +17,7 @@ from robocal._types import Array, Ints
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Machines, When, check, doubt
 from robocal.fit.estimators import estimator
+from robocal.fit.fit import Fit
 from robocal.measure.machine import Model
 from robocal.prove.decision import Decision
 from robocal.prove.evidence import bootstrap_gain
@@ -50,7 +51,9 @@ def priors_that_help(context: Decision[Model]) -> Iterator[Finding]:
     fit, model, many = context.need_fit, context.model, len(np.unique(context.places))
     table, numbers = fit.problem.table, context.numbers[0]
     held = {n for n in model.geometric if n in set(table.free)}
-    enough = numbers > limits.PRIORS_NUMBERS * len({*held, *fit.problem.free}) or many < limits.PROOF_PLACES
+    # Where noise is met there is nothing that a prior would keep a fit from following.
+    over = _above(fit) or any(g.stated is None and g.unit == "m" and g.rms > limits.PRIORS_LEFT for g in fit.groups)
+    enough = numbers > limits.PRIORS_NUMBERS * len({*held, *fit.problem.free}) or many < limits.PROOF_PLACES or not over
     if enough or not held or _blind(context) or any(model.table[n].prior is not None for n in held):
         return
     line, unit = (
@@ -79,8 +82,7 @@ def priors_that_help(context: Decision[Model]) -> Iterator[Finding]:
 def groups_that_help(context: Decision[Model]) -> Iterator[Finding]:
     """Groups beyond geometry under which unseen blocks of rows are met clearly better, where far more is left than was stated."""
     fit = context.need_fit
-    above = any(g.stated is not None and g.tau > limits.NOISE_ABOVE * g.stated for g in fit.groups)
-    if not above or _blind(context) or len(np.unique(context.places)) < limits.GROUP_PLACES:
+    if not _above(fit) or _blind(context) or len(np.unique(context.places)) < limits.GROUP_PLACES:
         return
     wide, members = widen(context.model)
     line = linearise_fit(wide, fit, [n for own in members.values() for n in own], _dealt(context, "blocks"))
@@ -103,6 +105,11 @@ def groups_that_help(context: Decision[Model]) -> Iterator[Finding]:
     if entered:
         means = {"before": Quantity(float(first.mean()), unit), "after": Quantity(float(last.mean()), unit)}
         yield doubt(GROUPS_HELP, line=",".join(entered), **means)
+
+
+def _above(fit: Fit) -> bool:
+    """Whether far more is left than was stated."""
+    return any(g.stated is not None and g.tau > limits.NOISE_ABOVE * g.stated for g in fit.groups)
 
 
 def _blind(context: Decision[Model]) -> bool:
