@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import advice_arms  # noqa: F401 - fills the table
@@ -54,7 +55,17 @@ zeros-changed
 """.split()
 
 
-@pytest.mark.parametrize("code", [c if c in QUICK else pytest.param(c, marks=pytest.mark.slow) for c in OBEYED])
+def _cost(at: int, code: str) -> list[pytest.MarkDecorator]:
+    """A few in every run, a third of the others in the slow one, all with ROBOCAL_FULL=1."""
+    if code in QUICK:
+        return []
+    return [
+        pytest.mark.slow,
+        pytest.mark.skipif(at % 3 > 0 and not os.environ.get("ROBOCAL_FULL"), reason="ROBOCAL_FULL=1"),
+    ]
+
+
+@pytest.mark.parametrize("code", [pytest.param(c, marks=_cost(i, c)) for i, c in enumerate(OBEYED)])
 def test_obeyed_it_ends_better(code, tmp_path):
     first, then = OBEYED[code](tmp_path)
     assert spoken(first, code), first.said
