@@ -211,7 +211,7 @@ def identify(
     force: Write the run into a folder with other content; files of other names stay.
     free: Free exactly these parameters, in place of those of the robot file: j2.alpha, alpha, j2, tool. Repeat, or separate by commas.
     fix: Fix these parameters; also frames of data files.
-    prior: Standard deviation before the measurements, in the robot file's units; length=... and angle=... for all.
+    prior: Standard deviation before the measurements, in the robot file's units or in its own (2mm); length=... and angle=... for all.
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     groups: Try these beyond geometry; each enters only if unseen blocks of rows get better: gain, eccentricity, ripple, backlash, compliance, sag, bending, expansion.
     layer: Try a residual layer on top; used only if unseen blocks of rows get better.

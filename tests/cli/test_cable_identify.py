@@ -177,9 +177,7 @@ def test_lengths_in_each_others_columns_are_named(cell, tmp_path):
         "identify", tmp_path / "robot.yaml", tmp_path / "lengths.yaml", tmp_path / "poses.yaml", "-o", tmp_path / "run"
     )
     text = " ".join(ran.remarks.split())
-    assert (
-        ran.status == 2 and "the lengths of c1 and c2 are exchanged" in text and "columns that hold c2, c1, c3" in text
-    )
+    assert ran.status == 2 and "the lengths of c1 and c2 are exchanged" in text and "the titles c2, c1, c3" in text
     assert "lengths.csv" in text and not (tmp_path / "run").exists()
 
 

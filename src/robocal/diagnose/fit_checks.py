@@ -31,6 +31,7 @@ from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["findings_of_segments", "implausible", "implausible_changes", "out_of_tolerance"]
 
+OTHERS = "Wrong rows, names of targets or numbers may explain the rest, or what geometry leaves out"
 MOVED_OR_BENT = declare(
     "moved-or-bent",
     "{file}: from row {first} to row {last} everything is off[ by {shift:.3g}][, turned by {turn:.3g}] ({count} rows, {strength:.1f} "
@@ -127,7 +128,7 @@ def _remedy(context: Context[Model], group: NoiseGroup) -> dict[str, str | None]
     if not arm:
         return said | {"beyond": "sag"}
     held = not set(context.need_fit.identifiability.names) & set(context.model.geometric)
-    return said | ({"choice": "--free"} if held else {"option": "--groups"})
+    return said | ({"choice": "--free"} if held else {"option": OTHERS})
 
 
 @check("ignored-priors", When.FIT, order=130, needs=("fit", "options"))

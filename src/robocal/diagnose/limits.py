@@ -250,6 +250,10 @@ BOOTSTRAP_DRAWS = limit(100, "draws", "Of fewer a percentile at 2.5 % is a guess
 BOOTSTRAP_PLACES = limit(25, "places", "Fewer repeat themselves in every draw, and the scatter is too small.")
 BAND_CHANCE = limit(1e-3, "chance", "Fewer than one honest band in a thousand would miss so many.")
 PARTNERS_WIDER = limit(1.5, "times", "Hidden partners that widen a sigma by more are named.")
+PRIORS_NUMBERS = limit(6, "numbers", "More for each unknown tell it so well that no prior helps.", "tests/prove/test_quick_looks.py")
+PRIORS_LEFT = limit(1e-3, "m per axis", "Where no noise is stated: a fit that leaves less has followed little that is not its own.")
+LOOK_LESS = limit(0.15, "of the mean unseen error",
+    "A look that promises less is not worth another run.", "tests/prove/test_quick_looks.py")
 GROUP_PLACES = limit(25, "places", "Of fewer, blocks prove nothing about what lies beyond geometry.")
 LAYER_PLACES = limit(50, "places", "Fewer teach no layer.")
 RIPPLE_CHANCE = limit(1e-3, "chance", "Of an order of ripple that is none, over all that were tried.")

@@ -28,7 +28,7 @@ from robocal.estimate.problem import Problem
 from robocal.fit.noise import owners
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Model, freedom_of
+from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
@@ -72,7 +72,15 @@ def time_offset(context: Context[Model]) -> list[Finding]:
     size = Quantity(abs(lag.score.change), "s" if lag.timed else "rows")
     before, after = (size, None) if lag.score.change < 0 else (None, size)
     level, code = (refuse, Code.LATE) if lag.wrong else (doubt, Code.LATE_DOUBTED)
-    said = {"before": before, "after": after, "than": lag.than, "z": lag.score.t, "share": lag.score.share}
+    option = "--groups backlash" if joints_of(context.model) else None
+    said = {
+        "option": option,
+        "before": before,
+        "after": after,
+        "than": lag.than,
+        "z": lag.score.t,
+        "share": lag.score.share,
+    }
     return [level(code, group=lag.sensor, **said)]
 
 

@@ -28,7 +28,7 @@ from robocal.parameters import ParameterTable
 from robocal.prove.bands import find_identified, mean_conditions
 from robocal.prove.decision import Decision
 from robocal.prove.place_bands import base_motion, motion_field
-from robocal.prove.region import region_of_limits
+from robocal.prove.region import range_of, region_of_limits
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -275,4 +275,8 @@ def elsewhere(context: Decision[Model]) -> Iterator[Finding]:
     b = prediction_of(context)
     if b is not None and not estimator(context.chosen.method).blind:
         left = Quantity(b.left) if b.left > 0 else None
-        yield note(Code.ELSEWHERE, region=b.region, mean=Quantity(b.mean), p95=Quantity(b.p95), left=left)
+        holds = range_of(context)
+        verdict = holds.name if holds is not None and holds.name != b.region else None
+        yield note(
+            Code.ELSEWHERE, region=b.region, mean=Quantity(b.mean), p95=Quantity(b.p95), left=left, verdict=verdict
+        )

@@ -50,6 +50,13 @@ NOUNS = (
     "unknowns",
     "joints",
     "configurations",
+    "visits",
+    "targets",
+    "trials",
+    "points",
+    "cells",
+    "files",
+    "folds",
 )
 VERBS = {
     "were": "was",

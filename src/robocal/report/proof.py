@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from robocal.remarks.remark import singular
 from robocal.report.sections import Style, VerdictBlock, figure
 
 __all__ = ["proof", "times_smaller", "verdict"]
@@ -51,7 +52,7 @@ def verdict(result: Any, brief: bool = False) -> VerdictBlock:
     # A factor is praise: beside a model that is not to be used it would contradict the verdict.
     praise = status in PRAISED
     told = proof(result.residuals, praise) if posed is None else proof_of_poses(posed, praise)
-    return VerdictBlock(word, style, tuple(said.reasons), tuple(dict.fromkeys(advice)), meaning, told)
+    return VerdictBlock(word, style, tuple(said.reasons), tuple(dict.fromkeys(advice)), meaning, singular(told))
 
 
 def times_smaller(before: float | None, after: float | None) -> str:

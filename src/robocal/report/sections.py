@@ -42,6 +42,12 @@ class Noted:
     svg: str = ""
 
 
+def _tell_one(cell: Cell) -> Cell:
+    if isinstance(cell, Noted):
+        return cell
+    return singular(cell) if isinstance(cell, str) else (singular(cell[0]), cell[1])
+
+
 @dataclass(frozen=True)
 class Text:
     """A paragraph of parts, each a string or a string with its style; `indent` in characters."""
@@ -49,10 +55,13 @@ class Text:
     parts: tuple[Cell, ...]
     indent: int = 0
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parts", tuple(map(_tell_one, self.parts)))
+
     @classmethod
     def of(cls, *parts: Cell, indent: int = 0) -> Text:
         """A paragraph from its parts."""
-        return cls(tuple(singular(part) if isinstance(part, str) else part for part in parts), indent)
+        return cls(parts, indent)
 
     @property
     def lines(self) -> tuple[Text, ...]:

@@ -14,7 +14,7 @@ from robocal.files.kinds.registry import READERS, reader_of
 from robocal.files.opened_file import machine_kind
 from robocal.files.runfolder import ROBOTS, Run, open_run
 from robocal.files.text import InputFile, read_text
-from robocal.files.units import finite
+from robocal.files.units import UNITS, finite
 from robocal.files.yamlio import load
 from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Model
@@ -160,15 +160,22 @@ def choose(
     priors: dict[str, float | None] = {}
     for text in prior:
         word, _, number = text.partition("=")
-        sigma = finite(number)
-        if sigma is None or sigma <= 0:
-            expected = "NAME=SIGMA, above 0, such as length=1.0"
+        number = number.strip()
+        name = number.lstrip("+-.0123456789eE ")
+        sigma, stated = finite(number.removesuffix(name)), UNITS.get(name)
+        if sigma is None or sigma <= 0 or (name and stated is None):
+            expected = "NAME=SIGMA, above 0, such as length=1.0 or length=2mm"
             raise ModelError("a prior is a standard deviation", key="--prior", found=text, expected=expected)
         if unit := {"length": "m", "angle": "rad"}.get(word.strip()):
             names = tuple(n for n in machine.geometric if n in set(table.free) and table[n].unit == unit)
         else:
             names = _select(word.strip(), machine, frames, "--prior")
-        priors.update({n: units.of(table[n].unit).to_si(sigma) for n in names})
+        for n in names:
+            if stated is not None and stated.si != table[n].unit:
+                raise ModelError(
+                    "a unit of another kind", key="--prior", found=text, expected=f"a unit of {n} ({table[n].unit})"
+                )
+            priors[n] = (stated or units.of(table[n].unit)).to_si(sigma)
     fixed, loose = set(fix) & set(frames), set(free) & set(frames)
     data = _frames(data, fixed, loose) if fixed or loose else data
     return opened.with_machine(machine.with_table(table.with_priors(priors))), data

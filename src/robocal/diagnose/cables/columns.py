@@ -50,9 +50,7 @@ ANCHORS = declare(
     "the platform anchors of {names} are exchanged" + GAIN,
     "Write the platform anchors in the order of {right}.",
 )
-LENGTHS = declare(
-    "lengths-exchanged", "the lengths of {names} are exchanged" + GAIN, "Name columns that hold {right} in this order."
-)
+LENGTHS = declare("lengths-exchanged", "the lengths of {names} are exchanged" + GAIN, "Write {line}.")
 
 
 @check("columns", When.READ, order=30, given=Given.ACCEPTED, needs=("data",))
@@ -70,7 +68,19 @@ def columns(context: Context[CableRobot]) -> Iterator[Finding]:
         names = " and ".join(robot.cables[j] for j in order.wrong_columns)
         right = ", ".join(robot.cables[i] for i in order.of)
         amounts = {"stated": Quantity(order.stated), "left": Quantity(order.left)}
-        yield refuse(ANCHORS if order.anchors else LENGTHS, source=read.source, names=names, right=right, **amounts)
+        line = _line(robot, read.options.get("columns"), order)
+        yield refuse(
+            ANCHORS if order.anchors else LENGTHS, source=read.source, names=names, right=right, line=line, **amounts
+        )
+
+
+def _line(robot: CableRobot, columns: object, order: Exchange) -> str:
+    """What to write: columns that are called as cables are read by their names, wherever the data file lists them."""
+    told = [str(c) for c in columns] if isinstance(columns, tuple) else []
+    if sorted(told) == sorted(robot.cables) or not told:
+        own = {c: robot.cables[order.of[robot.cables.index(c)]] for c in told or robot.cables}
+        return f"the titles {', '.join(own.values())} where the table has {', '.join(own)}"
+    return f"columns: [{', '.join(told[j] for j in np.argsort(order.of))}]"
 
 
 @once

@@ -18,6 +18,7 @@ application to non-linear system identification (1989).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,11 +30,13 @@ from robocal.arms.groups import GROUPS, add, fix_groups, free_groups, without
 from robocal.arms.joints import orders_of, turning
 from robocal.diagnose.gross import set_aside
 from robocal.diagnose.limits import GROUP_PLACES, RIPPLE_CHANCE
+from robocal.errors import ModelError
 from robocal.fit.baseline import baseline
 from robocal.fit.fit import fit
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Model
 from robocal.progress import Watch, tell
 from robocal.prove.bands import range_of_joints
 from robocal.prove.evidence import bootstrap_gain
@@ -43,7 +46,7 @@ from robocal.prove.split import make_split
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["HIGHEST", "GroupChoice", "Tried", "candidates", "choose_groups", "orders", "seek"]
+__all__ = ["HIGHEST", "GroupChoice", "Tried", "candidates", "choose_groups", "orders", "seek", "widen"]
 
 ROUNDS = 10
 WHOLE = -1  # instead of the number of a round: all rows
@@ -199,6 +202,19 @@ def choose_groups(
         race.noise = race.line.left(race.columns(race.entered))
     made = _chosen(model, race, extra, bound)
     return GroupChoice(made, tuple(record[n] for n in (*race.entered, *open_)), race.line.count)
+
+
+def widen(model: Model) -> tuple[Model, dict[str, tuple[str, ...]]]:
+    """The machine with every group that may be asked by name alone, and the parameters of each; itself, where it knows none."""
+    found: dict[str, tuple[str, ...]] = {}
+    made: Any = model
+    if getattr(model, "groups", None) != ():
+        return model, found
+    for name in GROUPS:
+        with suppress(ModelError):  # masses that nobody states
+            made = add(made, name)
+            found[name] = made.groups[-1].parameters
+    return made, {n: own for n, own in found.items() if own}
 
 
 def _chosen(model: Chain, race: _Race, extra: Mapping[str, Mapping[str, Any]], bound: set[str]) -> Chain:

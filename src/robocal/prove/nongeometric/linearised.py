@@ -64,13 +64,17 @@ class Linearised:
         values = np.linalg.eigvalsh(g[np.ix_(added, added)] - cross.T @ np.linalg.solve(inner, cross))
         return int((values > noise).sum())
 
-    def unseen(self, columns: Callable[[int], Ints], noise: float, unit: str) -> tuple[Array, Ints]:
-        """Errors of held-out observations in a unit, and their configurations; `columns` gives those of each round."""
+    def unseen(
+        self, columns: Callable[[int], Ints], noise: Array | float, unit: str, off: Array | float = 0.0
+    ) -> tuple[Array, Ints]:
+        """Errors of held-out observations in a unit, and their configurations; `columns` gives those of each round. Every column is
+        held by `noise` (n,), where it is told one by one, around the value from which it is `off` (n,)."""
+        noise, off = (np.broadcast_to(v, len(self.names)) for v in (noise, off))
         r = self.rows[:, -1].copy()
         turn = self.split.round_of[self.configuration]
         for k in range(len(self.split)):
             own, chosen = turn == k, columns(k)
-            r[own] += self.rows[np.ix_(own, chosen)] @ ridge(self.rounds[k], chosen, noise)
+            r[own] += self.rows[np.ix_(own, chosen)] @ ridge(self.rounds[k], chosen, noise[chosen], off[chosen])
         r /= np.sqrt(self.problem.first_weight[self.configuration])
         parts, first = [], 0
         for term in self.problem.residuals(self.x):
@@ -84,10 +88,11 @@ class Linearised:
         return value[held], at[held]
 
 
-def ridge(gram: Array, columns: Ints, noise: float) -> Array:
-    """The step of some columns, in units of the error expected of each."""
+def ridge(gram: Array, columns: Ints, noise: Array | float, off: Array | float = 0.0) -> Array:
+    """The step of some columns, in units of the error expected of each, where they are held around the values from which they are
+    `off`."""
     inner = gram[np.ix_(columns, columns)] + noise * np.eye(len(columns))
-    return np.asarray(np.linalg.solve(inner, -gram[columns, -1]))
+    return np.asarray(np.linalg.solve(inner, -gram[columns, -1] - noise * np.asarray(off)))
 
 
 def linearise_fit(model: Model, part: Fit, added: Sequence[str], split: Split) -> Linearised:

@@ -92,7 +92,8 @@ class IdentificationRemarks:
     )
     NOTHING_OF_ROBOT = Phrase(
         "no parameter of the robot itself is observable in these data",
-        "Only frames, targets and tool were fitted. Measure more or better, or free other parameters.",
+        "Only frames, targets and tool were fitted. If the residual is far above the stated noise, correct what is wrong first: names of "
+        "targets, rows, units. Otherwise measure more or better, or free other parameters.",
     )
     NOTHING_IDENTIFIED = Phrase(
         "no parameter of the robot is identified: the data determine only combinations",
@@ -106,7 +107,7 @@ class IdentificationRemarks:
     )
     BENT = Phrase(
         "the fit changes the model implausibly, and the residual is still {left:.3g} per axis",
-        "Check the nominal model, and the order, signs and units of the joints.",
+        "Check the nominal model, and the order, signs and units of joints or cables.",
     )
     UNMADE = Phrase(
         "changes far outside manufacturing tolerances: {changes}",
@@ -129,8 +130,8 @@ class IdentificationRemarks:
     LATE = Phrase(
         "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] {than} ({z:.0f} sigma): this "
         "time offset explains {share:.0%} of the squared residuals",
-        "Measure at rest, or synchronise both clocks: shift the readings, or their times, by this offset. Of an arm, commanded joint "
-        "values in place of actual ones look the same. So may backlash that every path takes up in one direction (--groups backlash).",
+        "Measure at rest, or synchronise both clocks: shift the readings, or their times, by this offset.[ Commanded joint "
+        "values in place of actual ones look the same. So may backlash that every path takes up in one direction ({option}).]",
     )
     HOLDS_WHERE_MEASURED = Phrase(
         "the model holds where it was measured, not in the whole {region}: there it may be off by {band:.3g} rms; it differs from "
@@ -198,7 +199,7 @@ class IdentificationRemarks:
     )
     ABOVE_STATED_NOISE = Phrase(
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}; uncertainties are those of the fit",
-        "[Non-geometric effects may explain the rest (identify {option}), or the stated sigma is too small.][Numbers that are fixed "
+        "[{option}, or the stated sigma is too small.][Numbers that are fixed "
         "explain much of the rest: free them too (--free {free}).][What is left out (pulleys, elasticity, {beyond}, the gain of drums) "
         "may explain the rest, or the stated sigma is too small.][The robot itself may explain the rest: identify it too (leave out "
         "{choice}).][No machine errs by so much: look for wrong names of {wrong}, exchanged rows or columns, and numbers of the robot's "
@@ -225,7 +226,7 @@ class IdentificationRemarks:
     )
     IMPLAUSIBLE = Phrase(
         "implausible changes ({changes}): a model that was fitted to wrong data can fit well and still be wrong elsewhere",
-        "Check the nominal model, and the order, signs and units of the joints.",
+        "Check the nominal model, and the order, signs and units of joints or cables.",
     )
     COMPUTED = Phrase(
         "{group}: the residual is {left:.2g} per axis, less than any arm repeats: joint values or readings were computed, not "
@@ -338,13 +339,14 @@ class IdentificationRemarks:
         "Hold out configurations whose places and targets appear in other configurations too.",
     )
     ELSEWHERE = Phrase(
-        "elsewhere in the {region}, the predicted error is {mean:.3g} on average and {p95:.3g} at the 95th percentile (one standard "
-        "deviation; what is not observable is as uncertain as expected[; the residual at every pose is {left:.3g}])"
+        "elsewhere in the {region}, a reading is predicted with an error of {mean:.3g} on average and {p95:.3g} at the 95th percentile, "
+        "frame and tool included (one standard deviation; what is not observable is as uncertain as expected[; the residual at every "
+        "pose is {left:.3g}])[; the verdict is of the {verdict} alone]"
     )
     OVER_THE_RANGE = Phrase(
-        "over the {region}, the model may be off by {band:.3g} rms[, beside the {left:.3g} that it leaves at every pose,] and differs "
-        "from the nominal one by {moved:.3g}[; the nominal one is the better of the two there with a chance of {chance:.2%}][; all of this "
-        "without the {scale}, which is not observable in these data]"
+        "over the {region}, wherever the robot stands, the model may be off by {band:.3g} rms[, beside the {left:.3g} that it leaves at "
+        "every pose,] and differs from the nominal one by {moved:.3g}[; the nominal one is the better of the two there with a chance of "
+        "{chance:.2%}][; all of this without the {scale}, which is not observable in these data]"
     )
     SCALE_SEEN = Phrase(
         "against the stated length, the free lengths all together change by {factor:+.3%} (sigma {sigma:.3%})"

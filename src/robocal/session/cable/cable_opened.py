@@ -64,7 +64,7 @@ PLACES: dict[str, tuple[str, str | None, str]] = {
     OTHER_UNIT_OF: ("{wrong}.unit", "{stated}", "{true}"),
     TURNED_ROUND: ("lengths", None, "every length times -1"),
     ANCHORS: ("cables", None, "the platform anchors in the order of {right}"),
-    LENGTHS: ("lengths.columns", None, "columns that hold {right} in this order"),
+    LENGTHS: ("lengths.columns", None, "{line}"),
     EXCHANGED: ("{kind}.columns", None, "their columns in the order of {one}, {other}"),
     SHIFTED: ("{kind}", None, "each beside the id of its pose"),
     NOT_AT_REST: (

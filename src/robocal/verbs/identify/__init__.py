@@ -56,7 +56,7 @@ class Options(BaseOptions):
     fix: tuple[str, ...] = option((), "Fix these parameters; also frames of data files", "NAME")
     prior: tuple[str, ...] = option(
         (),
-        "Standard deviation before the measurements, in the robot file's units; length=... and angle=... for all",
+        "Standard deviation before the measurements, in the robot file's units or in its own (2mm); length=... and angle=... for all",
         "NAME=SIGMA",
     )
     exclude: w.Exclude = ()
