@@ -23,23 +23,40 @@ import os
 import re
 import shutil
 import stat
+import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, ParamSpec, TypeVar, overload
 
-import numba
 import numpy as np
-from numba import prange
-from numba.core import config, event
-from numba.core.caching import FunctionCache
-from numba.core.dispatcher import Dispatcher
-from numba.core.errors import NumbaWarning
-from numba.core.runtime import rtsys
 from numpy.typing import ArrayLike, NDArray
 
 from ._version import __version__
+
+
+@contextlib.contextmanager
+def _absent(*names: str) -> Iterator[None]:
+    """Modules that nobody has imported cannot be imported within."""
+    hidden = [name for name in names if name not in sys.modules]
+    sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]  # None: "there is no such module"
+    try:
+        yield
+    finally:
+        for name in hidden:
+            del sys.modules[name]
+
+
+# What numba imports wherever it is installed: of use to who measures coverage just now, or has that file.
+with _absent("coverage", *([] if os.path.exists(".numba_config.yaml") else ["yaml"])):
+    import numba
+    from numba import prange
+    from numba.core import config, event
+    from numba.core.caching import FunctionCache
+    from numba.core.dispatcher import Dispatcher
+    from numba.core.errors import NumbaWarning
+    from numba.core.runtime import rtsys
 
 __all__ = ["as_kernel_array", "as_kernel_indices", "kernel", "on_compile", "prange"]
 

@@ -15,8 +15,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Annotated, Any, Protocol, TypeAlias
+
+from robocal._record import dataclass
 
 __all__ = [
     "AMOUNT",

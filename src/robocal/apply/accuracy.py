@@ -8,10 +8,10 @@ best) and the corrected one, and the 95 % radius of the corrected one. Cells tha
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.estimate.uncertainty import Total, radius
 from robocal.geometry import fits

@@ -15,10 +15,10 @@ or of a frame that is warmer. It is named where it explains more than any one an
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.apply.difference import ROUNDING, TINY, Difference, Known, name_parts, smallest_named, tail
 from robocal.cables.calibration.comparison import growth, sights

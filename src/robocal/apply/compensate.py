@@ -13,10 +13,11 @@ orientation next to it, as near as it goes, in the null space of the position (`
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.apply.verification import errors
 from robocal.arms.chain import Chain

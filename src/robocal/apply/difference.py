@@ -14,13 +14,13 @@ that was named is free while the next is looked for.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose.limits import DRIFT_OBSERVABLE, DRIFT_PART_CHANCE
 from robocal.geometry import so3

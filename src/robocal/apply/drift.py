@@ -16,11 +16,11 @@ else. A cable robot has no joint values, and parts that move by themselves: `anc
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.apply.difference import Difference, step_between, tail
 from robocal.apply.model_difference import ModelDifference, model_difference, shows

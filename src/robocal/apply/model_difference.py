@@ -13,11 +13,11 @@ Cowan, Cranmer, Gross, Vitells, Power-constrained limits (2011).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.estimate.uncertainty import LEVEL
 from robocal.geometry import fits

@@ -10,10 +10,10 @@ alone would show as large an error of any of them less than once in twenty compa
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.apply.difference import Difference, step_between
 from robocal.estimate.uncertainty import Total
 from robocal.parameters import ParameterTable

@@ -20,10 +20,10 @@ repeated visits is NaN where there are none.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
 from robocal.fit.repeats import joined

@@ -16,12 +16,12 @@ Whether two lists of poses can be of the same places, and what makes them so whe
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose.limits import LIKE_EXPLAINS, LIKE_POSITIONS, LIKE_TURNS, LIKE_TURNS_LEAST
 from robocal.errors import ModelError

@@ -9,11 +9,12 @@ the values that the chain had, constant while parameters are sought, and taken a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.parameters import ParameterTable
 

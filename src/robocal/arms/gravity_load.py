@@ -8,11 +8,12 @@ identified chain takes them at its own values, so a second identification from t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.arms.chain import Chain, drive_term
 from robocal.arms.columns import ChainColumn

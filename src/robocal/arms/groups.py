@@ -12,9 +12,10 @@ each link in the frame in which its row of the published DH table ends.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from robocal._record import dataclass
 from robocal.arms import joints
 from robocal.arms.chain import Chain, Group
 from robocal.arms.gravity_load import Load, Triple

@@ -21,11 +21,11 @@ Slotine, A general framework for managing multiple tasks in highly redundant rob
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.arms.chain import Chain, Extra
 from robocal.errors import ModelError

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeGuard
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.errors import ModelError, one_of
 from robocal.geometry.path.program import AXES, Element, Term, frame_element

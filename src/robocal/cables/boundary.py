@@ -4,12 +4,12 @@ what each meets first, and how far it can be held."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.cables.geometry import CableRobot
 from robocal.cables.interference import Body, Contacts, first_contact

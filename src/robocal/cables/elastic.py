@@ -14,11 +14,11 @@ direction of the force from the tension at B. Source: Irvine, Cable Structures (
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 
 __all__ = ["Hanging", "Rows", "catenary", "hang_by_tension", "invert_small", "newton", "stretch"]

@@ -10,11 +10,11 @@ from many starts the best is kept, and other poses that explain the lengths as w
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.cables.cable_lengths import model_of, pulls
 from robocal.cables.geometry import CableRobot

@@ -10,7 +10,7 @@ The base's z points up. Twists are (v, w) in base axes about the platform's orig
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from types import EllipsisType
 from typing import ClassVar, Self
@@ -18,6 +18,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.cables.pulley import Pulleys, run
 from robocal.errors import require

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import ndimage
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools
 from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Grid

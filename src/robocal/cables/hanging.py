@@ -15,11 +15,12 @@ angle, beta and L together in space, so any n will do. The wrapped part has the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.cables.elastic import Rows, catenary, hang_by_tension, invert_small, newton
 from robocal.cables.pulley import Pulleys, taut

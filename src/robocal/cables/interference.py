@@ -14,13 +14,13 @@ The platform's body: a convex set of half-spaces, from a box or from points.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
 from robocal._jit import as_kernel_array, as_kernel_indices
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError, require

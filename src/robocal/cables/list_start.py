@@ -6,11 +6,10 @@ Section 3.4.5 of the thesis behind `examples/cable-laval` takes X_0 = (mean of t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.grid_regions import frame_box

@@ -15,11 +15,12 @@ it was looked at: `restrict_to_feasible` asks every waypoint again, so that none
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import CableRobot, home

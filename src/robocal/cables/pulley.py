@@ -15,10 +15,9 @@ Source: Pott, Cable-Driven Parallel Robots (2018), section 4.2.5 (the extended k
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 
 __all__ = ["Pulleys", "by_wheel", "curvature", "leaving", "run", "taut"]

@@ -8,11 +8,12 @@ closure it belongs when tensions of any size balance any wrench.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools
 from robocal.cables.closure import CLOSED, Dexterity, dexterity, tension_factor
 from robocal.cables.geometry import CableRobot

@@ -22,7 +22,7 @@ note       a fact that the user should know
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import IntEnum, StrEnum
 from functools import cache, cached_property, wraps
 from importlib import import_module
@@ -32,6 +32,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.progress import Watch

@@ -17,11 +17,12 @@ No held-out row shows that by itself. So beside what unseen rows are missed by, 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, once

@@ -13,10 +13,11 @@ A path that is measured late is late at its held-out rows as well: no gain on un
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, check_fit_twice, doubt, once, refuse

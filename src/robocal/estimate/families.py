@@ -6,11 +6,12 @@ one block of each. Blocks are points (3 numbers in x) or frame vectors (6), and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.parameters import check_covariance

@@ -14,11 +14,11 @@ Pathre (1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the ob
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.estimate.choosing.choice import OBSERVABLE, STRUCTURAL, Choice, Combination, chosen
 from robocal.estimate.elimination import squares

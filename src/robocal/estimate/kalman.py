@@ -15,11 +15,12 @@ constraints (2002).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem

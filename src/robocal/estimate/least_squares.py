@@ -18,13 +18,13 @@ Powell, Lemarechal and Pedersen, The watchdog technique (1982).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache, cached_property, partial
 from typing import Self
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError, one_of
 from robocal.estimate.damping.steps import Steps

@@ -12,10 +12,9 @@ nonlinearity (1980).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools
 from robocal.estimate.elimination import triangle
 from robocal.estimate.problem import Problem

@@ -12,13 +12,14 @@ et al., Bundle adjustment, a modern synthesis (2000), sections 4 to 6.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes

@@ -22,10 +22,10 @@ Torsney, An algorithm for optimal designs on a finite design space (1978) for th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion, information

@@ -5,12 +5,13 @@ whitened residuals and Jacobians, row by row (`whiten_rows`).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import cache
 from typing import Protocol
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.families import Family
 from robocal.estimate.losses import Loss

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.arms.conventions import CONVENTIONS
 from robocal.diagnose.hypotheses.changes import Change, What
 from robocal.diagnose.hypotheses.explain import Trial

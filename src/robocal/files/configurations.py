@@ -3,10 +3,11 @@ one of each row."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.errors import nearest
 from robocal.files.csvtable import CsvTable

@@ -14,12 +14,13 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping, Sized
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import FiniteFloat
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose.scatter import WhitenedRows
 from robocal.estimate.uncertainty import Total

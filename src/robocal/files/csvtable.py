@@ -13,13 +13,14 @@ import math
 import os
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, one_of
 from robocal.files.dialect import (

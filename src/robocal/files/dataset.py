@@ -8,11 +8,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Ints
 from robocal.diagnose.check_registry import ROWS, When, run
 from robocal.diagnose.hypotheses.reading import OtherUnit

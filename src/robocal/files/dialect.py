@@ -10,10 +10,10 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from robocal._record import dataclass
 from robocal.errors import FormatError
 from robocal.files.text import meant
 from robocal.files.units import is_unit

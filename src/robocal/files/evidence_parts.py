@@ -3,9 +3,10 @@ it was, other estimators, what lies beyond geometry, the joint offsets alone."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal
 
+from robocal._record import dataclass
 from robocal.files.parts import Number, RemarkPart
 from robocal.prove.statistics import Coverage
 from robocal.quantities import Amount, DisplayUnit, Mean, OwnUnit

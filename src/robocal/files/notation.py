@@ -4,13 +4,14 @@ must tell a person which line to change."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.files import orientation
 from robocal.files.configurations import RowReader

@@ -7,10 +7,10 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
+from robocal._record import dataclass
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, one_of
 from robocal.files.csvtable import csv_text, read_csv

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Generic, Protocol, Self, TypeVar
 
+from robocal._record import dataclass
 from robocal.errors import InputError
 from robocal.files.units import Unit, Units, number
 from robocal.files.yamlio import load, quote

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal, TypeAlias
 
+from robocal._record import dataclass
 from robocal._version import __version__
 from robocal.files.text import InputFile
 from robocal.remarks.remark import Remark as Said

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, one_of

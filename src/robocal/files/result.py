@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, ClassVar, Literal
 
+from robocal._record import dataclass
 from robocal.files.evidence_parts import (
     Comparison,
     GroupTried,

@@ -10,13 +10,14 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, FiniteFloat
 
+from robocal._record import dataclass
 from robocal.errors import FileError, InputError, nearest
 from robocal.files.covariance import COVARIANCE
 from robocal.files.csvtable import CsvTable, csv_columns, csv_text, read_csv

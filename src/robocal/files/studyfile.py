@@ -7,10 +7,10 @@ import itertools
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from robocal._record import dataclass
 from robocal._version import __version__
 from robocal.errors import InputError, nearest
 from robocal.estimate.criteria import CRITERIA

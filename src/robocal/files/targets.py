@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.apply.compensate import STATUS, Compensation, Targets
 from robocal.arms.chain import Chain

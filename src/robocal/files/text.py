@@ -20,10 +20,11 @@ import hashlib
 import os
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
+from robocal._record import dataclass
 from robocal.errors import CONTROL, FileError, FormatError, InputError, nearest, reason_of
 from robocal.files.encoding import encoding_of
 from robocal.files.writing import guard

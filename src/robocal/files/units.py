@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any, TypeVar
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, ModelError, nearest
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn, Self, TypeVar
 
+from robocal._record import dataclass
 from robocal.errors import FormatError, nearest, one_of
 from robocal.files.text import FORBIDDEN, Source, forbidden_character
 

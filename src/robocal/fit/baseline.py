@@ -6,10 +6,9 @@ and the nominal model leaves more than the identified one: each is measured by i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import least_squares

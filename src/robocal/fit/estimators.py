@@ -15,10 +15,11 @@ with. Sources: see `estimate`; for the last two Attia and Ammari (2019), chapter
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.errors import ModelError, look_up
 from robocal.estimate.least_squares import Reason, Solution, least_squares

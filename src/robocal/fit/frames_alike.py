@@ -10,11 +10,11 @@ stays free.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.estimate.elimination import squares
 from robocal.measure.base import kind_of

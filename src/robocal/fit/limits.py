@@ -7,8 +7,9 @@ A limit is a plain number where it is used; how it is declared stands here, sinc
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, TypeVar
+
+from robocal._record import dataclass
 
 __all__ = [
     "BASELINE_LESS",

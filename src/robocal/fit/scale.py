@@ -9,11 +9,12 @@ is, often better than the scale was stated. Where the scale probably is: `prove/
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.estimate.elimination import beside_blocks, reweight, triangle
 from robocal.estimate.problem import Problem

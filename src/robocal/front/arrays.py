@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.errors import FileError, FormatError, ModelError, nearest
 from robocal.files.robot import Robot

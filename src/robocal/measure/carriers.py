@@ -9,11 +9,12 @@ an arm, a fixed instrument and a cable platform.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Protocol, Self
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry.path.program import Program

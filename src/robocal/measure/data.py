@@ -17,13 +17,14 @@ Source: Fowler, Noll and Vo (1991).
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.parameters import Parameter, frame_parameters

@@ -10,11 +10,12 @@ none (known beforehand). Nothing above asks which of them it has.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Protocol, Self, TypeVar
 
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.geometry.path.program import Element, Joint, Program, Zero
 from robocal.geometry.path.unjointed import Unjointed

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from typing import Any, Self
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError, look_up, one_of
 from robocal.estimate.losses import Loss

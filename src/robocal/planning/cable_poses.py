@@ -14,11 +14,11 @@ every plan (`estimate.criteria`, `estimate.selection`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.cables.geometry import EXPECTED, CableRobot, straight
 from robocal.cables.gradient import by_parameters

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import qmc
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError

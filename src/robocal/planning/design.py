@@ -12,11 +12,12 @@ which any measurement improves a thousandfold; a wider prior would only cost dig
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError

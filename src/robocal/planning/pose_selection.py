@@ -13,10 +13,11 @@ The foretold accuracy is that of the model's parameters under the noise that is 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError

@@ -11,11 +11,11 @@ bootstrap (1993), chapters 9 and 13.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Level, When, check, of_remarks, once
 from robocal.diagnose.limits import BOOTSTRAP_DRAWS, BOOTSTRAP_PLACES

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.diagnose.limits import HOLD_OUT_PLACES
 from robocal.errors import ModelError
 from robocal.fit.estimators import describe_end, estimator

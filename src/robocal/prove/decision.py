@@ -18,12 +18,13 @@ angle is too large for a fit to find, a search over all joints says where the fi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
 from robocal.diagnose.hypotheses.zero_search import search_zeros

@@ -7,13 +7,13 @@ configurations that were not used for fitting.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from robocal import _scipy as scipy
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.prove.split import Split
 from robocal.remarks.code import Code

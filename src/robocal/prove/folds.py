@@ -17,10 +17,11 @@ round, which is stricter and costs a whole fit for each.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import FRAME_MOVES, FRAME_SEEN
 from robocal.estimate.choosing.choice import OBSERVABLE, choose

@@ -9,10 +9,10 @@ Sigma of a turn is about the axes of the frame in which the pose is told. Source
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.geometry import so3
 from robocal.measure.data import Frame

@@ -19,10 +19,11 @@ one by one, less the same. Vovk, Gammerman and Shafer, Algorithmic Learning in a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose.limits import ARM_EXPLAINS, FRAMES_LEFT
 from robocal.estimate.elimination import beside_blocks, reweight, triangle

@@ -8,9 +8,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, M_co, When, run
 from robocal.diagnose.outliers import Outlier

@@ -7,12 +7,13 @@ that there is: a hold-out, a k-fold, leave-one-out.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.diagnose.limits import PROOF_PLACES
 from robocal.diagnose.motions import ABSOLUTE

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.estimate.choosing.choice import choose
 from robocal.fit.baseline import fit_baseline, frame_names

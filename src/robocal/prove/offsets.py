@@ -12,10 +12,11 @@ Source of the idea: Elatta et al., An overview of robot calibration (2004), leve
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose.limits import PROOF_PLACES
 from robocal.estimate.elimination import squares

@@ -12,11 +12,11 @@ that undoes most of each parameter over the workspace is taken out; what is left
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.estimate.uncertainty import Total
 from robocal.geometry import so3

@@ -7,10 +7,11 @@ Here every one is found once more from its lengths alone, with the baseline and 
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import once
 from robocal.diagnose.growth import at_end, error_growth

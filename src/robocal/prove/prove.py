@@ -6,11 +6,12 @@ A round of a hold-out is done from the beginning (`trial`): start, noise and sel
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Context
 from robocal.diagnose.gross import neither, set_aside

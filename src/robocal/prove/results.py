@@ -4,11 +4,11 @@ band."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, When, check, note, once
 from robocal.diagnose.limits import PARTNERS_WIDER

@@ -15,10 +15,10 @@ Reference: Arlot and Celisse, A survey of cross-validation procedures (2010), se
 from __future__ import annotations
 
 import heapq
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Bools, Ints
 from robocal.diagnose.limits import GROUP_FOLDS, HOLD_OUT_PLACES, HOLD_OUT_SHARE
 from robocal.errors import ModelError

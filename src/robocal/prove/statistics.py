@@ -5,11 +5,12 @@ The same classes stand in result.json, in the units that are shown.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal.quantities import Amount, DisplayUnit, Share
 
 __all__ = ["Coverage", "Fold", "Stages", "Statistic", "rms"]

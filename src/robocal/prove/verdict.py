@@ -10,9 +10,10 @@ Findings speak against a gain in the order in which they were found, and the las
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby
 
+from robocal._record import dataclass
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, Level, When, run
 from robocal.measure.machine import Model
 from robocal.prove.decision import REGION, Decision

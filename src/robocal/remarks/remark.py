@@ -12,10 +12,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from string import Formatter
 from typing import Any, Protocol, TypeAlias
 
+from robocal._record import dataclass
 from robocal.remarks import english
 
 __all__ = ["Message", "Number", "Quantity", "Remark", "documents", "full_text", "percent", "remark_fields", "sentences"]

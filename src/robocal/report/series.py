@@ -4,11 +4,11 @@ out; and, apart from these, the rows that were set aside."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools
 from robocal.report.numbers import finite
 from robocal.report.sections import Mark

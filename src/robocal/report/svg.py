@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from html import escape
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.report.numbers import plain, scientific
 

@@ -4,10 +4,10 @@ error where two numbers were varied."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools
 from robocal.report import svg
 from robocal.report.contour import contour

@@ -9,10 +9,11 @@ A point with depth d towards an eye at distance D is drawn D / (D - d) times lar
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 
 __all__ = ["PLANES", "Box", "View", "best", "fit_view"]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
+from robocal._record import dataclass
 from robocal.arms.chain import Chain
 from robocal.errors import FileError
 from robocal.files.causes import data_remarks

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from robocal._record import dataclass
 from robocal.errors import FormatError, InputError, ModelError, nearest
 from robocal.files.covariance import COVARIANCE, Knowledge
 from robocal.files.kinds.registry import READERS, reader_of

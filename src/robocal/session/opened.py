@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
+from robocal._record import dataclass
 from robocal.errors import FormatError, ModelError
 from robocal.files.dataset import Reading, read_datasets
 from robocal.files.opened_file import MachineFile, Speaks, parameter_text

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
+from robocal._record import dataclass
 from robocal.estimate.uncertainty import LEVEL
 from robocal.files.parts import Document, InputHash, hashes
 from robocal.files.text import InputFile

@@ -3,8 +3,9 @@ file, as a controller makes of them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from robocal._record import dataclass
 from robocal.arms.chain import Chain, with_offsets
 from robocal.errors import ModelError
 from robocal.files.offset_file import OffsetFile, read_offsets

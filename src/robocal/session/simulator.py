@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.errors import ModelError, nearest
 from robocal.files.opened_file import Speaks
 from robocal.files.units import finite, numbers_of

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
+from robocal._record import dataclass
 from robocal.files.parts import Document, provenance_of
 from robocal.files.text import InputFile
 from robocal.quantities import Listing

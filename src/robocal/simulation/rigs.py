@@ -8,10 +8,11 @@ residual is what the contact leaves.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError

@@ -6,9 +6,9 @@ A Dask scheduler without TLS runs whatever anyone who reaches its port sends it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from robocal._record import dataclass
 from robocal.errors import FileError
 from robocal.files.writing import write_bytes
 from robocal.studies.work import Work, compute

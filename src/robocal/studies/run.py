@@ -7,12 +7,12 @@ import shutil
 import threading
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.errors import FileError, InputError
 from robocal.files.studyfile import Study

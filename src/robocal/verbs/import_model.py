@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from robocal._record import dataclass
 from robocal.files.parts import CableDocument
 from robocal.report.sections import Section, Text, Written
 from robocal.verbs import shared_options as w

@@ -16,11 +16,12 @@ import builtins
 import math
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, Field, field, fields
 from functools import cache
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
+from robocal._record import dataclass
 from robocal.errors import ModelError, nearest
 
 __all__ = ["Arg", "BaseOptions", "Option", "OptionField", "arg", "entries", "option"]

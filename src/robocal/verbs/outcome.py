@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from robocal._record import dataclass
 from robocal.progress import Watch
 from robocal.remarks.remark import Message
 from robocal.report.sections import Section, Text

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robocal._record import dataclass
 from robocal.report.sections import Section, Text, ends, listing_table, quiet
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any
 
+from robocal._record import dataclass
 from robocal.files.parts import SCHEMA
 from robocal.quantities import UnitValue
 from robocal.report.sections import Section, Text

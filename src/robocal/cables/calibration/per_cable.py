@@ -19,13 +19,13 @@ A pulley takes centimetres of length along; what a straight cable makes of them 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array, as_kernel_indices
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.cables.geometry import CableRobot, lengths
 from robocal.errors import ModelError, require, require_one_of

@@ -23,12 +23,13 @@ found by bisection, where the error still falls; and with n poses like those of 
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot, straight
 from robocal.errors import ModelError, require, require_one_of

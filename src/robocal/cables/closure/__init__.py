@@ -5,11 +5,10 @@ All three are properties of a structure matrix W alone; neither weight nor tensi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools
 from robocal.cables.statics import row_weights, structures
 

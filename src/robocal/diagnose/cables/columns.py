@@ -9,12 +9,13 @@ instrument is. Axes: poses may be mirrored, exchanged, or their orientations inv
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.cables.calibration.per_cable import per_cable
 from robocal.cables.geometry import CableRobot

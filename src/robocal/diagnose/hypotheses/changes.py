@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from functools import reduce
 from itertools import combinations, permutations, product
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose.limits import SIGN_JOINTS
 from robocal.geometry import so3

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.hypotheses.changes import Change, What, apply_all, pairs

@@ -9,10 +9,9 @@ is not what is looked for here.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose.hypotheses.sights import Sights
 from robocal.diagnose.limits import HYPOTHESIS_BENT

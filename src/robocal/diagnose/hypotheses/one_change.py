@@ -8,10 +8,11 @@ worth. By chance F - 1 more places explain next to nothing.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, Machines, When, check, doubt, once, refuse
 from robocal.diagnose.hypotheses.explain import (

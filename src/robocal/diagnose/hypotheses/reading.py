@@ -5,11 +5,12 @@ chains of the robot's file.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.diagnose.check_registry import Context, M_co
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Observations

@@ -11,10 +11,11 @@ A part that fits as stated beside the others is of this robot: the instrument or
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, Machines, When, check, refuse

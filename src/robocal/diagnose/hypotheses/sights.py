@@ -8,11 +8,12 @@ A camera in hand that sees a board is the same with everything inverted: Y^-1 = 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.geometry import se3, so3
 from robocal.measure.bearing import directions

@@ -16,12 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from robocal import _scipy as scipy
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.segments.candidate_rows import runs

@@ -8,12 +8,13 @@ Rows are in units of what the fit leaves of them (per file and per unit of measu
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.diagnose.limits import SEGMENT_NUMBERS, SEGMENT_ROWS
 from robocal.diagnose.segments.row_sequence import Candidate, RowSequence

@@ -7,11 +7,12 @@ the stated priors as further rows; of columns that say the same, the preferred o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.estimate.elimination import squares
 from robocal.estimate.problem import Problem

@@ -13,11 +13,12 @@ result is that of the free blocks. Reference: Fuller, Measurement error models (
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import Solution, least_squares

@@ -6,12 +6,13 @@ A value is a plain number or list, or `{value, unit, source, assumed}` where one
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BeforeValidator
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.errors import one_of
 from robocal.files.schema import FileModel, Name, Version

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Self
 
+from robocal._record import dataclass
 from robocal.cables.check import check
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError

@@ -7,12 +7,12 @@ other chains, muscles and springs that nobody drives are other machines, and are
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.cables.check import PRINTED, check
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys

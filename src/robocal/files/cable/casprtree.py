@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.errors import FormatError
 from robocal.files.text import Source, line_of
 from robocal.files.unread import near_miss, remark_unknown_names

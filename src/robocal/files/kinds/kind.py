@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, NoReturn
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import TINIEST, TOO_SMALL, DataModel, ScalarModel, SigmaModel, ValueModel

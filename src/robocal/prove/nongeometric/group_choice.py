@@ -18,11 +18,12 @@ application to non-linear system identification (1989).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.arms.chain import Chain, Group
 from robocal.arms.groups import GROUPS, add, fix_groups, free_groups, without

@@ -16,13 +16,13 @@ block that neither has seen is compared with and without the layer. It is switch
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from robocal import _scipy as scipy
+from robocal._record import dataclass
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import LAYER_PLACES
 from robocal.estimate.least_squares import least_squares

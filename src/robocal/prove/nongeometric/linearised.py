@@ -10,10 +10,11 @@ handed back is fitted without this shortcut.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
 from robocal.fit.fit import Fit

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import ceil, log10
 
+from robocal._record import dataclass
 from robocal.report.numbers import significant, with_decimals
 from robocal.report.svg import tick_text
 

@@ -4,11 +4,11 @@ draws the same marks again for another view."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from html import escape
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.report.svg import num, polyline
 from robocal.report.view import Box, View

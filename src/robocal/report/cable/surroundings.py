@@ -4,10 +4,11 @@ seen."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.report.cable.length_unit import METRE, LengthUnit

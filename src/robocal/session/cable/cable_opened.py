@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.cables.geometry import PLATFORM, CableRobot
 from robocal.cables.hanging import hang

@@ -4,12 +4,13 @@ of drums, zeros of one power-up, the weight."""
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.apply.difference import Known
 from robocal.cables.geometry import PLATFORM, CableRobot

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.apply.anchors import AnchorDrift, CableChange, compare_anchors
 from robocal.cables.calibration.comparison import Scattered, calibration_scatter
 from robocal.cables.geometry import CableRobot

@@ -8,11 +8,11 @@ the base makes of it, the one that undoes most over all rows. Lengths are what s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.closure import CLOSED, Dexterity

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robocal._record import dataclass
 from robocal.files.parts import CableDocument
 from robocal.quantities import Column, Listing
 from robocal.verbs import shared_options as w

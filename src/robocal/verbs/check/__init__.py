@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
+from robocal._record import dataclass
 from robocal.report.sections import Section, Table, Text, ends, figure, strong, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.diagnose.check_registry import Context, When, run
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.gross import sift

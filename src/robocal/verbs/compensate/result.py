@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.apply.compensate import STATUS, Compensation
 from robocal.apply.compensate import compensate as solve

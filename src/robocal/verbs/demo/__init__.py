@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from robocal._record import dataclass
 from robocal.report.sections import Block, Cell, Section, Text, quiet
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option

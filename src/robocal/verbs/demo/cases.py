@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import FileError, ModelError, nearest

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal._version import __version__
 from robocal.apply.drift import Drift, ParameterChange, ParameterDrift, Single, compare, compare_models

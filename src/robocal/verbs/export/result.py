@@ -12,12 +12,12 @@ fitted to; where a figure of unseen data is at hand (the joint offsets, which th
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.arms.chain import Chain, joint_offsets, with_offsets
 from robocal.arms.conventions import convention_of, rows
 from robocal.arms.denavit import to_denavit

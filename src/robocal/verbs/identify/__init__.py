@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robocal._record import dataclass
 from robocal.fit.options import Options as Solver
 from robocal.report.sections import Section
 from robocal.verbs import shared_options as w

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
+from robocal._record import dataclass
 from robocal.report.sections import Section, Text, quiet, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option

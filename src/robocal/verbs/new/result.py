@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal.arms import catalog
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS

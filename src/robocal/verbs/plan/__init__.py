@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
+from robocal._record import dataclass
 from robocal.quantities import Listing
 from robocal.report.sections import Detail, Section, Text, Written, ends, figure, listing_table, quiet, strong
 from robocal.verbs import shared_options as w

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.errors import ModelError, nearest
 from robocal.files.datawrite import data_text, table_text

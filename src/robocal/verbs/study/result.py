@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.errors import FormatError
 from robocal.files.csvtable import csv_text

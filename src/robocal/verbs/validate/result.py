@@ -14,13 +14,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal.apply.iso9283 import Standard, standard
 from robocal.diagnose.limits import REMOUNT_SHARE
 from robocal.errors import FormatError

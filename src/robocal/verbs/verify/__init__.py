@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from robocal._record import dataclass
 from robocal.remarks.remark import percent
 from robocal.report.sections import Block, Cell, Section, Table, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import dataclass
 from robocal.cables.boundary import Legs, legs
 from robocal.cables.tension import hold
 from robocal.cables.workspace import Demand

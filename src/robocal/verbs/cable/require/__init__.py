@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robocal._record import dataclass
 from robocal.report.sections import Section
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option

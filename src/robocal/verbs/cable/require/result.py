@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
+from robocal._record import dataclass
 from robocal._types import Array
 from robocal.cables.calibration.per_cable import flat
 from robocal.cables.calibration.propagation import ESTIMATORS, WHAT, ErrorPropagation, Expected, Noise, Requirement
