@@ -24,7 +24,6 @@ import os
 import re
 import shutil
 import stat
-import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
@@ -34,23 +33,11 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._absent import absent
 from ._version import __version__
 
-
-@contextlib.contextmanager
-def _absent(*names: str) -> Iterator[None]:
-    """Modules that nobody has imported cannot be imported within."""
-    hidden = [name for name in names if name not in sys.modules]
-    sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]  # None: "there is no such module"
-    try:
-        yield
-    finally:
-        for name in hidden:
-            del sys.modules[name]
-
-
 # What numba imports wherever it is installed: of use to who measures coverage just now, or has that file.
-with _absent("coverage", *([] if os.path.exists(".numba_config.yaml") else ["yaml"])):
+with absent("coverage", *([] if os.path.exists(".numba_config.yaml") else ["yaml"])):
     import numba
     from numba import prange
     from numba.core import config, event
@@ -59,7 +46,7 @@ with _absent("coverage", *([] if os.path.exists(".numba_config.yaml") else ["yam
     from numba.core.errors import NumbaWarning
     from numba.core.runtime import rtsys
 
-__all__ = ["as_kernel_array", "as_kernel_indices", "kernel", "on_compile", "prange"]
+__all__ = ["as_kernel_array", "as_kernel_indices", "cache_folder", "kernel", "on_compile", "prange"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -86,14 +73,9 @@ def kernel(fn: Callable[..., Any] | None = None, /, *, parallel: bool = False, i
     `inline`, kernels that call it take its body and compile it once, with their own."""
     if fn is None:
         return functools.partial(kernel, parallel=parallel, inline=inline)
-    compiled = numba.njit(
-        nogil=True,
-        error_model="numpy",
-        fastmath=_FASTMATH,
-        parallel=parallel,
-        inline="always" if inline else "never",
-        no_cfunc_wrapper=True,  # a second entry, for C, that nobody takes
-    )(fn)
+    flags: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": _FASTMATH, "parallel": parallel}
+    flags |= {"inline": "always" if inline else "never", "no_cfunc_wrapper": True}  # nobody enters from C
+    compiled = numba.njit(**flags)(fn)
     if isinstance(compiled, Dispatcher):  # not so under NUMBA_DISABLE_JIT=1
         cache = _cache_of(fn)
         if cache is not None:
@@ -252,6 +234,12 @@ def _cache_of(fn: Callable[..., Any]) -> _Cache | None:
             config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = before
     # When the folder cannot be written to any more, numba falls back on one that our digest does not name.
     return cache if Path(cache.cache_path).is_relative_to(store.folder) else None
+
+
+def cache_folder() -> Path | None:
+    """Where machine code is kept; None where it cannot be."""
+    store = _store()
+    return None if store is None else store.folder
 
 
 @functools.cache
