@@ -40,13 +40,13 @@ from ._version import __version__
 with absent("coverage", *([] if os.path.exists(".numba_config.yaml") else ["yaml"])):
     import numba
     from numba import prange
-    from numba.core import config, event
+    from numba.core import config, event, sigutils
     from numba.core.caching import FunctionCache
     from numba.core.dispatcher import Dispatcher
     from numba.core.errors import NumbaWarning
     from numba.core.runtime import rtsys
 
-__all__ = ["as_kernel_array", "as_kernel_indices", "cache_folder", "kernel", "on_compile", "prange"]
+__all__ = ["as_kernel_array", "as_kernel_indices", "cache_folder", "compile_for", "kernel", "on_compile", "prange"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -82,6 +82,12 @@ def kernel(fn: Callable[..., Any] | None = None, /, *, parallel: bool = False, i
             compiled._cache = cache
         _ours.add(fn)
     return compiled
+
+
+def compile_for(kernel: Any, types: str) -> None:
+    """Compiles a kernel for the types of its arguments, as numba writes them, or finds it in the cache: "(f8[:,::1], i8)"."""
+    if isinstance(kernel, Dispatcher):
+        kernel.compile(sigutils.normalize_signature(f"{types.removesuffix(')')},)")[0])  # a tuple, of one type too
 
 
 # Arrays

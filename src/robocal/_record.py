@@ -33,7 +33,7 @@ else:
         for name in late:
             setattr(cls, name, _late(cls, name, frozen))
         if frozen:
-            cls.__setattr__, cls.__delattr__ = _refuse, _refuse
+            cls.__setattr__, cls.__delattr__ = _refuse, _keep
         return cls
 
 
@@ -88,6 +88,11 @@ def _write_init(cls: Any, frozen: bool) -> Any:
     return made
 
 
-def _refuse(self: Any, name: str, value: object = None) -> None:
-    """The `__setattr__` and `__delattr__` of what is frozen."""
+def _refuse(self: Any, name: str, value: object) -> None:
+    """The `__setattr__` of what is frozen."""
     raise dataclasses.FrozenInstanceError(f"cannot assign to field {name!r}")
+
+
+def _keep(self: Any, name: str) -> None:
+    """Its `__delattr__`."""
+    raise dataclasses.FrozenInstanceError(f"cannot delete field {name!r}")

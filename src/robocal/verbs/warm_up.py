@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from robocal._record import dataclass
 from robocal.progress import tell
@@ -60,11 +59,11 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Wa
 
 def compile_line(line: str) -> None:
     """Compiles one kernel of the list for its types."""
+    from robocal._jit import compile_for
+
     name, _, types = line.partition("(")
     module, _, function = name.rpartition(".")
-    kernel: Any = getattr(import_module(f"robocal.{module}._kernels"), function)
-    if hasattr(kernel, "compile"):  # not so under NUMBA_DISABLE_JIT=1
-        kernel.compile(f"({types.removesuffix(')')},)")  # a tuple, of one type too
+    compile_for(getattr(import_module(f"robocal.{module}._kernels"), function), f"({types}")
 
 
 def sections(made: Outcome[WarmUp]) -> Iterator[Section]:
