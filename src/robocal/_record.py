@@ -23,7 +23,17 @@ else:
         undocumented = cls.__doc__ is None
         if undocumented:
             cls.__doc__ = cls.__name__  # else the library looks for a signature to say
-        dataclasses.dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
+        parents = [b.__dataclass_params__ for b in cls.__mro__[1:] if "__dataclass_params__" in b.__dict__]
+        alike = [p for p in parents if p.frozen == frozen]  # the library refuses the others
+        try:
+            for p in alike:
+                p.frozen = False  # so that it does not write what freezes
+            dataclasses.dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
+        finally:
+            for p in alike:
+                p.frozen = frozen
+        own = cls.__dataclass_params__
+        own.init, own.repr, own.eq, own.frozen = True, repr, eq, frozen
         if undocumented:
             cls.__doc__ = None
         wanted = {"__init__": True, "__repr__": repr, "__eq__": eq, "__hash__": eq and frozen}

@@ -100,6 +100,25 @@ def test_a_method_of_the_class_s_own_stays():
     assert repr(Own(1)) == "own" and Own(1) == Own(2) and hash(Own(1)) == hash(Own(1))
 
 
+def test_classes_of_both_kinds_inherit_from_each_other():
+    @dataclasses.dataclass(frozen=True)
+    class More(Kept):
+        three: int = 3
+
+    @dataclass(frozen=True)
+    class Most(More):
+        four: int = 4
+
+    most = Most(1, four=5)
+    assert repr(most).endswith("Most(one=1, two=(), three=3, four=5)") and hash(most) == hash(Most(1, four=5))
+    assert Kept.__dataclass_params__.frozen and More(2).three == 3
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        most.four = 6
+    for decorator in (dataclass, dataclasses.dataclass):
+        with pytest.raises(TypeError, match="cannot inherit non-frozen"):
+            decorator(type("Free", (Kept,), {"__annotations__": {"five": int}}))
+
+
 def test_a_default_that_changes_is_refused():
     with pytest.raises(ValueError, match="mutable default"):
         dataclass(type("Shared", (), {"__annotations__": {"x": list}, "x": []}))
