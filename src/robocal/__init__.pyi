@@ -27,6 +27,7 @@ from robocal.verbs.simulate import Simulated as _simulate_Simulated
 from robocal.verbs.validate.result import Validation as _validate_Validation
 from robocal.verbs.verify.result import AnovaResult as _verify_AnovaResult
 from robocal.verbs.verify.result import Verified as _verify_Verified
+from robocal.verbs.warm_up import WarmUp as _warm_up_WarmUp
 
 _Path = str | os.PathLike[str]
 _Given = _Path | Arm | Measurements | Found[Any]
@@ -61,6 +62,7 @@ __all__ = [
     "table",
     "validate",
     "verify",
+    "warm_up",
 ]
 
 def check(
@@ -513,6 +515,19 @@ def verify(
     summary: Analysis of variance from means and standard deviations.
     output: Write verify.json and report.html here.
     force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def warm_up(
+    packages: _Given | Sequence[_Given] = (),
+    *,
+    watch: _Watch | None = None,
+) -> Found[_warm_up_WarmUp]:
+    """Compile all kernels now, into the cache, so that no later command waits: for containers, CI and whoever installs for others.
+
+    packages: Kernels of these packages only.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
     Raises InputError.

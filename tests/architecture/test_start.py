@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+from cli.runs import small
 
 ASKED = "import os, sys; from robocal.cli.main import main; main(['--version']); print(os.environ.get('OPENBLAS_NUM_THREADS'))"
 
@@ -26,3 +27,48 @@ def test_the_threads_of_who_has_numpy_already_are_left_alone():
         [sys.executable, "-c", "import numpy;" + ASKED], env=env, capture_output=True, text=True, check=True
     )
     assert done.stdout.split()[-1] == "None"
+
+
+# What a calibration never needs: what other packages bring along, and the parts of scipy beyond its distribution functions.
+HEAVY = {"numpy.f2py", "numpy.testing", "unittest", "cv2", "dask", "distributed", "matplotlib"}
+HEAVY |= {"scipy.stats", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.sparse", "scipy.special"}
+IDENTIFIED = """
+import sys
+from robocal.cli.main import main
+status = main(["identify", *sys.argv[1:]])
+print("loaded", *sys.modules)
+"""
+HELPED = "import sys; from robocal.cli.main import main; main(sys.argv[1:]); print('loaded', *sys.modules)"
+
+
+def loaded(code, *words):
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("COV")}
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], capture_output=True, text=True, check=True, env=environment
+    )
+    return set(done.stdout.split("loaded ")[-1].split())
+
+
+def test_identify_imports_nothing_that_it_does_not_use(tmp_path):
+    small(tmp_path)
+    found = loaded(IDENTIFIED, str(tmp_path / "robot.yaml"), str(tmp_path / "data.yaml"), "-o", str(tmp_path / "run"))
+    assert "robocal.prove.identify" in found and "scipy.special._ufuncs" in found
+    assert not found & HEAVY
+
+
+@pytest.mark.parametrize(
+    "words", [["--help"], ["--version"], ["identify", "--help"], ["cable", "--help"]], ids=" ".join
+)
+def test_help_and_version_compute_nothing(words):
+    heavy = {"numpy", "scipy", "numba", "rich", "ruamel"}
+    assert not {name.partition(".")[0] for name in loaded(HELPED, *words)} & heavy
+
+
+def test_distribution_functions_are_those_of_scipy():
+    code = """
+from robocal import _scipy
+alone = _scipy.special.chdtri
+import scipy.special, scipy.stats
+print("loaded", alone is scipy.special.chdtri, scipy.special.logsumexp([0.0]) == 0.0, scipy.stats.chi2.ppf(0.5, 1) > 0)
+"""
+    assert loaded(code) == {"True"}

@@ -19,8 +19,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array
 from robocal.diagnose.limits import DRIFT_OBSERVABLE, DRIFT_PART_CHANCE
 from robocal.geometry import so3

@@ -87,6 +87,7 @@ def _root(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks. Accepted anywhere.")] = False,
+    timings: Annotated[bool, typer.Option("--timings", help="Say where the time went. Accepted anywhere.")] = False,
 ) -> None:
     """Options of robocal itself."""
 

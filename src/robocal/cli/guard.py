@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
+from robocal.cli.timings import timed
 from robocal.errors import CONTROL, MESSAGE_LIMIT, Cancelled, InputError, MissingExtra, ToWrite, printable, shorten
 
 __all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "complete", "run", "stop_requested"]
@@ -30,7 +31,15 @@ def run(arguments: Sequence[str] | None, build: Callable[[Sequence[str]], Any]) 
     """Parses and runs a command line by the application that `build` makes for it; see the module for what it returns."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in words or bool(os.environ.get("ROBOCAL_DEBUG"))
-    words = complete([w for w in words if w != "--debug"])
+    with timed("--timings" in words) as timings:
+        status = _run(complete([w for w in words if w not in ("--debug", "--timings")]), build, debug)
+        if timings:
+            complain(str(timings), kind="timings")
+    return status
+
+
+def _run(words: list[str], build: Callable[[Sequence[str]], Any], debug: bool) -> int:
+    """Runs a command line in which words of robocal itself have been heard."""
     _open_streams()
     for stream in (sys.stdout, sys.stderr):
         with suppress(AttributeError, ValueError, OSError):
@@ -164,9 +173,9 @@ def _plain(error: Any) -> str:
 def complain(text: str, kind: str = "error", *, whole: bool = False) -> None:
     """One message on stderr, in colour where a person reads it; an error is one line of less than 400 characters, but for what
     is to be copied from it (`whole`: it is short already)."""
-    whole = whole or kind in ("note", "warning")
+    whole = whole or kind in ("note", "warning", "timings")
     text = printable(text) if whole else shorten(printable(text), MESSAGE_LIMIT - 1)
-    colours = {"error": 31, "warning": 33, "note": 36}
+    colours = {"error": 31, "warning": 33, "note": 36, "timings": 36}
     label = f"{kind}:" if kind in colours else f"{kind}: error:"
     if wants_colour(sys.stderr):
         label = f"\033[1;{colours.get(kind, 31)}m{label}\033[0m"

@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from robocal.cli.guard import complain, stop_requested, wants_colour
+from robocal.cli.timings import Timings
 from robocal.errors import Cancelled
 
 if TYPE_CHECKING:
@@ -28,7 +29,11 @@ if TYPE_CHECKING:
 __all__ = ["Terminal", "command_line"]
 
 PATIENCE = 2.0
+COMPILING = (
+    "compiling kernels, once for this version and machine (up to 20 s; robocal warm-up compiles all of them ahead)"
+)
 STAGES = {
+    "compile": "compiling kernels, once for this version and machine",
     "read": "reading",
     "start": "finding where the instruments stand",
     "iterate": "fitting",
@@ -105,7 +110,10 @@ class Terminal:
         if self.json:
             from robocal.files.plain import plain
 
-            sys.stdout.write(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+            told = plain(value)
+            if (timings := Timings.current) and isinstance(told, dict):
+                told["timings"] = timings.document()
+            sys.stdout.write(json.dumps(told, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
     @contextmanager
     def watching(self) -> Iterator[Bar]:
@@ -113,12 +121,14 @@ class Terminal:
         from robocal._jit import on_compile
 
         bar = Bar(self)
-        on_compile(lambda: complain("compiling kernels, once for this version and machine (up to 20 s)", kind="note"))
+        on_compile(lambda: complain(COMPILING, kind="note"))
         try:
             yield bar
         finally:
             on_compile(None)
             bar.close()
+            if timings := Timings.current:
+                timings.take("write")  # what follows is told
 
 
 def _raise_broken_pipe() -> None:
@@ -155,6 +165,8 @@ class Bar:
         if isinstance(told := event.get("sections"), list):
             self._tell(told)
         stage = str(event.get("stage", ""))
+        if timings := Timings.current:
+            timings.take(stage)
         self.text = STAGES.get(stage, stage) + (f": {event['what']}" if "what" in event else "")
         if stage == "leave-one-out" and "configurations" in event:
             self.text += f" ({event['configurations']})"

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, note, of_remarks, once
 from robocal.diagnose.fixed_numbers import names_to_free

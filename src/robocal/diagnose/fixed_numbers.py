@@ -9,8 +9,8 @@ C_ = (I - Q Q^T) C of theirs, each held softly,
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array
 from robocal.diagnose.check_registry import Context, once
 from robocal.diagnose.limits import NUMBER_SHARE, SCALE_CHANCE

@@ -21,8 +21,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, once

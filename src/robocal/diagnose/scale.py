@@ -19,8 +19,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, check_fit_twice, of_remarks, once

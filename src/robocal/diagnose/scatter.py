@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Ints
 from robocal.diagnose.check_registry import Context, once
 from robocal.diagnose.limits import SAME_PLACES_SHARE

@@ -20,8 +20,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import GROSS_DISTANCE, GROSS_TAILS, ROUNDING_MARGIN
 from robocal.estimate.problem import Problem

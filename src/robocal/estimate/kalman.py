@@ -18,8 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem

@@ -19,8 +19,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING

@@ -22,8 +22,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Ints
 from robocal.estimate.elimination import Squares, beside_blocks, eliminate, reducible, reweight, squares, triangle
 from robocal.estimate.problem import Problem

@@ -14,9 +14,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
+from robocal import _scipy as scipy
 from robocal._types import Array
 from robocal.files.schema import FrameModel
 from robocal.files.units import Units, number

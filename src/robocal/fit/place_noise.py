@@ -20,8 +20,8 @@ Searle, Casella and McCulloch, Variance components (1992), section 3.6.
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.elimination import spare_numbers
 from robocal.estimate.problem import Problem

@@ -15,8 +15,8 @@ chance, poses of a list hardly stand so: of uniform ones in two joints one in tw
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Bools, Ints
 from robocal.fit.limits import PLACE_DIAMETER, PLACE_GAP, PLACE_SHARE
 from robocal.measure.data import Configurations

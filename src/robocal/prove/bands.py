@@ -13,9 +13,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import ProblemTerm, spread

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Ints
 from robocal.prove.split import Split
 from robocal.remarks.code import Code

@@ -10,8 +10,8 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal.diagnose.check_registry import Finding, When, check, doubt, note, once
 from robocal.diagnose.growth import at_end, drift_of_file, error_growth, largest_growth
 from robocal.diagnose.limits import BAND_CHANCE, CURVATURE, STEP_MISLEADS

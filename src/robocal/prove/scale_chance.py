@@ -16,8 +16,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array
 from robocal.diagnose.limits import MADE_BETTER, MADE_WORSE
 from robocal.fit.fit import Fit

@@ -23,6 +23,7 @@ VERBS: Mapping[str, str] = MappingProxyType({
     "simulate": "Simulate measurements of an imperfect robot.",
     "study": "Simulate a procedure a thousand times.",
     "report": "Write report.html again.",
+    "warm_up": "Compile everything now, for containers and CI.",
 })  # fmt: skip
 CABLE: Mapping[str, str] = MappingProxyType({
     "inverse": "Lengths from poses.",
@@ -34,5 +35,5 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "require": "Sensors and poses that a calibration needs.",
     "drift": "Which anchor moved between calibrations?",
 })  # fmt: skip
-# What the command line calls a verb whose word Python keeps for itself: module and function have another name.
-COMMAND_NAMES: Mapping[str, str] = MappingProxyType({"import_model": "import"})
+# What the command line calls a verb whose word is no name in Python: module and function have another.
+COMMAND_NAMES: Mapping[str, str] = MappingProxyType({"import_model": "import", "warm_up": "warm-up"})

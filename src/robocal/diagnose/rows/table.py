@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Context, Finding, Given, M_co, Machines, When, check, doubt, refuse
 from robocal.diagnose.limits import COPY_CHANCE, QUIETEST, REPEAT_SIGMA, STILL_MOVED, STILL_PLACES

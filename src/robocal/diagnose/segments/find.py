@@ -20,9 +20,9 @@ from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from robocal import _scipy as scipy
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.segments.candidate_rows import runs

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import scipy
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Ints
 from robocal.diagnose.limits import SEGMENT_NUMBERS, SEGMENT_ROWS
 from robocal.diagnose.segments.row_sequence import Candidate, RowSequence

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import LAYER_PLACES
 from robocal.estimate.least_squares import least_squares
