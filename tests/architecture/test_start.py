@@ -51,7 +51,9 @@ def loaded(code, *words):
 
 def test_identify_imports_nothing_that_it_does_not_use(tmp_path):
     small(tmp_path)
-    found = loaded(IDENTIFIED, str(tmp_path / "robot.yaml"), str(tmp_path / "data.yaml"), "-o", str(tmp_path / "run"))
+    words = [str(tmp_path / "robot.yaml"), str(tmp_path / "data.yaml"), "-o", str(tmp_path / "run"), "--force"]
+    loaded(IDENTIFIED, *words)  # who compiles needs more
+    found = loaded(IDENTIFIED, *words)
     assert "robocal.prove.identify" in found and "scipy.special._ufuncs" in found
     assert not found & HEAVY
 
