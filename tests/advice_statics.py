@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from advice import cables, edit, found, obeyed
+from advice import cables, edit, obeyed
 from cli.runs import Ran, robocal
+from listings import rows_of
 
 HOLDS = "every_cable: {tension: [1, 400]}\nplatform: {mass: 12}\n"
 HEAD = "id,x [m],y [m],z [m],rx [deg],ry [deg],rz [deg]"
@@ -112,14 +113,22 @@ def singular(folder):
 
 @obeyed("no-pose")
 def hanging(folder):
-    """Lengths in which no cables can hang: they were typed in another unit."""
+    """A density in g/m that was written as kg/m."""
     file, _, poses = robot(folder, "every_cable: {elasticity: 2.5e-5, density: 0.1}\n")
     lengths = text(folder, cable("inverse", file, poses, "--tension", 80, "--sag").out, "l.csv")
-    right = lengths.read_text()
-    lengths.write_text(right.replace("[m]", "[km]"))
+    edit(file, ("density: 0.1", "density: 100"))
     first = cable("forward", file, lengths, "--tension", 80, "--sag")
-    lengths.write_text(right)
+    edit(file, ("density: 100", "density: 0.1"))
     return first, cable("forward", file, lengths, "--tension", 80, "--sag")
+
+
+@obeyed("search-unended")
+def unended(folder):
+    file, _, poses = robot(folder)
+    right = cable("inverse", file, poses).out
+    wrong = text(folder, right.replace("[m]", "[mm]"), "l.csv")
+    first = cable("forward", file, wrong)
+    return first, cable("forward", file, text(folder, right, "l.csv"))
 
 
 @obeyed("pose-undetermined")
@@ -198,18 +207,19 @@ def loud(folder):
 
 @obeyed("not-held")
 def lost(folder):
-    file, _, poses = robot(folder)
-    return cable("tension", file, poses, "--payload", 5000), cable("tension", file, poses, "--payload", 5)
+    file, _, _ = robot(folder)
+    pose = listed(folder, "here,0,0,1.5,0,0,0")
+    return cable("tension", file, pose, "--payload", 5000), cable("tension", file, pose, "--payload", 5)
 
 
 @obeyed("closed-form-leaves")
 def closed(folder):
     file, _, _ = robot(folder)
-    rng = np.random.default_rng(0)
-    at = rng.uniform(-1, 1, (60, 3)) * [1.7, 1.2, 1.1] + [0, 0, 1.5]
-    poses = listed(folder, *(f"p{i},{x:.4f},{y:.4f},{z:.4f},0,0,0" for i, (x, y, z) in enumerate(at)))
-    first = cable("tension", file, poses, "--method", "closed", "--limits", "10,150")
-    return first, cable("tension", file, poses, "--method", "mid", "--limits", "10,150")
+    pose = listed(folder, "here,1.31,0.63,0.70,0,0,0")
+    limits = ("--limits", "10,150")
+    return cable("tension", file, pose, "--method", "closed", *limits), cable(
+        "tension", file, pose, "--method", "mid", *limits
+    )
 
 
 @obeyed("wrench-unbalanced")
@@ -222,13 +232,16 @@ def unbalanced(folder):
 
 @obeyed("no-margin")
 def bare(folder):
-    """Held just where the limits are; wider ones leave a margin."""
-    file, _, _ = robot(folder)
+    """Two cables that pull as hard as they may; wider limits leave a margin."""
+    file = text(
+        folder,
+        "robocal: 1\nname: two\nkind: cable\nunits: {length: m}\ndegrees: 2T\nplane: xz\n"
+        "frame_anchors: [[-2, 0, 3], [2, 0, 3], [0, 0, 0]]\nplatform_anchors: [[0, 0, 0], [0, 0, 0], [0, 0, 0]]\n"
+        "every_cable: {tension: [1, 400]}\nplatform: {mass: 12}\n",
+    )
     pose = listed(folder, "here,0,0,1.5,0,0,0")
-    words = "--json", "--method", "norm"
-    t = [float(v) for v in found(cable("tension", file, pose, *words), r'"tension": \[([^\]]*)\]').split(",")]
-    first = cable("tension", file, pose, "--limits", f"{min(t)},{max(t)}")
-    return first, cable("tension", file, pose, "--limits", "1,400")
+    most = max(rows_of(cable("tension", file, pose, "--json").document["poses"])[0]["tension"])
+    return cable("tension", file, pose, "--limits", f"1,{most!r}"), cable("tension", file, pose)
 
 
 # --- workspaces ------------------------------------------------------------------------------------------------------

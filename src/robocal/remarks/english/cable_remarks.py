@@ -193,11 +193,11 @@ class CableRemarks:
     )
     NO_POSE = Phrase(
         "{pose}: no pose was found at which the cables can hang with these lengths",
-        "Check the lengths of this row, their unit and the order of the cables.",
+        "Check the tensions and the density of the cables: a tension that is too small does not carry their weight.",
     )
     SEARCH_UNENDED = Phrase(
         "{pose}: the search did not converge to a minimum",
-        "Allow more starts (--starts), and check the lengths of this row.",
+        "Check the lengths of this row, their unit and the order of the cables.",
     )
     SINGULAR_POSE = Phrase(
         "{pose}: near this pose the lengths do not determine where the platform is: a singular pose",
