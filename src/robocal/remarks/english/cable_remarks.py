@@ -39,8 +39,7 @@ class CableRemarks:
         "Add these to the positions of CASPR's trajectories; lengths at a pose are the same.",
     )
     NO_KEY_FOR = Phrase(
-        "{file}: robot.yaml has no key for {names}",
-        "No length or tension depends on it. Where you need it, keep the model of CASPR.",
+        "{file}: robot.yaml has no key for {names}; no length or tension depends on it"
     )
     ANCHORS_UNUSED = Phrase(
         "{file}: no cable uses {side} anchor {anchors}", "Spare anchors do no harm; check that no cable is missing."

@@ -85,7 +85,7 @@ class UseRemarks:
     )
     TARGETS_UNREACHED = Phrase(
         "{count} of {total} targets cannot be reached and have no correction: {targets}[ and {others} others]",
-        "See the note of each target in the table.",
+        "Move each target, or widen the limits of the joints, by what its note in the table says.",
     )
     MODELS_APART = Phrase(
         "the two models differ by {gap:.3g} at the targets", "Check that the nominal model is that of this robot."
@@ -96,7 +96,7 @@ class UseRemarks:
         "Add joint columns to decide.",
     )
     TOOL_CHANGED = Phrase(
-        "the calibration changed the tool", "--tool states which tool both models carry (calibrated by default)."
+        "the calibration changed the tool: both models carry the calibrated one, unless --tool states another"
     )
     NEEDS_JOINTS = Phrase("needs {joints}")
     BY_WAY_OF_LIMITS = Phrase("reached only with joints outside their limits on the way")
@@ -116,7 +116,7 @@ class UseRemarks:
     )
     URDF_PLACEHOLDERS = Phrase(
         "effort and velocity limits are placeholders (0): a URDF must have them, a kinematic model has none",
-        "Enter those of the robot where a program uses them.",
+        "--into URDF writes into the robot's own URDF, which keeps its limits.",
     )
     URDF_TOOL_OFF = Phrase(
         "{file}: behind the last axis there is no fixed joint that could hold the tool, which is off by {gap:.3g} and "
@@ -129,8 +129,7 @@ class UseRemarks:
     )
     TRIALS_LOST = Phrase(
         "{output}: at {points} of {total} points trials are lost, at most {most} of {trials}; rms, mean and scatter are "
-        "those of the other trials",
-        "Such a point is worse than it looks: the lost trials are seldom the best ones.",
+        "those of the other trials. Such a point is worse than it looks: the lost trials are seldom the best ones"
     )
     REPEATABILITY_UNCHANGED = Phrase(
         "repeatability (RP, RD, vAP) compares measurements with each other: it needs no model, so calibration does not "

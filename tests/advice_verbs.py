@@ -1,0 +1,202 @@
+"""Advice on verbs beside identify and check, obeyed: verify, import, validate, compensate, export, predict, drift, plan, study."""
+
+from __future__ import annotations
+
+import numpy as np
+from advice import arm, beside, cables, draw, edit, found, identify, obeyed, see, write
+from cli.runs import Ran, robocal
+from cli.test_cable_import import CROSSED, EIGHT, PARENT, PHYSICAL, SPRING, body, links, planar, sets, spatial
+from cli.test_cable_import import cables as rows_of_cables
+
+from robocal.files.cable.cable_robot import read_cable
+
+# --- verify: what a source has that the reference has not, corrected ---------------------------------------------------
+
+
+def _verify(spoil):
+    def make(folder):
+        rng = np.random.default_rng(5)
+        p, w = rng.uniform(-1, 1, (12, 3)), 0.4 * rng.normal(size=(12, 3))
+        near = p + 1e-3 * rng.normal(size=p.shape)
+        for name, rows in (("tracker", (p, w)), ("robot", (near, w)), ("wrong", spoil(near, w))):
+            lines = (f"p{i},{','.join(f'{v:.9g}' for v in (*a, *b))}" for i, (a, b) in enumerate(zip(*rows, strict=True)))
+            head = "id,x [m],y [m],z [m],rx [rad],ry [rad],rz [rad]"
+            (folder / f"{name}.csv").write_text("\n".join([head, *lines]) + "\n")
+        return tuple(robocal("verify", folder / "tracker.csv", folder / f"{n}.csv") for n in ("wrong", "robot"))
+
+    return make
+
+
+obeyed("unlike-mirrored")(_verify(lambda p, w: (p[:, [1, 0, 2]], w)))
+obeyed("unlike-scaled")(_verify(lambda p, w: (p * 1000, w)))
+obeyed("unlike-shifted")(_verify(lambda p, w: (np.roll(p, 1, axis=0), np.roll(w, 1, axis=0))))
+obeyed("unlike-still")(_verify(lambda p, w: (1e-4 * p, w)))
+obeyed("unlike-turn-inverted")(_verify(lambda p, w: (p, -w)))
+obeyed("unlike-turn-unit")(_verify(lambda p, w: (p, np.radians(w))))
+obeyed("unlike-unknown")(_verify(lambda p, w: (p[[3, 7, 1, 0, 9, 2, 11, 4, 5, 10, 8, 6]], w)))
+
+
+@obeyed("poses-not-in-all")
+def left_out(folder):
+    make = _verify(lambda p, w: (p, w))
+    make(folder)
+    right = (folder / "robot.csv").read_text()
+    (folder / "robot.csv").write_text(right.replace("\np1", "\nq1"))
+    first = robocal("verify", folder / "tracker.csv", folder / "robot.csv")
+    (folder / "robot.csv").write_text(right)
+    return first, robocal("verify", folder / "tracker.csv", folder / "robot.csv")
+
+
+# --- import: models of CASPR ------------------------------------------------------------------------------------------
+
+
+@obeyed("said-of-some")
+def some(folder):
+    stiff, plain = rows_of_cables(EIGHT[:4], **SPRING), rows_of_cables(EIGHT[4:])
+    first = robocal("import", spatial(sets(used=stiff + plain)).write(folder))
+    return first, robocal("import", spatial(sets(used=rows_of_cables(EIGHT, **SPRING))).write(folder))
+
+
+@obeyed("cable-sets-aside")
+def another_set(folder):
+    """The set that is asked for stands in the robot.yaml, whose cables are those of that set."""
+    model = spatial(sets(used=rows_of_cables(EIGHT), spare=rows_of_cables(CROSSED))).write(folder)
+    first = robocal("import", model)
+    then = robocal("import", model, "--cables", "spare", "-o", folder / "spare.yaml")
+    robot = read_cable(folder / "spare.yaml").robot
+    assert then.status == 0 and np.allclose(robot.a, [a for a, _ in CROSSED]) and np.allclose(robot.b, [b for _, b in CROSSED])
+    return Ran(3, first.out, first.err), then
+
+
+@obeyed("inertia-of-no-body")
+def moments(folder):
+    bad = planar("PLANAR_XZ")
+    bad.bodies = bad.bodies.replace("<Iyy>0.625", "<Iyy>5")
+    first = robocal("import", bad.write(folder))
+    return first, robocal("import", planar("PLANAR_XZ").write(folder))
+
+
+@obeyed("counted-from-elsewhere")
+def from_elsewhere(folder):
+    """Lengths of CASPR at its positions are those of robot.yaml at these and what is told."""
+    model = spatial(bodies=links(body(parent=PARENT.replace("0 0 0", "0.5 0 1")))).write(folder)
+    first = robocal("import", model, "-o", folder / "robot.yaml")
+    told = [float(found(first, rf"counts the platform's position from {'[-0-9.e]+, ' * i}([-0-9.e]+)")) for i in range(3)]
+    of_caspr = np.array([0.1, 0.2, 0.4])
+    at = of_caspr + told
+    (folder / "p.csv").write_text("id,x [m],y [m],z [m],rx [deg],ry [deg],rz [deg]\na," + ",".join(map(str, at)) + ",0,0,0\n")
+    then = robocal("cable", "inverse", folder / "robot.yaml", folder / "p.csv")
+    lengths = [float(v) for v in then.out.splitlines()[1].split(",")[1:]]
+    a, b = (np.array([e[i] for e in EIGHT]) for i in (0, 1))
+    assert np.allclose(lengths, np.linalg.norm(of_caspr + [0.5, 0, 1] + b - a, axis=1), atol=1e-6), lengths
+    return first, then
+
+
+# --- validate ---------------------------------------------------------------------------------------------------------
+
+
+@obeyed("few-unseen-here")
+def seen(folder):
+    """Of a file whose first rows were fitted, three are new; twenty more are measured."""
+    files = arm(folder, 83)
+    head, *rows = beside(files).read_text().splitlines()
+    said = []
+    beside(files).write_text("\n".join([head, *rows[:60]]) + "\n")
+    identify(files, "-o", folder / "run")
+    for m in (63, 83):
+        beside(files).write_text("\n".join([head, *rows[:m]]) + "\n")
+        said.append(robocal("validate", folder / "run", files[1]))
+    return tuple(said)
+
+
+@obeyed("target-remounted")
+def remounted(folder):
+    """What is told is written into the robot's file."""
+    nominal, _, q, rng = draw()
+    at = np.array([-0.04, 0.025, 0.09])
+    p = nominal.point(q, nominal.tool + at) + 1e-4 * rng.normal(size=(len(q), 3)) + [0.5, 0.2, 0.1]
+    files = write(folder, nominal, q, p)
+    edit(files[0], ("0], free: true", "0], free: false"))
+    first = robocal("validate", *files)
+    told = [float(v) for v in found(first, r"a target that sits \(([^)]*)\)").replace(" mm", "").split(",")]
+    old = nominal.tool * 1e3
+    edit(files[0], ("xyz: [30, -20, 110]", f"xyz: [{', '.join(f'{a + b:.3f}' for a, b in zip(old, told, strict=True))}]"))
+    then = robocal("validate", *files, "--json")
+    assert then.document["errors"]["this"]["mean"] < 0.5, then.said
+    return first, then
+
+
+@obeyed("no-lengths")
+def directions(folder):
+    for kind in ("bearing", "position"):
+        robocal("simulate", "rv-2aj", "-n", 30, "--kind", kind, "-o", folder / kind)
+    return tuple(robocal("validate", folder / k / "truth.yaml", folder / k / "data.yaml") for k in ("bearing", "position"))
+
+
+@obeyed("few-visits")
+def visits(folder):
+    def visited(times, name):
+        nominal, true, q, rng = draw(6)
+        q = np.repeat(q, times, axis=0)
+        return write(folder, nominal, q, see(true, q, rng), name=name)
+
+    return tuple(robocal("validate", *visited(n, name)) for n, name in ((5, "few"), (30, "many")))
+
+
+@obeyed("offsets-missing")
+def offsets(folder):
+    files = arm(folder)
+    table = folder / "offsets.csv"
+    rows = ["joint,offset [deg]", *(f"j{i},{0.01 * i}" for i in range(1, 7))]
+    table.write_text("\n".join(rows[:4]) + "\n")
+    first = robocal("validate", *files, "--offsets", table)
+    table.write_text("\n".join(rows) + "\n")
+    return first, robocal("validate", *files, "--offsets", table)
+
+
+# --- compensate -------------------------------------------------------------------------------------------------------
+
+
+def targets(folder, place=(0.35, 0.1, 0.5), name="targets.csv"):
+    (folder / name).write_text(
+        "id,x [m],y [m],z [m],rx [deg],ry [deg],rz [deg]\n" + f"a,{','.join(map(str, place))},0,170,0\nb,0.3,0.05,0.45,0,170,0\n"
+    )
+    return folder / name
+
+
+def joint_targets(folder):
+    (folder / "q.csv").write_text(",".join(f"j{i} [deg]" for i in range(1, 7)) + "\n10,20,-20,15,40,5\n-20,30,-40,5,50,15\n")
+    return folder / "q.csv"
+
+
+@obeyed("branch-unknown")
+def branch(folder):
+    identify(arm(folder, 60), "-o", folder / "run")
+    return robocal("compensate", folder / "run", targets(folder)), robocal("compensate", folder / "run", joint_targets(folder))
+
+
+@obeyed("calibration-unproven")
+def unproven(folder):
+    bad = arm(folder, 60, spoil=lambda q, p, rng: (q[rng.permutation(len(q))], p))
+    identify(bad, "-o", folder / "run")
+    first = robocal("compensate", folder / "run", joint_targets(folder))
+    identify(arm(folder, 60), "-o", folder / "run", "--force")
+    return first, robocal("compensate", folder / "run", joint_targets(folder))
+
+
+@obeyed("targets-unreached")
+def unreached(folder):
+    """A target is moved by what the table says of it."""
+    identify(arm(folder, 60), "-o", folder / "run")
+    first = robocal("compensate", folder / "run", targets(folder, (0.9, 0.1, 0.5)))
+    away = float(found(first, r"the nearest pose that the arm reaches is ([0-9.]+) mm")) * 1e-3
+    return first, robocal("compensate", folder / "run", targets(folder, (0.9 - 1.2 * away, 0.1, 0.5)))
+
+
+@obeyed("models-apart")
+def another_robot(folder):
+    files = arm(folder, 60)
+    identify(files, "-o", folder / "run")
+    arm(folder, name="long", arm="long")
+    nominal = (folder / "long" / "robot.yaml", files[0])
+    return tuple(robocal("compensate", folder / "run", joint_targets(folder), "--nominal", n) for n in nominal)
