@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
-from advice import arm, beside, cables, draw, edit, found, identify, obeyed, see, write
+from advice import SIGMA, arm, beside, draw, edit, found, identify, obeyed, see, write
 from cli.runs import Ran, robocal
 from cli.test_cable_import import CROSSED, EIGHT, PARENT, PHYSICAL, SPRING, body, links, planar, sets, spatial
 from cli.test_cable_import import cables as rows_of_cables
+from cli.test_urdf_runs import URDF
+from run_folders import earlier
 
 from robocal.files.cable.cable_robot import read_cable
 
@@ -186,11 +190,13 @@ def unproven(folder):
 
 @obeyed("targets-unreached")
 def unreached(folder):
-    """A target is moved by what the table says of it."""
+    """A target is moved towards the shoulder by what the table says of it."""
     identify(arm(folder, 60), "-o", folder / "run")
-    first = robocal("compensate", folder / "run", targets(folder, (0.9, 0.1, 0.5)))
+    shoulder, far = np.array([0, 0, 0.29]), np.array([0.9, 0.1, 0.5])
+    first = robocal("compensate", folder / "run", targets(folder, far))
     away = float(found(first, r"the nearest pose that the arm reaches is ([0-9.]+) mm")) * 1e-3
-    return first, robocal("compensate", folder / "run", targets(folder, (0.9 - 1.2 * away, 0.1, 0.5)))
+    near = far + 1.3 * away * (shoulder - far) / np.linalg.norm(shoulder - far)
+    return first, robocal("compensate", folder / "run", targets(folder, near))
 
 
 @obeyed("models-apart")
@@ -200,3 +206,174 @@ def another_robot(folder):
     arm(folder, name="long", arm="long")
     nominal = (folder / "long" / "robot.yaml", files[0])
     return tuple(robocal("compensate", folder / "run", joint_targets(folder), "--nominal", n) for n in nominal)
+
+
+# --- export and run folders of a URDF ---------------------------------------------------------------------------------
+
+
+def of_urdf(folder):
+    """A URDF, data of a true arm whose target sits elsewhere, its run, and data of another day."""
+    urdf, one, two = folder / "u.urdf", folder / "one", folder / "two"
+    urdf.write_text(URDF, encoding="utf-8")
+    robocal("export", urdf, "-o", folder / "u.yaml")
+    robocal("simulate", folder / "u.yaml", "-n", 60, "--set", "tool.x=0.12", "--set", "tool.z=0.03", "-o", one)
+    still = ("--length-error", 0, "--angle-error", 0, "--seed", 5)
+    robocal("simulate", one / "truth.yaml", "-n", 60, *still, "-o", two)
+    return identify([urdf, one / "data.yaml"], "-o", folder / "run"), two / "data.yaml"
+
+
+@obeyed("urdf-cannot-hold")
+def another_format(folder):
+    of_urdf(folder)
+    run = folder / "run"
+    return robocal("export", run, "--format", "urdf"), robocal("export", run, "--format", "yaml")
+
+
+@obeyed("urdf-lacks", "run-holds-more")
+def whole_folder(folder):
+    """The folder, given to validate, meets what the file alone misses by its tool."""
+    first, data = of_urdf(folder)
+    alone = robocal("validate", folder / "run" / "calibrated.urdf", data, "--json")
+    then = robocal("validate", folder / "run", data, "--json")
+    assert then.document["errors"]["this"]["mean"] < 0.3
+    return Ran(3, first.out + alone.out, first.err + alone.err), then
+
+
+@obeyed("result-missing")
+def without_result(folder):
+    _, data = of_urdf(folder)
+    kept = (folder / "run" / "result.json").rename(folder / "result.json")
+    first = robocal("validate", folder / "run", data)
+    kept.rename(folder / "run" / "result.json")
+    return first, robocal("validate", folder / "run", data)
+
+
+@obeyed("urdf-placeholders")
+def limits(folder):
+    of_urdf(folder)
+    first = robocal("export", folder / "u.yaml", "--format", "urdf")
+    then = robocal("export", folder / "run", "--format", "urdf", "--into", folder / "u.urdf")
+    assert then.out.count('effort="1" velocity="1"') == 4
+    return first, then
+
+
+@obeyed("urdf-tool-off")
+def no_fixed_joint(folder):
+    of_urdf(folder)
+    whole = URDF.replace(
+        "</robot>",
+        '<link name="tip"/><joint name="f" type="fixed"><parent link="l4"/><child link="tip"/></joint></robot>',
+    )
+    (folder / "more.urdf").write_text(whole)
+    return tuple(
+        robocal("export", folder / "run", "--format", "urdf", "--into", folder / f"{n}.urdf") for n in ("u", "more")
+    )
+
+
+@obeyed("beyond-left-out")
+def beyond(folder):
+    files = arm(folder, 80, spoil=lambda q, p, rng: (q, p))
+    edit(files[0], ("calibrate:", "groups: {compliance: {}}\ncalibrate:"))
+    identify(files, "--groups", "compliance", "-o", folder / "run")
+    return tuple(robocal("export", folder / "run", "--format", f) for f in ("csv", "yaml"))
+
+
+@obeyed("worth-unknown")
+def judged(folder):
+    """Offsets of a file alone, judged on data."""
+    files = arm(folder, 60)
+    identify(files, "-o", folder / "run")
+    table = folder / "offsets.csv"
+    first = robocal(
+        "export", folder / "run" / "calibrated.yaml", "--nominal", files[0], "--format", "offsets", "-o", table
+    )
+    other = arm(folder, 60, name="other")
+    return first, robocal("validate", files[0], other[1], "--offsets", table)
+
+
+# --- predict ------------------------------------------------------------------------------------------------------------
+
+
+def ask(folder, run, *rows, more=""):
+    (folder / "ask.csv").write_text("\n".join([",".join(f"j{i} [deg]" for i in range(1, 7)) + more, *rows]) + "\n")
+    return robocal("predict", run, folder / "ask.csv")
+
+
+@obeyed("outside-measured")
+def outside(folder):
+    """Measured there too."""
+    said = []
+    for name, share in (("near", 0.3), ("far", 0.9)):
+        identify(arm(folder, 60, share=share, name=name), "-o", folder / f"run-{name}")
+        said.append(ask(folder, folder / f"run-{name}", "80,30,-40,5,60,10"))
+    return tuple(said)
+
+
+@obeyed("run-not-improved")
+def not_improved(folder):
+    runs = folder / "one", folder / "two", folder / "more"
+    identify(arm(folder, 40, size=0.03, name="a"), "-o", runs[0])
+    identify(arm(folder, 60, name="b"), "-o", runs[1])
+    identify(arm(folder, 300, name="c"), "-o", runs[2])
+    return robocal("drift", runs[0], runs[1]), robocal("drift", runs[2], runs[1])
+
+
+@obeyed("run-unrecorded")
+def unrecorded(folder):
+    run, files = folder / "run", arm(folder, 60)
+    identify(files, "-o", run)
+    earlier(run)
+    first = ask(folder, run, "10,20,-20,15,40,5")
+    identify(files, "-o", run, "--force")
+    return first, ask(folder, run, "10,20,-20,15,40,5")
+
+
+# --- drift ----------------------------------------------------------------------------------------------------------------
+
+
+def _runs(folder, *counts, noise=SIGMA, grown=0.0):
+    """Runs of one arm, of that many measurements; of the last one a link grew."""
+    out = []
+    for k, m in enumerate(counts):
+        nominal, true, _, _ = draw()
+        rng = np.random.default_rng(k + 5)
+        if grown and k == len(counts) - 1:
+            true.rows[1, 2] += grown
+        q = nominal.draw(rng, m)
+        files = write(folder, nominal, q, see(true, q, rng, noise), noise, name=f"d{k}")
+        identify(files, "-o", folder / f"r{k}")
+        out.append(folder / f"r{k}")
+    return out
+
+
+@obeyed("change-open")
+def undecided(folder):
+    one, two, three, four = _runs(folder, 30, 30, 200, 200)
+    return robocal("drift", one, two), robocal("drift", three, four)
+
+
+@obeyed("change-above")
+def grew(folder):
+    """The later run meets what is measured later, the earlier one does not."""
+    one, two = _runs(folder, 60, 60, grown=1e-3)
+    first = robocal("drift", one, two)
+    nominal, true, _, _ = draw()
+    true.rows[1, 2] += 1e-3
+    rng = np.random.default_rng(99)
+    q = nominal.draw(rng, 60)
+    later = write(folder, nominal, q, see(true, q, rng), name="later")
+    means = [robocal("validate", r, later[1], "--json") for r in (one, two)]
+    before, after = (m.document["errors"]["this"]["mean"] for m in means)
+    assert after < 0.6 * before, (before, after)
+    return Ran(3, first.out, first.err), means[1]
+
+
+@obeyed("rows-not-kept")
+def without_rows(folder):
+    one, two = _runs(folder, 60, 60)
+    known = json.loads((two / "covariance.json").read_text())
+    del known["rows"]
+    (earlier(two) / "covariance.json").write_text(json.dumps(known))
+    first = robocal("drift", one, two)
+    identify([folder / "d1" / f for f in ("robot.yaml", "data.yaml")], "-o", two, "--force")
+    return first, robocal("drift", one, two)
