@@ -1,0 +1,202 @@
+"""Advice on load cells, tensions and drifts of cable robots, obeyed."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+from advice import identify, obeyed
+from advice_statics import HOLDS, listed
+from cli.runs import robocal
+from listings import rows_of
+from worlds import Cables
+
+LOAD = """robocal: 1
+kind: load
+file: load.csv
+load: {columns: [t1, t2, t3, t4, t5, t6, t7, t8], unit: N, sigma: 0.5}
+free: [mass, cx, cy, cz]
+configuration: {id: id}
+"""
+
+
+def built(folder, m=60, seed=0):
+    """A robot as it was drawn, as it was built, poses at which it hangs, and the tensions there."""
+    rng = np.random.default_rng(seed)
+    nominal = Cables.nominal("eight", rng)
+    true = nominal.true(rng)
+    p, w = nominal.draw(rng, 2 * m, half=np.array([0.7, 0.5, 0.5]), turn=0.12)
+    y = np.zeros((2 * m, 8))
+    files = [folder / f for f in true.write(folder, y, p, w, 1e-3)]
+    files[0].write_text(files[0].read_text() + HOLDS)
+    held = rows_of(robocal("cable", "tension", files[0], folder / "poses.csv", "--method", "mid", "--json").document["poses"])
+    at = [k for k, r in enumerate(held) if r["feasible"]][:m]
+    return nominal, true, p[at], w[at], np.array([held[k]["tension"] for k in at]), rng
+
+
+def cell(folder, change=lambda t: t, more=HOLDS, where="load"):
+    """Lengths, poses and tensions: of load cells, or in the file of the lengths."""
+    nominal, true, p, w, t, rng = built(folder)
+    soft = 2.5e-6 if more == ELASTIC else 0.0
+    y = (true.lengths(p, w) + true.l0) / (1 + soft * t) - true.l0 + 3e-4 * rng.normal(size=t.shape)
+    near = [v + 2e-4 * rng.normal(size=v.shape) for v in (p, w)]
+    files = [folder / f for f in nominal.write(folder, y, *near, 3e-4)]
+    files[0].write_text(files[0].read_text() + more)
+    rows = change(t + 0.5 * rng.normal(size=t.shape))
+    if where == "load":
+        head = ",".join(["id", *(f"t{i}" for i in range(1, 9))])
+        listed(folder, *(f"p{k:04d}," + ",".join(f"{v:.4f}" for v in r) for k, r in enumerate(rows)), head=head, name="load.csv")
+        (folder / "load.yaml").write_text(LOAD)
+        return [*files, folder / "load.yaml"]
+    table = folder / "lengths.csv"
+    head, *told = table.read_text().splitlines()
+    told = [f"{a}," + ",".join(f"{v:.4f}" for v in r) for a, r in zip(told, rows, strict=True)]
+    table.write_text("\n".join([",".join([head, *(f"t{i}" for i in range(1, 9))]), *told]) + "\n")
+    files[1].write_text(files[1].read_text() + f"tension: {{columns: [{', '.join(f't{i}' for i in range(1, 9))}], unit: N}}\n")
+    return files
+
+
+def mended(change):
+    def make(folder):
+        return identify(cell(folder, change)), identify(cell(folder))
+
+    return make
+
+
+obeyed("cells-weigh")(mended(lambda t: t / 9.80665))
+obeyed("not-at-rest")(mended(lambda t: t[:, ::-1]))
+obeyed("tensions-exchanged")(mended(lambda t: t[:, [1, 0, *range(2, 8)]]))
+obeyed("tensions-shifted")(mended(lambda t: np.roll(t, 1, axis=0)))
+
+
+ELASTIC = HOLDS.replace("tension:", "elasticity: 2.5e-6, tension:")
+
+
+@obeyed("tensions-weigh")
+def weigh(folder):
+    """Tensions in kgf of which the file says N."""
+    return identify(cell(folder, lambda t: t / 9.80665, ELASTIC, "lengths")), identify(cell(folder, lambda t: t, ELASTIC, "lengths"))
+
+
+@obeyed("stretch-left")
+def stretch(folder):
+    files = cell(folder, more=ELASTIC)[:3]
+    return identify(files), identify(cell(folder, lambda t: t, ELASTIC, "lengths"))
+
+
+# --- drift ------------------------------------------------------------------------------------------------------------
+
+
+def runs(folder, *changes, zeros=True):
+    """Runs of one robot, before each of which something of it changed."""
+    rng = np.random.default_rng(3)
+    nominal = Cables.nominal("eight", rng)
+    true, out = nominal.true(rng), []
+    for k, change in enumerate(changes):
+        true = change(true)
+        p, w = nominal.draw(rng, 60)
+        y = true.lengths(p, w) + 3e-4 * rng.normal(size=(60, 8))
+        at = folder / f"d{k}"
+        at.mkdir()
+        near = [v + 3e-4 * rng.normal(size=v.shape) for v in (p, w)]
+        files = [at / f for f in nominal.write(at, y, *near, 3e-4)]
+        identify(files, "-o", folder / f"r{k}")
+        out.append(folder / f"r{k}")
+    return out
+
+
+def same(true):
+    return true
+
+
+def moved(true, by=5e-3, cable=5):
+    return Cables(true.a + by * np.outer(np.arange(8) == cable, [1, 0, 0]), true.b, true.l0)
+
+
+def counted(by):
+    def change(true):
+        return Cables(true.a, true.b, true.l0 + np.array(by) * np.arange(1, 9) / 8)
+
+    return change
+
+
+def drift(*words):
+    return robocal("cable", "drift", *words)
+
+
+@obeyed("smallest-drift-free")
+def unchanged(folder):
+    two = runs(folder, same, same)
+    return drift(*two), drift(*two, "--zeros-unchanged")
+
+
+@obeyed("anchor-moved")
+def later(folder):
+    """Lengths of another day, at known poses: the later calibration is nearer."""
+    two = runs(folder, same, moved)
+    first = drift(*two, "--zeros-unchanged")
+    return first, drift(two[1], *runs_of_later(folder), "--zeros-unchanged")
+
+
+def runs_of_later(folder):
+    place = folder / "again"
+    place.mkdir()
+    return [runs(place, same, moved, same)[2]]
+
+
+@obeyed("anchor-or-zero")
+def either(folder):
+    """An anchor that moved by 20 mm towards the platform, of sensors that counted on."""
+
+    def nearer(true):
+        to = true.a.mean(axis=0) - true.a[5]
+        return Cables(true.a + np.outer(np.arange(8) == 5, 0.02 * to / np.linalg.norm(to)), true.b, true.l0)
+
+    two = runs(folder, same, nearer)
+    return drift(*two), drift(*two, "--zeros-unchanged")
+
+
+@obeyed("measurements-shared")
+def shared(folder):
+    one, two = runs(folder, same, same)
+    identify([folder / "d0" / f for f in ("robot.yaml", "lengths.yaml")], "-o", folder / "part")
+    return drift(one, folder / "part", "--base-moves"), drift(one, two, "--base-moves")
+
+
+@obeyed("nothing-known-of-errors")
+def files_alone(folder):
+    two = runs(folder, same, same)
+    alone = [shutil.copy(r / "calibrated.yaml", folder / f"{r.name}.yaml") for r in two]
+    return drift(*alone), drift(*two)
+
+
+@obeyed("base-not-measured")
+def no_instrument(folder):
+    one, two = runs(folder, same, same)
+    for k in (0, 1):
+        identify([folder / f"d{k}" / f for f in ("robot.yaml", "lengths.yaml")], "-o", folder / f"alone{k}")
+    return drift(folder / "alone0", folder / "alone1"), drift(one, two)
+
+
+@obeyed("zeros-changed")
+def power_up(folder):
+    """Runs of one power-up are compared instead."""
+    one, two, three = runs(folder, same, counted(0.05), same)
+    return drift(one, two), drift(two, three, "--zeros-unchanged")
+
+
+@obeyed("size-changed")
+def scale(folder):
+    """A marker that is 0.3 % larger than was said; then its true size is stated."""
+    one, _ = runs(folder, same, same)
+    files = [folder / "d1" / f for f in ("robot.yaml", "lengths.yaml", "poses.yaml")]
+    right = (folder / "d1" / "poses.csv").read_text()
+    head, *rows = right.splitlines()
+    wrong = [r.split(",") for r in rows]
+    wrong = [",".join([r[0], *(f"{1.003 * float(v):.6f}" for v in r[1:4]), *r[4:]]) for r in wrong]
+    said = []
+    for name, text in (("wrong", "\n".join([head, *wrong]) + "\n"), ("right", right)):
+        (folder / "d1" / "poses.csv").write_text(text)
+        identify(files, "-o", folder / name)
+        said.append(drift(one, folder / name))
+    return tuple(said)
