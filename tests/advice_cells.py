@@ -146,11 +146,11 @@ def runs_of_later(folder):
 
 @obeyed("anchor-or-zero")
 def either(folder):
-    """An anchor that moved by 20 mm towards the platform, of sensors that counted on."""
+    """An anchor that moved by 10 mm towards the platform, of sensors that counted on."""
 
     def nearer(true):
         to = true.a.mean(axis=0) - true.a[5]
-        return Cables(true.a + np.outer(np.arange(8) == 5, 0.02 * to / np.linalg.norm(to)), true.b, true.l0)
+        return Cables(true.a + np.outer(np.arange(8) == 5, 0.01 * to / np.linalg.norm(to)), true.b, true.l0)
 
     two = runs(folder, same, nearer)
     return drift(*two), drift(*two, "--zeros-unchanged")
@@ -187,16 +187,13 @@ def power_up(folder):
 
 @obeyed("size-changed")
 def scale(folder):
-    """A marker that is 0.3 % larger than was said; then its true size is stated."""
-    one, _ = runs(folder, same, same)
+    """Lengths and marker in units 0.3 % too large; then read by their true scale."""
+    one, two = runs(folder, same, same)
     files = [folder / "d1" / f for f in ("robot.yaml", "lengths.yaml", "poses.yaml")]
-    right = (folder / "d1" / "poses.csv").read_text()
-    head, *rows = right.splitlines()
-    wrong = [r.split(",") for r in rows]
-    wrong = [",".join([r[0], *(f"{1.003 * float(v):.6f}" for v in r[1:4]), *r[4:]]) for r in wrong]
-    said = []
-    for name, text in (("wrong", "\n".join([head, *wrong]) + "\n"), ("right", right)):
-        (folder / "d1" / "poses.csv").write_text(text)
-        identify(files, "-o", folder / name)
-        said.append(drift(one, folder / name))
-    return tuple(said)
+    for table, until in (("lengths.csv", 9), ("poses.csv", 4)):
+        head, *rows = (folder / "d1" / table).read_text().splitlines()
+        cut = [r.split(",") for r in rows]
+        rows = [",".join([r[0], *(f"{1.003 * float(v):.6f}" for v in r[1:until]), *r[until:]]) for r in cut]
+        (folder / "d1" / table).write_text("\n".join([head, *rows]) + "\n")
+    identify(files, "-o", folder / "wrong")
+    return drift(one, folder / "wrong"), drift(one, two)
