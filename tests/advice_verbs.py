@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 
 import numpy as np
 from advice import SIGMA, arm, beside, draw, edit, found, identify, obeyed, see, write
@@ -11,6 +13,7 @@ from cli.test_cable_import import CROSSED, EIGHT, PARENT, PHYSICAL, SPRING, body
 from cli.test_cable_import import cables as rows_of_cables
 from cli.test_urdf_runs import URDF
 from run_folders import earlier
+from studies.specs import EXAMPLES, TEXT
 
 from robocal.files.cable.cable_robot import read_cable
 
@@ -375,3 +378,122 @@ def without_rows(folder):
     first = robocal("drift", one, two)
     identify([folder / "d1" / f for f in ("robot.yaml", "data.yaml")], "-o", two, "--force")
     return first, robocal("drift", one, two)
+
+
+# --- plan and study ---------------------------------------------------------------------------------------------------
+
+
+@obeyed("accuracy-not-reached")
+def accuracy(folder):
+    how = ("--accuracy", 0.02, "--draw", 200)
+    return robocal("plan", "rv-2aj", *how), robocal("plan", "rv-2aj", *how, "--noise", 0.01)
+
+
+@obeyed("no-trial-ended")
+def study(folder):
+    """So much noise that no trial ends, then as much as an instrument has."""
+    shutil.copy(EXAMPLES / "cable-laval" / "robot.yaml", folder)
+    text = TEXT.replace("trials: 60", "trials: 8").replace("chunk: 10", "chunk: 8")
+    said = []
+    for noise in ("100 m", "4 mm"):
+        (folder / "study.yaml").write_text(text.replace("{residual: [length, squared]}", f"{{noise.length: [3 mm, {noise}]}}"))
+        said.append(robocal("study", folder / "study.yaml", "--workers", 1, "--force"))
+    return tuple(said)
+
+
+# --- truth ------------------------------------------------------------------------------------------------------------
+
+
+def simulated(folder, *options):
+    robocal("simulate", "rv-2aj", "-n", 60, "--seed", 3, "-o", folder / "sim")
+    files = [folder / "sim" / f for f in ("robot.yaml", "data.yaml")]
+    return files, folder / "sim" / "truth.yaml"
+
+
+@obeyed("truth-held", "truth-missed")
+def held(folder):
+    files, truth = simulated(folder)
+    identify(files, "--fix", "j3.d,j2.theta", "-o", folder / "held")
+    identify(files, "-o", folder / "free")
+    return robocal("drift", folder / "held", truth), robocal("drift", folder / "free", truth)
+
+
+@obeyed("truth-missed-by")
+def mistyped(folder):
+    """A number of the truth file that was mistyped, and is named."""
+    files, truth = simulated(folder)
+    identify(files, "-o", folder / "run")
+    right = truth.read_text()
+    d = re.search(r"name: j3,.*? d: ([-0-9.]+)", right)
+    truth.write_text(right.replace(d[0], d[0].replace(d[1], f"{float(d[1]) + 5:.6f}")))
+    first = robocal("drift", folder / "run", truth)
+    assert "j3.d" in found(first, r"farther from the truth than chance explains: ([^.]*\.[a-z]+)")
+    truth.write_text(right)
+    return first, robocal("drift", folder / "run", truth)
+
+
+# --- validate, what refuses to judge -----------------------------------------------------------------------------------
+
+
+@obeyed("few-after-frames")
+def few(folder):
+    return robocal("validate", *arm(folder, 3)), robocal("validate", *arm(folder, 40))
+
+
+@obeyed("mean-as-good")
+def shuffled(folder):
+    bad = arm(folder, 60, spoil=lambda q, p, rng: (q[rng.permutation(len(q))], p))
+    return robocal("validate", *bad), robocal("validate", *arm(folder, 60))
+
+
+# --- offsets -----------------------------------------------------------------------------------------------------------
+
+
+def _offset(folder, size, shift):
+    """An arm with errors of a size and joint offsets; its identification and a run; data of another day, at fixed tool."""
+
+    def turn(q, p, rng):
+        return q + shift * np.array([0, 0.02, -0.02, 0.015, 0.02, 0]), p
+
+    files = arm(folder, 80, size=size, spoil=turn)
+    first = identify(files, "-o", folder / "run")
+    return files, first, arm(folder, 120, size=size, spoil=turn, name="other")
+
+
+@obeyed("offsets-proven")
+def exported(folder):
+    files, first, other = _offset(folder, 0.05, 1.0)
+    table = folder / "offsets.csv"
+    robocal("export", folder / "run", "--format", "offsets", "-o", table)
+    means = [
+        robocal("validate", files[0], other[1], *more, "--json") for more in ((), ("--offsets", table))
+    ]
+    before, after = (m.document["errors"]["this"]["mean"] for m in means)
+    assert after < 0.3 * before, (before, after)
+    return Ran(3, first.out, first.err), means[1]
+
+
+@obeyed("offsets-not-proven")
+def whole_model(folder):
+    """Where offsets do not help, the whole model does."""
+    files, first, other = _offset(folder, 1.0, 0.0)
+    means = [robocal("validate", r, other[1], "--json") for r in (files[0], folder / "run")]
+    before, after = (m.document["errors"]["this"]["mean"] for m in means)
+    assert after < 0.3 * before, (before, after)
+    return Ran(3, first.out, first.err), means[1]
+
+
+@obeyed("errors-shared")
+def same_poses(folder):
+    """What the model cannot say repeats at the same poses, and cancels."""
+
+    def run(name, seed):
+        nominal, true, _, _ = draw()
+        rng = np.random.default_rng(seed)
+        q = nominal.draw(rng, 80)
+        bent = q - 2e-3 * np.sin(2 * q + np.arange(6))
+        identify(write(folder, nominal, q, see(true, bent, rng, 2e-5), 2e-5, name=name), "-o", folder / f"run-{name}")
+        return folder / f"run-{name}"
+
+    one, two, again = run("a", 1), run("b", 2), run("c", 1)
+    return robocal("drift", one, two), robocal("drift", one, again)
