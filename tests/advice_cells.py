@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 
 import numpy as np
-from advice import identify, obeyed
+from advice import cables, found, identify, obeyed
 from advice_statics import HOLDS, listed
 from cli.runs import robocal
 from listings import rows_of
@@ -197,3 +197,25 @@ def scale(folder):
         (folder / "d1" / table).write_text("\n".join([head, *rows]) + "\n")
     identify(files, "-o", folder / "wrong")
     return drift(one, folder / "wrong"), drift(one, two)
+
+
+# --- an instrument and its cables -------------------------------------------------------------------------------------
+
+
+@obeyed("scale-of-instrument")
+def marker(folder):
+    """A marker whose edge is 1 % larger than was said."""
+    return identify(cables(folder, 60, spoil=lambda y, p, w: (y, 1.01 * p, w))), identify(cables(folder, 60))
+
+
+@obeyed("segment-of-either")
+def moved_or_reset(folder):
+    """A plane and four cables: the rows are left out."""
+
+    def step(y, p, w):
+        p[23:] += [0.008, 0, 0.008]
+        return y, p, w
+
+    files = cables(folder, 80, name="four", spoil=step, step=0.05)
+    first = identify(files)
+    return first, identify(files, "--exclude", found(first, r"--exclude (\w+-\w+)"))

@@ -450,14 +450,14 @@ def shuffled(folder):
 
 
 def _offset(folder, size, shift):
-    """An arm with errors of a size and joint offsets; its identification and a run; data of another day, at fixed tool."""
-
-    def turn(q, p, rng):
-        return q + shift * np.array([0, 0.02, -0.02, 0.015, 0.02, 0]), p
-
-    files = arm(folder, 80, size=size, spoil=turn)
-    first = identify(files, "-o", folder / "run")
-    return files, first, arm(folder, 120, size=size, spoil=turn, name="other")
+    """An arm with errors of a size beside its joint offsets: its identification, and data of another day."""
+    nominal, true, _, rng = draw(size=size)
+    true.rows[:, 0] = nominal.rows[:, 0] + shift * np.array([0, 0.02, -0.02, 0.015, 0.02, 0])
+    files = []
+    for name, m in (("first", 80), ("other", 120)):
+        q = nominal.draw(rng, m)
+        files.append(write(folder, nominal, q, see(true, q, rng), name=name))
+    return files[0], identify(files[0], "-o", folder / "run"), files[1]
 
 
 @obeyed("offsets-proven")
@@ -490,10 +490,46 @@ def same_poses(folder):
     def run(name, seed):
         nominal, true, _, _ = draw()
         rng = np.random.default_rng(seed)
-        q = nominal.draw(rng, 80)
+        q, rng = nominal.draw(rng, 80), np.random.default_rng(ord(name))
         bent = q - 2e-3 * np.sin(2 * q + np.arange(6))
         identify(write(folder, nominal, q, see(true, bent, rng, 2e-5), 2e-5, name=name), "-o", folder / f"run-{name}")
         return folder / f"run-{name}"
 
     one, two, again = run("a", 1), run("b", 2), run("c", 1)
     return robocal("drift", one, two), robocal("drift", one, again)
+
+
+@obeyed("offsets-unseen")
+def offsets_unseen(folder):
+    """Two joints that turn, about one axis each, beside frame and tool; then all."""
+    nominal, true, q, rng = draw(60)
+    q[:, 2:] = [0.3, 0.0, 0.8, 0.0]
+    return identify(write(folder, nominal, q, see(true, q, rng))), identify(arm(folder, 60))
+
+
+@obeyed("conditions-assumed")
+def side(folder):
+    """Backlash of a joint whose side of approach is recorded, and then stated for the poses too."""
+
+    def loose(q, p, rng):
+        return q, p
+
+    nominal, true, q, rng = draw(100)
+    way = rng.choice([-1, 1], len(q))
+    real = q + 2e-3 * way[:, None] * np.eye(6)[1]
+    files = write(folder, nominal, q, see(true, real, rng))
+    head, *rows = beside(files).read_text().splitlines()
+    beside(files).write_text("\n".join([f"{head},side", *(f"{r},{w}" for r, w in zip(rows, way, strict=True))]) + "\n")
+    edit(files[1], ("frame:", "configuration: {approach.j2: side}\nframe:"))
+    identify(files, "--groups", "backlash", "-o", folder / "run")
+    row = "10,20,-20,15,40,5"
+    return ask(folder, folder / "run", row), ask(folder, folder / "run", row + ",1", more=",approach.j2")
+
+
+@obeyed("no-position")
+def far_too_large(folder):
+    files = arm(folder)
+    edit(files[0], ("d: 302", "d: 1e308"))
+    first = robocal("validate", *files)
+    edit(files[0], ("d: 1e308", "d: 302"))
+    return first, robocal("validate", *files)
