@@ -5,10 +5,12 @@ from __future__ import annotations
 import shutil
 
 import numpy as np
-from advice import cables, found, identify, obeyed
+from advice import cables, edit, found, identify, obeyed
 from advice_statics import HOLDS, listed
+from cables.logs import Log
 from cli.runs import robocal
 from listings import rows_of
+from scipy.spatial.transform import Rotation
 from worlds import Cables
 
 LOAD = """robocal: 1
@@ -210,12 +212,20 @@ def marker(folder):
 
 @obeyed("segment-of-either")
 def moved_or_reset(folder):
-    """A plane and four cables: the rows are left out."""
-
-    def step(y, p, w):
-        p[23:] += [0.008, 0, 0.008]
-        return y, p, w
-
-    files = cables(folder, 80, name="four", spoil=step, step=0.05)
+    """A plane and four cables, where both explain alike: the instrument moved, and its later rows have a frame of their own."""
+    rng = np.random.default_rng(7036)
+    log = Log("planar", seed=7036, path=True, count=int(rng.integers(60, 120)))
+    log.shift_instrument(int(rng.integers(log.count // 4, 3 * log.count // 4)), rng.uniform(5e-3, 20e-3))
+    drawn = log.nominal()
+    p, w = log.told[:, :3, 3], Rotation.from_matrix(log.told[:, :3, :3]).as_rotvec()
+    robot = Cables(drawn.a, drawn.b, drawn.zeros, "1R2T")
+    files = [folder / f for f in robot.write(folder, log.y, p, w, 1e-3)]
+    edit(files[2], ("sigma: 0.0572958", "sigma: 0.05"))
     first = identify(files)
-    return first, identify(files, "--exclude", found(first, r"--exclude (\w+-\w+)"))
+    at = int(found(first, r"poses.csv: from row (\d+) to"))
+    head, *rows = (folder / "poses.csv").read_text().splitlines()
+    (folder / "poses.csv").write_text("\n".join([head, *rows[: at - 2]]) + "\n")
+    (folder / "moved.csv").write_text("\n".join([head, *rows[at - 2 :]]) + "\n")
+    text = files[2].read_text().replace("poses.csv", "moved.csv").replace("name: tracker, free: false", "name: moved, free: true")
+    (folder / "moved.yaml").write_text(text)
+    return first, identify([*files, folder / "moved.yaml"])
