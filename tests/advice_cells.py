@@ -8,7 +8,7 @@ import numpy as np
 from advice import cables, edit, found, identify, obeyed
 from advice_statics import HOLDS, listed
 from cables.logs import Log
-from cli.runs import robocal
+from cli.runs import Ran, robocal
 from listings import rows_of
 from scipy.spatial.transform import Rotation
 from worlds import Cables
@@ -229,3 +229,69 @@ def moved_or_reset(folder):
     text = files[2].read_text().replace("poses.csv", "moved.csv").replace("name: tracker, free: false", "name: moved, free: true")
     (folder / "moved.yaml").write_text(text)
     return first, identify([*files, folder / "moved.yaml"])
+
+
+# --- lengths that are wrong --------------------------------------------------------------------------------------------
+
+
+@obeyed("cables-in-another-unit")
+def centimetres(folder):
+    files = cables(folder, spoil=lambda y, p, w: (0.1 * y, p, w))
+    first = identify(files)
+    told = found(first, r"the lengths are in (\w+), not in mm")
+    edit(files[1].with_suffix(".csv"), ("[mm]", f"[{told}]"))
+    edit(files[1], ("unit: mm", f"unit: {told}"))
+    return first, identify(files)
+
+
+@obeyed("lengths-count-the-other-way")
+def other_way(folder):
+    files = cables(folder, spoil=lambda y, p, w: (-y, p, w))
+    first = identify(files)
+    table = files[1].with_suffix(".csv")
+    head, *rows = table.read_text().splitlines()
+    rows = [",".join([r.split(",")[0], *(f"{-float(v):.6f}" for v in r.split(",")[1:])]) for r in rows]
+    table.write_text("\n".join([head, *rows]) + "\n")
+    return first, identify(files)
+
+
+@obeyed("slack-cable")
+def slack(folder):
+    def hang(y, p, w):
+        y[[3, 9, 14, 22, 31, 40], 2] += [0.05, 0.08, 0.06, 0.11, 0.07, 0.09]
+        return y, p, w
+
+    files = cables(folder, 60, spoil=hang)
+    first = identify(files)
+    return first, identify(files, "--exclude", found(first, r"--exclude ([\w.:,-]+)"))
+
+
+@obeyed("segments")
+def several(folder):
+    """Zeros that were set anew twice: the longest part alone."""
+
+    def reset(y, p, w):
+        y[60:] += np.linspace(-0.03, 0.03, 8)
+        y[75:] += np.linspace(0.02, -0.05, 8)
+        return y, p, w
+
+    files = cables(folder, 90, spoil=reset)
+    first = identify(files)
+    begins = found(first, r"changed 2 times, at the rows (\d+), \d+")
+    return first, identify(files, "--exclude", f"{begins}-91")
+
+
+@obeyed("cable-file-lacks")
+def drums(folder):
+    """The folder reads lengths with the gains of its drums, the file alone does not."""
+    files = cables(folder, 60, spoil=lambda y, p, w: (1.01 * y, p, w))
+    files[1].write_text(files[1].read_text() + "gain: {free: true}\n")
+    first = identify(files, "-o", folder / "run")
+    shutil.copy(folder / "run" / "calibrated.yaml", folder / "alone.yaml")
+    table = files[1].with_suffix(".csv")
+    off = []
+    for name in (folder / "alone.yaml", folder / "run"):
+        then = robocal("cable", "forward", name, table, "--sigma", 0.001, "--json", "--starts", 0)
+        off.append(np.mean([np.abs(r["residual"]).mean() for r in rows_of(then.document["poses"])]))
+    assert off[1] < 0.3 * off[0], off
+    return Ran(3, first.out, first.err), then

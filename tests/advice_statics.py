@@ -302,3 +302,20 @@ def differ(folder):
         cable("workspace", file, "--cells", 4, "--rays", 40),
         cable("workspace", file, "--cells", 41, "--rays", 2000),
     )
+
+
+@obeyed("only-singular")
+def radial(folder):
+    """Cables that all point at the middle of the platform; other anchors cross them."""
+
+    def built(heights):
+        b = ", ".join(f"[{x}, 0, {z}]" for x, z in zip((-0.2, 0.2, 0.2, -0.2), heights, strict=True))
+        return text(
+            folder,
+            "robocal: 1\nname: radial\nkind: cable\nunits: {length: m}\ndegrees: 1R2T\nplane: xz\n"
+            f"frame_anchors: [[-2, 0, 3], [2, 0, 3], [2, 0, 0], [-2, 0, 0]]\nplatform_anchors: [{b}]\n{HOLDS}",
+        )
+
+    box = ("--box=-0.000001,-1,1.2,0.000001,1,1.8", *QUICK)
+    first = cable("workspace", built((0.15, 0.15, -0.15, -0.15)), *box)
+    return first, cable("workspace", built((-0.15, -0.15, 0.15, 0.15)), *box)

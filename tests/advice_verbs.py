@@ -224,14 +224,7 @@ def of_urdf(folder):
     return identify([urdf, one / "data.yaml"], "-o", folder / "run"), two / "data.yaml"
 
 
-@obeyed("urdf-cannot-hold")
-def another_format(folder):
-    of_urdf(folder)
-    run = folder / "run"
-    return robocal("export", run, "--format", "urdf"), robocal("export", run, "--format", "yaml")
-
-
-@obeyed("urdf-lacks", "run-holds-more")
+@obeyed("run-holds-more")
 def whole_folder(folder):
     """The folder, given to validate, meets what the file alone misses by its tool."""
     first, data = of_urdf(folder)
@@ -248,28 +241,6 @@ def without_result(folder):
     first = robocal("validate", folder / "run", data)
     kept.rename(folder / "run" / "result.json")
     return first, robocal("validate", folder / "run", data)
-
-
-@obeyed("urdf-placeholders")
-def limits(folder):
-    of_urdf(folder)
-    first = robocal("export", folder / "u.yaml", "--format", "urdf")
-    then = robocal("export", folder / "run", "--format", "urdf", "--into", folder / "u.urdf")
-    assert then.out.count('effort="1" velocity="1"') == 4
-    return first, then
-
-
-@obeyed("urdf-tool-off")
-def no_fixed_joint(folder):
-    of_urdf(folder)
-    whole = URDF.replace(
-        "</robot>",
-        '<link name="tip"/><joint name="f" type="fixed"><parent link="l4"/><child link="tip"/></joint></robot>',
-    )
-    (folder / "more.urdf").write_text(whole)
-    return tuple(
-        robocal("export", folder / "run", "--format", "urdf", "--into", folder / f"{n}.urdf") for n in ("u", "more")
-    )
 
 
 @obeyed("beyond-left-out")
@@ -446,50 +417,6 @@ def shuffled(folder):
     return robocal("validate", *bad), robocal("validate", *arm(folder, 60))
 
 
-# --- offsets -----------------------------------------------------------------------------------------------------------
-
-
-def _offset(folder, size, shift):
-    """An arm with errors of a size beside its joint offsets: its identification, and data of another day."""
-    nominal, true, _, rng = draw(size=size)
-    true.rows[:, 0] = nominal.rows[:, 0] + shift * np.array([0, 0.02, -0.02, 0.015, 0.02, 0])
-    files = []
-    for name, m in (("first", 80), ("other", 120)):
-        q = nominal.draw(rng, m)
-        files.append(write(folder, nominal, q, see(true, q, rng), name=name))
-    return files[0], identify(files[0], "-o", folder / "run"), files[1]
-
-
-@obeyed("offsets-proven")
-def exported(folder):
-    files, first, other = _offset(folder, 0.05, 1.0)
-    table = folder / "offsets.csv"
-    robocal("export", folder / "run", "--format", "offsets", "-o", table)
-    means = [
-        robocal("validate", files[0], other[1], *more, "--json") for more in ((), ("--offsets", table))
-    ]
-    before, after = (m.document["errors"]["this"]["mean"] for m in means)
-    assert after < 0.3 * before, (before, after)
-    return Ran(3, first.out, first.err), means[1]
-
-
-@obeyed("offsets-not-proven")
-def whole_model(folder):
-    """A forearm that is too long: no joint offset is, and the whole model helps."""
-    nominal, true, _, rng = draw(size=0.05)
-    true.rows[:, 0] = nominal.rows[:, 0]
-    true.rows[3, 1] += 2e-3
-    files = []
-    for name, m in (("first", 80), ("other", 120)):
-        q = nominal.draw(rng, m)
-        files.append(write(folder, nominal, q, see(true, q, rng), name=name))
-    first = identify(files[0], "-o", folder / "run")
-    means = [robocal("validate", r, files[1][1], "--json") for r in (files[1][0], folder / "run")]
-    before, after = (m.document["errors"]["this"]["mean"] for m in means)
-    assert after < 0.3 * before, (before, after)
-    return Ran(3, first.out, first.err), means[1]
-
-
 @obeyed("errors-shared")
 def same_poses(folder):
     """What the model cannot say repeats at the same poses, and cancels."""
@@ -506,20 +433,9 @@ def same_poses(folder):
     return robocal("drift", one, two), robocal("drift", one, again)
 
 
-@obeyed("offsets-unseen")
-def offsets_unseen(folder):
-    """Two joints that turn, about one axis each, beside frame and tool; then all."""
-    nominal, true, q, rng = draw(60)
-    q[:, 2:] = [0.3, 0.0, 0.8, 0.0]
-    return identify(write(folder, nominal, q, see(true, q, rng))), identify(arm(folder, 60))
-
-
 @obeyed("conditions-assumed")
 def side(folder):
     """Backlash of a joint whose side of approach is recorded, and then stated for the poses too."""
-
-    def loose(q, p, rng):
-        return q, p
 
     nominal, true, q, rng = draw(100)
     way = rng.choice([-1, 1], len(q))
@@ -531,3 +447,25 @@ def side(folder):
     identify(files, "--groups", "backlash", "-o", folder / "run")
     row = "10,20,-20,15,40,5"
     return ask(folder, folder / "run", row), ask(folder, folder / "run", row + ",1", more=",approach.j2")
+
+
+# --- files --------------------------------------------------------------------------------------------------------------
+
+
+@obeyed("csv-commented")
+def commented(folder):
+    files = arm(folder)
+    text = beside(files).read_text()
+    beside(files).write_text("# " + text)
+    first = robocal("check", *files)
+    beside(files).write_text(text)
+    return first, robocal("check", *files)
+
+
+@obeyed("urdf-limits")
+def degrees(folder):
+    file = folder / "u.urdf"
+    file.write_text(URDF.replace('lower="-2.5" upper="2.5"', 'lower="-170" upper="170"'))
+    first = robocal("check", file)
+    file.write_text(URDF.replace('lower="-2.5" upper="2.5"', 'lower="-2.9671" upper="2.9671"'))
+    return first, robocal("check", file)

@@ -116,7 +116,7 @@ class UseRemarks:
     )
     URDF_PLACEHOLDERS = Phrase(
         "effort and velocity limits are placeholders (0): a URDF must have them, a kinematic model has none",
-        "--into URDF writes into the robot's own URDF, which keeps its limits.",
+        "Enter those of the robot where a program uses them.",
     )
     URDF_TOOL_OFF = Phrase(
         "{file}: behind the last axis there is no fixed joint that could hold the tool, which is off by {gap:.3g} and "
