@@ -31,7 +31,9 @@ def built(folder, m=60, seed=0):
     y = np.zeros((2 * m, 8))
     files = [folder / f for f in true.write(folder, y, p, w, 1e-3)]
     files[0].write_text(files[0].read_text() + HOLDS)
-    held = rows_of(robocal("cable", "tension", files[0], folder / "poses.csv", "--method", "mid", "--json").document["poses"])
+    held = rows_of(
+        robocal("cable", "tension", files[0], folder / "poses.csv", "--method", "mid", "--json").document["poses"]
+    )
     at = [k for k, r in enumerate(held) if r["feasible"]][:m]
     return nominal, true, p[at], w[at], np.array([held[k]["tension"] for k in at]), rng
 
@@ -47,14 +49,21 @@ def cell(folder, change=lambda t: t, more=HOLDS, where="load"):
     rows = change(t + 0.5 * rng.normal(size=t.shape))
     if where == "load":
         head = ",".join(["id", *(f"t{i}" for i in range(1, 9))])
-        listed(folder, *(f"p{k:04d}," + ",".join(f"{v:.4f}" for v in r) for k, r in enumerate(rows)), head=head, name="load.csv")
+        listed(
+            folder,
+            *(f"p{k:04d}," + ",".join(f"{v:.4f}" for v in r) for k, r in enumerate(rows)),
+            head=head,
+            name="load.csv",
+        )
         (folder / "load.yaml").write_text(LOAD)
         return [*files, folder / "load.yaml"]
     table = folder / "lengths.csv"
     head, *told = table.read_text().splitlines()
     told = [f"{a}," + ",".join(f"{v:.4f}" for v in r) for a, r in zip(told, rows, strict=True)]
     table.write_text("\n".join([",".join([head, *(f"t{i}" for i in range(1, 9))]), *told]) + "\n")
-    files[1].write_text(files[1].read_text() + f"tension: {{columns: [{', '.join(f't{i}' for i in range(1, 9))}], unit: N}}\n")
+    files[1].write_text(
+        files[1].read_text() + f"tension: {{columns: [{', '.join(f't{i}' for i in range(1, 9))}], unit: N}}\n"
+    )
     return files
 
 
@@ -77,7 +86,9 @@ ELASTIC = HOLDS.replace("tension:", "elasticity: 2.5e-6, tension:")
 @obeyed("tensions-weigh")
 def weigh(folder):
     """Tensions in kgf of which the file says N."""
-    return identify(cell(folder, lambda t: t / 9.80665, ELASTIC, "lengths")), identify(cell(folder, lambda t: t, ELASTIC, "lengths"))
+    return identify(cell(folder, lambda t: t / 9.80665, ELASTIC, "lengths")), identify(
+        cell(folder, lambda t: t, ELASTIC, "lengths")
+    )
 
 
 @obeyed("stretch-left")
@@ -226,7 +237,12 @@ def moved_or_reset(folder):
     head, *rows = (folder / "poses.csv").read_text().splitlines()
     (folder / "poses.csv").write_text("\n".join([head, *rows[: at - 2]]) + "\n")
     (folder / "moved.csv").write_text("\n".join([head, *rows[at - 2 :]]) + "\n")
-    text = files[2].read_text().replace("poses.csv", "moved.csv").replace("name: tracker, free: false", "name: moved, free: true")
+    text = (
+        files[2]
+        .read_text()
+        .replace("poses.csv", "moved.csv")
+        .replace("name: tracker, free: false", "name: moved, free: true")
+    )
     (folder / "moved.yaml").write_text(text)
     return first, identify([*files, folder / "moved.yaml"])
 

@@ -83,12 +83,25 @@ def aside(folder):
 def several(folder):
     """Four cables of a plane meet two poses; more cables do not."""
     flat = "robocal: 1\nname: n\nkind: cable\nunits: {length: m}\nframe_anchors: [%s]\nplatform_anchors: [%s]\n"
-    a = ["[1.6, 1.6, 3]", "[-1.6, 1.6, 3]", "[-1.6, -1.6, 3]", "[1.6, -1.6, 3]", "[2, 2, 3]", "[-2, 2, 3]", "[-2, -2, 3]", "[2, -2, 3]"]
+    a = [
+        "[1.6, 1.6, 3]",
+        "[-1.6, 1.6, 3]",
+        "[-1.6, -1.6, 3]",
+        "[1.6, -1.6, 3]",
+        "[2, 2, 3]",
+        "[-2, 2, 3]",
+        "[-2, -2, 3]",
+        "[2, -2, 3]",
+    ]
     b = ["[0.1, 0.12, 0]", "[-0.1, 0.12, 0]", "[-0.1, -0.12, 0]", "[0.12, -0.12, 0]"] * 2
     pose = listed(folder, "p,0.1,-0.2,0.9,0,0,0")
     said = []
     for name, more in (("flat.yaml", ()), ("more.yaml", ("[2, 0, 0]", "[-2, 0.3, 0]"))):
-        file = text(folder, flat % (", ".join([*a, *more]), ", ".join([*b, *["[0, 0, -0.1]", "[0.05, 0, -0.1]"][: len(more)]])), name)
+        file = text(
+            folder,
+            flat % (", ".join([*a, *more]), ", ".join([*b, *["[0, 0, -0.1]", "[0.05, 0, -0.1]"][: len(more)]])),
+            name,
+        )
         lengths = text(folder, cable("inverse", file, pose).out, f"{name}.csv")
         said.append(cable("forward", file, lengths, "--starts", 40))
     return tuple(said)
@@ -135,7 +148,11 @@ def unended(folder):
 def undetermined(folder):
     file, _, _ = robot(folder)
     whole = file.read_text()
-    few = "\n".join(r for r in whole.splitlines() if not any(f"  {n}{i}:" in r or f"name: c{i}" in r for n in "AB" for i in (6, 7, 8)))
+    few = "\n".join(
+        r
+        for r in whole.splitlines()
+        if not any(f"  {n}{i}:" in r or f"name: c{i}" in r for n in "AB" for i in (6, 7, 8))
+    )
     file.write_text(few + "\n")
     first = robocal("check", file)
     file.write_text(few.replace("degrees: 3R3T", "degrees: 3T") + "\n")
@@ -165,7 +182,10 @@ def plane(folder):
 
     def rows(turn):
         at, by = rng.uniform(-0.5, 0.5, (40, 2)), turn * rng.uniform(-1, 1, (40, 3))
-        return [f"p{i},{x:.4f},{y:.4f},1.5,{a:.3f},{b:.3f},{c:.3f}" for i, ((x, y), (a, b, c)) in enumerate(zip(at, by, strict=True))]
+        return [
+            f"p{i},{x:.4f},{y:.4f},1.5,{a:.3f},{b:.3f},{c:.3f}"
+            for i, ((x, y), (a, b, c)) in enumerate(zip(at, by, strict=True))
+        ]
 
     noise = ("--sigma", "3mm", "--sigma-position", "1mm", "--sigma-orientation", "0.1deg")
     return tuple(cable("require", file, listed(folder, *rows(t)), *noise) for t in (0, 15))
@@ -283,7 +303,9 @@ def parts(folder):
     """Started in the other part, the rays find what the first ones missed: the two make the whole."""
     file, out = text(folder, APART), folder / "out"
     first = cable("workspace", file, "--cells", 41, "-o", out)
-    rows = np.array([[float(v or "nan") for v in r.split(",")[:5]] for r in (out / "workspace.csv").read_text().splitlines()[1:]])
+    rows = np.array(
+        [[float(v or "nan") for v in r.split(",")[:5]] for r in (out / "workspace.csv").read_text().splitlines()[1:]]
+    )
     held = rows[rows[:, 3] == 1]
     here, whole = cable("workspace", file, "--cells", 41, "--json"), 0.0
     at = np.array(here.document["rays"]["start"]["value"]) * 1e3
@@ -316,6 +338,6 @@ def radial(folder):
             f"frame_anchors: [[-2, 0, 3], [2, 0, 3], [2, 0, 0], [-2, 0, 0]]\nplatform_anchors: [{b}]\n{HOLDS}",
         )
 
-    box = ("--box=-0.000001,-1,1.2,0.000001,1,1.8", *QUICK)
+    box = ("--box=-0.000001,0,1.2,0.000001,0,1.8", *QUICK)
     first = cable("workspace", built((0.15, 0.15, -0.15, -0.15)), *box)
     return first, cable("workspace", built((-0.15, -0.15, 0.15, 0.15)), *box)

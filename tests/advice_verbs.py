@@ -1,105 +1,17 @@
-"""Advice on verbs beside identify and check, obeyed: verify, import, validate, compensate, export, predict, drift, plan, study."""
+"""Advice on what is done with a robot and its runs: validate, compensate, export, predict, plan, study; obeyed."""
 
 from __future__ import annotations
 
-import json
-import re
 import shutil
 
 import numpy as np
-from advice import SIGMA, arm, beside, draw, edit, found, identify, obeyed, see, write
+from advice import arm, beside, draw, edit, found, identify, obeyed, see, write
 from cli.runs import Ran, robocal
-from cli.test_cable_import import CROSSED, EIGHT, PARENT, PHYSICAL, SPRING, body, links, planar, sets, spatial
-from cli.test_cable_import import cables as rows_of_cables
 from cli.test_urdf_runs import URDF
 from run_folders import earlier
 from studies.specs import EXAMPLES, TEXT
 
-from robocal.files.cable.cable_robot import read_cable
-
-# --- verify: what a source has that the reference has not, corrected ---------------------------------------------------
-
-
-def _verify(spoil):
-    def make(folder):
-        rng = np.random.default_rng(5)
-        p, w = rng.uniform(-1, 1, (12, 3)), 0.4 * rng.normal(size=(12, 3))
-        near = p + 1e-3 * rng.normal(size=p.shape)
-        for name, rows in (("tracker", (p, w)), ("robot", (near, w)), ("wrong", spoil(near, w))):
-            lines = (f"p{i},{','.join(f'{v:.9g}' for v in (*a, *b))}" for i, (a, b) in enumerate(zip(*rows, strict=True)))
-            head = "id,x [m],y [m],z [m],rx [rad],ry [rad],rz [rad]"
-            (folder / f"{name}.csv").write_text("\n".join([head, *lines]) + "\n")
-        return tuple(robocal("verify", folder / "tracker.csv", folder / f"{n}.csv") for n in ("wrong", "robot"))
-
-    return make
-
-
-obeyed("unlike-mirrored")(_verify(lambda p, w: (p[:, [1, 0, 2]], w)))
-obeyed("unlike-scaled")(_verify(lambda p, w: (p * 1000, w)))
-obeyed("unlike-shifted")(_verify(lambda p, w: (np.roll(p, 1, axis=0), np.roll(w, 1, axis=0))))
-obeyed("unlike-still")(_verify(lambda p, w: (1e-4 * p, w)))
-obeyed("unlike-turn-inverted")(_verify(lambda p, w: (p, -w)))
-obeyed("unlike-turn-unit")(_verify(lambda p, w: (p, np.radians(w))))
-obeyed("unlike-unknown")(_verify(lambda p, w: (p[[3, 7, 1, 0, 9, 2, 11, 4, 5, 10, 8, 6]], w)))
-
-
-@obeyed("poses-not-in-all")
-def left_out(folder):
-    make = _verify(lambda p, w: (p, w))
-    make(folder)
-    right = (folder / "robot.csv").read_text()
-    (folder / "robot.csv").write_text(right.replace("\np1", "\nq1"))
-    first = robocal("verify", folder / "tracker.csv", folder / "robot.csv")
-    (folder / "robot.csv").write_text(right)
-    return first, robocal("verify", folder / "tracker.csv", folder / "robot.csv")
-
-
-# --- import: models of CASPR ------------------------------------------------------------------------------------------
-
-
-@obeyed("said-of-some")
-def some(folder):
-    stiff, plain = rows_of_cables(EIGHT[:4], **SPRING), rows_of_cables(EIGHT[4:])
-    first = robocal("import", spatial(sets(used=stiff + plain)).write(folder))
-    return first, robocal("import", spatial(sets(used=rows_of_cables(EIGHT, **SPRING))).write(folder))
-
-
-@obeyed("cable-sets-aside")
-def another_set(folder):
-    """The set that is asked for stands in the robot.yaml, whose cables are those of that set."""
-    model = spatial(sets(used=rows_of_cables(EIGHT), spare=rows_of_cables(CROSSED))).write(folder)
-    first = robocal("import", model)
-    then = robocal("import", model, "--cables", "spare", "-o", folder / "spare.yaml")
-    robot = read_cable(folder / "spare.yaml").robot
-    assert then.status == 0 and np.allclose(robot.a, [a for a, _ in CROSSED]) and np.allclose(robot.b, [b for _, b in CROSSED])
-    return Ran(3, first.out, first.err), then
-
-
-@obeyed("inertia-of-no-body")
-def moments(folder):
-    bad = planar("PLANAR_XZ")
-    bad.bodies = bad.bodies.replace("<Iyy>0.625", "<Iyy>5")
-    first = robocal("import", bad.write(folder))
-    return first, robocal("import", planar("PLANAR_XZ").write(folder))
-
-
-@obeyed("counted-from-elsewhere")
-def from_elsewhere(folder):
-    """Lengths of CASPR at its positions are those of robot.yaml at these and what is told."""
-    model = spatial(bodies=links(body(parent=PARENT.replace("0 0 0", "0.5 0 1")))).write(folder)
-    first = robocal("import", model, "-o", folder / "robot.yaml")
-    told = [float(found(first, rf"counts the platform's position from {'[-0-9.e]+, ' * i}([-0-9.e]+)")) for i in range(3)]
-    of_caspr = np.array([0.1, 0.2, 0.4])
-    at = of_caspr + told
-    (folder / "p.csv").write_text("id,x [m],y [m],z [m],rx [deg],ry [deg],rz [deg]\na," + ",".join(map(str, at)) + ",0,0,0\n")
-    then = robocal("cable", "inverse", folder / "robot.yaml", folder / "p.csv")
-    lengths = [float(v) for v in then.out.splitlines()[1].split(",")[1:]]
-    a, b = (np.array([e[i] for e in EIGHT]) for i in (0, 1))
-    assert np.allclose(lengths, np.linalg.norm(of_caspr + [0.5, 0, 1] + b - a, axis=1), atol=1e-6), lengths
-    return first, then
-
-
-# --- validate ---------------------------------------------------------------------------------------------------------
+# --- validate --------------------------------------------------------------------------------------------------------
 
 
 @obeyed("few-unseen-here")
@@ -126,7 +38,9 @@ def remounted(folder):
     first = robocal("validate", *files)
     told = [float(v) for v in found(first, r"a target that sits \(([^)]*)\)").replace(" mm", "").split(",")]
     old = nominal.tool * 1e3
-    edit(files[0], ("xyz: [30, -20, 110]", f"xyz: [{', '.join(f'{a + b:.3f}' for a, b in zip(old, told, strict=True))}]"))
+    edit(
+        files[0], ("xyz: [30, -20, 110]", f"xyz: [{', '.join(f'{a + b:.3f}' for a, b in zip(old, told, strict=True))}]")
+    )
     then = robocal("validate", *files, "--json")
     assert then.document["errors"]["this"]["mean"] < 0.5, then.said
     return first, then
@@ -136,7 +50,9 @@ def remounted(folder):
 def directions(folder):
     for kind in ("bearing", "position"):
         robocal("simulate", "rv-2aj", "-n", 30, "--kind", kind, "-o", folder / kind)
-    return tuple(robocal("validate", folder / k / "truth.yaml", folder / k / "data.yaml") for k in ("bearing", "position"))
+    return tuple(
+        robocal("validate", folder / k / "truth.yaml", folder / k / "data.yaml") for k in ("bearing", "position")
+    )
 
 
 @obeyed("few-visits")
@@ -160,25 +76,41 @@ def offsets(folder):
     return first, robocal("validate", *files, "--offsets", table)
 
 
-# --- compensate -------------------------------------------------------------------------------------------------------
+@obeyed("few-after-frames")
+def few(folder):
+    return robocal("validate", *arm(folder, 3)), robocal("validate", *arm(folder, 40))
+
+
+@obeyed("mean-as-good")
+def shuffled(folder):
+    bad = arm(folder, 60, spoil=lambda q, p, rng: (q[rng.permutation(len(q))], p))
+    return robocal("validate", *bad), robocal("validate", *arm(folder, 60))
+
+
+# --- compensate ------------------------------------------------------------------------------------------------------
 
 
 def targets(folder, place=(0.35, 0.1, 0.5), name="targets.csv"):
     (folder / name).write_text(
-        "id,x [m],y [m],z [m],rx [deg],ry [deg],rz [deg]\n" + f"a,{','.join(map(str, place))},0,170,0\nb,0.3,0.05,0.45,0,170,0\n"
+        "id,x [m],y [m],z [m],rx [deg],ry [deg],rz [deg]\n"
+        + f"a,{','.join(map(str, place))},0,170,0\nb,0.3,0.05,0.45,0,170,0\n"
     )
     return folder / name
 
 
 def joint_targets(folder):
-    (folder / "q.csv").write_text(",".join(f"j{i} [deg]" for i in range(1, 7)) + "\n10,20,-20,15,40,5\n-20,30,-40,5,50,15\n")
+    (folder / "q.csv").write_text(
+        ",".join(f"j{i} [deg]" for i in range(1, 7)) + "\n10,20,-20,15,40,5\n-20,30,-40,5,50,15\n"
+    )
     return folder / "q.csv"
 
 
 @obeyed("branch-unknown")
 def branch(folder):
     identify(arm(folder, 60), "-o", folder / "run")
-    return robocal("compensate", folder / "run", targets(folder)), robocal("compensate", folder / "run", joint_targets(folder))
+    return robocal("compensate", folder / "run", targets(folder)), robocal(
+        "compensate", folder / "run", joint_targets(folder)
+    )
 
 
 @obeyed("calibration-unproven")
@@ -210,7 +142,7 @@ def another_robot(folder):
     return tuple(robocal("compensate", folder / "run", joint_targets(folder), "--nominal", n) for n in nominal)
 
 
-# --- export and run folders of a URDF ---------------------------------------------------------------------------------
+# --- export and run folders of a URDF --------------------------------------------------------------------------------
 
 
 def of_urdf(folder):
@@ -263,7 +195,7 @@ def judged(folder):
     return first, robocal("validate", files[0], other[1], "--offsets", table)
 
 
-# --- predict ------------------------------------------------------------------------------------------------------------
+# --- predict ---------------------------------------------------------------------------------------------------------
 
 
 def ask(folder, run, *rows, more=""):
@@ -281,15 +213,6 @@ def outside(folder):
     return tuple(said)
 
 
-@obeyed("run-not-improved")
-def not_improved(folder):
-    runs = folder / "one", folder / "two", folder / "more"
-    identify(arm(folder, 40, size=0.03, name="a"), "-o", runs[0])
-    identify(arm(folder, 60, name="b"), "-o", runs[1])
-    identify(arm(folder, 300, name="c"), "-o", runs[2])
-    return robocal("drift", runs[0], runs[1]), robocal("drift", runs[2], runs[1])
-
-
 @obeyed("run-unrecorded")
 def unrecorded(folder):
     run, files = folder / "run", arm(folder, 60)
@@ -298,139 +221,6 @@ def unrecorded(folder):
     first = ask(folder, run, "10,20,-20,15,40,5")
     identify(files, "-o", run, "--force")
     return first, ask(folder, run, "10,20,-20,15,40,5")
-
-
-# --- drift ----------------------------------------------------------------------------------------------------------------
-
-
-def _runs(folder, *counts, noise=SIGMA, grown=0.0):
-    """Runs of one arm, of that many measurements; of the last one a link grew."""
-    out = []
-    for k, m in enumerate(counts):
-        nominal, true, _, _ = draw()
-        rng = np.random.default_rng(k + 5)
-        if grown and k == len(counts) - 1:
-            true.rows[1, 2] += grown
-        q = nominal.draw(rng, m)
-        files = write(folder, nominal, q, see(true, q, rng, noise), noise, name=f"d{k}")
-        identify(files, "-o", folder / f"r{k}")
-        out.append(folder / f"r{k}")
-    return out
-
-
-@obeyed("change-open")
-def undecided(folder):
-    one, two, three, four = _runs(folder, 30, 30, 200, 200)
-    return robocal("drift", one, two), robocal("drift", three, four)
-
-
-@obeyed("change-above")
-def grew(folder):
-    """The later run meets what is measured later, the earlier one does not."""
-    one, two = _runs(folder, 60, 60, grown=1e-3)
-    first = robocal("drift", one, two)
-    nominal, true, _, _ = draw()
-    true.rows[1, 2] += 1e-3
-    rng = np.random.default_rng(99)
-    q = nominal.draw(rng, 60)
-    later = write(folder, nominal, q, see(true, q, rng), name="later")
-    means = [robocal("validate", r, later[1], "--json") for r in (one, two)]
-    before, after = (m.document["errors"]["this"]["mean"] for m in means)
-    assert after < 0.6 * before, (before, after)
-    return Ran(3, first.out, first.err), means[1]
-
-
-@obeyed("rows-not-kept")
-def without_rows(folder):
-    one, two = _runs(folder, 60, 60)
-    known = json.loads((two / "covariance.json").read_text())
-    del known["rows"]
-    (earlier(two) / "covariance.json").write_text(json.dumps(known))
-    first = robocal("drift", one, two)
-    identify([folder / "d1" / f for f in ("robot.yaml", "data.yaml")], "-o", two, "--force")
-    return first, robocal("drift", one, two)
-
-
-# --- plan and study ---------------------------------------------------------------------------------------------------
-
-
-@obeyed("accuracy-not-reached")
-def accuracy(folder):
-    how = ("--accuracy", 0.02, "--draw", 200)
-    return robocal("plan", "rv-2aj", *how), robocal("plan", "rv-2aj", *how, "--noise", 0.01)
-
-
-@obeyed("no-trial-ended")
-def study(folder):
-    """So much noise that no trial ends, then as much as an instrument has."""
-    shutil.copy(EXAMPLES / "cable-laval" / "robot.yaml", folder)
-    text = TEXT.replace("trials: 60", "trials: 8").replace("chunk: 10", "chunk: 8")
-    said = []
-    for noise in ("100 m", "4 mm"):
-        (folder / "study.yaml").write_text(text.replace("{residual: [length, squared]}", f"{{noise.length: [3 mm, {noise}]}}"))
-        said.append(robocal("study", folder / "study.yaml", "--workers", 1, "--force"))
-    return tuple(said)
-
-
-# --- truth ------------------------------------------------------------------------------------------------------------
-
-
-def simulated(folder, *options):
-    robocal("simulate", "rv-2aj", "-n", 60, "--seed", 3, "-o", folder / "sim")
-    files = [folder / "sim" / f for f in ("robot.yaml", "data.yaml")]
-    return files, folder / "sim" / "truth.yaml"
-
-
-@obeyed("truth-held", "truth-missed")
-def held(folder):
-    files, truth = simulated(folder)
-    identify(files, "--fix", "j3.d,j2.theta", "-o", folder / "held")
-    identify(files, "-o", folder / "free")
-    return robocal("drift", folder / "held", truth), robocal("drift", folder / "free", truth)
-
-
-@obeyed("truth-missed-by")
-def mistyped(folder):
-    """A number of the truth file that was mistyped, and is named."""
-    files, truth = simulated(folder)
-    identify(files, "-o", folder / "run")
-    right = truth.read_text()
-    d = re.search(r"name: j3,.*? d: ([-0-9.]+)", right)
-    truth.write_text(right.replace(d[0], d[0].replace(d[1], f"{float(d[1]) + 5:.6f}")))
-    first = robocal("drift", folder / "run", truth)
-    assert "j3.d" in found(first, r"farther from the truth than chance explains: ([^.]*\.[a-z]+)")
-    truth.write_text(right)
-    return first, robocal("drift", folder / "run", truth)
-
-
-# --- validate, what refuses to judge -----------------------------------------------------------------------------------
-
-
-@obeyed("few-after-frames")
-def few(folder):
-    return robocal("validate", *arm(folder, 3)), robocal("validate", *arm(folder, 40))
-
-
-@obeyed("mean-as-good")
-def shuffled(folder):
-    bad = arm(folder, 60, spoil=lambda q, p, rng: (q[rng.permutation(len(q))], p))
-    return robocal("validate", *bad), robocal("validate", *arm(folder, 60))
-
-
-@obeyed("errors-shared")
-def same_poses(folder):
-    """What the model cannot say repeats at the same poses, and cancels."""
-
-    def run(name, seed):
-        nominal, true, _, _ = draw()
-        rng = np.random.default_rng(seed)
-        q, rng = nominal.way(rng, 150, 0.02), np.random.default_rng(ord(name))
-        bent = q - 2e-3 * np.sin(2 * q + np.arange(6))
-        identify(write(folder, nominal, q, see(true, bent, rng, 2e-5), 2e-5, name=name), "-o", folder / f"run-{name}")
-        return folder / f"run-{name}"
-
-    one, two, again = run("a", 1), run("b", 2), run("c", 1)
-    return robocal("drift", one, two), robocal("drift", one, again)
 
 
 @obeyed("conditions-assumed")
@@ -449,7 +239,30 @@ def side(folder):
     return ask(folder, folder / "run", row), ask(folder, folder / "run", row + ",1", more=",approach.j2")
 
 
-# --- files --------------------------------------------------------------------------------------------------------------
+# --- plan and study --------------------------------------------------------------------------------------------------
+
+
+@obeyed("accuracy-not-reached")
+def accuracy(folder):
+    how = ("--accuracy", 0.02, "--draw", 200)
+    return robocal("plan", "rv-2aj", *how), robocal("plan", "rv-2aj", *how, "--noise", 0.01)
+
+
+@obeyed("no-trial-ended")
+def study(folder):
+    """So much noise that no trial ends, then as much as an instrument has."""
+    shutil.copy(EXAMPLES / "cable-laval" / "robot.yaml", folder)
+    text = TEXT.replace("trials: 60", "trials: 8").replace("chunk: 10", "chunk: 8")
+    said = []
+    for noise in ("100 m", "4 mm"):
+        (folder / "study.yaml").write_text(
+            text.replace("{residual: [length, squared]}", f"{{noise.length: [3 mm, {noise}]}}")
+        )
+        said.append(robocal("study", folder / "study.yaml", "--workers", 1, "--force"))
+    return tuple(said)
+
+
+# --- files -----------------------------------------------------------------------------------------------------------
 
 
 @obeyed("csv-commented")

@@ -7,8 +7,12 @@ from pathlib import Path
 
 import advice_arms  # noqa: F401 - fills the table
 import advice_cables  # noqa: F401
+import advice_cells  # noqa: F401
+import advice_compared  # noqa: F401
 import advice_files  # noqa: F401
+import advice_statics  # noqa: F401
 import advice_uses  # noqa: F401
+import advice_verbs  # noqa: F401
 import pytest
 from advice import OBEYED, advised, is_better, spoken
 
@@ -24,7 +28,9 @@ QUICK = (
 )
 # Obeyed by a test of their own.
 OTHER = {
+    "angles-left": "prove/test_left.py",
     "baselines-apart": "prove/test_baselines.py",
+    "no-change-found": "session/test_own_machines.py",
     "one-change-explains": "session/test_naming_causes.py",
     "rows-of-another-robot": "session/test_naming_causes.py",
     "rows-of-two-robots": "session/test_naming_causes.py",

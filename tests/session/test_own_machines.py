@@ -55,13 +55,13 @@ def test_check_simulate_identify_validate(kind, tmp_path, monkeypatch):
     assert again.status == 3 and any("fitted" in r for r in json.loads(again.out)["reasons"])
 
 
-def calibrated(folder, own, kind, seed, **values):
+def calibrated(folder, own, kind, seed, many=60, **values):
     """The run folder of a simulated machine whose free parameters are as given, nominal otherwise."""
     machine, data, _ = MACHINES[kind]
     there = {n: machine.table[n].value for n in machine.table.free} | values
     units = {n: Units().of(machine.table[n].unit) for n in there}
     words = [w for n, v in there.items() for w in ("--set", f"{n}={units[n].from_si(v)}")]
-    made = robocal("simulate", own, "-n", 60, "--seed", seed, *words, "-o", folder)
+    made = robocal("simulate", own, "-n", many, "--seed", seed, *words, "-o", folder)
     assert made.status == 0, made.err
     found = robocal("identify", folder / "robot.yaml", folder / data, "-o", folder / "run")
     assert found.status == 0, found.err
@@ -100,6 +100,18 @@ def test_drift_names_what_changed(kind, changed, value, tmp_path, monkeypatch):
         assert said.status == 2 and words[0] in said.err and f"nothing, for a {kind}" in said.err, said.err
     beside = robocal("drift", worn, tmp_path / "sim3" / "truth.yaml", "--json")
     assert beside.status == 0 and json.loads(beside.out)["verdict"]["consistent"], beside.err
+
+
+# obeys: no-change-found
+def test_more_measurements_find_a_smaller_change(tmp_path):
+    own = tmp_path / "own.yaml"
+    own.write_text(files_of(Motor(), Motor(), "", Units(), "motor")["robot.yaml"])
+    for many, said in ((12, "nothing changed by more than chance"), (3000, "the change shows in motor.sine")):
+        pair = [
+            calibrated(tmp_path / f"{many}-{k}", own, "motor", k, many=many, **{"motor.gain": 1.004, "motor.sine": s})
+            for k, s in ((1, 0.0), (2, 1e-4))
+        ]
+        assert said in robocal("drift", *pair).said
 
 
 def test_machines_of_two_kinds_are_not_compared(tmp_path):

@@ -43,9 +43,7 @@ class UseRemarks:
         "no lengths were measured, and a model is validated in lengths",
         "Give measurements of positions, poses or distances.",
     )
-    NO_POSITION = Phrase(
-        "the model gives no finite position on these data", "Look for joint values or lengths that are far too large."
-    )
+    NO_POSITION = Phrase("the model gives no finite position on these data")
     MEAN_AS_GOOD = Phrase(
         "no better than predicting the mean of the measurements: {error:.4g} against {constant:.4g}",
         "Check that each row pairs a measurement with its own joint values, and that units and signs of the joints "
