@@ -43,7 +43,6 @@ class UseRemarks:
         "no lengths were measured, and a model is validated in lengths",
         "Give measurements of positions, poses or distances.",
     )
-    NO_POSITION = Phrase("the model gives no finite position on these data")
     MEAN_AS_GOOD = Phrase(
         "no better than predicting the mean of the measurements: {error:.4g} against {constant:.4g}",
         "Check that each row pairs a measurement with its own joint values, and that units and signs of the joints "

@@ -245,7 +245,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
     if not len(mine.position):
         reasons.append(Remark.of(Code.NO_LENGTHS))
     elif not np.isfinite(mine.position).all():
-        reasons.append(Remark.of(Code.NO_POSITION))
+        reasons.append(Remark.of(Code.NOT_FINITE))
     constant = _constant(inputs.data)
     worst = float(mine.position.mean()) * mine.factor if len(mine.position) and np.isfinite(mine.factor) else None
     if worst is not None and constant is not None and worst >= 0.9 * constant:
