@@ -38,9 +38,7 @@ class CableRemarks:
         "{file}: CASPR counts the platform's position from {x:.6g}, {y:.6g}, {z:.6g} m, robot.yaml from the base",
         "Add these to the positions of CASPR's trajectories; lengths at a pose are the same.",
     )
-    NO_KEY_FOR = Phrase(
-        "{file}: robot.yaml has no key for {names}; no length or tension depends on it"
-    )
+    NO_KEY_FOR = Phrase("{file}: robot.yaml has no key for {names}; no length or tension depends on it")
     ANCHORS_UNUSED = Phrase(
         "{file}: no cable uses {side} anchor {anchors}", "Spare anchors do no harm; check that no cable is missing."
     )
