@@ -5,12 +5,10 @@ from __future__ import annotations
 import shutil
 
 import numpy as np
-from advice import cables, edit, found, identify, obeyed
+from advice import cables, identify, obeyed
 from advice_statics import HOLDS, listed
-from cables.logs import Log
 from cli.runs import Ran, robocal
 from listings import rows_of
-from scipy.spatial.transform import Rotation
 from worlds import Cables
 
 LOAD = """robocal: 1
@@ -212,89 +210,7 @@ def scale(folder):
     return drift(one, folder / "wrong"), drift(one, two)
 
 
-# --- an instrument and its cables -------------------------------------------------------------------------------------
-
-
-@obeyed("scale-of-instrument")
-def marker(folder):
-    """A marker whose edge is 1 % larger than was said."""
-    return identify(cables(folder, 60, spoil=lambda y, p, w: (y, 1.01 * p, w))), identify(cables(folder, 60))
-
-
-@obeyed("segment-of-either")
-def moved_or_reset(folder):
-    """A plane and four cables, where both explain alike: the instrument moved, and its later rows have a frame of their own."""
-    rng = np.random.default_rng(7036)
-    log = Log("planar", seed=7036, path=True, count=int(rng.integers(60, 120)))
-    log.shift_instrument(int(rng.integers(log.count // 4, 3 * log.count // 4)), rng.uniform(5e-3, 20e-3))
-    drawn = log.nominal()
-    p, w = log.told[:, :3, 3], Rotation.from_matrix(log.told[:, :3, :3]).as_rotvec()
-    robot = Cables(drawn.a, drawn.b, drawn.zeros, "1R2T")
-    files = [folder / f for f in robot.write(folder, log.y, p, w, 1e-3)]
-    edit(files[2], ("sigma: 0.0572958", "sigma: 0.05"))
-    first = identify(files)
-    at = int(found(first, r"poses.csv: from row (\d+) to"))
-    head, *rows = (folder / "poses.csv").read_text().splitlines()
-    (folder / "poses.csv").write_text("\n".join([head, *rows[: at - 2]]) + "\n")
-    (folder / "moved.csv").write_text("\n".join([head, *rows[at - 2 :]]) + "\n")
-    text = (
-        files[2]
-        .read_text()
-        .replace("poses.csv", "moved.csv")
-        .replace("name: tracker, free: false", "name: moved, free: true")
-    )
-    (folder / "moved.yaml").write_text(text)
-    return first, identify([*files, folder / "moved.yaml"])
-
-
-# --- lengths that are wrong --------------------------------------------------------------------------------------------
-
-
-@obeyed("cables-in-another-unit")
-def centimetres(folder):
-    files = cables(folder, spoil=lambda y, p, w: (0.1 * y, p, w))
-    first = identify(files)
-    told = found(first, r"the lengths are in (\w+), not in mm")
-    edit(files[1].with_suffix(".csv"), ("[mm]", f"[{told}]"))
-    edit(files[1], ("unit: mm", f"unit: {told}"))
-    return first, identify(files)
-
-
-@obeyed("lengths-count-the-other-way")
-def other_way(folder):
-    files = cables(folder, spoil=lambda y, p, w: (-y, p, w))
-    first = identify(files)
-    table = files[1].with_suffix(".csv")
-    head, *rows = table.read_text().splitlines()
-    rows = [",".join([r.split(",")[0], *(f"{-float(v):.6f}" for v in r.split(",")[1:])]) for r in rows]
-    table.write_text("\n".join([head, *rows]) + "\n")
-    return first, identify(files)
-
-
-@obeyed("slack-cable")
-def slack(folder):
-    def hang(y, p, w):
-        y[[3, 9, 14, 22, 31, 40], 2] += [0.05, 0.08, 0.06, 0.11, 0.07, 0.09]
-        return y, p, w
-
-    files = cables(folder, 60, spoil=hang)
-    first = identify(files)
-    return first, identify(files, "--exclude", found(first, r"--exclude ([\w.:,-]+)"))
-
-
-@obeyed("segments")
-def several(folder):
-    """Zeros that were set anew twice: the longest part alone."""
-
-    def reset(y, p, w):
-        y[60:] += np.linspace(-0.03, 0.03, 8)
-        y[75:] += np.linspace(0.02, -0.05, 8)
-        return y, p, w
-
-    files = cables(folder, 90, spoil=reset)
-    first = identify(files)
-    begins = found(first, r"changed 2 times, at the rows (\d+), \d+")
-    return first, identify(files, "--exclude", f"{begins}-91")
+# --- gains of drums --------------------------------------------------------------------------------------------------
 
 
 @obeyed("cable-file-lacks")

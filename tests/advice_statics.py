@@ -79,34 +79,6 @@ def aside(folder):
     return first, cable("inverse", file, poses)
 
 
-@obeyed("several-poses")
-def several(folder):
-    """Four cables of a plane meet two poses; more cables do not."""
-    flat = "robocal: 1\nname: n\nkind: cable\nunits: {length: m}\nframe_anchors: [%s]\nplatform_anchors: [%s]\n"
-    a = [
-        "[1.6, 1.6, 3]",
-        "[-1.6, 1.6, 3]",
-        "[-1.6, -1.6, 3]",
-        "[1.6, -1.6, 3]",
-        "[2, 2, 3]",
-        "[-2, 2, 3]",
-        "[-2, -2, 3]",
-        "[2, -2, 3]",
-    ]
-    b = ["[0.1, 0.12, 0]", "[-0.1, 0.12, 0]", "[-0.1, -0.12, 0]", "[0.12, -0.12, 0]"] * 2
-    pose = listed(folder, "p,0.1,-0.2,0.9,0,0,0")
-    said = []
-    for name, more in (("flat.yaml", ()), ("more.yaml", ("[2, 0, 0]", "[-2, 0.3, 0]"))):
-        file = text(
-            folder,
-            flat % (", ".join([*a, *more]), ", ".join([*b, *["[0, 0, -0.1]", "[0.05, 0, -0.1]"][: len(more)]])),
-            name,
-        )
-        lengths = text(folder, cable("inverse", file, pose).out, f"{name}.csv")
-        said.append(cable("forward", file, lengths, "--starts", 40))
-    return tuple(said)
-
-
 @obeyed("singular-pose")
 def singular(folder):
     """A flat platform in the plane of its frame; another pose is measured."""

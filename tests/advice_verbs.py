@@ -65,17 +65,6 @@ def visits(folder):
     return tuple(robocal("validate", *visited(n, name)) for n, name in ((5, "few"), (30, "many")))
 
 
-@obeyed("offsets-missing")
-def offsets(folder):
-    files = arm(folder)
-    table = folder / "offsets.csv"
-    rows = ["joint,offset [deg]", *(f"j{i},{0.01 * i}" for i in range(1, 7))]
-    table.write_text("\n".join(rows[:4]) + "\n")
-    first = robocal("validate", *files, "--offsets", table)
-    table.write_text("\n".join(rows) + "\n")
-    return first, robocal("validate", *files, "--offsets", table)
-
-
 @obeyed("few-after-frames")
 def few(folder):
     return robocal("validate", *arm(folder, 3)), robocal("validate", *arm(folder, 40))
@@ -260,25 +249,3 @@ def study(folder):
         )
         said.append(robocal("study", folder / "study.yaml", "--workers", 1, "--force"))
     return tuple(said)
-
-
-# --- files -----------------------------------------------------------------------------------------------------------
-
-
-@obeyed("csv-commented")
-def commented(folder):
-    files = arm(folder)
-    text = beside(files).read_text()
-    beside(files).write_text("# " + text)
-    first = robocal("check", *files)
-    beside(files).write_text(text)
-    return first, robocal("check", *files)
-
-
-@obeyed("urdf-limits")
-def degrees(folder):
-    file = folder / "u.urdf"
-    file.write_text(URDF.replace('lower="-2.5" upper="2.5"', 'lower="-170" upper="170"'))
-    first = robocal("check", file)
-    file.write_text(URDF.replace('lower="-2.5" upper="2.5"', 'lower="-2.9671" upper="2.9671"'))
-    return first, robocal("check", file)

@@ -28,7 +28,6 @@ QUICK = (
 )
 # Obeyed by a test of their own.
 OTHER = {
-    "angles-left": "prove/test_left.py",
     "baselines-apart": "prove/test_baselines.py",
     "no-change-found": "session/test_own_machines.py",
     "one-change-explains": "session/test_naming_causes.py",

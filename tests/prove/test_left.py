@@ -96,8 +96,6 @@ def turned(kind, angle, stated):
     return robot, replace(made, configurations=replace(made.configurations, start=None), observations=told)
 
 
-# The second row states the noise.
-# obeys: angles-left
 @pytest.mark.parametrize("kind", ["arm", "3R3T", "1R2T"])
 @pytest.mark.parametrize(("angle", "stated", "found"), [(0.03, 1e-3, True), (0.03, 0.03, False), (0.002, 1e-4, False)])
 def test_angles_that_are_left_are_no_improvement_either(kind, angle, stated, found):
