@@ -8,6 +8,7 @@ from pathlib import Path
 import advice_arms  # noqa: F401 - fills the table
 import advice_cables  # noqa: F401
 import advice_files  # noqa: F401
+import advice_more  # noqa: F401
 import advice_uses  # noqa: F401
 import pytest
 from advice import OBEYED, advised, is_better, spoken
@@ -22,9 +23,15 @@ QUICK = (
     "groups-help",
     "below-stated-noise",
 )
-# Obeyed by a test of their own.
+# Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
     "baselines-apart": "prove/test_baselines.py",
+    "frame-fixed": "prove/test_frames_alone.py",
+    "frames-located": "prove/test_frames_alone.py",
+    "little-turn": "prove/test_frames_alone.py",
+    "one-axis": "prove/test_frames_alone.py",
+    "urdf-cannot-hold": "cli/test_urdf_runs.py",
+    "urdf-lacks": "cli/test_urdf_runs.py",
     "one-change-explains": "session/test_naming_causes.py",
     "rows-of-another-robot": "session/test_naming_causes.py",
     "rows-of-two-robots": "session/test_naming_causes.py",
@@ -78,8 +85,8 @@ def test_every_advice_is_obeyed_or_waits():
     assert sum(map(len, lists)) == len(set().union(*lists))
     assert advised() == set().union(*lists), advised() ^ set().union(*lists)
     assert len(WAIT) <= 144
-    for place in OTHER.values():
-        assert "obey" in (text := (Path(__file__).parents[1] / place).read_text()) or "advice" in text
+    for code, place in OTHER.items():
+        assert f"# obeys: {code}\n" in (Path(__file__).parents[1] / place).read_text(), (code, place)
 
 
 def test_a_better_end_can_fail():
