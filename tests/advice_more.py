@@ -66,6 +66,19 @@ def _shift(q, p, rng):
 obeyed("row-shifted")(one_row(_shift))
 
 
+@obeyed("strange")
+def suspect(folder):
+    """A row that is far off beside what the model leaves anyway."""
+
+    def stray(q, p, rng):
+        q = q - 0.004 * rng.uniform(0.5, 1, 6) * np.sin(1.3 * q + rng.uniform(0, 6, 6))
+        p[7] += [6e-3, -3.6e-3, 2.4e-3]
+        return q, p
+
+    files = arm(folder, 100, spoil=stray)
+    return identify(files), identify(files, "--exclude", "9")
+
+
 @obeyed("angles-unexplained")
 def order_of_columns(folder):
     """Components of the rotation vector in another order."""
@@ -77,6 +90,17 @@ def order_of_columns(folder):
     first = identify(files)
     edit(files[1], ("[ry, rx, rz]", "[rx, ry, rz]"))
     return first, identify(files)
+
+
+@obeyed("other-unit")
+def a_key_or_a_unit(folder):
+    """A forgotten key may explain the misfit as well."""
+    files = arm(folder)
+    edit(files[0], ("d: 0, a: 270,", "d: 0,"))
+    edit(beside(files), ("[mm]", "[m]"))
+    first = robocal("check", *files)
+    edit(beside(files), ("[m]", "[mm]"))
+    return first, robocal("check", *files)
 
 
 # --- what stood elsewhere --------------------------------------------------------------------------------------------
@@ -183,6 +207,12 @@ def another_robot_before_a_coarse_instrument(folder):
     return _far(folder, 5e-3)
 
 
+@obeyed("filter-unsettled")
+def unsettled(folder):
+    files = arm(folder, 60)
+    return identify(files, "--method", "ekf", "--iterations", 2), identify(files)
+
+
 @obeyed("frames-not-explained")
 def frames_alone(folder):
     files = arm(folder, 60, spoil=lambda q, p, rng: (q + np.radians([0, 4, -3, 5, 2, 0]), p))
@@ -233,6 +263,19 @@ def zeros_unseen(folder):
     nominal, true, q, rng = draw(40)
     q[:, 1:] = [-0.4, 0.3, 0.2, 0.8, 0.1]
     return identify(write(folder, nominal, q, see(true, q, rng))), identify(arm(folder, 100, spoil=_off))
+
+
+@obeyed("below-the-rest")
+def on_the_last_axis(folder):
+    """A target on the axis of the last joint does not see its zero."""
+    nominal, true, q, rng = draw(60)
+
+    def files(tool, name):
+        there, made = (replace(a, tool=np.array(tool)) for a in (true, nominal))
+        return write(folder, made, q, see(there, q, rng), name=name)
+
+    near, far = files([0, 0, 0.11], "near"), files([0.15, 0.1, 0.11], "far")
+    return identify(near, "--fix", "tool"), identify(far, "--fix", "tool")
 
 
 # --- kinds of instruments --------------------------------------------------------------------------------------------
@@ -368,3 +411,14 @@ def no_fixed_joint(folder):
     (folder / "b.urdf").write_text(bare)
     into = ("export", files[0], "--format", "urdf", "--into")
     return robocal(*into, folder / "b.urdf"), robocal(*into, whole)
+
+
+@obeyed("several-poses")
+def three_cables(folder):
+    files = cables(folder, 8, seed=1, name="four", zero=0.0, size=0.0)
+    four, table, less = files[0].read_text(), beside(files), folder / "three.csv"
+    files[0].write_text(re.sub(r"  (- \{name: c4|A4:|B4:).*\n", "", four))
+    less.write_text("\n".join(r.rpartition(",")[0] for r in table.read_text().splitlines()) + "\n")
+    first = robocal("cable", "forward", files[0], less, "--sigma", 0.001)
+    files[0].write_text(four)
+    return first, robocal("cable", "forward", files[0], table, "--sigma", 0.001)
