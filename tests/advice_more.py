@@ -6,13 +6,14 @@ import re
 from dataclasses import replace
 
 import numpy as np
-from advice import arm, beside, cables, draw, edit, found, identify, obeyed, see, write
+from advice import arm, beside, cables, draw, edit, found, identify, obeyed, see, unseen, write
 from advice_arms import one_row
 from cli.runs import robocal
 from cli.test_urdf_runs import URDF
 from prove.test_frames_alone import seen as sights
 from prove.test_frames_alone import world
 from prove.test_frames_alone import write as write_poses
+from scipy.spatial.transform import Rotation
 
 # --- rows ------------------------------------------------------------------------------------------------------------
 
@@ -103,6 +104,30 @@ def a_key_or_a_unit(folder):
     return first, robocal("check", *files)
 
 
+@obeyed("angles-left")
+def coarse_angles(folder):
+    """Orientations that are coarser than was stated."""
+    nominal, true, hand, base, rng = world(3, 0.5)
+    q = nominal.draw(rng, 40, 0.6)
+    seen = sights(true, q, hand, base, False, rng)
+    seen[:, :3, :3] @= Rotation.from_rotvec(0.03 * rng.normal(size=(40, 3))).as_matrix()
+    write_poses(folder, nominal, q, seen, False)
+    files = [folder / "robot.yaml", folder / "data.yaml"]
+    first = identify(files)
+    files[1].write_text(re.sub(r"unit: deg, sigma: [0-9.e-]+", "unit: deg, sigma: 1.72", files[1].read_text()))
+    return first, identify(files)
+
+
+@obeyed("csv-commented")
+def commented(folder):
+    files = arm(folder)
+    text = beside(files).read_text()
+    beside(files).write_text(f"# {text}")
+    first = robocal("check", *files)
+    beside(files).write_text(text)
+    return first, robocal("check", *files)
+
+
 # --- what stood elsewhere --------------------------------------------------------------------------------------------
 
 
@@ -149,11 +174,67 @@ def moved_or_reset(folder):
     return first, identify(files, "--exclude", found(first, r"--exclude ([\w:.]+-\w+)"))
 
 
+@obeyed("lengths-count-the-other-way")
+def turned_round(folder):
+    return identify(cables(folder, 60, spoil=lambda y, p, w: (-y, p, w))), identify(cables(folder, 60))
+
+
+@obeyed("cables-in-another-unit")
+def metres(folder):
+    files = cables(folder, 60)
+    changes = [(files[1], "unit: mm}", "unit: m}"), (files[1].with_suffix(".csv"), "[mm]", "[m]")]
+    for file, right, wrong in changes:
+        edit(file, (right, wrong))
+    first = identify(files)
+    for file, right, wrong in changes:
+        edit(file, (wrong, right))
+    return first, identify(files)
+
+
+@obeyed("slack-cable")
+def slack(folder):
+    def hang(y, p, w):
+        y[:, 2] += np.where(np.arange(len(y)) % 6 == 0, np.linspace(0.02, 0.06, len(y)), 0.0)
+        return y, p, w
+
+    files = cables(folder, 60, spoil=hang)
+    first = identify(files)
+    return first, identify(files, "--exclude", found(first, r"--exclude ([^)]+)\)"))
+
+
 @obeyed("scale-of-instrument")
 def marker(folder):
     files = cables(folder, 60, spoil=lambda y, p, w: (y, 1.01 * p, w))
     edit(files[2], ("sigma: 1, unit: mm}", "sigma: 1, unit: mm}\nscale: {sigma: 0.2 %}"))
     return identify(files), identify(cables(folder, 60))
+
+
+@obeyed("nothing-identified")
+def parallel_offsets(folder):
+    """Offsets along two parallel axes are one number."""
+    nominal, _, q, rng = draw(60)
+    longer = nominal.rows.copy()
+    longer[1, 1] += 2e-3
+    files = write(folder, nominal, q, see(replace(nominal, rows=longer), q, rng))
+    return identify(files, "--free", "j2.d,j3.d,tracker"), identify(files, "--free", "j2.d,tracker")
+
+
+@obeyed("band-too-narrow")
+def uneven_noise(folder):
+    """Unseen errors of another day are as large as those that were held out."""
+
+    def loud(q, p, rng):
+        there = q[:, 0] > 1.2
+        p[there] += 4e-4 * rng.normal(size=p[there].shape)
+        return q, p
+
+    files, run = arm(folder, 120, spoil=loud), folder / "run"
+    first = identify(files, "-o", run)
+    later = arm(folder, 300, spoil=loud, name="later")
+    edit(later[0], ("0], free: true", "0], free: false"))
+    then = robocal("validate", run, later[1], "--json")
+    assert abs(then.document["errors"]["this"]["mean"] / unseen(first) - 1) < 0.3
+    return first, then
 
 
 # --- options ---------------------------------------------------------------------------------------------------------
@@ -370,6 +451,11 @@ def _urdf(folder, *changes):
 @obeyed("urdf-size")
 def millimetres(folder):
     return _urdf(folder, ('xyz="0 0 0.3"', 'xyz="0 0 300"'), ('xyz="0.25 0 0"', 'xyz="250 0 0"'))
+
+
+@obeyed("urdf-limits")
+def limits_in_degrees(folder):
+    return _urdf(folder, ('lower="-2.5" upper="2.5"', 'lower="-143" upper="143"'))
 
 
 @obeyed("urdf-turn")
