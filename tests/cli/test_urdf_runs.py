@@ -36,6 +36,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+# obeys: urdf-lacks
+# obeys: urdf-cannot-hold
 def test_the_folder_is_the_identified_robot(place: Path) -> None:
     ran = robocal("identify", place / "u.urdf", place / "one" / "data.yaml", "-o", place / "run")
     assert ran.status == 0, ran.out + ran.err

@@ -81,6 +81,7 @@ def test_a_baseline_that_ended_higher_starts_again_from_the_other(stuck, monkeyp
             assert getattr(stage, name).mean == pytest.approx(getattr(want, name).mean, rel=1e-3)
 
 
+# obeys: baselines-apart
 def test_where_few_rows_are_left_to_fit_the_difference_is_told_and_the_advice_helps():
     world = Unknown("planar", "position", seed=76, count=12)
 

@@ -31,7 +31,6 @@ def test_each_cause(clean):
     flagged = np.array([10, 21, 30, 40, 50, 60, 70, 81, 82, 83, 90, 95, 99])
     named = {n.row: n for n in causes_of(flagged, value, predicted, SIGMA)}
     assert {r: n.cause for r, n in named.items()} == {
-        10: Code.ROW_ZERO,
         21: Code.ROW_COPY,
         **dict.fromkeys((30, 40), Code.ROW_SWAPPED),
         **dict.fromkeys((50, 60, 70), Code.ROW_ELSEWHERE),

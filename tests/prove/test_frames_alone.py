@@ -87,6 +87,7 @@ def off(told, truth):
     return np.concatenate([told[:3, 3] - truth[:3, 3], turn])
 
 
+# obeys: frames-located
 @pytest.mark.parametrize("in_hand", [True, False])
 @pytest.mark.parametrize("size", [0.0, 1.0])
 def test_located(tmp_path, capsys, in_hand, size):
@@ -106,6 +107,7 @@ def test_located(tmp_path, capsys, in_hand, size):
     assert (one["parent"], one["child"]) == (other["child"], other["parent"])
 
 
+# obeys: frame-fixed
 @pytest.mark.parametrize("fixed", ["tool", "camera"])
 def test_tool_and_camera_are_one(tmp_path, capsys, fixed):
     """A free tool below a free camera is held: numbers and sigmas are those of a fixed one. With the camera fixed it is found."""
@@ -178,6 +180,8 @@ def bend(nominal, rng, kind, m):
     return q
 
 
+# obeys: one-axis
+# obeys: little-turn
 @pytest.mark.parametrize(
     ("kind", "code", "in_hand"),
     [

@@ -84,6 +84,7 @@ def test_another_run_over_the_same_places_shows_that_a_joint_bends(seed):
     assert told and {r.code for r in told} == {"moved-or-bent"} and verdict.status != "refused"
 
 
+# obeys: moved-or-bent
 @pytest.mark.parametrize("seed", range(3))
 def test_another_run_over_the_same_places_shows_that_something_moved(seed):
     """It does not go with the joint's region in a run that was made before the knock."""

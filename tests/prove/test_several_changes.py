@@ -68,6 +68,7 @@ def test_an_arm_whose_tracker_or_target_moved_twice(tmp_path, what, line):
     assert line in said.advice
 
 
+# obeys: segments
 def test_parts_that_are_read_by_files_of_their_own_are_calibrated(tmp_path):
     """The advice, obeyed."""
     robot, lengths, poses = cable_files(tmp_path, "eight", 13, 51, (17, 33))

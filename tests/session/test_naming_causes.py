@@ -20,6 +20,10 @@ def named(case, message: str) -> str:
     return message
 
 
+# obeys: one-change-explains
+# obeys: rows-of-another-robot
+# obeys: rows-of-two-robots
+# obeys: rows-off
 @pytest.mark.parametrize(
     ("name", "arm"),
     [

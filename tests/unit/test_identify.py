@@ -246,6 +246,7 @@ def test_leaving_one_out_must_leave_enough(m):
     assert found.verdict.status != "improved", "one configuration less, and there are fewer numbers than parameters"
 
 
+# obeys: nothing-measured-there
 def test_held_out_configurations_without_a_measurement_prove_nothing():
     data = measured(30)
     where = data.configurations
@@ -257,6 +258,7 @@ def test_held_out_configurations_without_a_measurement_prove_nothing():
         and found.verdict.status == "not_improved"
         and found.verdict.reasons[0].code is Code.NOTHING_MEASURED_THERE
     )
+    assert identify(arm(), data, Options(leave_one_out=False)).verdict.status == "improved"
 
 
 def test_a_dropped_turn_does_not_turn():

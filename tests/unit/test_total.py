@@ -135,6 +135,7 @@ def test_a_parameter_that_is_hardly_seen_does_not_hide_the_check_of_the_bands():
     assert not unproven.coverage and "band-unchecked" in {r.code for r in unproven.warnings}
 
 
+# obeys: band-blind
 def test_bands_that_cannot_be_checked_are_told():
     """Every group has a marker of its own: nothing that was fitted has met the one that is held out."""
     free = (True, True, True, False, False, False)
@@ -146,3 +147,5 @@ def test_bands_that_cannot_be_checked_are_told():
     assert found.held_out_ids and not found.coverage
     (said,) = [r for r in found.warnings if r.code == "band-blind"]
     assert "m" in said.sentence and all(n.startswith("m") for n in said.numbers["names"])
+    mixed = identify(arm(free=FREE), data, Options(hold_out=0.2, leave_one_out=False))
+    assert mixed.coverage and "band-blind" not in {r.code for r in mixed.warnings}

@@ -209,9 +209,9 @@ class _Rows:
 
 
 def _plain(rows: _Rows, i: int) -> Named | None:
-    """Zeros and copies: what needs no prediction."""
+    """Copies: what needs no prediction. Of zeros `cause` speaks, or they are what the instrument reads wherever it is."""
     if (rows.raw[i] == 0).all():
-        return Named(i, Code.ROW_ZERO)
+        return None
     same = np.flatnonzero((rows.raw == rows.raw[i]).all(axis=1))
     others = [int(j) for j in same if j != i and bool(rows.fits(int(j), rows.predicted[j]))]
     if others and rows.raw.shape[1] > 1:

@@ -202,7 +202,7 @@ class CableRemarks:
     )
     SEVERAL_POSES = Phrase(
         "{pose}: {count} poses explain these lengths equally well",
-        "Choose by what you know of the position. More cables remove the ambiguity.",
+        "More cables leave fewer such poses. Compare the pose that is told with what you know of the position.",
     )
     LENGTHS_UNEXPLAINED = Phrase(
         "{pose}: no pose explains these lengths: the residual is {left:.3g}, {expected:.3g} is expected",

@@ -63,7 +63,6 @@ class FileRemarks:
     LARGEST_ANGLE = Phrase("the largest is {largest:.4g} {unit}")
     SPREAD_UNLIKE = Phrase("they spread over {spread:.3g} m, the arm measures {reach:.3g} m")
     AS_STATED_UNFIT = Phrase("the model does not fit the values as they are stated")
-    ROW_ZERO = Phrase("row {row}: every number is 0, as after a lost beam", "Leave it out (--exclude).")
     ROW_COPY = Phrase(
         "row {row} equals row {partner} to the last digit, as if the instrument got stuck", "Leave it out (--exclude)."
     )

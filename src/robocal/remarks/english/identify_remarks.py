@@ -289,8 +289,7 @@ class IdentificationRemarks:
     )
     NOT_LINEAR = Phrase(
         "far from linear: after one linear step in the fitted parameters the predicted residual is {promised:.3g} per axis, the "
-        "actual one {left:.3g}",
-        "The iteration is needed. Other starts may end elsewhere.",
+        "actual one {left:.3g}: the iteration is needed",
     )
     ONE_STEP_MISLEADS = Phrase(
         "one linear least-squares step in all free parameters would mislead: its predicted residual is {promised:.3g} per axis, the "
@@ -331,8 +330,8 @@ class IdentificationRemarks:
         "Hold out a part of the configurations (--hold-out 0.2).",
     )
     BAND_PROFILED = Phrase(
-        "the bands were not checked: the pose of each held-out configuration is estimated from the same rows that are to be predicted",
-        "The error that counts is the residual of a held-out configuration, enlarged for its pose.",
+        "the bands were not checked: the pose of each held-out configuration is estimated from the same rows that are to be predicted; "
+        "the error that counts is the residual there, enlarged for the pose"
     )
     BAND_BLIND = Phrase(
         "the bands were not checked: all held-out rows depend on {names}, and no fitted row does",

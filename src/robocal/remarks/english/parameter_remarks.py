@@ -24,7 +24,7 @@ class ParameterRemarks:
     FOLLOWS_TURN = Phrase("the turn about this axis was fixed; the number follows the others of its rotation")
     BELOW_THE_REST = Phrase(
         "not significant above the residual of joint offsets alone",
-        "Move the joint through more of its range, or measure more configurations.",
+        "Put the target farther from the axis of the joint, move it through more of its range, or measure more configurations.",
     )
     AT_BOUND = Phrase("the value is at its bound", "Widen the bound, or look for what pushes the parameter against it.")
     NO_EFFECT = Phrase("{parameter} has no effect on these measurements")
