@@ -72,10 +72,6 @@ class UseRemarks:
         "no sigma is stated: 0.1 mm and 0.1 mrad per axis are assumed",
         "State the sigma of the instrument: every error bar scales with it.",
     )
-    NO_DATA_FILE = Phrase(
-        "no data file was written: {reason}",
-        "Write the measurements into a new data file (robocal new writes an example).",
-    )
     CALIBRATION_UNPROVEN = Phrase(
         "the calibration's verdict is {verdict}: compensating with it is not known to help",
         "Identify with more or better measurements first.",

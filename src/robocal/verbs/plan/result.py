@@ -253,7 +253,7 @@ def _doubts(made: Plan, wanted: float | None, at_work: Template) -> Iterator[Rem
 
 
 def _with_files(made: Planned) -> Planned:
-    """With the joint program, and the data file with its table to be filled in; with a warning where a kind has no table."""
+    """With the joint program, and the data file with its table to be filled in."""
     p, chain, units = made.plan, made.robot.chain, made.robot.units
     program = listing_text(made.program, units)
     blank = observe(made.template, p.q[p.path], made.names, {})
@@ -263,12 +263,8 @@ def _with_files(made: Planned) -> Planned:
         if frame is not None and all(frame.free):
             frame = replace(frame, value=(0.0,) * 6)
         unknown.append(replace(obs, value=np.full_like(obs.value, np.nan), frame=frame))
-    try:
-        data = DataSet(blank.configurations, tuple(unknown))
-        table, said = table_text(data, chain, units), data_text(data, chain, "data.csv", units)
-    except ModelError as error:
-        left = Remark.of(Code.NO_DATA_FILE, reason=f"{error.message} ({error.found})")
-        return replace(made, files={"poses.csv": program}, warnings=(*made.warnings, left))
+    data = DataSet(blank.configurations, tuple(unknown))
+    table, said = table_text(data, chain, units), data_text(data, chain, "data.csv", units)
     empty = "\n".join(",".join("" if c == ".nan" else c for c in r.split(",")) for r in table.split("\n"))
     return replace(made, files={"poses.csv": program, "data.csv": empty, "data.yaml": said})
 
