@@ -214,7 +214,12 @@ def moved_or_reset(folder):
 
     files = cables(folder, 80, seed=2, name="four", step=0.05, spoil=step)
     first = identify(files)
-    return first, identify(files, "--exclude", found(first, r"--exclude ([\w:.]+-\w+)"))
+    begin, end = (int(found(first, rf"--exclude {p}")) for p in (r"(\d+)-", r"\d+-(\d+)"))
+    text, later = files[2].read_text(), files[2].with_name("later.yaml")
+    files[2].write_text(f"{text}exclude: [{begin}-{end}]\n")
+    moved = re.sub("frame: .*", "frame: {name: moved}", text)
+    later.write_text(f"{moved}exclude: [2-{begin - 1}]\n")
+    return first, identify([*files, later])
 
 
 @obeyed("lengths-count-the-other-way")

@@ -164,7 +164,13 @@ def nothing_seen(folder):
     return identify(files, "--free", "j6.theta"), identify(files)
 
 
-@obeyed("little-said", "hidden-partners")
+@obeyed("little-said")
+def coarse(folder):
+    how = {"noise": 1e-3, "sigma": 1e-3}
+    return identify(arm(folder, 26, **how)), identify(arm(folder, 300, **how))
+
+
+@obeyed("hidden-partners")
 def hidden(folder):
     return identify(arm(folder, 40, share=0.1)), identify(arm(folder, 200))
 

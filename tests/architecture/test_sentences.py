@@ -62,7 +62,7 @@ FACTS = {
         Code.BELOW_SCATTER,
         Code.ERRORS_CANCEL,
     ),
-    *(Code.FREE_IN_ONE, Code.TRUTH_MET, Code.NOT_COMPARED),
+    *(Code.FREE_IN_ONE, Code.TRUTH_MET, Code.NOT_COMPARED, Code.NOT_LINEAR, Code.BAND_PROFILED),
 }
 
 
