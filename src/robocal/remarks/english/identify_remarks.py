@@ -289,7 +289,7 @@ class IdentificationRemarks:
     )
     NOT_LINEAR = Phrase(
         "far from linear: after one linear step in the fitted parameters the predicted residual is {promised:.3g} per axis, the "
-        "actual one {left:.3g}: the iteration is needed",
+        "actual one {left:.3g}: the iteration is needed"
     )
     ONE_STEP_MISLEADS = Phrase(
         "one linear least-squares step in all free parameters would mislead: its predicted residual is {promised:.3g} per axis, the "
