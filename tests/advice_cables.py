@@ -68,14 +68,8 @@ def anchors(folder):
 
 @obeyed("two-sizes")
 def sizes(folder):
-    files = cables(folder)
-    table = files[2].with_suffix(".csv")
-    edit(table, ("[mm]", "[m]"))
-    edit(files[2], ("unit: mm}", "unit: m}"))
-    first = identify(files)
-    edit(table, ("[m]", "[mm]"))
-    edit(files[2], ("unit: m}", "unit: mm}"))
-    return first, identify(files)
+    """Fifty times as far: no unit that is written for another does so."""
+    return identify(cables(folder, spoil=lambda y, p, w: (y, 50 * p, w))), identify(cables(folder))
 
 
 @obeyed("motions-unseen")

@@ -116,6 +116,23 @@ def order_of_columns(folder):
     return first, identify(files)
 
 
+@obeyed("frames-open")
+def hardly_turned(folder):
+    """A coarse tracker, a hand that hardly turns, and positions alone."""
+
+    def files(turn):
+        nominal, true, hand, base, rng = world(3)
+        q = nominal.draw(rng, 1, 0.4) + rng.uniform(-turn, turn, (24, 6))
+        there = sights(true, q, hand, base, False, rng, 40.0)[:, :3, 3]
+        made = [folder / f for f in nominal.write(folder, q, there, 6e-3)]
+        ball = "targets: {ball: {mount: tool, free: true, xyz: [0, 0, 0]}}\n"
+        made[1].write_text(made[1].read_text() + ball)
+        return made
+
+    frames = ("--free", "tracker,ball")
+    return identify(files(0.1), *frames), identify(files(0.8), *frames)
+
+
 # --- URDF ------------------------------------------------------------------------------------------------------------
 
 
