@@ -87,7 +87,7 @@ def find_segments(
 
 
 def _find_together(state: SegmentModel, long: list[RowSequence], most: int, tried: float) -> list[Segment]:
-    """Segments that are abrupt beside one another, of which one at least is sure and large: each is serial correlation to the others.
+    """Segments that are sure and abrupt beside one another, of which one at least is large: each is serial correlation to the others.
     So all are taken in, their ends looked for again, and those that chance may have made beside the rest given up one by one."""
     some: list[SegmentFit] = []
     after = state
@@ -110,9 +110,8 @@ def _find_together(state: SegmentModel, long: list[RowSequence], most: int, trie
         told = [_assess_segment(w, one, after, tried, False) for w, one in zip(others, some, strict=True)]
         unsure = [i for i, (s, _) in enumerate(told) if s is None]
         if not unsure:
-            found = [(s, large) for s, large in told if s is not None]
-            sure = any(large and s.p_value <= limits.SEGMENT_CHANCE for s, large in found)
-            return [s for s, _ in found] if sure and not _smooth(state, some, after) else []
+            clear = any(large for _, large in told) and not _smooth(state, some, after)
+            return [s for s, _ in told if s is not None] if clear else []
         del some[min(unsure, key=lambda i: others[i].evidence(some[i]) - some[i].cost)]
     return []
 
@@ -206,8 +205,7 @@ def _assess_segment(
     known = state.in_units_of(after)
     gain = known.refit(best).gain
     chance = float(scipy.special.fdtrc(q, dof, gain / (inflation * q))) * tried
-    most = limits.SEGMENT_CHANCE if whole else limits.SEGMENT_BESIDE
-    if chance > most or not (whole or _abrupt(known, best)):
+    if chance > limits.SEGMENT_CHANCE or not (whole or _abrupt(known, best)):
         return None, False
     told = [_tell(f, strength, chance, int(mine.sum())) for f in (best, best.rival) if f is not None]
     return replace(told[0], rival=told[1] if best.rival is not None else None), large
