@@ -57,17 +57,16 @@ def test_transposed_rotations_are_named(tmp_path):
     assert ran.status == 2 and "the rotations are transposed" in ran.err
 
 
-@pytest.mark.parametrize(
-    ("kind", "columns", "change"),
-    [
-        ("relative_pose", ["rx", "ry", "rz"], lambda *v: [math.radians(x) for x in v]),
-        ("spherical", ["azimuth"], lambda a: [-a]),
-    ],
-)
-def test_angles_that_are_not_explained(tmp_path, kind, columns, change):
+def test_an_azimuth_that_counts_the_other_way_is_named(tmp_path):
+    sim = simulated(tmp_path, "spherical")
+    ran = robocal(*changed(sim, tmp_path / "wrong", ["azimuth"], lambda a: [-a]))
+    assert ran.status == 2 and "azimuth" in ran.err and "clockwise" in ran.err, ran.err
+
+
+def test_angles_that_are_not_explained(tmp_path):
     """The lengths alone would carry the verdict."""
-    sim = simulated(tmp_path, kind)
-    ran = robocal(*changed(sim, tmp_path / "wrong", columns, change))
+    sim, columns = simulated(tmp_path, "relative_pose"), ["rx", "ry", "rz"]
+    ran = robocal(*changed(sim, tmp_path / "wrong", columns, lambda *v: [math.radians(x) for x in v]))
     assert ran.status == 3 and ran.document["verdict"]["status"] != "improved", ran.document["verdict"]
 
 

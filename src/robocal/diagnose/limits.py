@@ -54,8 +54,6 @@ SLACK_PARTS = limit(0.34, "runs for each gross length", "Rows that lie together 
 topic("Something moved for a part of a file")
 SEGMENT_CHANCE = limit(1e-6, "chance",
     "Of naming anything in a file where nothing moved, after all that was tried.", "tests/prove/test_segments.py")
-SEGMENT_BESIDE = limit(0.01, "chance",
-    "After all that was tried: beside a change that is sure a likelier one is given up.", "tests/prove/test_several_changes.py")
 SEGMENT_SIZE = limit(3.0, "sigma per axis", "A step must stand out of what model and noise leave.")
 SEGMENT_ZERO_SIZE = limit(1.5, "sigma",
     "One sensor's zero is contradicted by all other sensors, so less is enough.", "tests/prove/test_segments_of_cables.py")

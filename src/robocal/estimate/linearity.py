@@ -25,7 +25,7 @@ __all__ = ["Curvature", "Step", "curvature", "one_step"]
 
 # Singular values below this share of the largest are exact null directions, as in `identifiability`.
 STRUCTURAL = 1e-9
-CHUNK = 64
+CHUNK = 1 << 19  # numbers of residuals at once
 
 
 @dataclass(frozen=True)
@@ -92,8 +92,9 @@ def curvature(problem: Problem, x: Array, covariance: Array) -> Curvature | None
     x = np.atleast_2d(x)
     here = _whiten(problem, x)
     worst, where = 0.0, 0
-    for first in range(0, len(steps), CHUNK):
-        some = steps[first : first + CHUNK]
+    many = max(1, CHUNK // max(here.shape[1], 1))
+    for first in range(0, len(steps), many):
+        some = steps[first : first + many]
         start = np.repeat(x, len(some), axis=0)
         bend = _whiten(problem, problem.retract(start, some)) + _whiten(problem, problem.retract(start, -some))
         size = np.linalg.norm(bend - 2 * here, axis=1)

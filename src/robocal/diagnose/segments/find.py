@@ -87,7 +87,7 @@ def find_segments(
 
 
 def _find_together(state: SegmentModel, long: list[RowSequence], most: int, tried: float) -> list[Segment]:
-    """Segments that are abrupt beside one another, of which one at least is sure and large: each is serial correlation to the others.
+    """Segments that are sure, large and abrupt beside one another: each is serial correlation to the others.
     So all are taken in, their ends looked for again, and those that chance may have made beside the rest given up one by one."""
     some: list[SegmentFit] = []
     after = state
@@ -108,11 +108,9 @@ def _find_together(state: SegmentModel, long: list[RowSequence], most: int, trie
         others = [_without(state, some, i) for i in range(len(some))]
         some = [w.refit(one) for w, one in zip(others, some, strict=True)]
         told = [_assess_segment(w, one, after, tried, False) for w, one in zip(others, some, strict=True)]
-        unsure = [i for i, (s, _) in enumerate(told) if s is None]
+        unsure = [i for i, (s, large) in enumerate(told) if s is None or not large]
         if not unsure:
-            found = [(s, large) for s, large in told if s is not None]
-            sure = any(large and s.p_value <= limits.SEGMENT_CHANCE for s, large in found)
-            return [s for s, _ in found] if sure and not _smooth(state, some, after) else []
+            return [] if _smooth(state, some, after) else [s for s, _ in told if s is not None]
         del some[min(unsure, key=lambda i: others[i].evidence(some[i]) - some[i].cost)]
     return []
 
@@ -147,7 +145,7 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
     # More columns explain more by chance.
     first = max(out, key=lambda f: state.evidence(f) - f.cost, default=None)
-    if first is None or state.chance(first) > limits.SEGMENT_CHANCE:
+    if first is None or not (first.gain > 0 and state.chance(first) <= limits.SEGMENT_CHANCE):
         return None
     rivals = [f for f in out if f.run is first.run and f.gain > limits.SEGMENT_RIVAL * first.gain]
     left = np.array([state.with_segment(f).misfit(f.run) for f in rivals])
@@ -206,8 +204,7 @@ def _assess_segment(
     known = state.in_units_of(after)
     gain = known.refit(best).gain
     chance = float(scipy.special.fdtrc(q, dof, gain / (inflation * q))) * tried
-    most = limits.SEGMENT_CHANCE if whole else limits.SEGMENT_BESIDE
-    if chance > most or not (whole or _abrupt(known, best)):
+    if chance > limits.SEGMENT_CHANCE or not (whole or _abrupt(known, best)):
         return None, False
     told = [_tell(f, strength, chance, int(mine.sum())) for f in (best, best.rival) if f is not None]
     return replace(told[0], rival=told[1] if best.rival is not None else None), large

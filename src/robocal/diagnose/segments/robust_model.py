@@ -224,16 +224,17 @@ class _Sums:
 
     @classmethod
     def of(cls, column: Array, left: Array, weight: Array, answer: Array) -> _Sums:
-        def running(v: Array) -> Array:
-            out = np.zeros((len(v) + 1, *v.shape[1:]))
-            np.cumsum(v, axis=0, out=out[1:])
+        def running(v: Array, by: Array) -> Array:
+            """The sums up to each row of v by, in place: of many rows the products alone fill the memory."""
+            out = np.zeros((len(v) + 1, v.shape[1], by.shape[2]))
+            np.matmul(v, by, out=out[1:])
+            np.cumsum(out[1:], axis=0, out=out[1:])
             return out
 
         turned = (column * weight[:, None, None]).transpose(0, 2, 1)
         fewest = max(SEGMENT_ROWS, math.ceil(SEGMENT_NUMBERS * column.shape[2] / column.shape[1]))
-        return cls(
-            running((turned @ left[..., None])[..., 0]), running(turned @ column), running(turned @ answer), fewest
-        )
+        score = running(turned, left[..., None])[..., 0]
+        return cls(score, running(turned, column), running(turned, answer), fewest)
 
     def fit(self, run: RowSequence, c: Candidate, rows: tuple[int, int], ends: tuple[int, int]) -> SegmentFit:
         """The segment of some rows of a run, between these `ends` among the rows of its candidate."""
