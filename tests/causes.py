@@ -397,7 +397,11 @@ def bearings(folder, name, rng, setting) -> Case:
     bearing = (-azimuth, elevation) if clockwise else (azimuth, np.pi / 2 - elevation)
     head = [f"{j} [deg]" for j in world.names] + ["range [mm]", "azimuth [deg]", "elevation [deg]"]
     value = [np.degrees(world.q), 1e3 * np.hypot(level, z), *np.degrees(bearing)]
-    words = "azimuth counts clockwise" if clockwise else "elevation counts from the zenith|a zenith distance is to be converted"
+    words = (
+        "azimuth counts clockwise"
+        if clockwise
+        else "elevation counts from the zenith|a zenith distance is to be converted"
+    )
     return Case(world.robot, write(folder / "d.csv", head, np.column_stack(value)), words)
 
 

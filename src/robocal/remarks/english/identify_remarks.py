@@ -75,10 +75,7 @@ class IdentificationRemarks:
         "the data determine no parameter at all",
         "These measurements do not depend on any free parameter: free others, or measure something else.",
     )
-    NOT_FINITE = Phrase(
-        "the model cannot be evaluated on the unseen poses",
-        "Look for joint values or lengths that are far too large, and state bounds or priors.",
-    )
+    NOT_FINITE = Phrase("the model cannot be evaluated on the unseen poses: its numbers overflow there")
     NO_BETTER_THAN_MEAN = Phrase(
         "no gain over predicting the mean: {after:.3g} on unseen poses, {constant:.3g} for the mean of the measurements",
         "The joint values explain nothing of the measurements. Check that each row pairs a measurement with the joint values of the "
@@ -152,8 +149,7 @@ class IdentificationRemarks:
     )
     ENDED_ELSEWHERE = Phrase(
         "the fit to all data ended elsewhere: its mean error on the unseen poses is {left:.3g}, that of the fit without them "
-        "{after:.3g}",
-        "The data support more than one solution. Measure more configurations, or state priors.",
+        "{after:.3g}: these data support more than one solution"
     )
     TOO_MANY_ASIDE = Phrase(
         "{share:.0%} of the rows disagree with the others, more than {most:.0%}: these are no outliers, and the data do not show "
@@ -311,7 +307,7 @@ class IdentificationRemarks:
         "--loss cauchy allows noise with heavy tails.",
     )
     PARTICLES_STUCK = Phrase(
-        "only {share:.0%} of the particles' moves were accepted", "Take more particles (--particles), or lm."
+        "only {share:.0%} of the particles' moves were accepted: they are no sample of what the data leave open"
     )
     LEAVE_ONE_OUT_LEFT = Phrase(
         "leave-one-out was not run: with this method it needs a refit for every configuration",

@@ -22,8 +22,7 @@ class UseRemarks:
         "Measure some more configurations for validation.",
     )
     FRAMES_NOT_CONVERGED = Phrase(
-        "the fit of the instruments' frames to these data did not converge: the errors say nothing of the robot",
-        "State where the instrument stands and where its target is, or measure with more orientations of the tool.",
+        "the fit of the instruments' frames to these data did not converge: the errors say nothing of the robot"
     )
     TARGET_REMOUNTED = Phrase(
         "a target that sits ({x}, {y}, {z}) from where this robot has it on the tool explains most of these errors: mean {mean} with the "
