@@ -64,19 +64,16 @@ def test_one_wrong_length_is_not_a_change_of_all(name, length, off):
 
 
 @pytest.mark.parametrize(("name", "scale"), [("ur10", 1.004), ("ur10", 0.996), ("panda", 1.005), ("irb-120", 1.0065)])
-def test_what_is_said_of_a_scale_is_in_every_claim(name, scale):
-    """Between two and five sigma it is a remark: then bands and intervals hold the truth, and nobody hears that the arm is better."""
+def test_a_doubted_scale_decides_where_the_correction_holds(name, scale):
+    """Between two and five sigma it is a remark: then the band holds the truth, and nobody hears that the arm is better."""
     found, codes = run(name, scale)
     assert codes & SCALE == {Code.SCALED}
     model, truth, _ = true_arm(name)
     q = np.random.default_rng(9).uniform(-1.2, 1.2, (300, len(model.joints)))
     right, fitted, before = (m.pose(q)[:, :3, 3] for m in (truth, found.corrected, model))
     off, nominal = (float(np.sqrt(np.mean(left_after_registration(right, p) ** 2))) for p in (fitted, before))
-    assert 0.6 * off < found.holds.band < 2 * off and 0.6 * off < found.band.mean < 2 * off
+    assert 0.6 * off < found.holds.band < 2 * off
     assert nominal < off and found.verdict.region == "measured"
-    for p in found.parameters:
-        if p.name in model.lengths and p.interval is not None:
-            assert p.interval[0] <= truth.table[p.name].value <= p.interval[1], p.name
 
 
 @pytest.mark.parametrize("medium", [True, False])

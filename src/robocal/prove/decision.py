@@ -27,7 +27,6 @@ import numpy as np
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
 from robocal.diagnose.hypotheses.zero_search import search_zeros
-from robocal.diagnose.instrument_scale import scale_errors
 from robocal.diagnose.limits import BENT_LEAVES, FINEST_ERROR, FOLDS, HOLD_OUT_SHARE, ZERO_CHANGE, ZERO_LOST, ZERO_SIGMA
 from robocal.diagnose.rounding import rounding_rms
 from robocal.errors import ModelError
@@ -270,9 +269,6 @@ def _decide(model: M, data: DataSet, options: Options, watch: Watch | None) -> D
         options = replace(options, folds=FOLDS, hold_out=0.0)
         split = make_split(data, 0.0, folds=FOLDS, blocks=options.blocks, seed=options.seed)
     judged = Context(model, clean, base, whole, options, watch)
-    if not frames_alone(base.problem.table.free, data) and (wrong := scale_errors(judged)):
-        whole = replace(whole, scale_errors=wrong)
-        judged = replace(judged, fit=whole)
     proven = prove(judged, data, split)
     better = base if proven.base is base else check_baseline(model, base, proven.base.x)
     if better is not base:

@@ -26,7 +26,7 @@ between these. The middle of a frame is named by the frame, not by what was meas
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,9 +34,11 @@ from robocal import _scipy as scipy
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Given, When, check, once, qualify
 from robocal.diagnose.growth import move_at_end
+from robocal.diagnose.instrument_scale import scale_errors
 from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, SCALE_WORSE_CHANCE, WORSE_CHANCE
 from robocal.diagnose.scale import common_scale
 from robocal.estimate.uncertainty import band
+from robocal.fit.fit import Fit
 from robocal.fit.options import JointRegion
 from robocal.fit.scale import is_scale, without_scales
 from robocal.measure.data import DataSet
@@ -117,6 +119,13 @@ def range_of(context: Decision[Model]) -> Holds | None:
     return _holds(context, region.name, *_shape(context, region.joints, scaled), scaled)
 
 
+@once
+def fit_in_doubt(context: Decision[Model]) -> Fit:
+    """The fit, where scales that were known and that its data contradict may be off by what they say."""
+    wrong = scale_errors(context)
+    return replace(context.need_fit, scale_errors=wrong) if wrong else context.need_fit
+
+
 def _frame_shapes(context: Decision[Model]) -> list[tuple[Array, list[int], Array]]:
     """As `_shape`, of a machine that stands where its lengths say: up to a motion and, where the frame of what measured it is known, as
     it stands."""
@@ -124,7 +133,7 @@ def _frame_shapes(context: Decision[Model]) -> list[tuple[Array, list[int], Arra
     if framed is None:
         return []
     place, jac, moved, anew = framed
-    names = context.need_fit.total.names
+    names = fit_in_doubt(context).total.names
     at = [i for i, n in enumerate(names) if not is_scale(n)]  # no pose hangs on an instrument's scale
     motions = motion_field(place)[:, :3]
     gauges = [motions[..., :0], motions] if frame_is_known(context) else [motions]
@@ -137,7 +146,8 @@ def _holds(
 ) -> Holds | None:
     """Whether it holds by what parameters `at` among all names move, jac (m, 3, k), and the correction, (m, 3); None where that is not
     finite."""
-    fit, off = context.need_fit, context.need_fit.total
+    fit = fit_in_doubt(context)
+    off = fit.total
     drift = jac @ move_at_end(context, [off.names[i] for i in at])
     far, square = _rms(jac, off.covariance[np.ix_(at, at)], drift), float(np.mean(np.sum(moved**2, axis=1)))
     bare = without_scales(off)
@@ -164,10 +174,11 @@ def _rms(jac: Array, covariance: Array, drift: Array) -> float:
 
 def _chance(context: Decision[Model], jac: Array, at: list[int], moved: Array, square: float) -> float:
     """That the nominal model is the better one."""
-    off, scales = context.need_fit.total, context.need_fit.scales
+    fit = fit_in_doubt(context)
+    off, scales = fit.total, fit.scales
     along = np.einsum("mai,ma->i", jac, moved) / len(moved)
     if scales is not None:
-        return chance_by_scale(context.model, context.need_fit, scales, [off.names[i] for i in at], along, square)
+        return chance_by_scale(context.model, fit, scales, [off.names[i] for i in at], along, square)
     covariance = off.covariance[np.ix_(at, at)]
     spread = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0)))
     if spread > 0:
@@ -178,7 +189,7 @@ def _chance(context: Decision[Model], jac: Array, at: list[int], moved: Array, s
 def _shape(context: Decision[Model], joints: Array, scaled: bool) -> tuple[Array, list[int], Array]:
     """At joint values (m, n): the Jacobian of the tool (m, 3, k), where its columns stand among all names, and what the correction
     moves (m, 3), up to the frames, and up to one factor on all lengths unless the data are `scaled`."""
-    model, off, base = context.model, context.need_fit.total, context.proven.base
+    model, off, base = context.model, fit_in_doubt(context).total, context.proven.base
     conditions, names = mean_conditions(context.need_data.configurations), parameters_of(model, off)
     nominal = model.with_values({n: float(base.x[0, base.problem.table.index[n]]) for n in model.table.names})
     pose, jac = reach(context.corrected, joints, names, conditions)
@@ -215,7 +226,7 @@ def outside_measured(context: Decision[Model]) -> Iterator[Finding]:
     if holds is None or holds.region == "working":
         return
     amounts = {"band": Quantity(holds.band), "moved": Quantity(holds.moved)}
-    scales = context.need_fit.scales
+    scales = fit_in_doubt(context).scales
     by_scale = scales is not None and holds.alone is not None and holds.alone <= holds.moved
     scale = ", ".join(n.rpartition(".")[0] for n in scales.names) if scales is not None and by_scale else None
     near = None if by_scale else "--region measured"

@@ -237,7 +237,7 @@ class IdentificationRemarks:
     )
     SCALED = Phrase(
         "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): real errors differ from length to length, so the instrument may "
-        "read so much too long; bands and intervals contain it",
+        "read so much too long; whether the correction holds elsewhere counts that, intervals do not",
         "Check the scale of the instrument, its unit and its temperature. Where a calibrated length tells it, write how far it may be "
         "off into the data file (scale: {{sigma: 0.01 %}}).",
     )
