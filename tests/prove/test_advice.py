@@ -60,7 +60,8 @@ def _cost(at: int, code: str) -> list[pytest.MarkDecorator]:
 
 
 @pytest.mark.parametrize("code", [pytest.param(c, marks=_cost(i, c)) for i, c in enumerate(OBEYED)])
-def test_obeyed_it_ends_better(code, tmp_path):
+def test_obeyed_it_ends_better(code, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "300")  # a cell that is broken into lines is no sentence
     first, then = OBEYED[code](tmp_path)
     assert spoken(first, code), first.said
     assert is_better(first, then, code), (first.status, then.status, then.said)
