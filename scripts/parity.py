@@ -43,6 +43,7 @@ INTENDED: dict[str, str] = {
     r"^identify pixels/": "How far a marker's scale may be off enters sigmas.",
     r"^identify perfect/": "Folds are the default where a held-out fifth is likely to lose a gain.",
     r"^validate run again/": "Both robots are judged alike: what is free of the tool is fitted to both.",
+    r": \S*remarks\[\d+\]\.numbers\.left\.value$": "What is above the stated noise is told as the noise in use.",
     r"^identify arm/robot.yaml arm/data.yaml -o run.*(nominal_error|before)": "The baseline ends where another one leaves less, 1e-8 away.",
 }
 LEFT_OUT = re.compile(

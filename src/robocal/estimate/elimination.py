@@ -20,7 +20,6 @@ __all__ = [
 STRUCTURAL = 1e-9
 RESOLUTION = 1e-13  # of a triangle of rows; half as many digits where it comes from normal equations
 SQUARED = 3e-7
-ROWS = 256  # at least, of a chunk of rows whose triangle is taken
 DENSE = 4_000_000  # numbers of a Jacobian beyond which it is not formed where local blocks can be eliminated
 
 
@@ -192,10 +191,9 @@ def _blocks(lin: Linear) -> Iterator[tuple[Ints, Ints, Array]]:
         yield own, rows, jl if lin.hold is None else np.concatenate([jl, lin.hold[own]], axis=1)
 
 
-def triangle(j: Array, chunk: int | None = None) -> Array:
-    """R (n, n) with R^T R = J^T J, by QR in chunks of rows that stay in the cache: rank decisions are taken on R, never on J^T J."""
+def triangle(j: Array, chunk: int = 2000) -> Array:
+    """R (n, n) with R^T R = J^T J, by QR in chunks of rows: rank decisions are taken on R, never on J^T J."""
     r: Array = np.zeros((0, j.shape[1]))
-    chunk = max(ROWS, 7 * j.shape[1]) if chunk is None else chunk
     for first in range(0, max(len(j), 1), chunk):
         r = np.asarray(np.linalg.qr(np.vstack([r, j[first : first + chunk]]), mode="r"))
     if len(r) < j.shape[1]:
