@@ -8,7 +8,7 @@ reads is as long as its scale says, and a cable as long as its drum says. With c
 An instrument that reads 1 + s too long looks almost like drums that all wind up 1 + s too little, so both are named. Where the scale
 of the instrument is known, it is the drums. An arm has lengths that were made, and their common factor is the same law (`scale`).
 
-What is said of a scale is in every claim: it is known no longer, and what the fit made of it is in bands and intervals (`fit.scale`).
+A scale of which something is said is known no longer where it is decided where the correction holds (`prove/region`).
 """
 
 from __future__ import annotations

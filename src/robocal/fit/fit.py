@@ -72,9 +72,8 @@ class Fit:
     restarted: int = 0
     covariance: Array | None = None  # of the free columns, where the estimator has one of its own
     notes: tuple[Remark, ...] = ()
-    scale_errors: Mapping[str, float] = field(
-        default_factory=dict
-    )  # scales of instruments that were known, by what they may be off
+    # Scales of instruments that were known, by what they may be off.
+    scale_errors: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def uncertainty(self) -> Uncertainty:
