@@ -425,6 +425,11 @@ def inner(rng, names, least: int = 1, most: int = 2):
     return sorted(rng.choice(np.arange(1, len(names) - 1), int(rng.integers(least, most + 1)), replace=False))
 
 
+def most_signs(world) -> int:
+    """Three; of five joints two where the frame is free: all three that lift are the arm's plane turned by 180 deg."""
+    return 2 if len(world.names) < 6 and world.setting.frame else 3
+
+
 def flipped(q, some):
     q = q.copy()
     q[:, some] *= -1
@@ -438,7 +443,7 @@ def lengths_of(rng):
 @pair
 def unit_and_signs(folder, name, rng, setting) -> Case:
     world = World(folder, name, rng, setting, either(rng))
-    some, (true, stated) = inner(rng, world.names, 1, 3), lengths_of(rng)
+    some, (true, stated) = inner(rng, world.names, 1, most_signs(world)), lengths_of(rng)
     return Case(
         world.robot,
         world.table(flipped(world.q, some), world.measure(), true, stated),
@@ -449,7 +454,7 @@ def unit_and_signs(folder, name, rng, setting) -> Case:
 @pair
 def angles_and_signs(folder, name, rng, setting) -> Case:
     world = World(folder, name, rng, setting, either(rng))
-    q = flipped(world.q, inner(rng, world.names, 1, 3))
+    q = flipped(world.q, inner(rng, world.names, 1, most_signs(world)))
     return Case(world.robot, world.table(np.radians(q), world.measure()), both("the other way", r"in rad\b"))
 
 

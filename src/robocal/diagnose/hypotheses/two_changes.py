@@ -5,7 +5,7 @@ Whatever unit, sign or axes the places were read in, the right joint values meet
     y = A p(q) + B vec R(q) + c        p, R: the nominal flange; A, B, c free for each coordinate
 
     1 joints    every change of joint values, alone and two and two, with every order of the rows: what this form leaves of y
-    2 readings  the few best of one change, each with every change of the readings; of units the one that the size of A says
+    2 readings  the best of one change, each with the unit that the size of A says, the few best with every change of the readings
 """
 
 from __future__ import annotations
@@ -80,9 +80,10 @@ def two_changes(chain: Mechanism, data: DataSet, rows: list[Ints], single: Seque
     if made is None:
         return []
     out = [made.trial(j, o) for j, o in islice(made.begun(2), FITTED)]
-    for j, o in islice(made.begun(1), WITH_READINGS):
+    for nth, (j, o) in enumerate(islice(made.begun(1), FITTED)):
         units, others = _of_size(made.readings, float(made.size[j, o]))
-        out += [(*made.trial(j, o), c) for c in (*units, *others)]
+        # Signs that an affine form takes up are many: each meets the one unit that sizes say.
+        out += [(*made.trial(j, o), c) for c in (*units, *(others if nth < WITH_READINGS else ()))]
     return [*out, *(product(*_of_size(made.readings, float(made.size[0, 0]))) if made.as_read else ())]
 
 

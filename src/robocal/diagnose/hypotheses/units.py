@@ -9,6 +9,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Given, Level, Machines, When, check, of_remarks, refuse
+from robocal.diagnose.hypotheses.one_change import mistake
 from robocal.diagnose.hypotheses.reading import OtherUnit, ReadContext
 from robocal.diagnose.limits import UNIT_BETTER, UNIT_GAIN, UNIT_MISFIT, UNIT_SPARE
 from robocal.estimate.problem import Problem
@@ -17,7 +18,7 @@ from robocal.fit.misfit import errors
 from robocal.fit.repeats import NEAR, joined
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Model
+from robocal.measure.machine import Mechanism, Model
 from robocal.measure.reach import reach
 from robocal.progress import tell
 from robocal.remarks.english import declare
@@ -33,7 +34,7 @@ WRONG_UNIT = declare(
 
 
 @check("units", When.READ, order=20, machines=Machines.JOINTED, given=Given.ACCEPTED, needs=("data",))
-def units(context: ReadContext[Model]) -> Iterator[Finding]:
+def units(context: ReadContext[Mechanism]) -> Iterator[Finding]:
     """Every suspected unit: refused where other units lower the misfit tenfold and then fit, else a doubt."""
     doubts = context.suspicions[:6]
     sample = _sample(context.need_data)
@@ -54,7 +55,8 @@ def units(context: ReadContext[Model]) -> Iterator[Finding]:
         if np.isfinite(found) and found < UNIT_BETTER * best:
             best, chosen = found, some
     # What leaves much of the misfit is no explanation, whatever it lowers.
-    if not (chosen and best * UNIT_GAIN <= as_read and best <= UNIT_MISFIT):
+    explains = chosen and best * UNIT_GAIN <= as_read and best <= UNIT_MISFIT
+    if not explains or _is_one_of_two(context):
         yield from of_remarks([d.remark for d in doubts], Level.DOUBT)
     elif context.forgotten:
         yield from of_remarks(dict.fromkeys(d.remark for d in (*chosen, *doubts)), Level.DOUBT)
@@ -64,6 +66,12 @@ def units(context: ReadContext[Model]) -> Iterator[Finding]:
         names = {"source": first.source, "part": first.part, "stated": first.stated, "alternative": first.alternative}
         times = float(as_read / best if best > 0 else np.inf)
         yield refuse(WRONG_UNIT, **names, why=str(first.reason), times=times, likewise=likewise)
+
+
+def _is_one_of_two(context: ReadContext[Mechanism]) -> bool:
+    """Whether no single change explains the data, a unit neither, but two do: lengths alone may hide what angles tell."""
+    found = None if context.changes is None else mistake(context)
+    return found is not None and found.explanation is not None and len(found.explanation.changes[0]) > 1
 
 
 def misfit(chain: Model, data: DataSet) -> float:
