@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from prove.machines import cables
+from scipy.stats import binom, norm
 from sizes import size
 from unit.arm_data import arm, measured, true_arm
 
@@ -236,10 +237,10 @@ def in_order(data, rows):
     return DataSet(where(q, start), tuple(seen))
 
 
-def suspected(found):
+def suspected(found, codes=LOOK_LIKE_CHANGES):
     """Whether anything was taken for a change in time or of a scale."""
-    codes = {str(r.code) for r in (*found.verdict.reasons, *found.warnings)}
-    return found.verdict.status == "refused" or any(c.startswith(LOOK_LIKE_CHANGES) for c in codes)
+    told = {str(r.code) for r in (*found.verdict.reasons, *found.warnings)}
+    return found.verdict.status == "refused" or any(c.startswith(codes) for c in told)
 
 
 @pytest.mark.parametrize("order", ["consecutive", "shuffled"])
@@ -258,7 +259,7 @@ def test_places_in_a_row_are_taken_for_nothing_that_changed(count, times, order)
 
 @pytest.mark.parametrize("degrees", ["1R2T", "3R3T"])
 def test_places_in_a_row_of_a_cable_robot_are_taken_for_nothing_that_changed(degrees):
-    wrong, draws = 0, size(20, 2)
+    wrong, scales, draws = 0, 0, size(20, 2)
     for seed in range(draws):
         rng = np.random.default_rng(1000 + seed)
         robot, truth, once = cables(degrees, rng, 12)
@@ -270,8 +271,12 @@ def test_places_in_a_row_of_a_cable_robot_are_taken_for_nothing_that_changed(deg
             per = len(obs) // 120
             off = (2e-3 if obs.kind == "lengths" else 5e-4) * rng.normal(size=(12, per, obs.value.shape[1]))
             seen.append(replace(obs, value=obs.value + off[many].reshape(obs.value.shape)))
-        wrong += suspected(identify(robot, replace(asked, observations=tuple(seen)), Options(seed=seed)))
+        found = identify(robot, replace(asked, observations=tuple(seen)), Options(seed=seed))
+        wrong += suspected(found, tuple(c for c in LOOK_LIKE_CHANGES if c != "scale-of-drums"))
+        scales += suspected(found)
     assert wrong <= 0.03 * draws
+    # A scale is remarked on from two sigma: chance alone says so once in 22 draws.
+    assert scales <= binom.ppf(0.99, draws, 2 * norm.sf(2.0))
 
 
 @pytest.mark.parametrize("order", ["consecutive", "shuffled"])
