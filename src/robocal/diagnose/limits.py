@@ -117,6 +117,8 @@ ARM_SHORTEST = limit(0.1, "m", "Lengths of an arm that add up to less are in ano
 ARM_LONGEST = limit(20.0, "m", "Lengths of an arm that add up to more are in another unit.")
 SIGN_JOINTS = limit(8, "joints", "Of more joints all sets of signs would be too many: one to three at a time.")
 MAKING_LEAVES = limit(0.01, "of the reach", "No arm's making leaves more.", "tests/real/test_hypotheses.py")
+LEFT_OF_SPREAD = limit(0.02, "of the spread read", "What leaves more is explained only by readings or an arm made small.",
+    "tests/statistics/test_causes.py")
 EXPLAINED_CLEARLY = limit(5.0, "times less",
     "A change explains the data where it leaves so much less.", "tests/statistics/test_hypotheses.py")
 EXPLANATIONS_ALIKE = limit(1.5, "times the best", "Changes that leave no more are not told apart.", "tests/statistics/test_hypotheses.py")

@@ -43,7 +43,6 @@ __all__ = [
 
 BEST = 10  # how many of a batch are looked at again
 SOFT, LOST = 0.03, 1.0  # rad: how far a joint's zero may be off as a matter of course, and when its mastering is lost
-SMALL_ENOUGH = 2 * limits.MAKING_LEAVES  # of the spread of what was read
 GAINS = (1.0, 1.6, 2.4, 3.6)  # grid: gains from which a fit begins that all joints have alike
 
 
@@ -176,7 +175,7 @@ def left_of(chain: Mechanism, data: DataSet, doubt: Doubt) -> float:
     with np.errstate(all="ignore"):
         left = left_softly(chain, seen)
         # An arm so small that anything meets its readings is explained by nothing.
-        small_enough = left <= SMALL_ENOUGH * float(seen.spread[0])
+        small_enough = left <= limits.LEFT_OF_SPREAD * float(seen.spread[0])
         return left if small_enough and doubt.explains(left, reach_of(chain, seen)) else math.inf
 
 
@@ -223,7 +222,7 @@ def _best(
     left = np.full(len(trials), np.inf)
     again = fit_trials(chain, seen.take(few), SoftPrior.of_chain(chain, SOFT))
     # Readings made so small that anything meets them are explained by nothing.
-    small_enough = again.left <= SMALL_ENOUGH * again.spread
+    small_enough = again.left <= limits.LEFT_OF_SPREAD * again.spread
     # Where the arm has no lengths, a smaller unit makes everything smaller, what is left like what was read.
     as_read = again.left * first.spread[0] / again.spread
     left[few] = np.where(small_enough & (as_read * limits.EXPLAINED_CLEARLY <= stated), again.left, np.inf)
