@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from cables.cable_robots import published
@@ -9,6 +11,8 @@ from cables.test_calibration import read
 from sizes import size
 
 from robocal.cables.geometry import cable_robot
+from robocal.diagnose.segments.find import motion_size
+from robocal.diagnose.segments.row_sequence import Candidate, Plain
 from robocal.geometry import se3, so3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.prove.identify import identify
@@ -101,3 +105,16 @@ def test_where_nothing_moved_nothing_is_said(seed, files):
     assert found.verdict.status == "improved" and not reasons(found)
     told = [p for p in found.parameters if p.status == "identified"]
     assert len(told) == 32
+
+
+def test_a_camera_that_moved_is_said_to_have_moved_no_cable():
+    """Beside lengths a camera that moves changes pixels alone: no size in mm is told, least of all 0 mm."""
+    column = np.zeros((4, 3, 1))
+    column[:, 1:] = 2.0
+    plain = Plain(column, np.tile([1e-3, 0.2, 0.2], (4, 1)), ((0, 1, "m"), (1, 3, "px")))
+    stood = Candidate("instrument", "eye", column, plain, [("corners.csv", i) for i in range(4)])
+    run = SimpleNamespace(sigma=None, parts=())
+    moved = motion_size(
+        SimpleNamespace(candidate=stood, run=run, column=column, step=np.array([3.0])), np.ones(4, bool)
+    )
+    assert list(moved) == ["px"] and moved["px"] == pytest.approx(6 * 0.2 * np.sqrt(2))

@@ -33,7 +33,7 @@ from robocal.diagnose.serial import correlation_factor
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 
-__all__ = ["Segment", "find_segments"]
+__all__ = ["Segment", "find_segments", "motion_size"]
 
 DEGREES = 3  # grid: polynomials along the file that several steps are compared with
 SWEEPS = 3  # grid: rounds in which the ends of several segments are looked for beside one another
@@ -187,7 +187,7 @@ def _assess_segment(
     # The share that the model does not answer, over the fewer rows: a step in most rows is one in the others.
     own = float(np.sum(state.weight[i][:, None] * (effect / state.unit[i]) ** 2))
     few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
-    moved = _motion_size(best, mine)
+    moved = motion_size(best, mine)
     seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
     least = limits.SEGMENT_ZERO_SIZE if c.cause in (ZERO, ZEROS) else limits.SEGMENT_SIZE
     large = strength >= least and seen >= limits.SEGMENT_SEEN
@@ -216,7 +216,7 @@ def _tell(best: SegmentFit, strength: float, chance: float, count: int) -> Segme
     inside = np.zeros(len(run.residual), dtype=bool)
     inside[c.rows] = True
     inside[: best.a] = inside[best.b :] = False
-    moved = _motion_size(best, inside)
+    moved = motion_size(best, inside)
     source, rows = run.place(c, best.a, last)
     _, without = run.place(c, *run.beside(c, best.a, last))
     size = moved.get("m"), moved.get("rad")
@@ -244,8 +244,8 @@ def _size(best: SegmentFit, effect: Array, mine: NDArray[np.bool_]) -> float:
     return float(np.sqrt(np.mean((plain.column @ best.unexplained)[felt] ** 2)))
 
 
-def _motion_size(best: SegmentFit, mine: NDArray[np.bool_]) -> dict[str, float]:
-    """How far what was measured moved, rms over the rows, in every unit of its kinds, the farthest."""
+def motion_size(best: SegmentFit, mine: NDArray[np.bool_]) -> dict[str, float]:
+    """How far what was measured moved, rms over the rows, in every unit in which it did, the farthest."""
     plain = best.candidate.plain
     effect, sigma, parts = best.column @ best.step, best.run.sigma, best.run.parts
     if plain is not None:
@@ -256,7 +256,8 @@ def _motion_size(best: SegmentFit, mine: NDArray[np.bool_]) -> dict[str, float]:
     each = np.mean if best.candidate.cause == ZEROS else np.sum  # of one zero, or of a place's coordinates
     for a, b, u in parts:
         out[u] = max(out.get(u, 0.0), float(np.sqrt(np.mean(each(far[:, a:b] ** 2, axis=1)))))
-    return out
+    # A camera moves pixels: beside cables, lengths in m show nothing of it.
+    return {u: v for u, v in out.items() if v > 0.0}
 
 
 def _abrupt(state: SegmentModel, best: SegmentFit) -> bool:
