@@ -59,8 +59,7 @@ def test_two_causes_are_named(name, tmp_path, capsys):
     hits, missed = count(name, tmp_path, draws, ARMS if draws > 1 else ARMS[list(PAIRS).index(name) % 4 :][:1])
     with capsys.disabled():
         print(f"\n{name}: {hits} of {hits + len(missed)} named; missed: {missed[:5]}")
-    # Of two files one may be missed: only many tell a share.
-    assert len(missed) <= max(0.05 * (hits + len(missed)), draws == 1), missed
+    assert len(missed) <= 0.05 * (hits + len(missed)), missed
 
 
 @pytest.mark.slow

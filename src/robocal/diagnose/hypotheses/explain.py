@@ -100,14 +100,20 @@ def explain(
     if doubt is None or doubt.few:
         return None
     small = taken(data, doubt.rows)
+    found: Explanation | None = None
     with np.errstate(all="ignore"):
         stages = (lambda: two_changes(chain, data, doubt.rows, changes), lambda: _gains(chain, small, doubt))
         for make in (lambda: [(c,) for c in changes], *(() if alone else stages)):
+            # What still leaves as much as asks for a change may be one of two.
+            if found is not None and found.left <= limits.MISFIT_ASKS * doubt.reach:
+                return found
             trials = make()
             order, left = _best(chain, data, small, doubt.rows, trials, doubt.stated) if trials else ([], np.zeros(0))
-            if order and doubt.explains(best := float(left[order[0]])):
-                return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
-    return None
+            best = float(left[order[0]]) if order else math.inf
+            clearly = found is None or best * limits.EXPLAINED_CLEARLY <= found.left
+            if doubt.explains(best) and clearly:
+                found = Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
+    return found
 
 
 def explain_beside(

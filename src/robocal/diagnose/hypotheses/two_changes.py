@@ -81,6 +81,8 @@ def two_changes(chain: Mechanism, data: DataSet, rows: list[Ints], single: Seque
         return []
     out = [made.trial(j, o) for j, o in islice(made.begun(2), FITTED)]
     for nth, (j, o) in enumerate(islice(made.begun(1), FITTED)):
+        if nth >= WITH_READINGS and made.left[j, o] > limits.PAIR_LEAVES:
+            break
         units, others = _of_size(made.readings, float(made.size[j, o]))
         # Signs that an affine form takes up are many: each meets the one unit that sizes say.
         out += [(*made.trial(j, o), c) for c in (*units, *(others if nth < WITH_READINGS else ()))]
