@@ -233,7 +233,7 @@ def accumulate_sights(
                 rho, slope = robust(loss, tuning, r0 * r0 + r1 * r1)
                 cost[b] += 0.5 * w * rho
                 w *= slope
-                if w == 0.0:
+                if w == 0.0 or q + c == 0:
                     continue
                 root = math.sqrt(w)
                 for e in range(2):
