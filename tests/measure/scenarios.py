@@ -356,6 +356,9 @@ SCENARIOS = {
     "lengths/free poses": lengths,
     "lengths/free poses, stretched": stretched,
     "pixels/arm, camera on the base": lambda rng: made(arm(), [pixels(3, EYE, (BALL,))], rng, 3),
+    "pixels/arm, several targets": lambda rng: made(
+        arm(), [pixels(3, EYE, (BALL, replace(BALL, name="corner")))], rng, 3
+    ),
     "pixels/arm, camera in hand": lambda rng: made(arm(), [pixels(3, HAND, TAGS)], rng, 3),
     "pixels/arm, markers eliminated": lambda rng: made(
         arm(), [pixels(3, HAND, TAGS)], rng, 3, local_targets=("tag0", "tag1")

@@ -14,7 +14,7 @@ class Plain:
     """A term from fn(x) -> r (m, d) and jac(x) -> J (m, d, P), x (P,); `local` adds a linear local block of l
     columns."""
 
-    group, kind, parts, lever, reading = "plain", "plain", ((0, 1, "m"),), None, True
+    group, kind, parts, lever, reading, view = "plain", "plain", ((0, 1, "m"),), None, True, None
 
     def __init__(self, fn, jac, shape, *, sigma=1.0, configuration=None, local=None, block=None):
         m, d = shape

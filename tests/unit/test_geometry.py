@@ -13,7 +13,7 @@ from twists import exp
 
 from robocal.errors import ModelError
 from robocal.geometry import fits, se3, so3
-from robocal.geometry._kernels import rotation_from_vector, turn_vectors, vector_from_rotation
+from robocal.geometry._kernels import nearest_rotation, rotation_from_vector, turn_vectors, vector_from_rotation
 
 number = st.floats(-3, 3, allow_nan=False)
 vector3 = st.tuples(number, number, number).map(np.array)
@@ -225,3 +225,17 @@ def test_turn_vectors_steps_on_the_group(rng):
     still = values.copy()
     turn_vectors(values, at, np.zeros((4, 5)), columns)
     np.testing.assert_array_equal(values, still)
+
+
+def test_the_nearest_rotation_is_that_of_the_singular_values(rng):
+    """Of any matrix, of a turned stretch, of a mirror image, and of one that is all but flat."""
+    some = rng.normal(size=(60, 3, 3))
+    turns = so3.exp(rng.normal(size=(60, 3)))
+    some[20:40] = turns[20:40] @ (np.eye(3) * rng.uniform(0.5, 2, (20, 3))[:, None])
+    some[40:50] = turns[40:50] @ np.diag([2.0, 1, -0.5])
+    some[50:] = turns[50:] @ np.diag([2.0, 1, 1e-9])
+    a, v, out = np.empty((4, 4)), np.empty((4, 4)), np.empty((3, 3))
+    for size in (1e-6, 1.0, 1e6):
+        for m in some:
+            nearest_rotation(np.ravel(size * m), a, v, out)
+            np.testing.assert_allclose(out, so3.project(m), atol=1e-12)

@@ -207,8 +207,13 @@ def test_a_segments_share_that_the_model_answers(rng):
         rng.normal(size=(60, 3)),
         rng.uniform(0.5, 1, 60),
         rng.normal(size=(60, 3, 9)),
+        rng.normal(size=(9, 11)),
     )
     sums = _Sums.of(*parts)
+    column, left, weight, *answer = parts
+    together = _Sums.whole(column[:20], left[:20], weight[:20], answer[0][:20], answer[1])
+    np.testing.assert_allclose(together.score[1], sums.score[20], rtol=1e-9)
+    np.testing.assert_allclose(together.answer(0, 1), sums.answer(0, 20), rtol=1e-9, atol=1e-12)
     a, b = (m for m in np.triu_indices(31, 1))
     both = np.concatenate([sums.gain(a[i : i + 50], b[i : i + 50])[0] for i in range(0, len(a), 50)])
     np.testing.assert_allclose(sums.gain(a, b)[0], both, rtol=1e-9)

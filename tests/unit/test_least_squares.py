@@ -51,6 +51,18 @@ def test_a_batch_is_its_singles_and_each_has_its_own_stop(rng):
     assert (settled == settled[0]).all(), "a problem that has stopped stays where it is"
 
 
+def test_of_rivals_one_far_behind_the_best_goes_no_further():
+    """x^2 from afar takes a step of half the way each time; beside a start that has ended it is not worth them all."""
+    flat = Plain(lambda x: np.array([[x[0] ** 2 + 1e-3]]), lambda x: np.array([[[2 * x[0]]]]), (1, 1))
+    p, starts = plain_problem(flat, np.zeros(1)), np.array([[0.0], [1e6]])
+    apart, together = least_squares(p, starts), least_squares(p, starts, rivals=True)
+    assert apart.iterations[1] > module.PATIENCE and together.iterations[1] == module.PATIENCE
+    assert together.reasons[1] is Reason.ITERATIONS and together.reasons[0].converged
+    assert together.cost[0] == apart.cost[0] and together.cost[1] > module.WORSE * together.cost[0]
+    near = least_squares(p, np.array([[0.0], [1e-3]]), rivals=True)
+    assert near.reasons[1].converged
+
+
 @pytest.mark.parametrize("loss", ["none", "huber", "tukey"])
 def test_a_batch_in_parts_is_the_batch(rng, monkeypatch, loss):
     """Weights and histories of each, one start that is no number; parts of two, of one."""

@@ -20,6 +20,7 @@ __all__ = [
 STRUCTURAL = 1e-9
 RESOLUTION = 1e-13  # of a triangle of rows; half as many digits where it comes from normal equations
 SQUARED = 3e-7
+BLOCK, FEW = 500, 0.75  # rows at once, and the share of the columns that they may touch to be worth an own triangle
 DENSE = 4_000_000  # numbers of a Jacobian beyond which it is not formed where local blocks can be eliminated
 
 
@@ -193,9 +194,27 @@ def _blocks(lin: Linear) -> Iterator[tuple[Ints, Ints, Array]]:
 
 def triangle(j: Array, chunk: int = 2000) -> Array:
     """R (n, n) with R^T R = J^T J, by QR in chunks of rows: rank decisions are taken on R, never on J^T J."""
+    j = _shorten(j)
     r: Array = np.zeros((0, j.shape[1]))
     for first in range(0, max(len(j), 1), chunk):
         r = np.asarray(np.linalg.qr(np.vstack([r, j[first : first + chunk]]), mode="r"))
     if len(r) < j.shape[1]:
         r = np.vstack([r, np.zeros((j.shape[1] - len(r), j.shape[1]))])
     return r
+
+
+def _shorten(j: Array) -> Array:
+    """Fewer rows that say the same: those of rows that lie together and touch few of the columns, as each of many cameras does."""
+    wide = j.shape[1]
+    if len(j) < 2 * BLOCK or j[:: len(j) // 8].all():
+        return j
+    parts = []
+    for first in range(0, len(j), BLOCK):
+        rows = j[first : first + BLOCK]
+        felt = np.flatnonzero((rows != 0).any(axis=0))
+        if len(felt) <= FEW * wide and 2 * len(felt) < len(rows):
+            short = np.zeros((len(felt), wide))
+            short[:, felt] = np.linalg.qr(rows[:, felt], mode="r")
+            rows = short
+        parts.append(rows)
+    return np.concatenate(parts)

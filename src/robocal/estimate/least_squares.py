@@ -42,6 +42,8 @@ AT_ONCE = 1 << 19  # numbers of normal equations that are kept while a batch mov
 SETTLED = 1e-6
 # Where a descent ends, besides the decrease: the largest cosine between the residual and a column, a step over the expected error.
 ORTHOGONAL, STILL = 1e-13, 1e-15
+# Of several starts, one that costs so many times what another ended with, after so many iterations, leads elsewhere.
+WORSE, PATIENCE = 10.0, 10
 LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
 
@@ -80,6 +82,7 @@ class Reason(IntEnum):
 
 # Plain integers: looking an enum up costs more than a small solve.
 _RUNNING = int(Reason.RUNNING)
+_MINIMUM = (int(Reason.COST), int(Reason.GRADIENT), int(Reason.STEP))
 
 
 @dataclass(frozen=True)
@@ -123,11 +126,12 @@ def least_squares(
     damping: float = 1e-6,
     tolerance: float | None = None,
     watch: Watch | None = None,
+    rivals: bool = False,
 ) -> Solution:
     """Minimises the cost from x (B, P) or (P,), the table's values by default.
 
     `cost_tolerance` is relative: the decrease promised to the cost. `tolerance`, in m, stops where the greatest error is no larger,
-    at the start too.
+    at the start too. `rivals` are starts of one problem, of which the best is wanted: far behind it none goes on.
     """
     if x is None and problem.loss == "tukey":
         # What lies far off counts for nothing by Tukey's loss, and before the first iteration that may be everything.
@@ -142,7 +146,7 @@ def least_squares(
     many, tolerances = _at_once(problem, len(start)), np.array([cost_tolerance, ORTHOGONAL, STILL])
     parts = [
         _descend(
-            problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch
+            problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch, rivals
         )
         for lo in range(0, max(len(start), 1), many)
     ]  # fmt: skip
@@ -177,6 +181,7 @@ def _descend(
     damping: float,
     tolerance: float | None,
     watch: Watch | None,
+    rivals: bool,
 ) -> Solution:
     """From x (B, P), which are the problems base, base + 1, ... of the batch."""
     settle, (STAY, TAKE, OUT, HOME), LOST, GROW = _settling()
@@ -198,6 +203,9 @@ def _descend(
     while len(history) <= most:
         if tolerance is not None:
             _stop_within(problem, x, tolerance, away, reason)
+        if rivals and len(history) > PATIENCE:
+            least = normal.cost[np.isin(reason, _MINIMUM)].min(initial=np.inf)
+            reason[(reason == _RUNNING) & (normal.cost > WORSE * least)] = int(Reason.ITERATIONS)
         if bounded:
             value = np.ascontiguousarray(x[:, problem.index])
         going = steps.propose(normal, value, away, lam, predicted, reason)

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ CHUNK = 1 << 16
 POSE = 16  # numbers
 NOTHING = np.empty((0, 0))
 # What is worked out of a problem once, by what it depends on: rows (and columns), names and free columns, values and priors.
-_OF_ROWS = frozenset({"bound_terms", "_bare", "numbers", "aside", "pairs"})
+_OF_ROWS = frozenset({"bound_terms", "_summed", "_bare", "numbers", "aside", "pairs"})
 _OF_LAYOUT = frozenset({"sizes", "places", "_ones", "_kernels", "_moves"})
 _OF_COLUMNS = _OF_LAYOUT | {"_layout"}
 _OF_TABLE = frozenset(
@@ -76,6 +77,15 @@ class Problem(Unknowns):
     def bound_terms(self) -> tuple[ProblemTerm, ...]:
         """The terms with Jacobians for the free columns."""
         return tuple(t.bind(self.column_of) for t in self.terms)
+
+    @cached_property
+    def _summed(self) -> tuple[ProblemTerm, ...]:
+        """The bound terms, those that look through one view as one."""
+        out: list[ProblemTerm] = []
+        for view, group in groupby(self.bound_terms, lambda t: t.view):
+            some = list(group)
+            out += some if view is None or len(some) == 1 else [some[0].join(some)]
+        return tuple(out)
 
     @cached_property
     def _bare(self) -> tuple[ProblemTerm, ...]:
@@ -171,7 +181,7 @@ class Problem(Unknowns):
         out = Normal.zeros(batch, n, *self.sizes, len(self.pairs))
         straight = np.zeros(batch, dtype=np.bool_) if curved is None or self.loss == "none" else curved
         tuning, cut, pairs, weight = self.tuning or TUNING[self.loss], self.sizes[0][1], 0, self._weight(which)
-        for term in self.bound_terms:
+        for term in self._summed:
             loss = Loss(LOSSES[self.loss if term.reading else "none"], tuning, straight)
             if term.accumulate(x, which, weight, loss, pairs, out):
                 pairs += len(term.pairs)

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -74,6 +74,13 @@ class ProblemTerm(Protocol):
     @property
     def columns(self) -> Ints:
         """The tangent column of each Jacobian column, shape (k,)."""
+
+    @property
+    def view(self) -> object:
+        """What several terms look through, whose normal equations are summed as one; None of most."""
+
+    def join(self, some: Any) -> ProblemTerm:
+        """Terms of one view, this among them, as one for normal equations."""
 
     def bind(self, column_of: Ints) -> ProblemTerm:
         """The same rows with Jacobian columns for the table rows where column_of (P,) >= 0."""

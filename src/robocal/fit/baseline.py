@@ -48,8 +48,8 @@ def fit_baseline(
     watch: Watch | None = None,
     near: Array | None = None,
 ) -> Baseline:
-    """The nominal model with frames and tool fitted to some configurations, by a loss. Many rows are fitted from `near` (1, P), or from
-    where a part of them says that frames stand."""
+    """The nominal model with frames and tool fitted to some configurations, by a loss, from `near` (1, P), else from all starts; of many
+    rows from where a part of them says that frames stand."""
     made = build(model, data).with_weights(chosen_weights(len(data.configurations), configurations))
     tell(watch, "start")
     x, seen, converged = _recall_or_fit(model, data, configurations, made, near)
@@ -78,16 +78,26 @@ def _recall_or_fit(model: Model, data: DataSet, configurations: Ints, made: Prob
     """As `_fit_frames`. Where the search for gross rows marked none, what it began with is what is asked again: what rounding leaves in
     rows moves no fit."""
     if near is not None:
-        return _fit_frames(model, data, configurations, made, near)
+        return _fit_from(model, made, near)
     memo, key = data.configurations.memo, ("baseline", configurations.tobytes())
     known = memo.get(key)
     if known is None or known[0] is not model or not same_rows(known[1], data.observations, ("rounding",)):
-        known = memo[key] = model, data.observations, _fit_frames(model, data, configurations, made, None)
+        known = memo[key] = model, data.observations, _fit_frames(model, data, configurations, made)
     x, seen, converged = known[2]
     return np.array(x), seen, converged
 
 
-def _fit_frames(model: Model, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
+def _fit_from(model: Model, made: Problem, near: Array) -> Placed:
+    """As `_fit_frames`, from where they were found to stand, near (1, P)."""
+    frames = frame_names(model, made)
+    seen = choose(made.with_free(frames), near).basis if frames else ()
+    if not seen and not made.blocks:
+        return near, seen, True
+    ended = least_squares(made.with_free(seen), near)
+    return ended.x, seen, ended.settled()
+
+
+def _fit_frames(model: Model, data: DataSet, configurations: Ints, made: Problem) -> Placed:
     """Frames and tool by plain least squares: x (1, P), the names that were seen, and whether the fit converged."""
     frames = frame_names(model, made)
     few, own = subsample(model, data, configurations)
@@ -99,8 +109,7 @@ def _fit_frames(model: Model, data: DataSet, configurations: Ints, made: Problem
     if few is data or not seen:
         x, converged = starts.refine(made, seen, [c for c in candidates if c])
     else:
-        near = starts.refine(some, seen, [c for c in candidates if c])[0] if near is None else near
-        ended = least_squares(made.with_free(seen), near)
+        ended = least_squares(made.with_free(seen), starts.refine(some, seen, [c for c in candidates if c])[0])
         x, converged = ended.x, ended.settled()
     return x, seen, converged
 

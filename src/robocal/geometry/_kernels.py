@@ -156,3 +156,77 @@ def left_inverse(w, out):
     out[1, 2] += 0.5 * w[0]
     out[2, 0] += 0.5 * w[1]
     out[2, 1] -= 0.5 * w[0]
+
+
+@kernel
+def nearest_rotation(m, a, v, out):
+    """out (3, 3) <- the rotation nearest to m (9,), which has the largest sum R_ij M_ij: that of the quaternion that is the widest
+    axis of a symmetric matrix, found by Jacobi's turns. a and v (4, 4) are work space. Source: Horn (1987)."""
+    a[0, 0], a[1, 1] = m[0] + m[4] + m[8], m[0] - m[4] - m[8]
+    a[2, 2], a[3, 3] = m[4] - m[0] - m[8], m[8] - m[0] - m[4]
+    a[0, 1], a[0, 2], a[0, 3] = m[7] - m[5], m[2] - m[6], m[3] - m[1]
+    a[1, 2], a[1, 3], a[2, 3] = m[1] + m[3], m[2] + m[6], m[5] + m[7]
+    size = 0.0
+    for i in range(4):
+        for j in range(4):
+            v[i, j] = 1.0 if i == j else 0.0
+        for j in range(i, 4):
+            size += a[i, j] * a[i, j]
+    for _ in range(12):
+        left = 0.0
+        for i in range(3):
+            for j in range(i + 1, 4):
+                left += a[i, j] * a[i, j]
+        if left <= 1e-34 * size:
+            break
+        for p in range(3):
+            for q in range(p + 1, 4):
+                if a[p, q] == 0.0:
+                    continue
+                half = (a[q, q] - a[p, p]) / (2.0 * a[p, q])
+                t = 1.0 / (abs(half) + math.sqrt(half * half + 1.0))
+                t = t if half >= 0.0 else -t
+                c = 1.0 / math.sqrt(t * t + 1.0)
+                s = t * c
+                a[p, p] -= t * a[p, q]
+                a[q, q] += t * a[p, q]
+                a[p, q] = 0.0
+                for k in range(4):
+                    if k != p and k != q:
+                        x, y = a[min(k, p), max(k, p)], a[min(k, q), max(k, q)]
+                        a[min(k, p), max(k, p)], a[min(k, q), max(k, q)] = c * x - s * y, s * x + c * y
+                    x, y = v[k, p], v[k, q]
+                    v[k, p], v[k, q] = c * x - s * y, s * x + c * y
+    best = 0
+    for i in range(1, 4):
+        if a[i, i] > a[best, best]:
+            best = i
+    w, x, y, z = v[0, best], v[1, best], v[2, best], v[3, best]
+    n = 2.0 / (w * w + x * x + y * y + z * z)
+    out[0, 0], out[0, 1], out[0, 2] = 1.0 - n * (y * y + z * z), n * (x * y - w * z), n * (x * z + w * y)
+    out[1, 0], out[1, 1], out[1, 2] = n * (x * y + w * z), 1.0 - n * (x * x + z * z), n * (y * z - w * x)
+    out[2, 0], out[2, 1], out[2, 2] = n * (x * z - w * y), n * (y * z + w * x), 1.0 - n * (x * x + y * y)
+
+
+@kernel
+def turn_until_still(step, rotations, rounds, still):
+    """rotations (S, B, 3, 3), in place: R <- the rotation nearest to step (S, 9, 9) times R, so often, or until none of its numbers
+    moves by more than `still`."""
+    m, now, a, v = np.empty(9), np.empty((3, 3)), np.empty((4, 4)), np.empty((4, 4))
+    for s in range(rotations.shape[0]):
+        for b in range(rotations.shape[1]):
+            r = rotations[s, b]
+            for _ in range(rounds):
+                for i in range(9):
+                    total = 0.0
+                    for j in range(9):
+                        total += step[s, i, j] * r[j // 3, j % 3]
+                    m[i] = total
+                nearest_rotation(m, a, v, now)
+                moved = 0.0
+                for i in range(3):
+                    for j in range(3):
+                        moved = max(moved, abs(now[i, j] - r[i, j]))
+                        r[i, j] = now[i, j]
+                if not moved > still:
+                    break

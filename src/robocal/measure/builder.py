@@ -134,10 +134,11 @@ class Builder:
         seen = obs.targets[target] if obs.targets else None
         block = self.blocks(obs, target, index)
         after = [frame_element(seen.name)] if seen and block is None else []
-        carrier = self._sight(obs, seen, configuration, after)
+        carrier = self.sight(obs, seen, configuration, after)
         return carrier if block is None else Product(carrier, self.local(block))
 
-    def _sight(self, obs: Observations, seen: Frame | None, configuration: Ints, after: list[Element]) -> Carrier:
+    def sight(self, obs: Observations, seen: Frame | None, configuration: Ints, after: list[Element]) -> Carrier:
+        """What `view` sees of `seen`, or of what carries it, with `after` behind it."""
         if obs.frame is None:
             return self.tool(configuration, after=after)
         own = frame_element(obs.frame.name)

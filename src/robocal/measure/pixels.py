@@ -8,16 +8,18 @@ is the camera's: mounted on "tool" it is a camera in hand, mounted on "base" a f
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
 
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
-from robocal.measure.rows import Kind, Rows, SightRows, register
-from robocal.parameters import Parameter
+from robocal.measure.rows import NONE, Kind, Rows, SightRows, register
+from robocal.measure.sights.views import SharedView, sights_of, views_of
+from robocal.parameters import FRAME_SYMBOLS, Parameter
 from robocal.vision.camera import SYMBOLS, image_of, project
 
 __all__ = ["PIXELS", "rays"]
@@ -26,13 +28,16 @@ CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 UNDISTORT = 8  # steps; each gains a factor of the distortion
 SCALE = 5e-3  # of a printed marker or board: a printer scales, paper and glue swell
 EXPECTED = (10.0, 10.0, 10.0, 10.0, 0.1, 0.1, 0.01, 0.01, 0.1)
+HELD = np.full((1, 6), -1, dtype=np.int64)
 
 
 class PixelRows(SightRows):
     """Reprojection error; columns are the carrier's, then the free intrinsics. All points that one configuration sees of one
     target are a sight: they move together, so the carrier is asked once for all of them."""
 
-    def __init__(self, builder: Builder, obs: Observations, target: int, index: Ints) -> None:
+    view: SharedView | None
+
+    def __init__(self, builder: Builder, obs: Observations, target: int, index: Ints, view: SharedView | None) -> None:
         seen = np.zeros(len(index), dtype=np.int64) if obs.target is None else obs.target[index]
         order = np.lexsort((seen, obs.configuration[index]))
         index, seen = index[order], seen[order]
@@ -43,22 +48,52 @@ class PixelRows(SightRows):
         intrinsics = builder.rows(p.name for p in parameters(obs))
         sight = np.cumsum(new) - 1
         super().__init__(builder.view(obs, target, index[first]), obs, index, intrinsics, sight)
-        self.edges = np.append(first, len(index))
         self.point = np.ascontiguousarray(obs.extra["point"][index])
+        self.sights = sights_of(sight, np.zeros_like(sight))
+        # What it shares with other targets, where its own frame stands in the table, and the columns of that.
+        self.view, self.free = view, HELD
+        self.seats = (
+            builder.rows(f"{obs.targets[target].name}.{s}" for s in FRAME_SYMBOLS) if view is not None else NONE
+        )
+
+    def bind(self, column_of: Ints) -> Self:
+        bound = super().bind(column_of)
+        if self.view is None:
+            return bound
+        return bound._with(view=self.view.bind(column_of), free=column_of[self.seats][None])
+
+    def hold(self, family: int) -> Self:
+        held = super().hold(family)
+        return held if self.view is None else held._with(view=self.view.hold(family))
+
+    def join(self, some: Sequence[Self]) -> Self:
+        """The rows of several targets of one view, these among them, for normal equations alone."""
+        assert self.view is not None
+        place = np.searchsorted(self.view.configuration, np.concatenate([t.configuration for t in some]))
+        seat = np.repeat(np.arange(len(some)), [len(t.configuration) for t in some])
+        order = np.lexsort((seat, place))
+        sights = sights_of(place[order], seat[order])
+        point, scale, configuration = (
+            np.concatenate([getattr(t, name) for t in some])[order] for name in ("point", "scale", "configuration")
+        )
+        carrier, own = self.view.carrier, self.columns[len(self.columns) - len(self.own) :]
+        none = np.full(len(order), -1, dtype=np.int64)
+        local = tuple(none if block is None else block[place[order]] for block in carrier.local)
+        return self._with(
+            carriers=(carrier,), columns=np.concatenate([carrier.columns, own]), sights=sights, point=point, scale=scale,
+            configuration=configuration, value=np.concatenate([t.value for t in some], axis=1)[:, order], local=local, pair=none,
+            seats=np.stack([t.seats for t in some]), free=np.concatenate([t.free for t in some]), view=None,
+        )  # fmt: skip
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
-        seen, sight, _ = self.look(x, first, rows)
-        t, j, jl = (a[:, sight] for a in seen)
-        lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[first : first + rows])
-        if not len(self.columns) and not jl.shape[-1]:
-            uv = image_of(lever + t[:, :, :3, 3], x[:, None, self.numbers])
-            nothing = np.empty((*uv.shape, 0))
-            return uv - self.values_at(which, first, rows), nothing, nothing
-        uv, jp, ji = project(lever + t[:, :, :3, 3], x[:, None, self.numbers])
-        # d point = v + w x lever, so d uv = jp v + (lever x jp) w row by row.
-        both = np.concatenate([jp, np.cross(lever[:, :, None, :], jp)], axis=-1)
-        jac = np.concatenate([both @ j, ji[..., self.own]], axis=-1)
-        return uv - self.values_at(which, first, rows), jac, both @ jl
+        from robocal.measure.sights._kernels import evaluate_sights
+
+        (t, j, jl), sight, _ = self.look(x, first, rows)
+        r, jac, local = (np.empty((len(x), rows, 2, *n)) for n in ((), (len(self.columns),), (jl.shape[3],)))
+        evaluate_sights(
+            t, j, jl, sight, first, self.point, np.ascontiguousarray(x[:, self.numbers]), self.own, r, jac, local
+        )
+        return r - self.values_at(which, first, rows), jac, local
 
     def stretch(self, x: Array, r: Array, first: int, rows: int) -> Array:
         """Of points that are stated 1 + s too far from the origin of their target."""
@@ -69,32 +104,42 @@ class PixelRows(SightRows):
         return np.asarray(-np.einsum("bmij,bmj->bmi", jp, lever))
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
-        from robocal.measure._kernels import accumulate_sights
+        from robocal.measure._kernels import frames_of
+        from robocal.measure.sights._kernels import accumulate_views
 
         value = self.value if len(self.value) == 1 else self.value[which]
-        one, two, own = (np.ascontiguousarray(of[self.edges[:-1]]) for of in (*self.local, self.pair))
+        edges, views, seat = self.sights.edges, self.sights.views, self.sights.seat
+        begin = edges[views[:-1]]
+        one, two, own = (np.ascontiguousarray(of[begin]) for of in (*self.local, self.pair))
+        numbers = np.ascontiguousarray(x[:, self.numbers])
+        # The carrier of one target ends in it; behind that of several come their frames.
+        together = self.seats.ndim > 1
+        free = self.free if together else HELD
+        seats = np.tile(np.eye(4), (len(x), len(free), 1, 1))
+        if together:
+            frames_of(np.ascontiguousarray(x[:, self.seats.ravel()]), 0, np.arange(len(free)), seats)
         cut = out.gl.shape[2] if self.touches[0] else 0
-        for part, lo, hi in self._spans(weight):
+        for part, lo, hi in _spans(weight[:, self.configuration[begin]] > 0):
             some = slice(part, part + 1) if part >= 0 else slice(None)
             mine, here = out.take(some), x[some]
-            sights = max(1, CHUNK // (len(here) * 6 * max(1, len(self.columns) + 12)))
-            for first in range(lo, hi, sights):
-                t, j, jl = self.carrier.pose(here, first, min(sights, hi - first))
-                accumulate_sights(
-                    t, j, jl, first, cut, np.ascontiguousarray(here[:, self.numbers]), self.own, self.edges, self.point,
+            many = max(1, CHUNK // (len(here) * 6 * max(1, len(self.columns) + 12)))
+            for first in range(lo, hi, many):
+                t, j, jl = self.carrier.pose(here, first, min(many, hi - first))
+                accumulate_views(
+                    t, j, jl, first, cut, views, edges, seat, seats[some], free, numbers[some], self.own, self.point,
                     value[some] if len(value) > 1 else value, self.scale, weight[some] if len(weight) > 1 else weight, self.configuration,
                     self.columns, one, two, own + pair, loss.kind, loss.tuning, loss.curved[some], mine.cost, mine.g, mine.a, mine.gl,
                     mine.al, mine.asl, mine.gm, mine.am, mine.asm, mine.cross,
                 )  # fmt: skip
         return True
 
-    def _spans(self, weight: Array) -> list[tuple[int, int, int]]:
-        """Which sights have a weight, first and behind the last: of all problems together (-1), or of each where they differ."""
-        active = weight[:, self.configuration[self.edges[:-1]]] > 0
-        ends = [(int(some[0]), int(some[-1]) + 1) if len(some) else (0, 0) for some in map(np.flatnonzero, active)]
-        if all(end == ends[0] for end in ends):
-            return [(-1, *ends[0])]
-        return [(b, *end) for b, end in enumerate(ends)]
+
+def _spans(active: Bools) -> list[tuple[int, int, int]]:
+    """Which views have a weight (B, V), first and behind the last: of all problems together (-1), or of each where they differ."""
+    ends = [(int(some[0]), int(some[-1]) + 1) if len(some) else (0, 0) for some in map(np.flatnonzero, active)]
+    if all(end == ends[0] for end in ends):
+        return [(-1, *ends[0])]
+    return [(b, *end) for b, end in enumerate(ends)]
 
 
 def rays(obs: Observations, uv: Array) -> Array:
@@ -109,7 +154,10 @@ def rays(obs: Observations, uv: Array) -> Array:
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term per target, and one for all that are local blocks."""
-    return [PixelRows(builder, obs, t, index) for t, index in builder.split(obs)]
+    parts = builder.split(obs)
+    return [
+        PixelRows(builder, obs, *part, view) for part, view in zip(parts, views_of(builder, obs, parts), strict=True)
+    ]
 
 
 def parameters(obs: Observations) -> Sequence[Parameter]:

@@ -39,6 +39,8 @@ class Rows(ABC):
     parameter table). Two columns may feed one parameter: the problem adds them.
     """
 
+    view: Any = None  # what several terms look through, whose normal equations are summed as one
+
     def __init__(
         self, carrier: Carriers, obs: Observations, index: Ints, numbers: Ints = NONE, sight: Ints | None = None
     ) -> None:
@@ -132,6 +134,10 @@ class Rows(ABC):
         """The measured values of these problems and rows, (B or 1, m, d)."""
         value = self.value[:, first : first + rows]
         return value if len(value) == 1 else value[which]
+
+    def join(self, some: Sequence[Self]) -> Self:
+        """Terms of one view, this among them, as one for normal equations."""
+        raise NotImplementedError
 
     @abstractmethod
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:

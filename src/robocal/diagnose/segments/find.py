@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,13 +69,13 @@ def find_segments(
     long = [r for r in found if len(r.residual) >= 2 * limits.SEGMENT_ROWS]
     if not long:
         return ()
-    state = SegmentModel(found, [r.jacobian for r in found], info)
+    state = SegmentModel.of(found, info)
     ends = [(r, c, e) for r in long for c in r.candidates if c.cause == ZERO for e in r.files(c)]
     files = [(r, c, *e) for r, c, e in ends if e[1] - e[0] >= limits.SEGMENT_ROWS]
     tried = sum(len(r.candidates) * r.count**2 / 2 for r in long)
     out: list[Segment] = []
     while len(out) < limits.SEGMENT_COUNT and (best := _reset(state, files)):
-        after = state.with_segment(best)
+        after = state.with_segments(best)
         told, large = _assess_segment(state, best, after, len(files), True)
         if told is None or not large:
             break
@@ -93,7 +92,7 @@ def _find_together(state: SegmentModel, long: list[RowSequence], most: int, trie
     after = state
     while len(some) < most and (best := _best(after, long)):
         some.append(_widen(after, best, some))
-        after = after.with_segment(some[-1])
+        after = state.with_segments(*some)
     for _ in range(SWEEPS if len(some) > 1 else 0):
         before = [(f.a, f.b) for f in some]
         for i in range(len(some)):
@@ -104,7 +103,7 @@ def _find_together(state: SegmentModel, long: list[RowSequence], most: int, trie
         if before == [(f.a, f.b) for f in some]:
             break
     while some:
-        after = reduce(SegmentModel.with_segment, some, state)
+        after = state.with_segments(*some)
         others = [_without(state, some, i) for i in range(len(some))]
         some = [w.refit(one) for w, one in zip(others, some, strict=True)]
         told = [_assess_segment(w, one, after, tried, False) for w, one in zip(others, some, strict=True)]
@@ -119,12 +118,14 @@ def _smooth(state: SegmentModel, some: list[SegmentFit], after: SegmentModel) ->
     """Whether slow changes of the same leave about as little as several steps, `after`: warmth is no row of steps."""
     if len(some) < 2:
         return False
+    slow = []
     for run, c in dict.fromkeys((f.run, f.candidate) for f in some):
         time = np.zeros(len(c.column))
         time[c.rows] = np.linspace(-1, 1, len(c.rows))
         for degree in range(1, max(len(some), DEGREES) + 1):
-            state = state.with_columns(run, c.column * scipy.special.eval_legendre(degree, time)[:, None, None])
-    left = [sum(m.misfit(run) for run in dict.fromkeys(f.run for f in some)) for m in (state, after)]
+            slow.append((run, c.column * scipy.special.eval_legendre(degree, time)[:, None, None]))
+    models = state.with_columns(slow), after
+    left = [sum(m.misfit(run) for run in dict.fromkeys(f.run for f in some)) for m in models]
     return left[0] < left[1] + limits.SEGMENT_ALIKE * len(some)
 
 
@@ -137,7 +138,7 @@ def _widen(state: SegmentModel, best: SegmentFit, some: list[SegmentFit]) -> Seg
 
 def _without(state: SegmentModel, some: list[SegmentFit], i: int) -> SegmentModel:
     """The model with all segments but one."""
-    return reduce(SegmentModel.with_segment, (*some[:i], *some[i + 1 :]), state)
+    return state.with_segments(*some[:i], *some[i + 1 :])
 
 
 def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
@@ -148,7 +149,7 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     if first is None or not (first.gain > 0 and state.chance(first) <= limits.SEGMENT_CHANCE):
         return None
     rivals = [f for f in out if f.run is first.run and f.gain > limits.SEGMENT_RIVAL * first.gain]
-    left = np.array([state.with_segment(f).misfit(f.run) for f in rivals])
+    left = np.array([state.with_segments(f).misfit(f.run) for f in rivals])
     cost = left + [f.cost for f in rivals]
     order = np.argsort(cost, kind="stable").tolist()
     best: SegmentFit = rivals[order[0]]

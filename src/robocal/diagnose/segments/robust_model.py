@@ -67,10 +67,10 @@ class SegmentFit:
 
 class SegmentModel:
     """Residuals `left` (k, d) of every run in units of themselves, `unit` (d,) those units, `weight` (k,) of the rows, and
-    `root` (n, n), the inverse square root of the information."""
+    `root` (n, n), the inverse square root of the information; `jacobian` (k, d, m) has the columns `own` (m,) that a run feels."""
 
-    def __init__(self, runs: list[RowSequence], jacobian: list[Array], info: Array) -> None:
-        self.runs, self.jacobian, self.info = runs, jacobian, info
+    def __init__(self, runs: list[RowSequence], jacobian: list[Array], own: list[Ints], info: Array) -> None:
+        self.runs, self.jacobian, self.own, self.info = runs, jacobian, own, info
         self.weight = [r.share for r in runs]
         self.unit = [np.ones(r.residual.shape[1]) for r in runs]
         self._solve()
@@ -78,33 +78,42 @@ class SegmentModel:
             self._reweigh()
             self._solve()
 
-    def with_segment(self, found: SegmentFit) -> SegmentModel:
-        """The model with a segment taken into it."""
-        return self.with_columns(found.run, found.column)
+    @classmethod
+    def of(cls, runs: list[RowSequence], info: Array) -> SegmentModel:
+        """The model of everything free, (n,) numbers that hold it."""
+        own = [np.flatnonzero((r.jacobian != 0).any(axis=(0, 1))) for r in runs]
+        felt = [r.jacobian if len(o) == len(info) else r.jacobian[..., o] for r, o in zip(runs, own, strict=True)]
+        return cls(runs, felt, own, info)
 
-    def with_columns(self, run: RowSequence, column: Array) -> SegmentModel:
-        """The model with more columns (k, d, q) of one run, not held."""
-        q = column.shape[2]
-        wider = [
-            np.concatenate([j, column if r is run else np.zeros((*j.shape[:2], q))], axis=2)
-            for r, j in zip(self.runs, self.jacobian, strict=True)
-        ]
-        return SegmentModel(self.runs, wider, np.concatenate([self.info, np.zeros(q)]))
+    def with_segments(self, *some: SegmentFit) -> SegmentModel:
+        """The model with segments taken into it."""
+        return self.with_columns([(f.run, f.column) for f in some])
+
+    def with_columns(self, more: list[tuple[RowSequence, Array]]) -> SegmentModel:
+        """The model with more columns, each (k, d, q) of one run, not held."""
+        jacobian, own, n = list(self.jacobian), list(self.own), len(self.info)
+        for run, column in more:
+            i, q = self.runs.index(run), column.shape[2]
+            jacobian[i] = np.concatenate([jacobian[i], column], axis=2)
+            own[i] = np.append(own[i], np.arange(n, n + q))
+            n += q
+        return SegmentModel(self.runs, jacobian, own, np.pad(self.info, (0, n - len(self.info))))
 
     def _solve(self) -> None:
         """One weighted linear fit; weights, units and root belong together."""
         a, b, count = np.diag(self.info), np.zeros(len(self.info)), 0.0
-        for run, j, w, unit in zip(self.runs, self.jacobian, self.weight, self.unit, strict=True):
+        for run, j, own, w, unit in zip(self.runs, self.jacobian, self.own, self.weight, self.unit, strict=True):
             scale = np.sqrt(w)[:, None] / unit
             rows = (j * scale[..., None]).reshape(-1, j.shape[2])
-            a = a + rows.T @ rows
-            b = b + rows.T @ (run.residual * scale).ravel()
+            a[np.ix_(own, own)] += rows.T @ rows
+            b[own] += rows.T @ (run.residual * scale).ravel()
             count += run.count * run.residual.shape[1]
         self.root = _inverse_root(a)
         dx = self.root @ (self.root.T @ b)
         self.used = float(self.root.shape[1] - self.info @ (self.root**2).sum(axis=1))
         self.share = math.sqrt(max(1 - self.used / max(count, 1.0), 0.05))
-        self.left = [(r.residual - j @ dx) / u for r, j, u in zip(self.runs, self.jacobian, self.unit, strict=True)]
+        parts = zip(self.runs, self.jacobian, self.own, self.unit, strict=True)
+        self.left = [(r.residual - j @ dx[own]) / u for r, j, own, u in parts]
 
     def _reweigh(self) -> None:
         """Units in which rows scatter by one, and less weight for those far outside."""
@@ -134,7 +143,7 @@ class SegmentModel:
         """2 log of the likelihood ratio of a segment, where nobody knows the noise of any unit: the gain itself, of many rows."""
         i = self.runs.index(found.run)
         unit, (a, b) = self.unit[i], found.ends
-        answer = self.root @ ((found.sums.cross[b] - found.sums.cross[a]).T @ found.unexplained)
+        answer = self.root[self.own[i]] @ (found.sums.answer(a, b).T @ found.unexplained)
         then = self.left[i] - (found.column @ found.unexplained - self.jacobian[i] @ answer) / unit
         squares = (self.weight[i] @ left**2 for left in (self.left[i], then))
         before, after = ([float(v[p:r].sum()) for p, r, _ in found.run.parts] for v in squares)
@@ -180,15 +189,22 @@ class SegmentModel:
 
     def shared(self, run: RowSequence, c: Candidate, profile: Array) -> float:
         """The gain where each row of a candidate moved by a share of its own, (k,)."""
-        return float(self._sums(run, c, profile).gain(np.array([0]), np.array([len(profile)]))[0][0])
+        column, left, weight, j, root = self._rows(run, c)
+        sums = _Sums.whole(column * profile[:, None, None], left, weight, j, root)
+        return float(sums.gain(np.array([0]), np.array([1]))[0][0])
 
-    def _sums(self, run: RowSequence, c: Candidate, profile: Array | None = None) -> _Sums:
-        """Of the rows of a candidate, each moved by its share of the profile (k,), or whole."""
+    def _sums(self, run: RowSequence, c: Candidate) -> _Sums:
+        """Of the rows of a candidate."""
+        return _Sums.of(*self._rows(run, c))
+
+    def _rows(self, run: RowSequence, c: Candidate) -> tuple[Array, Array, Array, Array, Array]:
+        """The rows of a candidate in their units: its columns, what is left, weights, the Jacobian (k, d, m), and the root (m, n)."""
         i, rows = self.runs.index(run), c.rows
+        # Of what all rows see no copy is made.
+        some: slice | Ints = slice(None) if len(rows) == len(self.weight[i]) else rows
         unit = self.unit[i][:, None]
-        column = c.column[rows] / unit if profile is None else c.column[rows] / unit * profile[:, None, None]
-        answer = (self.jacobian[i][rows] / unit) @ self.root
-        return _Sums.of(column, self.left[i][rows], self.weight[i][rows], answer)
+        left, weight, root = self.left[i][some], self.weight[i][some], self.root[self.own[i]]
+        return c.column[some] / unit, left, weight, self.jacobian[i][some] / unit, root
 
 
 def _inverse_root(a: Array) -> Array:
@@ -219,11 +235,12 @@ class _Sums:
 
     score: Array  # (k + 1, q)
     own: Array  # (k + 1, q, q)
-    cross: Array  # (k + 1, q, n)
+    cross: Array  # (k + 1, q, m)
+    root: Array  # (m, n): the model's answer is that of cross times it
     fewest: int  # rows of a segment, and beside it
 
     @classmethod
-    def of(cls, column: Array, left: Array, weight: Array, answer: Array) -> _Sums:
+    def of(cls, column: Array, left: Array, weight: Array, jacobian: Array, root: Array) -> _Sums:
         def running(v: Array, by: Array) -> Array:
             """The sums up to each row of v by, in place: of many rows the products alone fill the memory."""
             out = np.zeros((len(v) + 1, v.shape[1], by.shape[2]))
@@ -234,7 +251,19 @@ class _Sums:
         turned = (column * weight[:, None, None]).transpose(0, 2, 1)
         fewest = max(SEGMENT_ROWS, math.ceil(SEGMENT_NUMBERS * column.shape[2] / column.shape[1]))
         score = running(turned, left[..., None])[..., 0]
-        return cls(score, running(turned, column), running(turned, answer), fewest)
+        return cls(score, running(turned, column), running(turned, jacobian), root, fewest)
+
+    @classmethod
+    def whole(cls, column: Array, left: Array, weight: Array, jacobian: Array, root: Array) -> _Sums:
+        """The same of all rows together alone."""
+        turned = (column * weight[:, None, None]).reshape(-1, column.shape[2]).T
+        whole = (turned @ v.reshape(turned.shape[1], -1) for v in (left, column, jacobian))
+        score, own, cross = (np.stack([np.zeros_like(v), v]) for v in whole)
+        return cls(score[..., 0], own, cross, root, 0)
+
+    def answer(self, a: Ints | int, b: Ints | int) -> Array:
+        """What the model answers of segments a <= i < b, (..., q, n)."""
+        return np.asarray((self.cross[b] - self.cross[a]) @ self.root)
 
     def fit(self, run: RowSequence, c: Candidate, rows: tuple[int, int], ends: tuple[int, int]) -> SegmentFit:
         """The segment of some rows of a run, between these `ends` among the rows of its candidate."""
@@ -255,15 +284,15 @@ class _Sums:
         return np.einsum("pq,pq->p", score, step), step
 
     def _model_products(self, a: Ints, b: Ints) -> Array:
-        """What the model answers of segments, C C^T with C = cross[b] - cross[a], (p, q, q); of many pairs of few ends, from the
-        products of the ends."""
-        q, n = self.cross.shape[1:]
+        """What the model answers of segments, C C^T with C = answer(a, b), (p, q, q); of many pairs of few ends, from the products of
+        the ends."""
+        q = self.cross.shape[1]
         ends, at = np.unique(np.concatenate([a, b]), return_inverse=True)
         # Where one end of all pairs is the same, the ends outnumber the pairs: their products would fill the memory.
         if len(ends) ** 2 > 4 * len(a):
-            cross = self.cross[b] - self.cross[a]
+            cross = self.answer(a, b)
             return np.asarray(cross @ cross.transpose(0, 2, 1))
-        flat = self.cross[ends].reshape(-1, n)
+        flat = self.cross[ends].reshape(len(ends) * q, -1) @ self.root
         products = (flat @ flat.T).reshape(len(ends), q, len(ends), q).transpose(0, 2, 1, 3)
         first, last = at[: len(a)], at[len(a) :]
         mixed = products[first, last]
@@ -272,7 +301,7 @@ class _Sums:
     def step(self, a: int, b: int) -> Array:
         """The step (q,) of one segment with less of that hold: what is seen at all, is seen whole (iterated Tikhonov)."""
         whole = self.score[b] - self.score[a]
-        cross = self.cross[b] - self.cross[a]
+        cross = self.answer(a, b)
         info = self.own[b] - self.own[a] - cross @ cross.T
         found = np.zeros(len(whole))
         for _ in range(4):

@@ -38,6 +38,8 @@ class Correlated:
     lever: Array | None = None
     touches = (False, False)
 
+    view = None
+
     def __init__(self, term: ProblemTerm, order: Ints, offset: Array, info: Array, used: Bools) -> None:
         self.term, self.order, self.offset, self.info, self.used = term, order, offset, info, used
         self.group, self.kind, self.reading, self.columns = term.group, term.kind, term.reading, term.columns
@@ -52,6 +54,9 @@ class Correlated:
 
     def without(self, rows: Bools) -> Correlated:
         return Correlated(self.term, self.order, self.offset, self.info, self.used & ~rows)
+
+    def join(self, some: object) -> Correlated:
+        raise NotImplementedError  # it shares no view
 
     def hold(self, family: int) -> Correlated:
         return Correlated(self.term.hold(family), self.order, self.offset, self.info, self.used)

@@ -53,6 +53,8 @@ def resect_sights(points: Array, directions: Array, first: Ints, keep: int = 2) 
 
 
 def _resect_block(points: Array, directions: Array, first: Ints, keep: int) -> list[list[Array]]:
+    from robocal.geometry._kernels import turn_until_still
+
     count = np.diff(np.append(first, len(points)))
     own = np.repeat(np.arange(len(first)), count)
 
@@ -73,7 +75,8 @@ def _resect_block(points: Array, directions: Array, first: Ints, keep: int) -> l
         r = np.concatenate([_linear(p, directions, own, count)[:, None], r], axis=1)
     several = np.ones(len(first), dtype=np.int64)
     for many, rounds in ITERATIONS:
-        r = _iterate(step, r, rounds)
+        r = np.ascontiguousarray(r)
+        turn_until_still(step, r, rounds, STILL)
         t = np.einsum("sij,sbj->sbi", place, r.reshape(*r.shape[:2], 9))
         seen = np.einsum("nbij,nj->nbi", r[own], p) + t[own]
         depth = np.einsum("nbi,ni->nb", seen, directions)
@@ -89,21 +92,6 @@ def _resect_block(points: Array, directions: Array, first: Ints, keep: int) -> l
         [se3.compose(r[s, b], t[s, b] - r[s, b] @ centre[s]) for b in range(min(keep, n))]
         for s, n in enumerate(several.tolist())
     ]
-
-
-def _iterate(step: Array, r: Array, rounds: int) -> Array:
-    """Rotations (S, B, 3, 3) of S sights after so many steps (9, 9), or where they stand still."""
-    which = np.repeat(np.arange(len(step)), r.shape[1])
-    flat = r.reshape(-1, 9)
-    out, going = flat.copy(), np.arange(len(flat))
-    for _ in range(rounds):
-        now = so3.project((step[which] @ flat[..., None]).reshape(-1, 3, 3)).reshape(-1, 9)
-        out[going] = now
-        moves = np.abs(now - flat).max(axis=1) > STILL
-        which, flat, going = which[moves], now[moves], going[moves]
-        if not len(going):
-            break
-    return out.reshape(r.shape)
 
 
 def _differ(rotations: Array, order: Ints, most: int) -> list[int]:

@@ -65,11 +65,13 @@ def combine_starts(model: Model, data: DataSet, configurations: Ints, problem: P
     """Every combination of the instruments' starts; where there are many, those that fit best as they are. `problem`
     has the columns free that may be set."""
     out: list[dict[str, float]] = [{}]
+    # What nothing holds costs the same without its columns.
+    bare = problem if problem.has_prior.any() else problem.with_free(())
     for obs in data.observations:
         found = analytic_starts(model, data, obs, configurations) or [{}]
         out = [{**a, **b} for a in out for b in found]
         if len(out) > MOST:
-            cost = problem.normal(_start_matrix(problem, out)).cost
+            cost = bare.normal(_start_matrix(problem, out)).cost
             out = [out[i] for i in np.argsort(np.where(np.isfinite(cost), cost, np.inf), kind="stable")[:MOST]]
     return out
 
@@ -90,7 +92,7 @@ def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, flo
     if not frames and not problem.blocks:
         return problem.start, True
     free = problem.with_free(frames)
-    solution = least_squares(free, _start_matrix(problem, [{}, *starts]))
+    solution = least_squares(free, _start_matrix(problem, [{}, *starts]), rivals=True)
     cost = np.where(np.isfinite(solution.cost), solution.cost, np.inf)
     best = int(np.argmin(cost))
     return solution.x[[best]], solution.settled(best)
