@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +75,7 @@ def find_segments(
     tried = sum(len(r.candidates) * r.count**2 / 2 for r in long)
     out: list[Segment] = []
     while len(out) < limits.SEGMENT_COUNT and (best := _reset(state, files)):
-        after = state.with_segment(best)
+        after = state.with_segments(best)
         told, large = _assess_segment(state, best, after, len(files), True)
         if told is None or not large:
             break
@@ -91,27 +90,33 @@ def _find_together(state: SegmentModel, long: list[RowSequence], most: int, trie
     So all are taken in, their ends looked for again, and those that chance may have made beside the rest given up one by one."""
     some: list[SegmentFit] = []
     after = state
-    while len(some) < most and (best := _best(after, long)):
+    while len(some) < most and (found := _best(after, long)):
+        best, model = found
         some.append(_widen(after, best, some))
-        after = after.with_segment(some[-1])
+        after = model if some[-1] is best else after.with_segments(some[-1])
+    others: list[SegmentModel] = []
     for _ in range(SWEEPS if len(some) > 1 else 0):
-        before = [(f.a, f.b) for f in some]
+        before, others = [f.place for f in some], []
         for i in range(len(some)):
-            rest = _without(state, some, i)
-            one = _widen(rest, some[i], some)
-            again = rest.segment(one.run, one.candidate)
+            others.append(state.with_segments(*some[:i], *some[i + 1 :]))
+            one = _widen(others[i], some[i], some)
+            again = others[i].segment(one.run, one.candidate)
             some[i] = one if again is None else replace(again, rival=one.rival)
-        if before == [(f.a, f.b) for f in some]:
+        if before == [f.place for f in some]:
             break
+        others = []
+        after = state.with_segments(*some)
     while some:
-        after = reduce(SegmentModel.with_segment, some, state)
-        others = [_without(state, some, i) for i in range(len(some))]
+        # What was fitted without one of them is the model of the others, as long as all stay where they are.
+        others = others or [state.with_segments(*some[:i], *some[i + 1 :]) for i in range(len(some))]
         some = [w.refit(one) for w, one in zip(others, some, strict=True)]
         told = [_assess_segment(w, one, after, tried, False) for w, one in zip(others, some, strict=True)]
         unsure = [i for i, (s, large) in enumerate(told) if s is None or not large]
         if not unsure:
             return [] if _smooth(state, some, after) else [s for s, _ in told if s is not None]
-        del some[min(unsure, key=lambda i: others[i].evidence(some[i]) - some[i].cost)]
+        last = min(unsure, key=lambda i: others[i].evidence(some[i]) - some[i].cost)
+        del some[last]
+        after, others = others[last], []
     return []
 
 
@@ -119,12 +124,15 @@ def _smooth(state: SegmentModel, some: list[SegmentFit], after: SegmentModel) ->
     """Whether slow changes of the same leave about as little as several steps, `after`: warmth is no row of steps."""
     if len(some) < 2:
         return False
+    slow = []
     for run, c in dict.fromkeys((f.run, f.candidate) for f in some):
         time = np.zeros(len(c.column))
         time[c.rows] = np.linspace(-1, 1, len(c.rows))
-        for degree in range(1, max(len(some), DEGREES) + 1):
-            state = state.with_columns(run, c.column * scipy.special.eval_legendre(degree, time)[:, None, None])
-    left = [sum(m.misfit(run) for run in dict.fromkeys(f.run for f in some)) for m in (state, after)]
+        degrees = range(1, max(len(some), DEGREES) + 1)
+        slow += [(run, c.column * scipy.special.eval_legendre(n, time)[:, None, None]) for n in degrees]
+    left = [
+        sum(m.misfit(run) for run in dict.fromkeys(f.run for f in some)) for m in (state.with_columns(*slow), after)
+    ]
     return left[0] < left[1] + limits.SEGMENT_ALIKE * len(some)
 
 
@@ -135,21 +143,21 @@ def _widen(state: SegmentModel, best: SegmentFit, some: list[SegmentFit]) -> Seg
     return best if wide is None else state.segment(best.run, wide) or best
 
 
-def _without(state: SegmentModel, some: list[SegmentFit], i: int) -> SegmentModel:
-    """The model with all segments but one."""
-    return reduce(SegmentModel.with_segment, (*some[:i], *some[i + 1 :]), state)
-
-
-def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
-    """The segment that explains most. Its cause is the one that leaves least, once it is in the model."""
+def _best(state: SegmentModel, among: list[RowSequence]) -> tuple[SegmentFit, SegmentModel] | None:
+    """The segment that explains most, and the model with it. Its cause is the one that leaves least, once it is in the model."""
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
     # More columns explain more by chance.
     first = max(out, key=lambda f: state.evidence(f) - f.cost, default=None)
     if first is None or not (first.gain > 0 and state.chance(first) <= limits.SEGMENT_CHANCE):
         return None
     rivals = [f for f in out if f.run is first.run and f.gain > limits.SEGMENT_RIVAL * first.gain]
-    left = np.array([state.with_segment(f).misfit(f.run) for f in rivals])
-    cost = left + [f.cost for f in rivals]
+    left, cost = np.zeros(len(rivals)), np.zeros(len(rivals))
+    for i, f in enumerate(rivals):
+        model = state.with_segments(f)
+        left[i] = model.misfit(f.run)
+        cost[i] = left[i] + f.cost
+        if i == 0 or cost[i] < cost[:i].min():
+            after = model
     order = np.argsort(cost, kind="stable").tolist()
     best: SegmentFit = rivals[order[0]]
     # What more columns cost speaks for the simpler cause, not against the other one: it may be the true one all the same.
@@ -158,7 +166,7 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     others = [
         i for i in order if more[i] < limits.SEGMENT_ALIKE and rivals[i].candidate.cause.removesuffix("s") != kind
     ]
-    return replace(best, rival=rivals[others[0]] if others else None)
+    return replace(best, rival=rivals[others[0]] if others else None), after
 
 
 def _reset(state: SegmentModel, files: list[tuple[RowSequence, Candidate, int, int]]) -> SegmentFit | None:
@@ -264,10 +272,11 @@ def _abrupt(state: SegmentModel, best: SegmentFit) -> bool:
     rows = best.candidate.rows
     k = len(rows)
     first, last = int(np.searchsorted(rows, best.a)), int(np.searchsorted(rows, best.b))
-    step = state.shared(best.run, best.candidate, _profile(k, first, last, 0))
+    gain = state.shared(best.run, best.candidate)
+    step = gain(_profile(k, first, last, 0))
     width = 2 * limits.SEGMENT_ROWS
     while width <= 2 * k:
-        if state.shared(best.run, best.candidate, _profile(k, first, last, width)) > step:
+        if gain(_profile(k, first, last, width)) > step:
             return False
         width *= 2
     return True

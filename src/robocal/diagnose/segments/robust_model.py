@@ -8,6 +8,7 @@ Rows are in units of what the fit leaves of them (per file and per unit of measu
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -52,6 +53,11 @@ class SegmentFit:
         return self.sums.step(*self.ends)
 
     @property
+    def place(self) -> tuple[Candidate, int, int]:
+        """What moved, and on which rows of its run."""
+        return self.candidate, self.a, self.b
+
+    @property
     def cost(self) -> float:
         """What its columns explain by chance."""
         _, d, q = self.candidate.column.shape
@@ -78,18 +84,19 @@ class SegmentModel:
             self._reweigh()
             self._solve()
 
-    def with_segment(self, found: SegmentFit) -> SegmentModel:
-        """The model with a segment taken into it."""
-        return self.with_columns(found.run, found.column)
+    def with_segments(self, *found: SegmentFit) -> SegmentModel:
+        """The model with segments taken into it: several at once cost one fit."""
+        return self.with_columns(*((f.run, f.column) for f in found))
 
-    def with_columns(self, run: RowSequence, column: Array) -> SegmentModel:
-        """The model with more columns (k, d, q) of one run, not held."""
-        q = column.shape[2]
+    def with_columns(self, *more: tuple[RowSequence, Array]) -> SegmentModel:
+        """The model with more columns (k, d, q) of some runs, not held."""
+        if not more:
+            return self
         wider = [
-            np.concatenate([j, column if r is run else np.zeros((*j.shape[:2], q))], axis=2)
+            np.concatenate([j, *(c if r is run else np.zeros((*j.shape[:2], c.shape[2])) for run, c in more)], axis=2)
             for r, j in zip(self.runs, self.jacobian, strict=True)
         ]
-        return SegmentModel(self.runs, wider, np.concatenate([self.info, np.zeros(q)]))
+        return SegmentModel(self.runs, wider, np.concatenate([self.info, np.zeros(sum(c.shape[2] for _, c in more))]))
 
     def _solve(self) -> None:
         """One weighted linear fit; weights, units and root belong together."""
@@ -104,7 +111,8 @@ class SegmentModel:
         dx = self.root @ (self.root.T @ b)
         self.used = float(self.root.shape[1] - self.info @ (self.root**2).sum(axis=1))
         self.share = math.sqrt(max(1 - self.used / max(count, 1.0), 0.05))
-        self.left = [(r.residual - j @ dx) / u for r, j, u in zip(self.runs, self.jacobian, self.unit, strict=True)]
+        each = zip(self.runs, self.jacobian, self.unit, strict=True)
+        self.left = [(r.residual - (j.reshape(-1, len(dx)) @ dx).reshape(r.residual.shape)) / u for r, j, u in each]
 
     def _reweigh(self) -> None:
         """Units in which rows scatter by one, and less weight for those far outside."""
@@ -134,7 +142,7 @@ class SegmentModel:
         """2 log of the likelihood ratio of a segment, where nobody knows the noise of any unit: the gain itself, of many rows."""
         i = self.runs.index(found.run)
         unit, (a, b) = self.unit[i], found.ends
-        answer = self.root @ ((found.sums.cross[b] - found.sums.cross[a]).T @ found.unexplained)
+        answer = self.root @ ((found.sums.answer(b) - found.sums.answer(a)).T @ found.unexplained)
         then = self.left[i] - (found.column @ found.unexplained - self.jacobian[i] @ answer) / unit
         squares = (self.weight[i] @ left**2 for left in (self.left[i], then))
         before, after = ([float(v[p:r].sum()) for p, r, _ in found.run.parts] for v in squares)
@@ -178,17 +186,32 @@ class SegmentModel:
         run, c = found.run, found.candidate
         return replace(self._sums(run, c).fit(run, c, (found.a, found.b), found.ends), rival=found.rival)
 
-    def shared(self, run: RowSequence, c: Candidate, profile: Array) -> float:
-        """The gain where each row of a candidate moved by a share of its own, (k,)."""
-        return float(self._sums(run, c, profile).gain(np.array([0]), np.array([len(profile)]))[0][0])
+    def shared(self, run: RowSequence, c: Candidate) -> Callable[[Array], float]:
+        """The gain where each row of a candidate moved by a share of its own, as a function of the shares (k,)."""
+        column, left, weight, jacobian, unit = self._rows(run, c)
+        ends, (k, d, q) = (np.array([0]), np.array([1])), column.shape
+        left, jacobian = left.reshape(1, k * d, 1), jacobian.reshape(1, k * d, -1)
 
-    def _sums(self, run: RowSequence, c: Candidate, profile: Array | None = None) -> _Sums:
-        """Of the rows of a candidate, each moved by its share of the profile (k,), or whole."""
+        def gain(share: Array) -> float:
+            moved = column * share[:, None, None]
+            turned = (moved * weight[:, None, None]).transpose(2, 0, 1)
+            own, apart = turned.reshape(1, q, k * d), (turned / unit).reshape(1, q, k * d)
+            score, square = _running(own, left)[..., 0], _running(own, moved.reshape(1, k * d, q))
+            return float(_Sums(score, square, _running(apart, jacobian), self.root, 0).gain(*ends)[0][0])
+
+        return gain
+
+    def _sums(self, run: RowSequence, c: Candidate) -> _Sums:
+        """Of the rows of a candidate."""
+        return _Sums.of(*self._rows(run, c), self.root)
+
+    def _rows(self, run: RowSequence, c: Candidate) -> tuple[Array, Array, Array, Array, Array]:
+        """Of the rows of a candidate its columns (k, d, q) and what is left (k, d), both in units, weights (k,), the Jacobian (k, d, n),
+        which is not, and the units (d,)."""
         i, rows = self.runs.index(run), c.rows
-        unit = self.unit[i][:, None]
-        column = c.column[rows] / unit if profile is None else c.column[rows] / unit * profile[:, None, None]
-        answer = (self.jacobian[i][rows] / unit) @ self.root
-        return _Sums.of(column, self.left[i][rows], self.weight[i][rows], answer)
+        own = slice(None) if len(rows) == len(self.left[i]) else rows  # of many rows a copy costs as much as the sums
+        unit = self.unit[i]
+        return c.column[own] / unit[:, None], self.left[i][own], self.weight[i][own], self.jacobian[i][own], unit
 
 
 def _inverse_root(a: Array) -> Array:
@@ -219,22 +242,22 @@ class _Sums:
 
     score: Array  # (k + 1, q)
     own: Array  # (k + 1, q, q)
-    cross: Array  # (k + 1, q, n)
+    moves: Array  # (k + 1, q, n), of the model's columns
+    root: Array  # (n, n), of the model
     fewest: int  # rows of a segment, and beside it
 
     @classmethod
-    def of(cls, column: Array, left: Array, weight: Array, answer: Array) -> _Sums:
-        def running(v: Array, by: Array) -> Array:
-            """The sums up to each row of v by, in place: of many rows the products alone fill the memory."""
-            out = np.zeros((len(v) + 1, v.shape[1], by.shape[2]))
-            np.matmul(v, by, out=out[1:])
-            np.cumsum(out[1:], axis=0, out=out[1:])
-            return out
-
+    def of(cls, column: Array, left: Array, weight: Array, jacobian: Array, unit: Array, root: Array) -> _Sums:
+        """Of columns (k, d, q), what is left (k, d), weights (k,) and the model's Jacobian (k, d, n), which alone is not in units (d,)."""
         turned = (column * weight[:, None, None]).transpose(0, 2, 1)
         fewest = max(SEGMENT_ROWS, math.ceil(SEGMENT_NUMBERS * column.shape[2] / column.shape[1]))
-        score = running(turned, left[..., None])[..., 0]
-        return cls(score, running(turned, column), running(turned, answer), fewest)
+        score, own = _running(turned, left[..., None])[..., 0], _running(turned, column)
+        return cls(score, own, _running(turned / unit, jacobian), root, fewest)
+
+    def answer(self, ends: Ints | int) -> Array:
+        """What the model answers to the rows before some ends, (..., q, n)."""
+        some = self.moves[ends]
+        return np.asarray((some.reshape(-1, some.shape[-1]) @ self.root).reshape(*some.shape[:-1], self.root.shape[1]))
 
     def fit(self, run: RowSequence, c: Candidate, rows: tuple[int, int], ends: tuple[int, int]) -> SegmentFit:
         """The segment of some rows of a run, between these `ends` among the rows of its candidate."""
@@ -255,15 +278,16 @@ class _Sums:
         return np.einsum("pq,pq->p", score, step), step
 
     def _model_products(self, a: Ints, b: Ints) -> Array:
-        """What the model answers of segments, C C^T with C = cross[b] - cross[a], (p, q, q); of many pairs of few ends, from the
+        """What the model answers of segments, C C^T with C = answer(b) - answer(a), (p, q, q); of many pairs of few ends, from the
         products of the ends."""
-        q, n = self.cross.shape[1:]
         ends, at = np.unique(np.concatenate([a, b]), return_inverse=True)
         # Where one end of all pairs is the same, the ends outnumber the pairs: their products would fill the memory.
         if len(ends) ** 2 > 4 * len(a):
-            cross = self.cross[b] - self.cross[a]
+            both = self.answer(ends)
+            cross = both[at[len(a) :]] - both[at[: len(a)]]
             return np.asarray(cross @ cross.transpose(0, 2, 1))
-        flat = self.cross[ends].reshape(-1, n)
+        q = self.moves.shape[1]
+        flat = self.answer(ends).reshape(len(ends) * q, -1)
         products = (flat @ flat.T).reshape(len(ends), q, len(ends), q).transpose(0, 2, 1, 3)
         first, last = at[: len(a)], at[len(a) :]
         mixed = products[first, last]
@@ -272,7 +296,7 @@ class _Sums:
     def step(self, a: int, b: int) -> Array:
         """The step (q,) of one segment with less of that hold: what is seen at all, is seen whole (iterated Tikhonov)."""
         whole = self.score[b] - self.score[a]
-        cross = self.cross[b] - self.cross[a]
+        cross = self.answer(b) - self.answer(a)
         info = self.own[b] - self.own[a] - cross @ cross.T
         found = np.zeros(len(whole))
         for _ in range(4):
@@ -289,6 +313,14 @@ class _Sums:
             return None
         at = int(self.gain(a[fit], b[fit])[0].argmax())
         return int(a[fit][at]), int(b[fit][at])
+
+
+def _running(v: Array, by: Array) -> Array:
+    """The sums up to each row of v (k, q, d) by (k, d, n), in place: of many rows the products alone fill the memory."""
+    out = np.zeros((len(v) + 1, v.shape[1], by.shape[2]))
+    np.matmul(v, by, out=out[1:])
+    np.cumsum(out[1:], axis=0, out=out[1:])
+    return out
 
 
 def _sharpen_ends(sums: _Sums, first: int, last: int, near: int) -> tuple[int, int]:
