@@ -208,7 +208,7 @@ def test_a_segments_share_that_the_model_answers(rng):
         rng.uniform(0.5, 1, 60),
         rng.normal(size=(60, 3, 9)),
     )
-    sums = _Sums.of(*parts)
+    sums = _Sums.of(*parts, np.ones(3), np.eye(9))
     a, b = (m for m in np.triu_indices(31, 1))
     both = np.concatenate([sums.gain(a[i : i + 50], b[i : i + 50])[0] for i in range(0, len(a), 50)])
     np.testing.assert_allclose(sums.gain(a, b)[0], both, rtol=1e-9)

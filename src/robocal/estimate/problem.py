@@ -190,7 +190,20 @@ class Problem(Unknowns):
                 r, jac, jloc = term.evaluate(values, these, first, some)
                 pull = np.zeros((hi - lo, some)) if touches else NOTHING
                 accumulate(
-                    r, jac, term.scale, heavy, term.configuration, term.columns, kind, tuning, bent, first, mine.cost, mine.g, mine.a, pull
+                    r,
+                    jac,
+                    term.scale,
+                    heavy,
+                    term.configuration,
+                    term.columns,
+                    kind,
+                    tuning,
+                    bent,
+                    first,
+                    mine.cost,
+                    mine.g,
+                    mine.a,
+                    pull,
                 )
                 if touches:
                     accumulate_blocks(
