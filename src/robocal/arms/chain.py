@@ -77,7 +77,7 @@ class Chain(Whole):
         x, y, z = next(stated, GRAVITY)
         return x, y, z
 
-    @property
+    @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints from base to tool."""
         return tuple(j.name for j in self.joints)
@@ -177,7 +177,7 @@ class Chain(Whole):
         pairs = zip(pairwise(self.joint_names), angles, strict=True)
         return tuple(pair for pair, angle in pairs if angle < tolerance)
 
-    @property
+    @cached_property
     def lengths(self) -> tuple[str, ...]:
         """The lengths of the geometry, which share the scale of the arm."""
         return tuple(n for n in self.geometric if self.table[n].unit == "m")
@@ -198,7 +198,7 @@ class Chain(Whole):
         told = {"convention": self.convention, "pairs": pairs, "better": self.better or None}
         return (Remark.of(Code.PARALLEL_AXES, **told),)
 
-    @property
+    @cached_property
     def anywhere(self) -> frozenset[str]:
         """Geometric parameters whose change says nothing of how the arm was made: a joint's zero may be anywhere; and where
         parallel axes are written without Hayati's beta, a small tilt moves lengths along them by metres."""
@@ -229,7 +229,7 @@ class Chain(Whole):
                     break
         return tuple(out)
 
-    @property
+    @cached_property
     def shares(self) -> dict[str, dict[str, float]]:
         """The joints that count with others: how much of each is added to the joint's own value."""
         out: dict[str, dict[str, float]] = {}

@@ -188,10 +188,10 @@ def _descend(
     batch = len(x)
     everyone = np.arange(base, base + batch)
     normal = problem.normal(x, everyone)
-    reason, iterations = np.zeros((2, batch), dtype=np.int64)
+    reason, iterations = np.zeros(batch, dtype=np.int64), np.zeros(batch, dtype=np.int64)
     # failed: how long the last step was that did not lower the cost, in expected errors
-    lam, grow, predicted, best, failed = numbers = np.zeros((5, batch))
-    numbers[0], numbers[1] = damping, GROW
+    lam, grow, predicted, best, failed = [np.zeros(batch) for _ in range(5)]
+    lam[:], grow[:] = damping, GROW
     first = normal.cost.copy()
     history = [first]
     steps = Steps(problem, batch, tolerances, damping > 0.0)

@@ -48,6 +48,12 @@ _OTHER_WEIGHTS = _OTHER_TABLE | _OF_TABLE
 
 
 @cache
+def _straight(batch: int) -> Bools:
+    """Of so many problems none whose loss's curvature counts."""
+    return np.zeros(batch, dtype=np.bool_)
+
+
+@cache
 def _names_of_results(same: frozenset[str]) -> tuple[str, ...]:
     """What is worked out of a problem, but for the `same`."""
     every = {**vars(Unknowns), **vars(Problem)}
@@ -175,36 +181,45 @@ class Problem(Unknowns):
     def normal(self, x: Array, which: Ints | None = None, curved: Bools | None = None) -> Normal:
         """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only
         some are asked, `curved` (B,) those in which the curvature of the loss counts in the matrix (none)."""
-        batch, n = len(x), self.n
+        batch = len(x)
         accumulate, accumulate_blocks, add_block_priors = self._kernels
+        plan, cut, wide, tuning, pairs = self._plan
         which = np.arange(batch) if which is None else which
-        out = Normal.zeros(batch, n, *self.sizes, len(self.pairs))
-        straight = np.zeros(batch, dtype=np.bool_) if curved is None or self.loss == "none" else curved
-        tuning, cut, pairs, weight = self.tuning or TUNING[self.loss], self.sizes[0][1], 0, self._weight(which)
-        for term in self._summed:
-            loss = Loss(LOSSES[self.loss if term.reading else "none"], tuning, straight)
-            if term.accumulate(x, which, weight, loss, pairs, out):
-                pairs += len(term.pairs)
+        out = Normal.zeros(batch, self.n, *self.sizes, pairs)
+        straight = _straight(batch) if curved is None or self.loss == "none" else curved
+        weight = self._weight(which)
+        for term, kind, each, touches, part in plan:
+            if term.accumulate(x, which, weight, Loss(kind, tuning, straight), part.start, out):
                 continue
-            touches = any(term.touches)
-            part = slice(pairs, pairs + len(term.pairs))
-            for lo, hi, first, rows in pieces(term, batch, cut + self.sizes[1][1], CHUNK):
-                mine, values, some, heavy, bent = out, x, which, weight, straight
+            whole = ((0, batch, 0, len(term.scale)),)
+            for lo, hi, first, some in whole if batch * each <= CHUNK else pieces(term, batch, wide, CHUNK):
+                mine, values, these, heavy, bent = out, x, which, weight, straight
                 if hi - lo < batch:
-                    mine, values, some, bent = out.take(slice(lo, hi)), x[lo:hi], which[lo:hi], straight[lo:hi]
-                    heavy = self._weight(some)
-                r, jac, jloc = term.evaluate(values, some, first, rows)
-                pull = np.zeros((hi - lo, rows)) if touches else NOTHING
+                    mine, values, these, bent = out.take(slice(lo, hi)), x[lo:hi], which[lo:hi], straight[lo:hi]
+                    heavy = self._weight(these)
+                r, jac, jloc = term.evaluate(values, these, first, some)
+                pull = np.zeros((hi - lo, some)) if touches else NOTHING
                 accumulate(
-                    r, jac, term.scale, heavy, term.configuration, term.columns, loss.kind, tuning, bent, first, mine.cost, mine.g,
-                    mine.a, pull,
-                )  # fmt: skip
+                    r,
+                    jac,
+                    term.scale,
+                    heavy,
+                    term.configuration,
+                    term.columns,
+                    kind,
+                    tuning,
+                    bent,
+                    first,
+                    mine.cost,
+                    mine.g,
+                    mine.a,
+                    pull,
+                )
                 if touches:
                     accumulate_blocks(
-                        r, jac, jloc, cut if term.touches[0] else 0, term.scale, pull, term.columns, *term.local, term.pair, *loss[:2],
+                        r, jac, jloc, cut if term.touches[0] else 0, term.scale, pull, term.columns, *term.local, term.pair, kind, tuning,
                         bent, first, mine.gl, mine.al, mine.asl, mine.gm, mine.am, mine.asm, mine.cross[:, part],
                     )  # fmt: skip
-            pairs = part.stop
         if self._any_prior:
             add_shared(self._pull, self.difference(x), out)
         for i, family in enumerate(self.families):
@@ -213,6 +228,18 @@ class Problem(Unknowns):
                 g, a, _ = out.of_family(i)
                 add_block_priors(here, family.start, family.prior.root, axes, out.cost, g, a)
         return out
+
+    @cached_property
+    def _plan(self) -> tuple[list[tuple[ProblemTerm, int, int, bool, slice]], int, int, float, int]:
+        """What every evaluation asks: of each term the number of its loss, the size of its Jacobian, whether its rows touch blocks and
+        which pairs are its; the columns of a block of the first family, and of both, the tuning, and how many pairs there are."""
+        (_, cut), (_, second) = self.sizes
+        plan, pairs = [], 0
+        for term in self._summed:
+            loss, part = LOSSES[self.loss if term.reading else "none"], slice(pairs, pairs + len(term.pairs))
+            plan.append((term, loss, term.scale.size * (len(term.columns) + cut + second), any(term.touches), part))
+            pairs = part.stop
+        return plan, cut, cut + second, self.tuning or TUNING[self.loss], pairs
 
     @cached_property
     def _kernels(self) -> tuple[Callable[..., None], ...]:  # an import costs as much as a small kernel

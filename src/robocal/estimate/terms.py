@@ -122,8 +122,7 @@ class Normal:
         (many, l), (more, q) = first, second
         cost, g, a = np.zeros(batch), np.zeros((batch, n)), np.zeros((batch, n, n))
         if not many and not more:  # the small problems, where every call counts
-            flat, square = _nothing(batch)
-            return cls(cost, g, a, flat, square, square, flat, square, square, square)
+            return cls(cost, g, a, *_nothing(batch))
         shapes = [(many, l), (many, l, l), (many, n, l), (more, q), (more, q, q), (more, n, q), (pairs, l, q)]
         return cls(cost, g, a, *(np.zeros((batch, *shape)) for shape in shapes))
 
@@ -150,8 +149,9 @@ _NAMES = tuple(f.name for f in fields(Normal))
 
 
 @cache
-def _nothing(batch: int) -> tuple[Array, Array]:
-    return np.empty((batch, 0, 0)), np.empty((batch, 0, 0, 0))
+def _nothing(batch: int) -> tuple[Array, ...]:
+    flat, square = np.empty((batch, 0, 0)), np.empty((batch, 0, 0, 0))
+    return flat, square, square, flat, square, square, square
 
 
 @dataclass(frozen=True)

@@ -132,7 +132,7 @@ class Rows(ABC):
 
     def values_at(self, which: Ints, first: int, rows: int) -> Array:
         """The measured values of these problems and rows, (B or 1, m, d)."""
-        value = self.value[:, first : first + rows]
+        value = self.value if rows == self.value.shape[1] else self.value[:, first : first + rows]
         return value if len(value) == 1 else value[which]
 
     def join(self, some: Sequence[Self]) -> Self:

@@ -90,27 +90,33 @@ def _find_together(state: SegmentModel, long: list[RowSequence], most: int, trie
     So all are taken in, their ends looked for again, and those that chance may have made beside the rest given up one by one."""
     some: list[SegmentFit] = []
     after = state
-    while len(some) < most and (best := _best(after, long)):
+    while len(some) < most and (found := _best(after, long)):
+        best, model = found
         some.append(_widen(after, best, some))
-        after = state.with_segments(*some)
+        after = model if some[-1] is best else after.with_segments(some[-1])
+    others: list[SegmentModel] = []
     for _ in range(SWEEPS if len(some) > 1 else 0):
-        before = [(f.a, f.b) for f in some]
+        before, others = [f.place for f in some], []
         for i in range(len(some)):
-            rest = _without(state, some, i)
-            one = _widen(rest, some[i], some)
-            again = rest.segment(one.run, one.candidate)
+            others.append(state.with_segments(*some[:i], *some[i + 1 :]))
+            one = _widen(others[i], some[i], some)
+            again = others[i].segment(one.run, one.candidate)
             some[i] = one if again is None else replace(again, rival=one.rival)
-        if before == [(f.a, f.b) for f in some]:
+        if before == [f.place for f in some]:
             break
-    while some:
+        others = []
         after = state.with_segments(*some)
-        others = [_without(state, some, i) for i in range(len(some))]
+    while some:
+        # What was fitted without one of them is the model of the others, as long as all stay where they are.
+        others = others or [state.with_segments(*some[:i], *some[i + 1 :]) for i in range(len(some))]
         some = [w.refit(one) for w, one in zip(others, some, strict=True)]
         told = [_assess_segment(w, one, after, tried, False) for w, one in zip(others, some, strict=True)]
         unsure = [i for i, (s, large) in enumerate(told) if s is None or not large]
         if not unsure:
             return [] if _smooth(state, some, after) else [s for s, _ in told if s is not None]
-        del some[min(unsure, key=lambda i: others[i].evidence(some[i]) - some[i].cost)]
+        last = min(unsure, key=lambda i: others[i].evidence(some[i]) - some[i].cost)
+        del some[last]
+        after, others = others[last], []
     return []
 
 
@@ -122,10 +128,9 @@ def _smooth(state: SegmentModel, some: list[SegmentFit], after: SegmentModel) ->
     for run, c in dict.fromkeys((f.run, f.candidate) for f in some):
         time = np.zeros(len(c.column))
         time[c.rows] = np.linspace(-1, 1, len(c.rows))
-        for degree in range(1, max(len(some), DEGREES) + 1):
-            slow.append((run, c.column * scipy.special.eval_legendre(degree, time)[:, None, None]))
-    models = state.with_columns(slow), after
-    left = [sum(m.misfit(run) for run in dict.fromkeys(f.run for f in some)) for m in models]
+        degrees = range(1, max(len(some), DEGREES) + 1)
+        slow += [(run, c.column * scipy.special.eval_legendre(n, time)[:, None, None]) for n in degrees]
+    left = [sum(m.misfit(run) for run in dict.fromkeys(f.run for f in some)) for m in (state.with_columns(slow), after)]
     return left[0] < left[1] + limits.SEGMENT_ALIKE * len(some)
 
 
@@ -136,21 +141,21 @@ def _widen(state: SegmentModel, best: SegmentFit, some: list[SegmentFit]) -> Seg
     return best if wide is None else state.segment(best.run, wide) or best
 
 
-def _without(state: SegmentModel, some: list[SegmentFit], i: int) -> SegmentModel:
-    """The model with all segments but one."""
-    return state.with_segments(*some[:i], *some[i + 1 :])
-
-
-def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
-    """The segment that explains most. Its cause is the one that leaves least, once it is in the model."""
+def _best(state: SegmentModel, among: list[RowSequence]) -> tuple[SegmentFit, SegmentModel] | None:
+    """The segment that explains most, and the model with it. Its cause is the one that leaves least, once it is in the model."""
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
     # More columns explain more by chance.
     first = max(out, key=lambda f: state.evidence(f) - f.cost, default=None)
     if first is None or not (first.gain > 0 and state.chance(first) <= limits.SEGMENT_CHANCE):
         return None
     rivals = [f for f in out if f.run is first.run and f.gain > limits.SEGMENT_RIVAL * first.gain]
-    left = np.array([state.with_segments(f).misfit(f.run) for f in rivals])
-    cost = left + [f.cost for f in rivals]
+    left, cost = np.zeros(len(rivals)), np.zeros(len(rivals))
+    for i, f in enumerate(rivals):
+        model = state.with_segments(f)
+        left[i] = model.misfit(f.run)
+        cost[i] = left[i] + f.cost
+        if i == 0 or cost[i] < cost[:i].min():
+            after = model
     order = np.argsort(cost, kind="stable").tolist()
     best: SegmentFit = rivals[order[0]]
     # What more columns cost speaks for the simpler cause, not against the other one: it may be the true one all the same.
@@ -159,7 +164,7 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> SegmentFit | None:
     others = [
         i for i in order if more[i] < limits.SEGMENT_ALIKE and rivals[i].candidate.cause.removesuffix("s") != kind
     ]
-    return replace(best, rival=rivals[others[0]] if others else None)
+    return replace(best, rival=rivals[others[0]] if others else None), after
 
 
 def _reset(state: SegmentModel, files: list[tuple[RowSequence, Candidate, int, int]]) -> SegmentFit | None:

@@ -46,6 +46,11 @@ class SegmentFit:
     ends: tuple[int, int]  # among the candidate's rows
     rival: SegmentFit | None = None
 
+    @property
+    def place(self) -> tuple[Candidate, int, int]:
+        """Of which candidate it is, and where."""
+        return self.candidate, self.a, self.b
+
     @cached_property
     def step(self) -> Array:
         """How far it moved, (q,)."""

@@ -47,7 +47,7 @@ class Steps:
         self.tolerances, self.damped = tolerances, damped
         self.lower, self.upper = problem.bounds
         self.scales = problem.scales
-        (self.damp, self.step), self.length = np.zeros((2, batch, n)), np.zeros(batch)
+        self.damp, self.step, self.length = np.zeros((batch, n)), np.zeros((batch, n)), np.zeros(batch)
         self.damp_local, self.local = _blocks(problem, batch), _blocks(problem, batch)
         self.blocks = problem.sizes[0][1] > 0
         large = n > LARGE or problem.sizes[1][1] > 0

@@ -74,25 +74,33 @@ def path_kernel(
     parameter = terms[:, 0]
     column = terms[:, 1]
     rate = np.empty(terms.shape[0])  # what a term's column is multiplied by
-    level = np.empty(n)  # what does not vary with the row
-    cosine = np.zeros(n)
-    sine = np.zeros(n)
-    fixed_r = np.zeros((n, 9))
-    fixed_p = np.zeros((n, 3))
-    skip = np.zeros(n, np.bool_)  # the identity: nothing to multiply
-    shift = np.zeros(n, np.bool_)  # a frame that does not turn
-    wanted = np.zeros(n, np.bool_)
+    # One allocation each for what elements have: a small problem is solved in the time of some hundred of them.
+    room = np.zeros((n, 27))
+    level = room[:, 0]  # what does not vary with the row
+    cosine, sine = room[:, 1], room[:, 2]
+    fixed_r, fixed_p = room[:, 3:12], room[:, 12:15]
+    before, at = room[:, 15:24], room[:, 24:27]
+    marks = np.zeros((n, 5), np.int64)
+    skip = marks[:, 0]  # the identity: nothing to multiply
+    shift = marks[:, 1]  # a frame that does not turn
+    wanted = marks[:, 2]
+    plain = marks[:, 3]  # +1 or -1 for an ordinary turning joint
+    drive = marks[:, 4]  # and the column that drives it
     count = entries.shape[0]
-    axis = np.empty(count, np.int64)  # which motion an entry is: the element's kind, or the component of a frame
+    axis = np.empty(
+        (count, 2), np.int64
+    )  # which motion an entry is, the element's kind or the component of a frame; and
     share = np.empty(count)  # what an entry's motion is multiplied by, but for the row
+    new = 0  # whether it is the first of its column
     for i in range(count):
         e = entries[i, 0]
-        wanted[e] = True
-        axis[i] = entries[i, 1] if elements[e, 0] == 7 else elements[e, 0]
-    plain = np.zeros(n, np.int64)  # +1 or -1 for an ordinary turning joint
-    drive = np.zeros(n, np.int64)  # and the column that drives it
-    before = np.zeros((n, 9))
-    at = np.zeros((n, 3))
+        wanted[e] = 1
+        axis[i, 0] = entries[i, 1] if elements[e, 0] == 7 else elements[e, 0]
+        axis[i, 1] = 1
+        for j in range(i):
+            if entries[j, 2] == entries[i, 2]:
+                axis[i, 1] = 0
+        new += axis[i, 1]
     matrix = np.zeros((3, 3))
     nr = np.zeros(9)
     for b in range(batch):
@@ -130,11 +138,11 @@ def path_kernel(
                     turned += abs(theta[b, parameter[s + 3 + i]])
                     for j in range(3):
                         fixed_r[e, 3 * i + j] = matrix[i, j]
-                shift[e] = turned == 0.0
-                skip[e] = turned == 0.0 and moved == 0.0
+                shift[e] = 1 if turned == 0.0 else 0
+                skip[e] = 1 if turned == 0.0 and moved == 0.0 else 0
                 continue
             value = level[e]
-            skip[e] = value == 0.0
+            skip[e] = 1 if value == 0.0 else 0
             if kind < 3:
                 cosine[e] = value
             elif kind < 6:
@@ -152,7 +160,7 @@ def path_kernel(
             for e in range(n):
                 kind = elements[e, 0]
                 varies = elements[e, 1] == 1
-                if wanted[e]:
+                if wanted[e] == 1:
                     # Where the element starts: its screw, seen from the base, is all that the Jacobian needs.
                     before[e, 0], before[e, 1], before[e, 2] = r0, r1, r2
                     before[e, 3], before[e, 4], before[e, 5] = r3, r4, r5
@@ -175,7 +183,7 @@ def path_kernel(
                         c = 0.0
                         s = 0.0
                         _screw(screws[e], value, fixed_r[e], fixed_p[e])
-                elif skip[e]:
+                elif skip[e] == 1:
                     continue
                 else:
                     c = cosine[e]
@@ -213,7 +221,7 @@ def path_kernel(
                     if kind == 7:
                         # A frame turns about its own origin, so its lever starts after its translation.
                         at[e, 0], at[e, 1], at[e, 2] = px, py, pz
-                        if shift[e]:
+                        if shift[e] == 1:
                             continue
                     for j in range(3):
                         nr[j] = r0 * f[j] + r1 * f[3 + j] + r2 * f[6 + j]
@@ -230,13 +238,14 @@ def path_kernel(
             if width == 0:
                 continue
             out = jac[b, m]
-            out[:] = 0.0
+            if new < width:
+                out[:] = 0.0
             element = -1
             part = -1
             vx, vy, vz, wx, wy, wz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for i in range(count):
                 e = entries[i, 0]
-                kind = axis[i]
+                kind = axis[i, 0]
                 if e != element or kind != part:
                     element = e
                     part = kind
@@ -264,6 +273,11 @@ def path_kernel(
                 f = share[i]
                 if entries[i, 3] >= 0:
                     f *= phi[bp, first + m, entries[i, 3]]
+                if axis[i, 1] == 1:
+                    out[0, col], out[1, col], out[2, col] = f * vx, f * vy, f * vz
+                    if high == 6:
+                        out[3, col], out[4, col], out[5, col] = f * wx, f * wy, f * wz
+                    continue
                 out[0, col] += f * vx
                 out[1, col] += f * vy
                 out[2, col] += f * vz
