@@ -217,7 +217,7 @@ def read_residuals(path: Path) -> dict[str, list[Any]]:
         if name in LATER and name not in table.names:
             continue
         at = table.find(name)
-        cells = [row[at].strip() for row in table.cells]
+        cells = table.strip(at)
         out[name] = cells if name in TEXTS else [_number(c, table, row, name) for row, c in enumerate(cells)]
     return out
 
