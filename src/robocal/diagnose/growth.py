@@ -182,7 +182,9 @@ def _explain(lin: Linear, factor: Array, problem: Problem, way: Array) -> FileDr
     # Each column is as large as its error may be, and held: products have digits to spare.
     taken, products = 0.0, np.zeros((n + k + 1, n + k + 1))
     for rows in _together(lin):
-        part = replace(lin, j=np.hstack([lin.j[rows] * scale, factor[rows, None] * (lin.j[rows] @ way), lin.r[rows, None]]))
+        part = replace(
+            lin, j=np.hstack([lin.j[rows] * scale, factor[rows, None] * (lin.j[rows] @ way), lin.r[rows, None]])
+        )
         own, left = beside_blocks(part)
         taken, products = taken + float(own.sum()), products + left.T @ left
     fitted = np.linalg.solve(products[:n, :n] + np.eye(n) / HOLD**2, products[:n, n:])

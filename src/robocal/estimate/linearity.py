@@ -25,6 +25,8 @@ __all__ = ["Curvature", "Step", "curvature", "one_step", "rows_triangle"]
 
 # Singular values below this share of the largest are exact null directions, as in `identifiability`.
 STRUCTURAL = 1e-9
+# Numbers that say how large a curvature is, and which share of the largest one so told may be the largest of all numbers.
+ENOUGH, ROUGHLY = 3000, 0.5
 
 
 @dataclass(frozen=True)
@@ -97,16 +99,29 @@ def curvature(problem: Problem, x: Array, covariance: Array) -> Curvature | None
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     steps = (vectors * np.sqrt(np.maximum(values, 0.0))).T * scale
     x = np.atleast_2d(x)
+    # A part of many rows says along which steps the curvature may be the largest.
+    among, step = np.arange(len(steps)), max(1, int(problem.numbers.sum()) // ENOUGH)
+    if step > 1:
+        rough = _bends(problem, x, steps, step)
+        among = np.flatnonzero(rough >= ROUGHLY**2 * rough.max())
+    size = _bends(problem, x, steps[among])
+    if not len(size) or not size.max() > 0:
+        return Curvature(0.0, problem.free[int(np.argmax(np.abs(steps[0] / scale)))])
+    where = among[int(size.argmax())]
+    return Curvature(float(np.sqrt(size.max())), problem.free[int(np.argmax(np.abs(steps[where] / scale)))])
+
+
+def _bends(problem: Problem, x: Array, steps: Array, step: int = 1) -> Array:
+    """Squares of the second differences of all whitened residuals along steps (k, n) from x (1, P), (k,)."""
     n, start = len(steps), np.repeat(x, len(steps), axis=0)
     there = np.concatenate([x, problem.retract(start, steps), problem.retract(start, -steps)])
     counted, size = problem.in_use, np.zeros(n)
-    for term, rows, r in problem.residual_pieces(there):
+    for term, rows, r in problem.residual_pieces(there, step):
         # The scale of what was set aside is zero.
         scaled = term.scale[rows] * counted[term.configuration[rows], None]
         bend = (r[1 : 1 + n] + r[1 + n :] - 2 * r[0]) * scaled
         size += np.einsum("bmd,bmd->b", bend, bend)
-    where = int(size.argmax()) if size.max(initial=0.0) > 0 else 0
-    return Curvature(float(np.sqrt(size[where])) if size[where] > 0 else 0.0, problem.free[int(np.argmax(np.abs(steps[where] / scale)))])
+    return size
 
 
 def _rows(scale: Array, parts: tuple[tuple[int, int, str], ...], unit: str) -> Bools:

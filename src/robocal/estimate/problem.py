@@ -59,12 +59,12 @@ def _check_loss(loss: str) -> str:
     return loss
 
 
-def _evaluate(term: ProblemTerm, x: Array) -> Iterator[tuple[slice, Array]]:
+def _evaluate(term: ProblemTerm, x: Array, step: int = 1) -> Iterator[tuple[slice, Array]]:
     """Residuals (B, rows, d) of a term without Jacobian at x (B, P); of many vectors some rows at a time: what a row passes through, a
     pose at most, stays in the cache."""
     every, m = np.arange(len(x)), len(term.scale)
     rows = max(m, 1) if len(x) == 1 else max(1, CHUNK // (POSE * len(x)))
-    for first in range(0, max(m, 1), rows):
+    for first in range(0, max(m, 1), step * rows):
         last = min(first + rows, m)
         yield slice(first, last), term.evaluate(x, every, first, last - first)[0]
 
@@ -294,10 +294,10 @@ class Problem(Unknowns):
             out.append(Residuals(value, *where, term.group, term.kind, term.parts, term.used, term.lever, term.reading))
         return out
 
-    def residual_pieces(self, x: Array) -> Iterator[tuple[ProblemTerm, slice, Array]]:
-        """The same of many vectors, (B, rows, d), some rows at a time."""
+    def residual_pieces(self, x: Array, step: int = 1) -> Iterator[tuple[ProblemTerm, slice, Array]]:
+        """The same of many vectors, (B, rows, d), some rows at a time: all of them, or one piece of every `step`."""
         for term in self._bare:
-            for rows, r in _evaluate(term, x):
+            for rows, r in _evaluate(term, x, step):
                 yield term, rows, r
 
     def greatest_error(self, x: Array) -> Array:
