@@ -115,6 +115,16 @@ def likelihood(rows: list[dict]) -> str:
     )
 
 
+def waits(rows: list[dict]) -> str:
+    """One row per command."""
+    body = [
+        [r["what"], number(r["cpu_s"], "s"), number(r["peak_MB"], "MB"), number(r.get("before_cpu_s"), "s")]
+        + [number(r.get("before_peak_MB"), "MB"), number(r["cpu_s_over_before"])]
+        for r in rows
+    ]
+    return table.markdown(["robocal", "CPU time", "memory", "before", "memory before", "CPU time over before"], body)
+
+
 def head(document: dict, section: str) -> str:
     """When and where a section was measured."""
     on = document["measured"][section]
@@ -146,7 +156,7 @@ def joints(document: dict) -> list[str]:
     ]
 
 
-BLOCKS = {"cables": cables, "joint": joints}
+BLOCKS = {"cables": cables, "joint": joints, "waits": lambda document: [waits(document["sections"]["waits"])]}
 
 
 def publish(document: dict, page: Path = PAGE) -> None:

@@ -2,6 +2,7 @@
 
     python -m benchmarks [--rounds 7] [--instances 20] [--only NAME ...] [--no-sections] [-o FILE]
     python -m benchmarks --section NAME ... [-o FILE]
+    python -m benchmarks --section waits --against OTHER/src [--waits-rounds 5] [-o FILE]
 
 All workers are started first and stay up. Then every round visits every instance, and at each instance all
 contestants in turn (A B C ... A B C ...), so that a noisy neighbour or a throttled clock strikes all alike; one
@@ -137,14 +138,21 @@ def joint() -> dict[str, list[dict]]:
     return section.sections()
 
 
-SECTIONS = {"cross_validation": cross_validation, "robocal": robocal, "cables": cables, "joint": joint}
+def waits(against: Path | None = None, rounds: int | None = None) -> dict[str, list[dict]]:
+    """What a user waits for: whole commands, those of another state of the project in turn with them."""
+    import waits as section
+
+    return {"waits": section.section(against and against.resolve(), rounds or section.ROUNDS)}
 
 
-def sections(names) -> dict:
-    """Rows of these sections, and on what machine they were measured."""
+SECTIONS = {"cross_validation": cross_validation, "robocal": robocal, "cables": cables, "joint": joint, "waits": waits}
+
+
+def sections(names, **waits_for) -> dict:
+    """Rows of these sections, and on what machine they were measured; `waits_for` are the options of what a user waits for."""
     made = {}
     for name in names:
-        made |= SECTIONS[name]()
+        made |= SECTIONS[name](**(waits_for if name == "waits" else {}))
     for name, rows in made.items():
         print(f"\n{name}\n{table.section_table(rows)}")
     return {"measured": dict.fromkeys(names, table.machine()), "sections": made}
@@ -164,12 +172,17 @@ def main() -> int:
     parser.add_argument("--only", nargs="+", metavar="NAME", help="contestants whose name contains one of these")
     parser.add_argument("--no-sections", action="store_true")
     parser.add_argument("--section", nargs="+", choices=SECTIONS, metavar="NAME", help=f"only {', '.join(SECTIONS)}")
+    parser.add_argument(
+        "--against", type=Path, metavar="SRC", help="waits: the sources of another state, beside this one"
+    )
+    parser.add_argument("--waits-rounds", type=int, metavar="N", help="waits: how often every command is run")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args()
+    waits_for = {"against": options.against, "rounds": options.waits_rounds}
     if options.section:
         output = options.output or RESULTS
         document = json.loads(output.read_text()) if output.exists() else {}
-        for key, part in sections(options.section).items():
+        for key, part in sections(options.section, **waits_for).items():
             document[key] = document.get(key, {}) | part
         write(document, output)
         return 0
@@ -195,7 +208,7 @@ def main() -> int:
         f"held-out mean error before {measure['held_out_before_mm']:.4f} mm, "
         f"exact least squares {measure['held_out_exact_least_squares_mm']:.5f} mm"
     )
-    extra = sections([] if options.no_sections else SECTIONS)
+    extra = sections([] if options.no_sections else SECTIONS, **waits_for)
     output = options.output or (None if options.only else RESULTS)
     if output:
         document = {

@@ -41,8 +41,9 @@ from numba.core.runtime import rtsys
 from numpy.typing import ArrayLike, NDArray
 
 from ._version import __version__
+from .progress import tell_of_compilation
 
-__all__ = ["as_kernel_array", "as_kernel_indices", "cache_folder", "compile_for", "kernel", "on_compile", "prange"]
+__all__ = ["as_kernel_array", "as_kernel_indices", "cache_folder", "compile_for", "kernel", "prange"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -143,7 +144,6 @@ class _Announcer(event.Listener):
     A compiler makes a million small objects and throws few away: without the collector of garbage it takes an eighth less.
     """
 
-    callback: Callable[[], object] | None = None
     deep = 0
     collects = False
 
@@ -152,9 +152,8 @@ class _Announcer(event.Listener):
         if self.deep == 1:
             self.collects = gc.isenabled()
             gc.disable()
-        if self.callback is not None and happening.data["dispatcher"].py_func in _ours:
-            callback, self.callback = self.callback, None
-            callback()
+        if happening.data["dispatcher"].py_func in _ours:
+            tell_of_compilation()
 
     def on_end(self, happening: Any) -> None:
         self.deep -= 1
@@ -162,13 +161,7 @@ class _Announcer(event.Listener):
             gc.enable()
 
 
-_announcer = _Announcer()
-event.register("numba:compile", _announcer)
-
-
-def on_compile(callback: Callable[[], object] | None) -> None:
-    """Call `callback` once, just before a kernel is really compiled (not when it is cached); None calls nobody."""
-    _announcer.callback = callback
+event.register("numba:compile", _Announcer())
 
 
 # The cache

@@ -242,15 +242,15 @@ def test_a_bar_appears_after_two_seconds(case: Path) -> None:
     assert quick_status == 0 and "finding" not in quick and "\033[1;3" not in quick
 
 
-def test_compiling_is_said_once(case: Path, tmp_path: Path) -> None:
-    # A kernel of our own, compiled by the act, stands for the twenty seconds that all of them take.
+def test_compiling_is_said_once(capsys: pytest.CaptureFixture[str]) -> None:
     from robocal.cli.terminal import Terminal
+    from robocal.progress import tell_of_compilation
 
     with Terminal().watching():
-        from robocal import _jit
-
-        assert _jit._announcer.callback is not None
-    assert _jit._announcer.callback is None
+        for _ in range(2):
+            tell_of_compilation()
+    tell_of_compilation()
+    assert capsys.readouterr().err.count("compiling kernels") == 1
 
 
 def test_a_fault_of_ours_is_one_line(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import robocal
-from robocal import _jit
+from robocal import _jit, progress
 from robocal._jit import as_kernel_array, as_kernel_indices, kernel
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT leaves kernels uncompiled")
@@ -47,9 +47,9 @@ def kernel(f=None, **options):
 REPORT = """
 import numba
 import numpy as np
-from tiny import _jit
+from tiny import _jit, progress
 compilations = []
-_jit.on_compile(lambda: compilations.append(1))
+progress.on_compile(lambda: compilations.append(1))
 {between}
 from tiny.outer._kernels import each, total
 y = np.zeros(2)
@@ -73,6 +73,7 @@ class Tiny:
                 (folder / "tiny" / room / "_kernels.py").write_text(source)
         (folder / "tiny" / "__init__.py").write_text("")
         (folder / "tiny" / "_version.py").write_text("__version__ = '7'\n")
+        (folder / "tiny" / "progress.py").write_text(Path(progress.__file__).read_text())
         (folder / "tiny" / "_jit.py").write_text(jit)
 
     @property

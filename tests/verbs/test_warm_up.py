@@ -22,9 +22,9 @@ compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISA
 USE = """
 import sys
 import numpy as np
-from robocal import _jit
+from robocal import progress
 happened = []
-_jit.on_compile(lambda: happened.append(1))
+progress.on_compile(lambda: happened.append(1))
 from robocal.geometry._kernels import left_inverse, turn_vectors, vector_from_rotation
 vector_from_rotation(np.eye(3), np.empty(3))
 left_inverse(np.ones(3), np.empty((3, 3)))

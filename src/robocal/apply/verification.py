@@ -15,7 +15,7 @@ Whether two lists of poses can be of the same places, and what makes them so whe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -34,6 +34,8 @@ __all__ = [
 
 FEWEST = 3  # poses for an alignment by a motion
 ROUNDS, END = 50, 1e-13
+TRIED = 1000  # poses, at most, on which every beginning of an alignment is tried; all say where the best one ends
+CHUNK = 4096  # poses at once: what is worked out of them is ten times as large as they are
 
 
 @dataclass(frozen=True)
@@ -73,16 +75,30 @@ class Agreement:
 
 def errors(found: Array, reference: Array) -> PoseErrors:
     """Errors of poses (k, 4, 4) in the reference's frame."""
-    d = found[:, :3, 3] - reference[:, :3, 3]
-    turn = so3.log(found[:, :3, :3] @ np.swapaxes(reference[:, :3, :3], 1, 2))
-    return PoseErrors(np.linalg.norm(d, axis=1), np.linalg.norm(turn, axis=1))
+    return _lengths(_apart(found[at], reference[at]) for at in _chunks(len(found)))
+
+
+def _lengths(apart: Iterable[Array]) -> PoseErrors:
+    both = np.concatenate([np.linalg.norm(d.reshape(-1, 2, 3), axis=2) for d in apart])
+    return PoseErrors(both[:, 0], both[:, 1])
+
+
+def _chunks(count: int) -> Iterator[slice]:
+    return (slice(first, first + CHUNK) for first in range(0, max(count, 1), CHUNK))
+
+
+def _apart(here: Array, reference: Array) -> Array:
+    """What poses (k, 4, 4) differ by, position and rotation vector (k, 6)."""
+    turn = so3.log(here[:, :3, :3] @ np.swapaxes(reference[:, :3, :3], 1, 2))
+    return np.concatenate([here[:, :3, 3] - reference[:, :3, 3], turn], axis=1)
 
 
 def relative(found: Array, reference: Array) -> PoseErrors:
     """Errors of the poses beside the first one, that is left out. Raises ModelError for fewer than two."""
     if len(found) < 2:
         raise ModelError("one pose has nothing to be compared with", found=len(found), expected="2 poses or more")
-    return errors(se3.inverse(found[:1]) @ found[1:], se3.inverse(reference[:1]) @ reference[1:])
+    a, b, found, reference = se3.inverse(found[0]), se3.inverse(reference[0]), found[1:], reference[1:]
+    return _lengths(_apart(a @ found[at], b @ reference[at]) for at in _chunks(len(found)))
 
 
 def align_poses(found: Array, reference: Array, *, point: bool = False) -> tuple[PoseErrors, Array, Array]:
@@ -91,9 +107,12 @@ def align_poses(found: Array, reference: Array, *, point: bool = False) -> tuple
     least = FEWEST + 2 * point
     if len(found) < least:
         raise ModelError("too few poses for an alignment", found=len(found), expected=f"{least} or more")
-    tried = [_descend(found, reference, a, point=point) for a in _beginnings(found, reference)]
+    some = slice(None, None, -(-len(found) // TRIED))
+    tried = [_descend(found[some], reference[some], a, np.eye(4), point=point) for a in _beginnings(found, reference)]
     _, a, b = min(tried, key=lambda t: t[0])
-    return errors(a @ found @ b, reference), a, b
+    if len(found) > TRIED:
+        _, a, b = _descend(found, reference, a, b, point=point)
+    return _lengths(_apart(a @ found[at] @ b, reference[at]) for at in _chunks(len(found))), a, b
 
 
 def _beginnings(found: Array, reference: Array) -> list[Array]:
@@ -106,20 +125,18 @@ def _beginnings(found: Array, reference: Array) -> list[Array]:
     return out + [se3.compose(t, q.mean(axis=0) - t @ p.mean(axis=0)) for t in turns]
 
 
-def _descend(found: Array, reference: Array, a: Array, *, point: bool) -> tuple[float, Array, Array]:
-    """Half the sum of squares, A and B where Levenberg's method ends; a step is taken only if it lowers the sum."""
-    b, damping = np.eye(4), 0.0
-    r, j = _linearise(a @ found @ b, reference, point=point)
-    cost = float(r @ r)
+def _descend(found: Array, reference: Array, a: Array, b: Array, *, point: bool) -> tuple[float, Array, Array]:
+    """The sum of squares, A and B where Levenberg's method ends; a step is taken only if it lowers the sum."""
+    damping = 0.0
+    cost, g, n = _normal(found, reference, a, b, point=point)
     for _ in range(ROUNDS):
-        n = j.T @ j
         size = np.diag(np.maximum(np.diag(n), 1e-12 * np.diag(n).max(initial=1.0)))
-        step = np.asarray(np.linalg.lstsq(n + damping * size, -j.T @ r, rcond=1e-14)[0], float)
+        step = np.asarray(np.linalg.lstsq(n + damping * size, -g, rcond=1e-14)[0], float)
         a_new = _motion(step[:6]) @ a
         b_new = b @ _motion(step[6:]) if point else b
-        r_new, j_new = _linearise(a_new @ found @ b_new, reference, point=point)
-        if (lower := float(r_new @ r_new)) <= cost:
-            a, b, r, j, cost, damping = a_new, b_new, r_new, j_new, lower, damping / 10 if damping > 1e-6 else 0.0
+        lower, g_new, n_new = _normal(found, reference, a_new, b_new, point=point)
+        if lower <= cost:
+            a, b, g, n, cost, damping = a_new, b_new, g_new, n_new, lower, damping / 10 if damping > 1e-6 else 0.0
         else:
             damping = max(10 * damping, 1e-6)
         if np.abs(step).max() < END:
@@ -127,11 +144,19 @@ def _descend(found: Array, reference: Array, a: Array, *, point: bool) -> tuple[
     return cost, a, b
 
 
+def _normal(found: Array, reference: Array, a: Array, b: Array, *, point: bool) -> tuple[float, Array, Array]:
+    """The sum of squares r^T r, J^T r and J^T J of the errors."""
+    cost, g, n = 0.0, np.zeros(6 + 6 * point), np.zeros((6 + 6 * point,) * 2)
+    for at in _chunks(len(found)):
+        r, j = _linearise(a @ found[at] @ b, reference[at], point=point)
+        cost, g, n = cost + float(r @ r), g + j.T @ r, n + j.T @ j
+    return cost, g, n
+
+
 def _linearise(here: Array, reference: Array, *, point: bool) -> tuple[Array, Array]:
     """Errors (6 k,) of poses where they are, and their derivatives by a small motion of A and, with `point`, of B."""
-    turned = here[:, :3, :3] @ np.swapaxes(reference[:, :3, :3], 1, 2)
-    log = so3.log(turned)
-    r = np.concatenate([here[:, :3, 3] - reference[:, :3, 3], log], axis=1)
+    r = _apart(here, reference)
+    log = r[:, 3:]
     # A small motion (v, w) of A moves all in its frame; one of B moves the points that are watched.
     inner = so3.left_jacobian_inverse(log)
     j = np.zeros((len(here), 6, 12 if point else 6))
@@ -197,11 +222,12 @@ class Unlike:
     factor: float = 1.0
 
 
-def unlike(found: Array, reference: Array) -> Unlike | None:
-    """What is wrong with poses (k, 4, 4) beside those of a reference; None where nothing is, or there are too few to tell."""
+def unlike(found: Array, reference: Array, aligned: PoseErrors | None = None) -> Unlike | None:
+    """What is wrong with poses (k, 4, 4) beside those of a reference; None where nothing is, or there are too few to tell. `aligned` are
+    the errors after the best alignment, where the caller has them."""
     if len(found) < FEWEST + 1:
         return None
-    left = align_poses(found, reference)[0].rms
+    left = (aligned or align_poses(found, reference)[0]).rms
     p, q = found[:, :3, 3], reference[:, :3, 3]
     spread, own = _spread(q), _spread(p)
     own_fit = _positions(p, q)
@@ -213,7 +239,7 @@ def unlike(found: Array, reference: Array) -> Unlike | None:
                 return Unlike(cause, own_fit, spread, False, factor)
         return Unlike("unknown", own_fit, spread, False)
     turn = _turns(found[:, :3, :3], reference[:, :3, :3])
-    scatter = _turns(np.tile(np.eye(3), (len(q), 1, 1)), reference[:, :3, :3])
+    scatter = _turns(np.broadcast_to(np.eye(3), (len(q), 3, 3)), reference[:, :3, :3])
     if max(turn, left[1]) > max(LIKE_TURNS * scatter, LIKE_TURNS_LEAST):
         for cause, change, factor in TURNS:
             if _turns(change(found[:, :3, :3]), reference[:, :3, :3]) < LIKE_EXPLAINS * max(turn, LIKE_TURNS_LEAST):

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from robocal.cli.guard import complain, stop_requested, wants_colour
 from robocal.cli.timings import Timings
 from robocal.errors import Cancelled
+from robocal.progress import on_compile
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -118,8 +119,6 @@ class Terminal:
     @contextmanager
     def watching(self) -> Iterator[Bar]:
         """Something that may take long: gives the `watch` for it, and says once when kernels are compiled."""
-        from robocal._jit import on_compile
-
         bar = Bar(self)
         on_compile(lambda: complain(COMPILING, kind="note"))
         try:

@@ -67,11 +67,16 @@ def _excess(w: Array, place: Array, label: Ints) -> tuple[float, float] | None:
     if m < FOLLOW_PAIRS or not (w * w).sum() > 0 or not np.isfinite(place).all():
         return None
     some = np.unique(np.linspace(0, m - 1 - NEAR, min(m - NEAR, MOST)).astype(np.int64))
+    each, own = w[some], float((w[some] ** 2).sum())
+    # No pair has more in common than neighbours: where these have less than half of what would count, no other is looked for.
+    near = sum(float(np.einsum("kd,kd->", each, w[some + h])) for h in range(1, NEAR + 1)) / NEAR
+    if 2 * near <= FOLLOW_SHARE * own:
+        return None
     t, compared = np.zeros(len(some)), np.zeros(len(some))
     like = _like(place, some, max(5, int(APART * m)))
     for h in range(1, NEAR + 1):
         told = like[h - 1] >= 0
-        more = np.einsum("kd,kd->k", w[some], w[some + h] - w[like[h - 1]])
+        more = np.einsum("kd,kd->k", each, w[some + h] - w[like[h - 1]])
         t += np.where(told, more, 0.0)
         compared += told
     kept = compared > 0

@@ -151,7 +151,7 @@ def _fit_until_stable(
         soft = soften(made, start)
         ended = least_squares(soft, x, cost_tolerance=NEAR)
         x = ended.x
-        before, tau = tau, search.noise(made, x, effective_columns(soft, x, ended.normal))
+        before, tau = tau, search.noise(made, x, effective_columns(soft, x, ended))
         if same_tau(tau, before, SETTLED):
             break
     return x, tau

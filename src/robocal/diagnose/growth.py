@@ -17,7 +17,7 @@ J (d - s) is in every band (`move_at_end`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,7 +28,7 @@ from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, once
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.path_rates import time_order
-from robocal.estimate.elimination import beside_blocks, triangle
+from robocal.estimate.elimination import beside_blocks
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear, Residuals
 from robocal.fit.free_poses import own_poses
@@ -41,6 +41,7 @@ __all__ = ["FileDrift", "at_end", "drift_of_file", "error_growth", "largest_grow
 
 HOLD = 10.0  # expected errors, as softly as in `stated_numbers`
 FACTOR = 1e-3  # grid: of a length, a change by warmth and more
+CHUNK = 2000  # grid: rows at once
 EPS = 1e-9  # tolerance: of a column: what is less is rounding
 DEGREES = (2, 3, 4, 5)  # grid: polynomials that a drift is compared with
 
@@ -177,18 +178,21 @@ def _find(lin: Linear, time: Array, problem: Problem, way: Array) -> FileDrift |
 
 def _explain(lin: Linear, factor: Array, problem: Problem, way: Array) -> FileDrift | None:
     """What columns way (n, k) of all explain once more where a factor (N,) of time multiplies them; None where nothing is left to tell."""
-    n, k = way.shape
-    there = lin.j @ way
-    taken, left = beside_blocks(replace(lin, j=np.hstack([lin.j, factor[:, None] * there, lin.r[:, None]])))
-    # Products of columns are those of their triangle: what is projected out of many rows need not be formed.
-    left = triangle(left)
-    held = triangle(np.vstack([left, np.hstack([np.diag(1 / (HOLD * problem.scales)), np.zeros((n, k + 1))])]))
-    rest = held[n:, n:]
-    inner, outer = rest[:, :k].T @ rest[:, :k], rest[:, :k].T @ rest[:, -1]
+    (n, k), scale = way.shape, problem.scales
+    # Each column is as large as its error may be, and held: products have digits to spare.
+    taken, products = 0.0, np.zeros((n + k + 1, n + k + 1))
+    for rows in _together(lin):
+        part = replace(
+            lin, j=np.hstack([lin.j[rows] * scale, factor[rows, None] * (lin.j[rows] @ way), lin.r[rows, None]])
+        )
+        own, left = beside_blocks(part)
+        taken, products = taken + float(own.sum()), products + left.T @ left
+    fitted = np.linalg.solve(products[:n, :n] + np.eye(n) / HOLD**2, products[:n, n:])
+    rest = products[n:, n:] - products[n:, :n] @ fitted
+    inner, outer, square = rest[:k, :k], rest[:k, -1], float(rest[-1, -1])
     known = np.linalg.inv(inner + np.eye(k))
     gain, many = float(outer @ known @ outer), float(np.trace(known @ inner))
-    square = float(rest[:, -1] @ rest[:, -1])
-    dof = len(lin.r) - problem.repeated - float(taken.sum()) - n - many
+    dof = len(lin.r) - problem.repeated - taken - n - many
     if dof < 1 or many < EPS or square <= gain:
         return None
     noise = (square - gain) / dof
@@ -197,7 +201,11 @@ def _explain(lin: Linear, factor: Array, problem: Problem, way: Array) -> FileDr
         return None
     chance = float(scipy.special.fdtrc(many, dof, gain / many / noise))
     by = np.sqrt(more / gain) * (known @ -outer)
-    observable = float(by @ inner @ by / ((left[:, n : n + k] @ by) ** 2).sum())
-    return FileDrift(
-        more, more / square, chance, observable, way @ by, np.linalg.solve(held[:n, :n], held[:n, n : n + k] @ by)
-    )
+    observable = float(by @ inner @ by / (by @ products[n:-1, n:-1] @ by))
+    return FileDrift(more, more / square, chance, observable, way @ by, scale * (fitted[:, :k] @ by))
+
+
+def _together(lin: Linear) -> Iterator[slice]:
+    """Rows that are projected together: all where local blocks take part of them, else so many as stay in the cache."""
+    chunk = len(lin.r) if lin.jl.shape[1] or lin.jm.shape[1] else CHUNK
+    return (slice(first, first + chunk) for first in range(0, len(lin.r), chunk))

@@ -126,9 +126,11 @@ def _inverse(problem: Problem, weight: list[Array], rows: list[Array]) -> Array:
     """(J^T J + P)^-1 over the free columns, by the rows of every term, (m, d, n), and what they weigh, (m,)."""
     a = problem.prior_root.T @ problem.prior_root
     for w, j in zip(weight, rows, strict=True):
-        some = j if (w == 1).all() else j[w > 0] * np.sqrt(w[w > 0])[:, None, None]
-        some = some.reshape(some.shape[0] * some.shape[1], problem.n)
-        a = a + some.T @ some
+        for first in range(0, len(j), CHUNK):
+            inside = w[first : first + CHUNK]
+            some = j[first : first + CHUNK][inside > 0] * np.sqrt(inside[inside > 0])[:, None, None]
+            some = some.reshape(some.shape[0] * some.shape[1], problem.n)
+            a = a + some.T @ some
     # Columns differ by orders of magnitude: unit diagonal before the inverse.
     size = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
     both = np.outer(size, size)

@@ -21,9 +21,8 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.estimate.choosing.choice import OBSERVABLE, STRUCTURAL, Choice, Combination, chosen
-from robocal.estimate.elimination import squares
+from robocal.estimate.elimination import Squares, squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.terms import Linear
 
 __all__ = ["OBSERVABLE", "Combination", "Identifiability", "analyse", "observability"]
 
@@ -171,15 +170,15 @@ def observability(values: Array, poses: int) -> dict[str, float]:
 
 
 def analyse(
-    problem: Problem, x: Array, *, noise: float = 1.0, seen: float = OBSERVABLE, lin: Linear | None = None
+    problem: Problem, x: Array, *, noise: float = 1.0, seen: float = OBSERVABLE, known: Squares | None = None
 ) -> Identifiability:
     """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the
     model leaves more).
 
     Rank, singular values, indices and shares describe the data in units of the expected errors; what is kept is seen by data and
     stated priors together. So what has a prior is always kept, unless that is so wide that it says nothing
-    (`Parameter.believed`). `lin` is the problem linearised at x, where the caller has it.
+    (`Parameter.believed`). `known` are the squares of the free columns at x, where the caller has them.
     """
     # What is weighed down by a loss says as much as anything else of what could be seen.
-    root = squares(problem.with_loss("none"), x, lin).root
-    return Identifiability(problem, np.atleast_2d(x), root, noise, seen)
+    rows = squares(problem.with_loss("none"), x) if known is None or problem.loss != "none" else known
+    return Identifiability(problem, np.atleast_2d(x), rows.root, noise, seen)

@@ -21,11 +21,12 @@ from robocal.estimate.elimination import triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 
-__all__ = ["Curvature", "Step", "curvature", "one_step"]
+__all__ = ["Curvature", "Step", "curvature", "one_step", "rows_triangle"]
 
 # Singular values below this share of the largest are exact null directions, as in `identifiability`.
 STRUCTURAL = 1e-9
-CHUNK = 1 << 19  # numbers of residuals at once
+# Numbers that say how large a curvature is, and which share of the largest one so told may be the largest of all numbers.
+ENOUGH, ROUGHLY = 3000, 0.5
 
 
 @dataclass(frozen=True)
@@ -51,9 +52,18 @@ class Curvature:
     parameter: str
 
 
-def one_step(problem: Problem, x: Array, unit: str = "m", lin: Linear | None = None) -> Step | None:
+def rows_triangle(lin: Linear, used: Bools) -> Array:
+    """R (n + 1, n + 1) of the columns and the residuals of the rows that are used, (N,)."""
+    every = slice(None) if used.all() else used
+    return triangle(np.column_stack([lin.j[every], lin.r[every]]))
+
+
+def one_step(
+    problem: Problem, x: Array, unit: str = "m", lin: Linear | None = None, known: Array | None = None
+) -> Step | None:
     """The linear step of a problem from x (1, P), its priors included where they are on; None with local blocks, without
-    free columns, or where nothing is measured in this unit. `lin` is all of its rows linearised there, where the caller has it."""
+    free columns, or where nothing is measured in this unit. `lin` is all of its rows linearised there and `known` their `rows_triangle`,
+    where the caller has them."""
     mine = np.concatenate([_rows(t.scale[t.used], t.parts, unit).ravel() for t in problem.terms])
     if problem.blocks or not problem.n:
         return None
@@ -65,8 +75,7 @@ def one_step(problem: Problem, x: Array, unit: str = "m", lin: Linear | None = N
     root = problem.prior_root
     away = problem.difference(np.atleast_2d(x))[0]
     scales = problem.scales
-    every = slice(None) if used.all() else used
-    r = triangle(np.column_stack([lin.j[every], lin.r[every]]))
+    r = rows_triangle(lin, used) if known is None else known
     r = triangle(np.vstack([r, np.column_stack([root, root @ away])]) * np.append(scales, 1.0))
     d = -scales * (np.linalg.pinv(r[:-1, :-1], rcond=STRUCTURAL) @ r[:-1, -1])
     sigma = 1.0 / np.concatenate([t.scale[t.used].ravel() for t in problem.terms])
@@ -90,27 +99,29 @@ def curvature(problem: Problem, x: Array, covariance: Array) -> Curvature | None
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     steps = (vectors * np.sqrt(np.maximum(values, 0.0))).T * scale
     x = np.atleast_2d(x)
-    here = _whiten(problem, x)
-    worst, where = 0.0, 0
-    many = max(1, CHUNK // max(here.shape[1], 1))
-    for first in range(0, len(steps), many):
-        some = steps[first : first + many]
-        start = np.repeat(x, len(some), axis=0)
-        bend = _whiten(problem, problem.retract(start, some)) + _whiten(problem, problem.retract(start, -some))
-        size = np.linalg.norm(bend - 2 * here, axis=1)
-        if size.max() > worst:
-            worst, where = float(size.max()), first + int(size.argmax())
-    return Curvature(worst, problem.free[int(np.argmax(np.abs(steps[where] / scale)))])
+    # A part of many rows says along which steps the curvature may be the largest.
+    among, step = np.arange(len(steps)), max(1, int(problem.numbers.sum()) // ENOUGH)
+    if step > 1:
+        rough = _bends(problem, x, steps, step)
+        among = np.flatnonzero(rough >= ROUGHLY**2 * rough.max())
+    size = _bends(problem, x, steps[among])
+    if not len(size) or not size.max() > 0:
+        return Curvature(0.0, problem.free[int(np.argmax(np.abs(steps[0] / scale)))])
+    where = among[int(size.argmax())]
+    return Curvature(float(np.sqrt(size.max())), problem.free[int(np.argmax(np.abs(steps[where] / scale)))])
 
 
-def _whiten(problem: Problem, x: Array) -> Array:
-    """Whitened residuals of every row that counts, (B, N)."""
-    parts, counted = [], problem.in_use
-    for r in problem.residuals(x):
-        some = counted[r.configuration] & r.used
-        value = (r.value if r.value.ndim == 3 else r.value[None])[:, some]
-        parts.append((value * r.scale[some]).reshape(len(x), -1))
-    return np.concatenate(parts, axis=1)
+def _bends(problem: Problem, x: Array, steps: Array, step: int = 1) -> Array:
+    """Squares of the second differences of all whitened residuals along steps (k, n) from x (1, P), (k,)."""
+    n, start = len(steps), np.repeat(x, len(steps), axis=0)
+    there = np.concatenate([x, problem.retract(start, steps), problem.retract(start, -steps)])
+    counted, size = problem.in_use, np.zeros(n)
+    for term, rows, r in problem.residual_pieces(there, step):
+        # The scale of what was set aside is zero.
+        scaled = term.scale[rows] * counted[term.configuration[rows], None]
+        bend = (r[1 : 1 + n] + r[1 + n :] - 2 * r[0]) * scaled
+        size += np.einsum("bmd,bmd->b", bend, bend)
+    return size
 
 
 def _rows(scale: Array, parts: tuple[tuple[int, int, str], ...], unit: str) -> Bools:

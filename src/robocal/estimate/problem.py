@@ -11,7 +11,7 @@ et al., Bundle adjustment, a modern synthesis (2000), sections 4 to 6.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import groupby
@@ -64,6 +64,16 @@ def _check_loss(loss: str) -> str:
     if loss not in LOSSES:
         raise ModelError("unknown loss", found=loss, expected=", ".join(LOSSES))
     return loss
+
+
+def _evaluate(term: ProblemTerm, x: Array, step: int = 1) -> Iterator[tuple[slice, Array]]:
+    """Residuals (B, rows, d) of a term without Jacobian at x (B, P); of many vectors some rows at a time: what a row passes through, a
+    pose at most, stays in the cache."""
+    every, m = np.arange(len(x)), len(term.scale)
+    rows = max(m, 1) if len(x) == 1 else max(1, CHUNK // (POSE * len(x)))
+    for first in range(0, max(m, 1), step * rows):
+        last = min(first + rows, m)
+        yield slice(first, last), term.evaluate(x, every, first, last - first)[0]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -314,15 +324,18 @@ class Problem(Unknowns):
         x = np.atleast_2d(x)
         out = []
         for term in self._bare:
-            # Of many vectors some rows at a time: what a row passes through, a pose at most, stays in the cache.
-            every, m = np.arange(len(x)), len(term.scale)
-            rows = m if len(x) == 1 else max(1, CHUNK // (POSE * len(x)))
-            parts = [term.evaluate(x, every, first, min(rows, m - first))[0] for first in range(0, max(m, 1), rows)]
+            parts = [r for _, r in _evaluate(term, x)]
             r = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
             value = r[0] if len(x) == 1 else r
             where = term.scale, term.configuration
             out.append(Residuals(value, *where, term.group, term.kind, term.parts, term.used, term.lever, term.reading))
         return out
+
+    def residual_pieces(self, x: Array, step: int = 1) -> Iterator[tuple[ProblemTerm, slice, Array]]:
+        """The same of many vectors, (B, rows, d), some rows at a time: all of them, or one piece of every `step`."""
+        for term in self._bare:
+            for rows, r in _evaluate(term, x, step):
+                yield term, rows, r
 
     def greatest_error(self, x: Array) -> Array:
         """max |y - h(x)| (B,), m, at x (B, P), of the readings that count: of whole observations, of a position the distance, of a pose its

@@ -26,8 +26,9 @@ import numpy as np
 from robocal import _scipy as scipy
 from robocal._types import Array, Ints
 from robocal.estimate.elimination import Squares, beside_blocks, eliminate, reducible, reweight, squares, triangle
+from robocal.estimate.least_squares import Solution
 from robocal.estimate.problem import Problem
-from robocal.estimate.terms import Linear, Normal
+from robocal.estimate.terms import Linear
 
 __all__ = [
     "LEVEL", "Total", "Uncertainty", "band", "effective_columns", "leverages", "quantile", "radius", "total", "uncertainty", "uneven",
@@ -88,15 +89,15 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: S
     return Uncertainty(inverse @ inverse.T, chi2, dof, float(factor if free_scale else max(factor, 1.0)))
 
 
-def effective_columns(problem: Problem, x: Array, ended: Normal | None = None) -> float:
+def effective_columns(problem: Problem, x: Array, ended: Solution | None = None) -> float:
     """How many numbers the data determine, trace of (J^T J + P)^-1 J^T J: n without priors, fewer where a prior
-    holds; `ended` are the normal equations at x, where the caller has them."""
+    holds; `ended` is the solution that ended at x, where the caller has it."""
     n = problem.n
     if not problem.has_prior.any():
         return float(n)
     if not problem.blocks:
         if ended is not None and problem.loss == "none" and problem.even:
-            a = ended.a[0]
+            a = ended.normal.a[0]
         else:
             a = problem.with_loss("none").with_priors(False).normal(np.atleast_2d(x)).a[0] + problem.information
         rows = int(problem.numbers[problem.in_use].sum())

@@ -67,6 +67,11 @@ class RowReader:
         factors = np.array([u.factor for u in units])
         return table.numbers(columns) * factors, angle, table.digits(columns) * factors
 
+    def row_names(self) -> tuple[str, ...]:
+        """What rows are called that have no id, by the lines on which they stand."""
+        name = self.table.path.name
+        return tuple([f"{name}:{line}" for line in self.table.lines.tolist()])
+
     def recorded(self) -> tuple[dict[str, Array], tuple[str, ...] | None]:
         """What was recorded with each row, by name in SI, and the label of its group."""
         columns: dict[str, Array] = {}
@@ -117,8 +122,8 @@ def read_configurations(reader: RowReader) -> Places:
     model, table = reader.model, reader.table
     q, angle, digits = reader.joints(model.joints, "joints")
     columns, groups = reader.recorded()
-    stated, lines = model.configuration.get("id"), tuple(f"{table.path.name}:{line}" for line in table.lines)
-    ids = lines if stated is None else table.texts(stated.column)
+    stated = model.configuration.get("id")
+    ids = reader.row_names() if stated is None else table.texts(stated.column)
     given, every = Configurations(ids, q, columns, groups=groups, digits=digits), np.arange(len(table))
     second = getattr(model, "second", None)
     if second is None:
@@ -134,7 +139,7 @@ def read_configurations(reader: RowReader) -> Places:
         other, measuring = _second_rows(second, table, made, index)
         return Places(made, index, other, q, measuring, angle)
     q2, _, digits2 = reader.joints(_second_joints(second, reader), "second")
-    ids2 = tuple(f"{i}:second" for i in lines) if second.id is None else table.texts(second.id.column)
+    ids2 = tuple(f"{i}:second" for i in reader.row_names()) if second.id is None else table.texts(second.id.column)
     shared = {k: v for k, v in columns.items() if k in SHARED}
     both = given + Configurations(ids2, q2, shared, groups=groups, digits=digits2)
     made, index = _merge(both, table, np.concatenate([every, every]))
@@ -214,8 +219,7 @@ def _second_rows(second: SecondModel, table: CsvTable, made: Configurations, own
     number = {name: i for i, name in enumerate(made.ids)}
     other, measuring = np.zeros(len(table), dtype=np.int64), []
     label = table.label(at)
-    for i, row in enumerate(table.cells):
-        cell = meant(row[at].strip())
+    for i, cell in enumerate(map(meant, table.strip(at))):
         if cell and cell in table.gone:
             message = "this row compares with one that is left out"
             raise table.fail(message, i, label, found=cell, expected="both left out, or none")

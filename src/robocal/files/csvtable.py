@@ -63,7 +63,7 @@ class MissingCells(Exception):
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Cells by row; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the header, or None,
+    """Cells by column; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the header, or None,
     `head` is its line. `skip` says that rows in which something is missing are left out, `gone` are the ids of rows that were. `asked`
     notes which columns somebody asked for, so that who has read can say which nobody did. `alone`: a list without a data file.
     `separator` and `style` are how it is written, `remarks` what its reader says of that."""
@@ -73,7 +73,7 @@ class CsvTable:
     names: tuple[str, ...]
     units: tuple[str | None, ...]
     lines: Ints
-    cells: tuple[tuple[str, ...], ...]
+    cells: tuple[tuple[str, ...], ...] = field(repr=False)
     style: Numbers = PLAIN
     separator: str = ","
     open: bool = False  # whether nobody said how numbers are written
@@ -85,11 +85,7 @@ class CsvTable:
     asked: set[int] = field(default_factory=set, compare=False, repr=False)  # one set for all tables made of this one
 
     def __len__(self) -> int:
-        return len(self.cells)
-
-    @cached_property
-    def _columns(self) -> tuple[tuple[str, ...], ...]:
-        return tuple(zip(*self.cells, strict=True))
+        return len(self.lines)
 
     def without(self, rows: Bools, ids: Sequence[str] | None = None) -> CsvTable:
         """The table without some rows (k,); `ids` (k,) name them for those who look for them. Raises FormatError when none
@@ -98,7 +94,8 @@ class CsvTable:
             raise FormatError("every row is left out", file=self.path, expected="at least one row")
         kept = np.flatnonzero(~rows)
         gone = self.gone | {name for name, out in zip(ids or (), rows, strict=False) if out}
-        return replace(self, lines=self.lines[kept], cells=tuple(self.cells[i] for i in kept), gone=gone)
+        cells = tuple(tuple(column[i] for i in kept) for column in self.cells)
+        return replace(self, lines=self.lines[kept], cells=cells, gone=gone)
 
     @property
     def _or_skip(self) -> str:
@@ -162,14 +159,18 @@ class CsvTable:
         """The unit that the header states."""
         return self.units[self.find(column)]
 
+    def strip(self, at: int) -> list[str]:
+        """The cells of the column with this index, without blanks around them."""
+        return list(map(str.strip, self.cells[at]))
+
     def texts(self, column: str | int) -> tuple[str, ...]:
         """The cells of a column, stripped. Raises FormatError for an empty one."""
         at = self.find(column)
-        said = [row[at].strip() for row in self.cells]
+        said = self.strip(at)
         out = tuple(map(meant, said))
-        for row, name in enumerate(out):
-            if forbidden_character(name):
-                raise self.fail(FORBIDDEN, row, self.label(at), found=name, expected="one line of text")
+        if forbidden_character("".join(out)):
+            row, name = next((row, name) for row, name in enumerate(out) if forbidden_character(name))
+            raise self.fail(FORBIDDEN, row, self.label(at), found=name, expected="one line of text")
         if len(set(out)) < len(set(said)):
             raise self.fail("names that differ in an apostrophe before = + - @ only", column=self.label(at))
         if "" in out:
@@ -183,7 +184,7 @@ class CsvTable:
         out = np.empty((len(self), len(columns)))
         for i, column in enumerate(columns):
             at = self.find(column)
-            cells = self._columns[at]
+            cells = self.cells[at]
             if self.skip and len(lacking := self.lacking([column])):
                 raise MissingCells(lacking)
             if self.open and any("." in cell for cell in cells) and two_meanings(self._dotted):
@@ -193,7 +194,7 @@ class CsvTable:
                     cells = tuple(map(self.style.translate, cells))
                 if "_" in "".join(cells):
                     raise ValueError
-                out[:, i] = list(map(float, cells))
+                out[:, i] = np.fromiter(map(float, cells), float, len(cells))
             except ValueError:
                 raise self._bad_cell(at) from None
             if not (np.abs(out[:, i]) < LARGEST).all():
@@ -204,35 +205,35 @@ class CsvTable:
     def _dotted(self) -> tuple[tuple[str, ...], ...]:
         """The columns of numbers that have a dot."""
         return tuple(
-            c for c in self._columns if any("." in v for v in c) and not any(v.strip("+-. 0123456789") for v in c)
+            c for c in self.cells if any("." in v for v in c) and not any(v.strip("+-. 0123456789") for v in c)
         )
 
     def _two_meanings(self, at: int) -> FormatError:
-        row = ["." in cell for cell in self._columns[at]].index(True)
+        row = ["." in cell for cell in self.cells[at]].index(True)
         message, expected = (
             "a dot that may stand between thousands",
             'csv: {thousands: "."} or csv: {decimal: "."} in a data file',
         )
-        return self.fail(message, row, self.label(at), found=self._columns[at][row].strip(), expected=expected)
+        return self.fail(message, row, self.label(at), found=self.cells[at][row].strip(), expected=expected)
 
     def lacking(self, columns: Sequence[str | int]) -> Ints:
         """The rows, by index, in which a cell of some columns is empty or says that it is."""
-        places = [self.find(c) for c in columns]
-        return np.array(
-            [k for k, row in enumerate(self.cells) if any(_missing(row[i]) for i in places)], dtype=np.int64
-        )
+        out = np.zeros(len(self), dtype=bool)
+        for column in columns:
+            out |= np.fromiter(map(_missing, self.cells[self.find(column)]), bool, len(self))
+        return np.flatnonzero(out)
 
     def digits(self, columns: Sequence[str | int]) -> Array:
         """What one unit in the last digit of each number means, (rows, columns): `units.last_digits`."""
-        cells = [self._columns[self.find(c)] for c in columns]
+        cells = [self.cells[self.find(c)] for c in columns]
         if not cells:
             return np.empty((len(self), 0))
         return last_digits(cells if self.style.plain else [[self.style.translate(v) for v in c] for c in cells])
 
     def _bad_cell(self, at: int) -> FormatError:
         """The error for the first cell of a column that is not a finite number."""
-        for row, cells in enumerate(self.cells):
-            cell, column = cells[at].strip(), self.label(at)
+        for row, cell in enumerate(self.strip(at)):
+            column = self.label(at)
             if not cell:
                 return self.fail("the cell is empty", row, column, expected=f"a number{self._or_skip}")
             wrong = self._wrong(cell)
@@ -316,7 +317,9 @@ def read_csv(
     between = chosen == "," and "," in text and '"' not in text  # commas separate cells, and nothing else
     unsaid = style.plain and decimal is None and thousands is None and not between
     width, described = len(units), (source.path, chosen, style.decimal)
-    cells = tuple(fit_row(row, width, int(line), *described) for row, line in zip(rows, lines, strict=True))
+    if set(map(len, rows)) != {width}:
+        rows = [fit_row(row, width, int(line), *described) for row, line in zip(rows, lines, strict=True)]
+    cells = tuple(zip(*rows, strict=True))
     head = kept[0][0] if header else None
     return CsvTable(
         source.path, source.sha256, names, units, lines, cells, style, chosen, unsaid, head=head, remarks=tuple(remarks)

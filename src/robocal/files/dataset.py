@@ -145,9 +145,9 @@ def _read_rows(reader: RowReader, kind: KindFile, name: str, exclude: Sequence[E
     at = None if given is None else table.find(given.column)
 
     def ids() -> list[str] | None:
-        return None if at is None else [meant(row[at].strip()) for row in table.cells]
+        return None if at is None else list(map(meant, table.strip(at)))
 
-    out = np.any([words.rows(table, ids()) for words in exclude], axis=0)
+    out = np.any([words.rows(table, ids() if words.names else None) for words in exclude], axis=0)
     left = []
     if out.any():
         left.append(LeftOut(table.path, tuple(map(int, table.lines[out])), "excluded"))

@@ -241,7 +241,7 @@ def split_rows(kept: list[tuple[int, str]], separator: str, path: Path) -> list[
     raise FormatError("a quoted cell does not end on its line", file=path)
 
 
-def fit_row(row: list[str], width: int, line: int, path: Path, separator: str, decimal: str) -> tuple[str, ...]:
+def fit_row(row: list[str], width: int, line: int, path: Path, separator: str, decimal: str) -> list[str]:
     """A row of exactly `width` cells; an empty last cell behind a trailing separator is dropped."""
     while len(row) > width and not row[-1].strip():
         row = row[:-1]
@@ -250,4 +250,4 @@ def fit_row(row: list[str], width: int, line: int, path: Path, separator: str, d
         if separator == "," and decimal == "." and len(row) > width:
             expected += f" (are there decimal commas? {ANNOUNCE})"
         raise FormatError("wrong number of columns", file=path, row=line, found=len(row), expected=expected)
-    return tuple(row)
+    return row

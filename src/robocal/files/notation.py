@@ -3,8 +3,9 @@ must tell a person which line to change."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -54,8 +55,13 @@ class TableNotation:
     signs: tuple[int, ...] = (1, 1, 1)
     orientation: OrientationModel | None = None
     turned: tuple[str, ...] = ()
-    forms: tuple[Form, ...] = ()
+    read_otherwise: Callable[[], Iterable[Form]] = tuple  # asked only where something does not fit
     described: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def forms(self) -> tuple[Form, ...]:
+        """The other forms in which the numbers of the orientation may be read."""
+        return tuple(self.read_otherwise())
 
 
 def table_notation(reader: RowReader, angle: Unit, length: Unit | None) -> TableNotation:
@@ -75,7 +81,10 @@ def table_notation(reader: RowReader, angle: Unit, length: Unit | None) -> Table
         made = replace(made, signs=tuple(model.position.sign))
     if (turn := model.orientation) is not None and model.kind == "pose":
         turned = _names(matrix_columns(turn, table), table)
-        made = replace(made, orientation=turn, turned=turned, forms=tuple(_others(turn, table)))
+        columns = matrix_columns(turn, table)
+        headers = [table.unit(c) for c in columns]
+        others = partial(_others, turn, table.numbers(columns), headers)
+        made = replace(made, orientation=turn, turned=turned, read_otherwise=others)
     headed = any(table.unit(c) for c in given)
     return replace(made, place=_names(given, table), lengths=_lengths(model, table, length), place_headed=headed)
 
@@ -93,10 +102,8 @@ def _lengths(model: PositionModel, table: CsvTable, first: Unit | None) -> tuple
     return tuple(table.unit(c) or s or unit for c, s in zip(place_columns(model, table), each, strict=True))
 
 
-def _others(model: OrientationModel, table: CsvTable) -> Iterator[Form]:
-    """The rotations that the same numbers would be in other forms."""
-    columns = matrix_columns(model, table)
-    numbers = table.numbers(columns)
+def _others(model: OrientationModel, numbers: Array, headers: Sequence[str | None]) -> Iterator[Form]:
+    """The rotations that the same numbers (k, w) would be in other forms; `headers` are the units that their columns state."""
     if model.form in ("quaternion_xyzw", "quaternion_wxyz"):
         other = "quaternion_wxyz" if model.form == "quaternion_xyzw" else "quaternion_xyzw"
         q = numbers if other == "quaternion_xyzw" else numbers[:, [1, 2, 3, 0]]
@@ -105,7 +112,6 @@ def _others(model: OrientationModel, table: CsvTable) -> Iterator[Form]:
             yield Form({"form": other}, "", orientation.quaternion(q / size[:, None]))
     if model.form not in ("euler", "rotation_vector"):
         return
-    headers = [table.unit(c) for c in columns]
     units = {h or model.unit for h in headers}
     if len(units) != 1 or None in units:
         return

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -110,8 +111,9 @@ def refuse_again(made: DataSet, hashes: Mapping[str, str], known: dict[tuple[obj
         ends = obs.options.get("ends", ())
         place = obs.options.get("place")
         names = tuple(f.name for f in (*(ends if isinstance(ends, tuple) else ()), place) if isinstance(f, Frame))
-        values = obs.value.tobytes(), where, names, b"" if obs.target is None else obs.target.tobytes()
-        key = (hashes.get(obs.source), obs.kind, *values)
+        # Of the numbers a hash is kept: they may be many.
+        values = (obs.value.tobytes(), where, b"" if obs.target is None else obs.target.tobytes())
+        key = (hashes.get(obs.source), obs.kind, names, *(sha256(v).digest() for v in values))
         if key in known:
             found, expected = f"as in {known[key].parent.name}/{known[key].name}", "every data file once"
             raise FormatError("the same measurements are given twice", file=obs.source, found=found, expected=expected)

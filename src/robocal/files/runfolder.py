@@ -179,6 +179,14 @@ def residual_text(columns: Mapping[str, Sequence[Any]]) -> str:
 
 def _cells(values: Sequence[Any]) -> list[str]:
     """A column as it is written: texts that a spreadsheet takes for texts, numbers with nine digits."""
+    kinds = set(map(type, values))
+    if kinds == {type(None)}:
+        return [""] * len(values)
+    if kinds == {float} and np.isfinite(values).all():
+        return (" %.9g" * len(values) % tuple(values)).split()
+    if kinds == {str}:  # many rows say the same few words
+        words = {v: str(harmless(v)) for v in set(values)}
+        return [words[v] for v in values]
     return [
         str(harmless(v)) if isinstance(v, str) else f"{v:.9g}" if v is not None and -INFINITE < v < INFINITE else ""
         for v in values
@@ -217,7 +225,7 @@ def read_residuals(path: Path) -> dict[str, list[Any]]:
         if name in LATER and name not in table.names:
             continue
         at = table.find(name)
-        cells = [row[at].strip() for row in table.cells]
+        cells = table.strip(at)
         out[name] = cells if name in TEXTS else [_number(c, table, row, name) for row, c in enumerate(cells)]
     return out
 

@@ -228,7 +228,7 @@ def harmless(cell: object) -> object:
 
 def meant(cell: str) -> str:
     """The name that `harmless` was given."""
-    return cell[1:] if _MEANT.match(cell) else cell
+    return cell[1:] if cell[:1] == "'" and _MEANT.match(cell) else cell
 
 
 def _is_number(cell: str) -> bool:

@@ -238,13 +238,11 @@ def _written(cells: Sequence[str]) -> tuple[Ints, Ints, Bools]:
     plain = list(cells)
     for k in odd:
         plain[k] = "0"
-    text = np.array(plain, dtype=np.bytes_)
-    # One row for each place in the text: what follows runs over all cells at once.
-    letters = np.ascontiguousarray(text.view(np.uint8).reshape(len(cells), -1).T)
-    digit = letters - ord("0") <= 9
-    behind = np.logical_or.accumulate(letters == ord("."), axis=0)
-    leading = np.logical_or.accumulate(digit & (letters > ord("0")), axis=0)
-    decimals, significant = (digit & behind).sum(axis=0), (digit & leading).sum(axis=0)
+    text: Any = np.strings.strip(np.array(plain, dtype=np.bytes_))  # typed as of str
+    point, size = np.strings.find(text, b"."), np.strings.str_len(text)
+    decimals = np.where(point < 0, 0, size - 1 - point)
+    some = np.strings.lstrip(text, b"+-0.")
+    significant = np.asarray(np.strings.str_len(some) - np.strings.count(some, b"."))
     zero = significant == 0
     significant = np.maximum(significant, 1)
     for k in odd:

@@ -33,6 +33,7 @@ from robocal.fit.options import Options
 from robocal.fit.place_noise import visit_again, weigh_visits
 from robocal.fit.repeats import places
 from robocal.fit.scale import InstrumentScales, add_scales, scales_of
+from robocal.fit.subsample import subsample
 from robocal.geometry import so3
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
@@ -128,10 +129,13 @@ def fit(
     model: Model, stated: DataSet, configurations: Ints, options: Options, start: Array, watch: Watch | None = None
 ) -> Fit:
     """Fits everything that is free and seen to some configurations, starting from x (1, P)."""
-    weights = chosen_weights(len(stated.configurations), configurations)
-    first = build(model, stated).with_weights(weights).with_loss(options.loss, options.tuning)
-    first = first if options.priors else first.with_priors(False)
-    start = np.array(start)
+
+    def begin_with(data: DataSet, chosen: Ints) -> Problem:
+        made = build(model, data).with_weights(chosen_weights(len(data.configurations), chosen))
+        made = made.with_loss(options.loss, options.tuning)
+        return made if options.priors else made.with_priors(False)
+
+    first, start = begin_with(stated, configurations), np.array(start)
     for t in first.table.turns:  # half a turn may come out of a closed form as either; a step never changes which
         start[:, t : t + 3] = so3.nearest(start[:, t : t + 3], first.table.values[t : t + 3])
 
@@ -150,12 +154,18 @@ def fit(
         tau = tau_of(g for g in groups if g.stated is None)
         candidate = problem_at(tau)
         return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), apply_noise(stated, tau))
-    tau, soft = _noise(problem_at, stated, configurations, start)
+    few, own = subsample(model, stated, configurations)
+    near_by = start
+    if few is not stated:  # of many rows a part says about where the soft fit of all ends
+        part = begin_with(few, own)
+        _, near_by = _noise(lambda tau: under(part, few, tau), few, own, start, start)
+    tau, soft = _noise(problem_at, stated, configurations, start, near_by)
     tau, soft = _large_errors(problem_at, stated, configurations, start, tau, soft)
     tell(watch, "noise", groups=len(tau))
     candidate = problem_at(tau)
     if visit_again(stated, configurations):
         columns = effective_columns(soften(candidate, start), soft)
+        weights = chosen_weights(len(stated.configurations), configurations)
         first = first.with_weights(weights * weigh_visits(stated, candidate, soft, configurations, columns))
         tau = tau_of(assess(stated, problem_at(tau), soft, configurations, columns))
         candidate = problem_at(tau)
@@ -279,13 +289,15 @@ def _cheaper(problem: Problem, many: Array) -> tuple[Array, float]:
     return many[[best]], float(cost[best])
 
 
-def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Ints, start: Array) -> tuple[Tau, Array]:
-    """tau of every group when everything free may explain the data, softly held at the start; and where that fit
-    ended."""
+def _noise(
+    posed: Callable[[Tau], Problem], stated: DataSet, configurations: Ints, start: Array, begin: Array
+) -> tuple[Tau, Array]:
+    """tau of every group when everything free may explain the data, softly held at the start and fitted from `begin`, (1, P) each; and
+    where that fit ended."""
     made = posed({})
-    # The baseline has used up a degree of freedom for every number that it moved.
-    moved = int((start[0, made.index] != made.start[0, made.index]).sum())
-    tau, x = tau_of(assess(stated, made, start, configurations, moved)), start
+    # What is begun with has used up a degree of freedom for every number that it moved.
+    moved = int((begin[0, made.index] != made.start[0, made.index]).sum())
+    tau, x = tau_of(assess(stated, made, begin, configurations, moved)), begin
     for _ in range(SOFT_ROUNDS):
         made = posed(tau)
         soft = soften(made, start)
@@ -293,7 +305,7 @@ def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Int
         ended = least_squares(soft, x, max_iterations=CREEPING if soft.loss == "none" else STEPS)
         x = ended.x
         # A column counts as far as the data, not the hold, decide it.
-        columns = effective_columns(soft, x, ended.normal)
+        columns = effective_columns(soft, x, ended)
         before, tau = tau, tau_of(assess(stated, made, x, configurations, columns))
         if same_tau(tau, before, 0.01):
             break

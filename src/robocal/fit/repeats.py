@@ -27,6 +27,7 @@ NEAR = 2e-4  # tolerance: rad or m, in every joint
 WIDER = 1.5  # tolerance: times the widest place that stands apart from others
 FINER = 2.0  # grid: times from one size of places to the next
 CROWD = 256  # grid: neighbours; no place of a list has so many, and all pairs of a path would be too many
+WIDE = 1 << 16  # grid: distances at once: more would leave the cache
 ASKED = 100  # grid: rows of which neighbours are looked at
 
 
@@ -94,14 +95,21 @@ def _stand_apart(stood: Array, asked: Ints) -> tuple[Bools, float]:
     k = min(CROWD, len(stood) - 1)
     if k < 1:
         return np.zeros(len(asked), dtype=bool), np.inf
-    far = np.zeros((len(asked), len(stood)))
-    for values in stood.T:
-        np.maximum(far, np.abs(values[asked, None] - values), out=far)
-    far = np.sort(np.partition(far, k, axis=1)[:, : k + 1], axis=1)
+    each = max(1, WIDE // len(stood))
+    parts = [_nearest(stood[asked[first : first + each]], stood, k) for first in range(0, len(asked), each)]
+    far = np.sort(np.concatenate(parts), axis=1)
     after = np.column_stack([far[:, 2:], np.full(len(far), np.inf if k == len(stood) - 1 else 0.0)])
     near = far[:, 1:]
     alone = np.asarray(((near <= PLACE_DIAMETER) & (after > PLACE_GAP * near)).any(axis=1))
     return alone, float(near.min())
+
+
+def _nearest(some: Array, stood: Array, k: int) -> Array:
+    """The k + 1 least distances of some rows (a, n) to all, (a, k + 1), in any order."""
+    far, gap = np.zeros((2, len(some), len(stood)))
+    for own, values in zip(some.T, stood.T, strict=True):
+        np.maximum(far, np.abs(np.subtract(own[:, None], values, out=gap), out=gap), out=far)
+    return np.asarray(np.partition(far, k, axis=1)[:, : k + 1])
 
 
 def _compact(stood: Array, size: float, gap: float) -> tuple[Ints, Ints, float]:

@@ -6,12 +6,16 @@ Source: Sola, Deray, Atchuthan, A micro Lie theory for state estimation in robot
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
 
 __all__ = ["exp", "left_jacobian", "left_jacobian_inverse", "log", "nearest", "project", "roll_pitch_yaw", "skew"]
+
+CHUNK = 4096  # rotations at once: what they pass through is ten times as large as they are
 
 
 def skew(v: ArrayLike) -> Array:
@@ -38,14 +42,22 @@ def _coefficients(w: Array) -> tuple[Array, Array, Array]:
 def exp(w: ArrayLike) -> Array:
     """Rodrigues' formula, I + sin(t)/t [w] + (1 - cos t)/t^2 [w]^2; w (..., 3) -> R (..., 3, 3)."""
     w = np.asarray(w, float)
+    if w.ndim == 2 and len(w) > CHUNK:
+        return _by_chunks(exp, w)
     a, b, _ = _coefficients(w)
     k = skew(w)
     return np.asarray(np.eye(3) + a * k + b * (k @ k))
 
 
+def _by_chunks(function: Callable[[Array], Array], given: Array) -> Array:
+    return np.concatenate([function(given[i : i + CHUNK]) for i in range(0, len(given), CHUNK)])
+
+
 def log(rotation: ArrayLike) -> Array:
     """The rotation vector of R with angle in [0, pi], through the quaternion, so exact near 0 and near pi."""
     r = np.asarray(rotation, float)
+    if r.ndim == 3 and len(r) > CHUNK:
+        return _by_chunks(log, r)
     d = np.stack([r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]], axis=-1)
     trace = d.sum(axis=-1)
     # The four squared quaternion components times four; the largest of them is safe to divide by.

@@ -17,7 +17,8 @@ from robocal.diagnose.growth import at_end, drift_of_file, error_growth, largest
 from robocal.diagnose.limits import BAND_CHANCE, CURVATURE, STEP_MISLEADS
 from robocal.diagnose.outliers import Outlier, name_outliers
 from robocal.diagnose.studentised import far_from
-from robocal.estimate.linearity import Curvature, Step, curvature, one_step
+from robocal.estimate.elimination import triangle
+from robocal.estimate.linearity import Curvature, Step, curvature, one_step, rows_triangle
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
 from robocal.measure.machine import Model
@@ -80,10 +81,13 @@ def linearity_of(context: Decision[Model]) -> Linearity | None:
     # What overflows or cannot be factored tells nothing; the verdict says what is wrong with such numbers.
     with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
         lin = loose.with_weights(None).linearize(context.start)
-        fitted = one_step(fit.problem, context.start, units[0], lin.columns(loose.column_of[fit.problem.index]))
+        root = rows_triangle(lin, loose.in_use[lin.configuration])
+        own = loose.column_of[fit.problem.index]
+        part = triangle(root[:, np.append(own, loose.n)])
+        fitted = one_step(fit.problem, context.start, units[0], lin.columns(own), part)
         if fitted is not None:
             bend = curvature(fit.problem, fit.solution.x, u.covariance * u.factor**2)
-            return Linearity(fitted, one_step(loose, context.start, units[0], lin), bend)
+            return Linearity(fitted, one_step(loose, context.start, units[0], lin, root), bend)
     return None
 
 

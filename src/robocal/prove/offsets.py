@@ -18,7 +18,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.diagnose.limits import PROOF_PLACES
-from robocal.estimate.elimination import squares
+from robocal.estimate.elimination import Squares, squares
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -125,9 +125,9 @@ def _fit_zeros(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Foun
     visits = places(fit.data.configurations)
     start, noise = x, 1.0
     kept: tuple[str, ...] | None = None
-    lin = every.linearize(start)
+    known: Squares | None = None
     for _ in range(ROUNDS):
-        seen = analyse(every, start, noise=noise, lin=lin)
+        seen = analyse(every, start, noise=noise, known=known)
         if seen.basis == kept:
             break
         kept = seen.basis

@@ -118,8 +118,10 @@ def parameter_results(context: Decision[Model]) -> tuple[ParameterResult, ...]:
     instrument: dict[str, float] = {}
     if all(obs.sigma is not None for obs in data.observations):
         # The instrument's own bars: the same columns, weighed with the stated noise alone.
-        stated = build(model, data).with_weights(fit.problem.weights).with_free(free)
-        instrument = _components(table, free, uncertainty(stated, fit.solution.x).covariance, values)
+        own = fit.uncertainty
+        if fit.problem.loss != "none" or not fit.problem.priors or any(g.tau for g in fit.groups):
+            own = uncertainty(build(model, data).with_weights(fit.problem.weights).with_free(free), fit.solution.x)
+        instrument = _components(table, free, own.covariance, values)
     hidden: dict[str, list[str]] = {}
     for combination in seen.combinations:
         for name, _ in combination.partners:

@@ -14,7 +14,6 @@ Reference: Arlot and Celisse, A survey of cross-validation procedures (2010), se
 
 from __future__ import annotations
 
-import heapq
 from dataclasses import dataclass
 
 import numpy as np
@@ -211,22 +210,26 @@ def _cells(configurations: Configurations, rng: np.random.Generator, stop: int, 
     place = np.nan_to_num(place)[first]
     spread = np.ptp(place, axis=0)
     place = place / np.where(spread > 0, spread, 1.0)
-    # The largest cell is halved, of equal ones the oldest.
+    # The largest cell is halved, of equal ones the oldest; all of one size are halved together.
     cells, made = {0: np.arange(len(first))}, 1
-    heap = [(-len(first), 0)]
-    while len(cells) < stop:
-        if -heap[0][0] <= size:
-            break
-        cell = cells.pop(heapq.heappop(heap)[1])
-        here = place[cell]
-        widest = int(np.argmax(here.max(axis=0) - here.min(axis=0)))
+    sizes = {len(first): [0]}
+    while len(cells) < stop and (long := max(sizes)) > size:
+        every = sizes.pop(long)
+        halved, left = every[: stop - len(cells)], every[stop - len(cells) :]
+        if left:
+            sizes[long] = left
+        rows = np.array([cells.pop(i) for i in halved])
+        here = place[rows]
+        widest = np.argmax(here.max(axis=1) - here.min(axis=1), axis=1)
+        along = np.take_along_axis(here, widest[:, None, None], axis=2)[..., 0]
         # Equal values keep a random order, so that no file order leaks into the split.
-        order = np.lexsort((rng.random(len(cell)), here[:, widest]))
-        half = len(cell) // 2
-        for part in (cell[order[:half]], cell[order[half:]]):
-            cells[made] = part
-            heapq.heappush(heap, (-len(part), made))
-            made += 1
+        rows = np.take_along_axis(rows, np.lexsort((rng.random(rows.shape), along)), axis=1)
+        half = long // 2
+        for cell in rows:
+            for part in (cell[:half], cell[half:]):
+                cells[made] = part
+                sizes.setdefault(len(part), []).append(made)
+                made += 1
     return list(cells.values()), label
 
 

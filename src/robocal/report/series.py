@@ -45,7 +45,8 @@ def column(residuals: Columns, name: str) -> list[object]:
 def numbers(residuals: Columns, name: str) -> Array:
     """A column as numbers (rows,), NaN wherever there is no usable one (`numbers.finite`)."""
     cells = column(residuals, name)
-    found = np.array([v if type(v) is float else finite(v) for v in cells], dtype=float)  # None becomes NaN
+    usual = set(map(type, cells)) <= {float, type(None)}
+    found = np.array(cells if usual else [finite(v) for v in cells], dtype=float)  # None becomes NaN
     found[~np.isfinite(found)] = np.nan
     return found
 

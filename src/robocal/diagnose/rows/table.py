@@ -157,8 +157,9 @@ def still(context: Context[Model]) -> Iterator[Finding]:
     for obs in context.need_data.observations:
         if obs.kind not in PLACED or obs.rows is None or len(obs) < STILL_PLACES:
             continue
+        if np.ptp(obs.value, axis=0).any():
+            continue
         where = joints[obs.configuration]
-        moved = np.ptp(where, axis=0).max() >= STILL_MOVED and len(np.unique(where, axis=0)) >= STILL_PLACES
-        if moved and not np.ptp(obs.value, axis=0).any():
+        if np.ptp(where, axis=0).max() >= STILL_MOVED and len(np.unique(where, axis=0)) >= STILL_PLACES:
             yield refuse(STILL, source=obs.source, kind=kind_of(obs).name, rows=len(obs))
             return

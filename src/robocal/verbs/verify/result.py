@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -58,8 +59,10 @@ class PoseSource:
 
     def take(self, ids: Sequence[str]) -> PoseSource:
         """Those of some ids, in their order."""
-        at = [self.ids.index(i) for i in ids]
-        return replace(self, ids=tuple(ids), poses=self.poses[at])
+        if self.ids == tuple(ids):
+            return self
+        where = {name: row for row, name in enumerate(self.ids)}
+        return replace(self, ids=tuple(ids), poses=self.poses[[where[i] for i in ids]])
 
 
 @dataclass(frozen=True)
@@ -217,7 +220,7 @@ def _read(place: str) -> tuple[PoseSource, tuple[InputFile, ...], tuple[Remark, 
     obs = seen[0]
     ids = tuple(reading.dataset.configurations.ids[c] for c in obs.configuration)
     if len(set(ids)) < len(ids):
-        again, expected = next(i for i in ids if ids.count(i) > 1), "one row for each id"
+        again, expected = Counter(ids).most_common(1)[0][0], "one row for each id"
         raise FormatError("two poses have the same id", file=place, key=ID, found=again, expected=expected)
     away = np.abs(obs.value[:, :3]).max(axis=1)
     if (far := away > FARTHEST).any():
@@ -240,7 +243,8 @@ def verify_sources(reference: str, places: Sequence[str], command: str = "") -> 
         if one.ids == other.ids and np.array_equal(one.poses, other.poses):  # they agree with themselves
             found, expected = f"those of {files[i]}", "another source"
             raise FormatError("the same poses twice", file=files[j], found=found, expected=expected)
-    both = [i for i in every[0].ids if all(i in s.ids for s in every[1:])]
+    known = [set(s.ids) for s in every[1:]]
+    both = [i for i in every[0].ids if all(i in ids for ids in known)]
     if len(both) < FEWEST:
         found, expected = f"{len(both)} ids of {reference}", f"{FEWEST} or more, the same ids in all files"
         raise FormatError("too few poses in common", file=places[0], key=ID, found=found, expected=expected)
@@ -250,7 +254,7 @@ def verify_sources(reference: str, places: Sequence[str], command: str = "") -> 
     if left:
         said.append(Remark.of(Code.POSES_NOT_IN_ALL, count=left, both=len(both)))
     views = tuple(_views(s.poses, first.poses) for s in sources)
-    doubts = [d for s in sources if (d := _doubt(s, first)) is not None]
+    doubts = [d for s, e in zip(sources, views, strict=True) if (d := _doubt(s, first, e)) is not None]
     inputs = tuple(i for _, inputs, _ in read for i in inputs)
     return Verified(
         reference=first,
@@ -269,8 +273,8 @@ CODES: dict[Cause, str] = {
 }  # fmt: skip
 
 
-def _doubt(source: PoseSource, reference: PoseSource) -> Remark | None:
-    found = unlike(source.poses, reference.poses)
+def _doubt(source: PoseSource, reference: PoseSource, views: Mapping[str, PoseErrors]) -> Remark | None:
+    found = unlike(source.poses, reference.poses, views.get(VIEWS[2]))
     if found is None:
         return None
     unit, names = "rad" if found.turns else "m", {"source": source.name, "reference": reference.name}

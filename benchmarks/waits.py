@@ -1,0 +1,163 @@
+"""What a user waits for: whole commands, a process for each, of this state of the project and of another one in the same run.
+
+    python -m benchmarks --section waits [--against OTHER/src] [--waits-rounds 5]
+
+CPU seconds (user and system) and the largest memory of the process; medians of rounds in which both states take turns, after one
+run of each that fills its cache. The data are made by `robocal simulate` of this state, once, under `.cache/waits`; both states
+read the same files, and run folders that they have written themselves. A command that a state does not finish has no numbers of it.
+"""
+
+import csv
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from contestants import THREADS
+
+HERE = Path(__file__).resolve().parent
+OWN = HERE.parent / "src"
+DATA = HERE / ".cache" / "waits"
+CABLES = HERE.parent / "examples" / "cable-laval" / "robot.yaml"
+ROUNDS = 5
+MEGABYTE = 1024.0  # in what the system counts
+
+# What makes the folders of data, and a run folder beside the data.
+MADE = {
+    "few": "simulate irb-120 -n 80",
+    "rows": "simulate irb-120 -n 10000",
+    "many": "simulate irb-120 -n 100000",
+    "seen": "simulate irb-120 -n 100000 --kind pose --noise 0.05",
+    "seen-again": "simulate irb-120 -n 100000 --kind pose --noise 0.1",
+    "cables": f"simulate {CABLES} -n 10000",
+    "cables-later": f"simulate {CABLES} -n 10000 --seed 1",
+}
+RUNS = {"few": "few/robot.yaml few/data.yaml"} | {
+    name: f"{name}/robot.yaml {name}/lengths.yaml {name}/pose.yaml" for name in ("cables", "cables-later")
+}
+# Columns of a folder's table that a file of its own has.
+CUT = {
+    "few/program.csv": ("few/data.csv", ("configuration", "j")),
+    "rows/program.csv": ("rows/data.csv", ("configuration", "j")),
+    "seen/poses.csv": ("seen/data.csv", ("configuration", "x", "y", "z", "r")),
+    "seen-again/poses.csv": ("seen-again/data.csv", ("configuration", "x", "y", "z", "r")),
+}
+WAITS = {
+    "version": "--version",
+    "identify -o, 80 poses": "identify few/robot.yaml few/data.yaml -o OUT",
+    "identify -o, 10 000 rows": "identify rows/robot.yaml rows/data.yaml -o OUT",
+    "identify -o, 100 000 rows": "identify many/robot.yaml many/data.yaml -o OUT",
+    "check, 100 000 rows": "check many/robot.yaml many/data.yaml",
+    "verify -o, 100 000 poses": "verify seen/poses.csv seen-again/poses.csv -o OUT",
+    "validate, 80 rows": "validate few/RUN few/data.yaml",
+    "validate, 10 000 rows": "validate few/RUN rows/data.yaml",
+    "compensate, 80 rows": "compensate few/RUN few/program.csv -o OUT",
+    "compensate, 10 000 rows": "compensate few/RUN rows/program.csv -o OUT",
+    "cable drift, two runs of 10 000 rows": "cable drift cables/RUN cables-later/RUN",
+}
+LONG = 60.0  # seconds of CPU: what takes a state longer is run once
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Of one process: CPU seconds and the largest memory in MB."""
+
+    cpu: float
+    memory: float
+
+
+@dataclass(frozen=True)
+class State:
+    """A state of the project: what it is called in the results, and its sources."""
+
+    name: str
+    source: Path
+
+    def run(self, words: str) -> Cost | None:
+        """A command in the folder of the data; None where it does not finish."""
+        with tempfile.TemporaryDirectory() as folder:
+            words = words.replace("OUT", f"{folder}/out").replace("RUN", f"run-{self.name}")
+            # A cache of its own: robocal keeps few, and other states would take turns in it.
+            env = os.environ | THREADS | {"PYTHONPATH": str(self.source)}
+            env |= {"ROBOCAL_CACHE_DIR": str(DATA / f"cache-{self.name}")}
+            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+            process = subprocess.Popen([sys.executable, "-m", "robocal", *words.split()], env=env, cwd=DATA, **quiet)
+            _, status, used = os.wait4(process.pid, 0)
+        # 3 says that a result must not be trusted: it was computed all the same.
+        if os.waitstatus_to_exitcode(status) not in (0, 3):
+            return None
+        return Cost(used.ru_utime + used.ru_stime, used.ru_maxrss / MEGABYTE)
+
+    def prepare(self, wanted) -> None:
+        """Writes the run folders that commands read."""
+        for folder in [f for f in RUNS if f in wanted]:
+            self.run(f"identify {RUNS[folder]} -o {folder}/RUN --force")
+
+
+def prepare(wanted) -> None:
+    """Makes the data that some commands read, where they are not there."""
+    for folder in [f for f in MADE if f in wanted and not (DATA / f / "done").exists()]:
+        shutil.rmtree(DATA / folder, ignore_errors=True)
+        DATA.mkdir(parents=True, exist_ok=True)
+        if State("new", OWN).run(f"{MADE[folder]} -o {folder}") is None:
+            raise RuntimeError(f"data could not be made: robocal {MADE[folder]}")
+        for name, (source, columns) in CUT.items():
+            if name.startswith(f"{folder}/"):
+                cut(DATA / source, DATA / name, columns)
+        (DATA / folder / "done").touch()
+
+
+def cut(source: Path, target: Path, begins) -> None:
+    """A table with those columns whose names begin so; the first one is the id."""
+    with source.open(newline="") as given, target.open("w", newline="") as out:
+        rows = csv.reader(line for line in given if not line.startswith("#"))
+        header = next(rows)
+        kept = [i for i, name in enumerate(header) if name.startswith(begins)]
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(["id", *(header[i] for i in kept[1:])])
+        writer.writerows([row[i] for i in kept] for row in rows)
+
+
+def measure(names, against: Path | None, rounds: int) -> list[dict]:
+    """A row for each command: medians of this state, of the other one, and what this one takes of that."""
+    wanted = {word.split("/")[0] for name in names for word in WAITS[name].split() if "/" in word}
+    prepare(wanted)
+    states = [State("new", OWN)] + ([State("before", against)] if against else [])
+    for state in states:
+        state.prepare(wanted)
+    rows = []
+    for name in names:
+        costs: dict[str, list[Cost]] = {state.name: [] for state in states}
+        asked = list(states)
+        for turn in range(rounds + 1):
+            for state in list(asked):
+                cost = state.run(WAITS[name])
+                if cost is None or cost.cpu > LONG:
+                    asked.remove(state)
+                if cost is not None and (turn or cost.cpu > LONG):  # the first one fills the cache
+                    costs[state.name].append(cost)
+        rows.append(summarise(name, costs))
+        print(rows[-1], file=sys.stderr, flush=True)
+    return rows
+
+
+def summarise(name: str, costs: dict[str, list[Cost]]) -> dict:
+    """A command as a row of the results."""
+    row: dict = {"what": name, "rounds": max(map(len, costs.values()))}
+    for state, found in costs.items():
+        key = "before_" if state == "before" else ""
+        row[f"{key}cpu_s"] = statistics.median(c.cpu for c in found) if found else None
+        row[f"{key}peak_MB"] = statistics.median(c.memory for c in found) if found else None
+    for what in ("cpu_s", "peak_MB"):
+        now, before = row[what], row.get(f"before_{what}")
+        row[f"{what}_over_before"] = now / before if now and before else None
+    return row
+
+
+def section(against: Path | None = None, rounds: int = ROUNDS, names=tuple(WAITS)) -> list[dict]:
+    """Every command, or some of them."""
+    return measure([n for n in WAITS if n in names], against, rounds)
