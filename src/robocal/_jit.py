@@ -19,16 +19,11 @@ from __future__ import annotations
 import contextlib
 import functools
 import gc
-import hashlib
-import os
-import re
-import shutil
-import stat
-import tempfile
 import threading
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple, ParamSpec, TypeVar, overload
+from typing import IO, Any, ParamSpec, TypeVar, overload
 
 import numba
 import numpy as np
@@ -38,9 +33,10 @@ from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaWarning
 from numba.core.runtime import rtsys
+from numba.core.types import unliteral
 from numpy.typing import ArrayLike, NDArray
 
-from ._version import __version__
+from ._cache_folder import Store, find_store
 from .progress import tell_of_compilation
 
 __all__ = ["as_kernel_array", "as_kernel_indices", "cache_folder", "compile_for", "kernel", "prange"]
@@ -53,8 +49,7 @@ Ints = NDArray[np.int64]
 # No 'nnan' and no 'ninf': a NaN or an infinity that enters a kernel must be seen at its end.
 _FASTMATH = {"contract", "reassoc", "nsz", "arcp", "afn"}
 _ROOT = Path(__file__).resolve().parent
-_KEEP = 3  # cache folders: this one and what was used last before it
-_FOLDER_NAME = re.compile(r"robocal-[^/]+-numba-[^/]+-[0-9a-f]{16}")
+_PATIENCE, _GLANCE = 60.0, 0.01  # s, of waiting for a kernel that another process compiles, and between two looks
 _cache_dir_lock = threading.Lock()
 
 
@@ -77,13 +72,19 @@ def kernel(fn: Callable[..., Any] | None = None, /, *, parallel: bool = False, i
         cache = _cache_of(fn)
         if cache is not None:
             compiled._cache = cache
+        # A number that stands in a caller has a type of its own for numba, which would compile what takes it once more.
+        template = compiled.get_call_template
+        compiled.get_call_template = lambda args, kws: template(tuple([unliteral(a) for a in args]), kws)  # type: ignore[method-assign]
         _ours.add(fn)
     return compiled
 
 
-def compile_for(kernel: Any, types: str) -> None:
-    """Compiles a kernel for the types of its arguments, as numba writes them, or finds it in the cache: "(f8[:,::1], i8)"."""
-    if isinstance(kernel, Dispatcher):
+def compile_for(kernel: Any, types: str, wait: bool = True) -> None:
+    """Compiles a kernel for the types of its arguments, as numba writes them, or finds it in the cache: "(f8[:,::1], i8)".
+    Without `wait`, one that another process is compiling is left to it."""
+    if isinstance(kernel, Dispatcher) and (
+        wait or not (isinstance(kernel._cache, _Cache) and kernel._cache.is_taken())
+    ):
         kernel.compile(sigutils.normalize_signature(f"{types.removesuffix(')')},)")[0])  # a tuple, of one type too
 
 
@@ -152,8 +153,11 @@ class _Announcer(event.Listener):
         if self.deep == 1:
             self.collects = gc.isenabled()
             gc.disable()
-        if happening.data["dispatcher"].py_func in _ours:
-            tell_of_compilation()
+        fn = happening.data["dispatcher"].py_func
+        if fn in _ours:
+            tell_of_compilation(
+                f"{fn.__module__}.{fn.__name__}".removeprefix(f"{_ROOT.name}.").replace("._kernels.", ".")
+            )
 
     def on_end(self, happening: Any) -> None:
         self.deep -= 1
@@ -167,22 +171,23 @@ event.register("numba:compile", _Announcer())
 # The cache
 
 
-class _Store(NamedTuple):
-    folder: Path
-    sources: dict[Path, tuple[int, int]]  # each kernel file's time and size when the folder's name was computed
-
-    def is_current(self) -> bool:
-        """Whether the sources are still those that named the folder: an edit under a running process ends its use of the cache."""
-        try:
-            return all(_stamp(path) == stamp for path, stamp in self.sources.items())
-        except OSError:
-            return False
-
-
 class _Cache(FunctionCache):
-    """numba's cache, which here never raises: without it a kernel is compiled again, which is slow and right."""
+    """numba's cache, which here never raises: without it a kernel is compiled again, which is slow and right.
+
+    Of several processes that want a kernel one compiles it, and the others wait for what it saves.
+    """
+
+    _lock: IO[bytes] | None = None  # held while this process compiles the kernel
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
+        found = self._load(sig, target_context)
+        if found is None and self._take():
+            found = self._load(sig, target_context)  # it may have been saved meanwhile
+            if found is not None:
+                self._give_back()
+        return found
+
+    def _load(self, sig: Any, target_context: Any) -> Any:
         store = _store()
         if store is None or not store.is_current():
             return None
@@ -202,14 +207,46 @@ class _Cache(FunctionCache):
 
     def save_overload(self, sig: Any, data: Any) -> None:
         store = _store()
-        if store is None or not store.is_current():
-            return
         try:
-            super().save_overload(sig, data)
+            if store is not None and store.is_current():
+                super().save_overload(sig, data)
         except NumbaWarning:  # warnings are errors in the tests: "this kernel cannot be cached" is its author's to know
             raise
         except Exception:  # a full disk, a folder that went away
             pass
+        finally:
+            self._give_back()
+
+    def _take(self, patience: float = _PATIENCE) -> bool:
+        """Takes the kernel's lock, waiting for whoever has it; False where there are no locks, and when patience ends."""
+        self._give_back()
+        until = time.monotonic() + patience
+        try:
+            import fcntl
+
+            self._lock = open(f"{self._cache_file._index_path}.lock", "ab")  # noqa: SIM115 - held until the kernel is saved
+            while True:
+                try:
+                    fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    return True
+                except BlockingIOError:
+                    if time.monotonic() >= until:
+                        raise
+                time.sleep(_GLANCE)
+        except (ImportError, OSError):
+            self._give_back()
+            return False
+
+    def _give_back(self) -> None:
+        lock, self._lock = self._lock, None
+        if lock is not None:
+            lock.close()
+
+    def is_taken(self) -> bool:
+        """Whether another process is compiling the kernel."""
+        free = self._take(0.0)
+        self._give_back()
+        return not free
 
 
 def _cache_of(fn: Callable[..., Any]) -> _Cache | None:
@@ -238,97 +275,10 @@ def cache_folder() -> Path | None:
 
 
 @functools.cache
-def _store() -> _Store | None:
-    """The folder for the kernels as they are now, made if need be; older ones are pruned when a new one is made."""
-    try:
-        sources = {path: _stamp(path) for path in [Path(__file__).resolve(), *sorted(_ROOT.rglob("_kernels.py"))]}
-        name = _folder_name(list(sources))
-    except OSError:  # no sources to read, as in a zip archive
-        return None
-    for base in _bases():
-        folder = base / name
-        new = not os.path.exists(folder)  # Path.exists raises where it may not look
-        if _is_writable(folder):
-            with contextlib.suppress(OSError):
-                os.utime(folder)
-                if new:
-                    _prune(base, folder)
-            return _Store(folder, sources)
-    return None
-
-
-def _stamp(path: Path) -> tuple[int, int]:
-    status = path.stat()
-    return status.st_mtime_ns, status.st_size
-
-
-def _folder_name(sources: list[Path]) -> str:
-    digest = hashlib.sha256()
+def _store() -> Store | None:
+    """The folder for the kernels as they are now."""
     # What changes the machine code without changing the sources, and is not in numba's own key.
-    digest.update(f"{np.__version__} {config.BOUNDSCHECK}".encode())
-    for path in sources:
-        content = path.read_bytes()
-        digest.update(f"\n{path.relative_to(_ROOT).as_posix()} {len(content)}\n".encode())
-        digest.update(content)
-    return f"robocal-{__version__}-numba-{numba.__version__}-{digest.hexdigest()[:16]}"
-
-
-def _bases() -> Iterator[Path]:
-    """Where cache folders may lie, best first: the user's cache, then a temporary folder; only such as `_is_private`."""
-    override = os.environ.get("ROBOCAL_CACHE_DIR")
-    xdg = os.environ.get("XDG_CACHE_HOME", "")
-    home = os.path.expanduser("~")
-    wanted: list[Path] = []
-    if override:
-        wanted.append(Path(override).absolute() / "kernels")
-    elif os.path.isabs(xdg):
-        wanted.append(Path(xdg) / "robocal" / "kernels")
-    elif os.path.isabs(home):  # "~" itself when nobody knows the user's home
-        wanted.append(Path(home) / ".cache" / "robocal" / "kernels")
-    with contextlib.suppress(OSError, AttributeError):  # no temporary folder at all; no user numbers, as on Windows
-        private = Path(tempfile.gettempdir()) / f"robocal-{os.getuid()}"
-        if _is_private(private):
-            wanted.append(private / "kernels")
-    yield from (base for base in wanted if _is_private(base))
-
-
-def _is_private(folder: Path) -> bool:
-    """Makes a folder if need be; whether machine code may be loaded from it: nobody else can have put it there.
-
-    It is a folder of the user's own, no link, which nobody else can write to; and none above it is one that a stranger owns
-    or that everybody may rename things in.
-    """
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        if not hasattr(os, "getuid"):
-            return True
-        status, ours = folder.lstat(), (0, os.getuid())
-        if not stat.S_ISDIR(status.st_mode) or status.st_uid != ours[1] or status.st_mode & 0o022:
-            return False
-        for above in folder.resolve().parents:
-            found = above.stat()
-            if found.st_uid not in ours or (found.st_mode & 0o002 and not found.st_mode & stat.S_ISVTX):
-                return False
-        if status.st_mode & 0o077:
-            folder.chmod(0o700)
-    except OSError:
-        return False
-    return True
-
-
-def _is_writable(folder: Path) -> bool:
-    if not _is_private(folder):
-        return False
-    try:
-        with tempfile.TemporaryFile(dir=folder) as probe:
-            probe.write(bytes(4096))
-    except OSError:
-        return False
-    return True
-
-
-def _prune(base: Path, current: Path) -> None:
-    others = [path for path in base.iterdir() if _FOLDER_NAME.fullmatch(path.name) and path != current]
-    others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
-    for path in others[_KEEP - 1 :]:
-        shutil.rmtree(path, ignore_errors=True)
+    settings = f"{np.__version__} {config.BOUNDSCHECK}"
+    return find_store(
+        _ROOT, [Path(__file__).resolve(), *sorted(_ROOT.rglob("_kernels.py"))], settings, numba.__version__
+    )

@@ -18,15 +18,16 @@ def tell(watch: Watch | None, stage: str, **facts: object) -> None:
         watch({"stage": stage, **facts})
 
 
-_told: list[Callable[[], object]] = []
+_told: list[Callable[[str], object]] = []
 
 
-def on_compile(callback: Callable[[], object] | None) -> None:
-    """Call `callback` once, just before a kernel is really compiled (not when it is cached); None calls nobody."""
+def on_compile(callback: Callable[[str], object] | None) -> None:
+    """Call `callback` once, just before a kernel is really compiled (not when it is cached), with its name, as "geometry.add_step";
+    None calls nobody."""
     _told[:] = [] if callback is None else [callback]
 
 
-def tell_of_compilation() -> None:
+def tell_of_compilation(kernel: str) -> None:
     """Tells whoever asked for it, once, that a kernel is compiled now."""
     if _told:
-        _told.pop()()
+        _told.pop()(kernel)

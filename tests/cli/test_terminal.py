@@ -248,8 +248,8 @@ def test_compiling_is_said_once(capsys: pytest.CaptureFixture[str]) -> None:
 
     with Terminal().watching():
         for _ in range(2):
-            tell_of_compilation()
-    tell_of_compilation()
+            tell_of_compilation("geometry.add_step")
+    tell_of_compilation("geometry.add_step")
     assert capsys.readouterr().err.count("compiling kernels") == 1
 
 

@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ import numpy as np
 import pytest
 
 import robocal
-from robocal import _jit, progress
+from robocal import _cache_folder, _jit, progress
 from robocal._jit import as_kernel_array, as_kernel_indices, kernel
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT leaves kernels uncompiled")
@@ -49,7 +50,7 @@ import numba
 import numpy as np
 from tiny import _jit, progress
 compilations = []
-progress.on_compile(lambda: compilations.append(1))
+progress.on_compile(lambda name: compilations.append(1))
 {between}
 from tiny.outer._kernels import each, total
 y = np.zeros(2)
@@ -75,6 +76,7 @@ class Tiny:
         (folder / "tiny" / "_version.py").write_text("__version__ = '7'\n")
         (folder / "tiny" / "progress.py").write_text(Path(progress.__file__).read_text())
         (folder / "tiny" / "_jit.py").write_text(jit)
+        (folder / "tiny" / "_cache_folder.py").write_text(Path(_cache_folder.__file__).read_text())
 
     @property
     def inner(self) -> Path:
@@ -141,6 +143,33 @@ def test_what_is_in_the_cache_wakes_no_compiler_and_a_new_kernel_does(tiny: Tiny
     that code compiles beside it all the same."""
     assert tiny.run(WITHOUT) == [6.0, True, 20.0]
     assert tiny.run(WITHOUT) == [6.0, False, 20.0]
+
+
+ONE = """
+from tiny import _jit
+compilations = []
+progress.on_compile(compilations.append)
+from tiny.outer._kernels import total
+print(json.dumps([total(__import__("numpy").ones(1)), compilations]))
+"""
+
+
+@pytest.mark.slow
+@compiled
+def test_of_two_processes_one_compiles_and_the_other_waits(tiny: Tiny) -> None:
+    with ThreadPoolExecutor(2) as both:
+        told = list(both.map(lambda _: tiny.run(ONE), range(2)))
+    assert sorted(told) == [[2.0, []], [2.0, ["outer.total"]]]
+
+
+@pytest.mark.slow
+@compiled
+def test_nobody_waits_for_a_process_that_died(tiny: Tiny) -> None:
+    """Its lock went with it, and the file of the lock means nothing."""
+    die = "import os; from numba.core import event; from tiny import _jit\n"
+    die += "class Die(event.Listener):\n    on_start = on_end = lambda self, happening: os._exit(0)\n"
+    tiny.run(f"{die}print('null', flush=True); event.register('numba:compile', Die())\n{ONE}")
+    assert files(tiny.folder / "cache", "*.lock") and tiny.run(ONE) == [2.0, ["outer.total"]]
 
 
 @pytest.mark.slow
@@ -217,24 +246,24 @@ def somewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_where_the_cache_may_lie(somewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     private = somewhere / f"robocal-{os.getuid()}" / "kernels"
-    assert list(_jit._bases()) == [somewhere / "home" / ".cache" / "robocal" / "kernels", private]
+    assert list(_cache_folder._bases()) == [somewhere / "home" / ".cache" / "robocal" / "kernels", private]
     monkeypatch.setenv("XDG_CACHE_HOME", "relative/is/ignored")
-    assert next(_jit._bases()) == somewhere / "home" / ".cache" / "robocal" / "kernels"
+    assert next(_cache_folder._bases()) == somewhere / "home" / ".cache" / "robocal" / "kernels"
     monkeypatch.setenv("XDG_CACHE_HOME", str(somewhere / "xdg"))
-    assert next(_jit._bases()) == somewhere / "xdg" / "robocal" / "kernels"
+    assert next(_cache_folder._bases()) == somewhere / "xdg" / "robocal" / "kernels"
     monkeypatch.setenv("ROBOCAL_CACHE_DIR", str(somewhere / "mine"))
-    assert list(_jit._bases()) == [somewhere / "mine" / "kernels", private]
+    assert list(_cache_folder._bases()) == [somewhere / "mine" / "kernels", private]
 
 
 def test_a_temporary_folder_that_others_can_write_to_is_refused(somewhere: Path) -> None:
     private = somewhere / f"robocal-{os.getuid()}"
     private.mkdir()
     private.chmod(0o777)
-    assert private / "kernels" not in list(_jit._bases())
+    assert private / "kernels" not in list(_cache_folder._bases())
     private.rmdir()
     (somewhere / "elsewhere").mkdir(mode=0o700)
     private.symlink_to(somewhere / "elsewhere")
-    assert private / "kernels" not in list(_jit._bases())
+    assert private / "kernels" not in list(_cache_folder._bases())
 
 
 GIVEN = {"ROBOCAL_CACHE_DIR": "", "XDG_CACHE_HOME": "robocal", "HOME": ".cache/robocal"}
@@ -248,24 +277,24 @@ def test_a_folder_that_the_environment_names_is_the_users_own(
     """Model code is never loaded from where somebody else can have put it."""
     monkeypatch.setenv(name, str(somewhere / "given"))
     base = somewhere / "given" / GIVEN[name] / "kernels"
-    assert next(_jit._bases()) == base and base.stat().st_mode & 0o777 == 0o700
+    assert next(_cache_folder._bases()) == base and base.stat().st_mode & 0o777 == 0o700
     base.chmod(0o755)  # as earlier versions made it: it was always written by its user alone
-    assert next(_jit._bases()) == base and base.stat().st_mode & 0o777 == 0o700
+    assert next(_cache_folder._bases()) == base and base.stat().st_mode & 0o777 == 0o700
     for mode in (0o720, 0o702, 0o777):
         base.chmod(mode)
-        assert base not in list(_jit._bases()), oct(mode)
+        assert base not in list(_cache_folder._bases()), oct(mode)
     base.rmdir()
     (somewhere / "elsewhere").mkdir(mode=0o700)
     base.symlink_to(somewhere / "elsewhere")
-    assert base not in list(_jit._bases())
+    assert base not in list(_cache_folder._bases())
     base.unlink()
     (somewhere / "given").chmod(0o777)  # anybody can put another folder in its place
-    assert base not in list(_jit._bases())
+    assert base not in list(_cache_folder._bases())
     (somewhere / "given").chmod(0o1777)
-    assert base in list(_jit._bases())
+    assert base in list(_cache_folder._bases())
     own = os.getuid()
     monkeypatch.setattr(os, "getuid", lambda: own + 1)
-    assert base not in list(_jit._bases())
+    assert base not in list(_cache_folder._bases())
 
 
 def test_a_kernel_folder_with_a_strangers_files_is_not_used(somewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -282,7 +311,7 @@ def test_old_folders_go_and_strangers_stay(tmp_path: Path) -> None:
     for i, folder in enumerate([*ours, tmp_path / "not-ours"]):
         folder.mkdir()
         os.utime(folder, (i, i))
-    _jit._prune(tmp_path, ours[0])
+    _cache_folder._prune(tmp_path, ours[0])
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted(["not-ours", *(ours[i].name for i in (0, 3, 4))])
 
 
@@ -321,6 +350,23 @@ def weighted(a, n):
         for j in range(a.shape[1]):
             s += a[i, j] * n[i, j]
     return s
+
+
+@compiled
+def test_a_number_in_a_caller_is_no_type_of_its_own() -> None:
+    a, n = np.ones((1, 1)), np.ones((1, 1), np.int64)
+    assert scaled(a, n) == 6.0 and len(times.signatures) == 1  # type: ignore[attr-defined]
+
+
+@kernel
+def times(a, n, by):
+    return by * a[0, 0] * n[0, 0]
+
+
+@kernel
+def scaled(a, n):
+    count = n.shape[0]
+    return times(a, n, 2) + times(a, n, 3) + times(a, n, count)
 
 
 def test_the_door_passes_what_is_right_and_copies_what_is_not() -> None:

@@ -7,7 +7,6 @@ import json
 import os
 import subprocess
 import sys
-from importlib.resources import files
 from pathlib import Path
 
 import numba
@@ -15,7 +14,7 @@ import pytest
 
 import robocal
 from robocal.errors import ModelError
-from robocal.verbs.warm_up import LIST, Options, run
+from robocal.verbs.warm_up import Options, beside, compile_beside, kernel_lists, run
 
 ROOT = Path(robocal.__file__).parent
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT leaves kernels uncompiled")
@@ -24,7 +23,7 @@ import sys
 import numpy as np
 from robocal import progress
 happened = []
-progress.on_compile(lambda: happened.append(1))
+progress.on_compile(lambda name: happened.append(1))
 from robocal.geometry._kernels import left_inverse, turn_vectors, vector_from_rotation
 vector_from_rotation(np.eye(3), np.empty(3))
 left_inverse(np.ones(3), np.empty((3, 3)))
@@ -46,15 +45,76 @@ def kernels():
 
 
 def test_the_list_names_every_kernel():
-    listed = files("robocal").joinpath(LIST).read_text("utf-8").splitlines()
-    assert {line.partition("(")[0] for line in listed} == set(kernels())
-    assert len(set(listed)) == len(listed)
+    listed = kernel_lists()
+    assert {line.partition("(")[0] for lines in listed for line in lines} == set(kernels())
+    assert all(len(set(lines)) == len(lines) for lines in listed)
+    assert not set(listed[-1]) & {line for lines in listed[:-1] for line in lines}
+    firsts = [lines[0].partition("(")[0] for lines in listed]
+    assert len(set(firsts)) == len(firsts)
 
 
 def test_a_package_without_kernels_is_refused():
     with pytest.raises(ModelError, match="no kernels") as caught:
         run(Options(packages=("geomtry",)))
     assert caught.value.suggestion == "geometry"
+
+
+# An arm, a list of poses, and a cable robot: all that they take from the cache, or compile.
+COMMANDS = """
+import json, sys
+from pathlib import Path
+from numba.core import types
+from robocal.cli.main import main
+from robocal.verbs.demo.cases import example_folder
+out = Path(sys.argv[1])
+
+def short(t):
+    if isinstance(t, types.Array):
+        return f"{short(t.dtype)}[{','.join([':'] * (t.ndim - 1) + ['::1' if t.layout == 'C' else ':'])}]"
+    if isinstance(t, types.BaseTuple):
+        return f"Tuple(({', '.join(map(short, t))}))"
+    plain = {types.Boolean: "b1", types.Integer: "i8", types.Float: "f8"}
+    return next((name for kind, name in plain.items() if isinstance(t, kind)), str(t))
+
+arm, eight = example_folder("rv-2aj"), example_folder("cable-calibration") / "eight"
+main(["identify", *(str(arm / f) for f in ("robot.yaml", "data.yaml")), "-o", str(out / "arm")])
+main(["cable", "poses", str(example_folder("cable-laval") / "robot.yaml"), "-n", "5", "-o", str(out / "poses")])
+main(["identify", *(str(eight / f) for f in ("robot.yaml", "lengths.yaml", "poses.yaml")), "-o", str(out / "cables")])
+made = set()
+for name, module in list(sys.modules.items()):
+    if name.endswith("._kernels"):
+        for said, kernel in vars(module).items():
+            for signature in getattr(kernel, "signatures", ()) if getattr(kernel, "__module__", "") == name else ():
+                made.add(f"{name.removeprefix('robocal.').removesuffix('_kernels')}{said}({', '.join(map(short, signature))})")
+print("\\n" + json.dumps(sorted(made)))
+"""
+
+
+@compiled
+@pytest.mark.slow
+def test_the_list_has_the_types_that_commands_use(tmp_path):
+    """What three kinds of commands need stands in the list with its types, and no more stands in their own paragraphs."""
+    command = [sys.executable, "-c", COMMANDS, str(tmp_path)]
+    ran = subprocess.run(command, capture_output=True, text=True, check=True)
+    made = set(json.loads(ran.stdout.splitlines()[-1]))
+    *own, _ = listed = kernel_lists()
+    assert {line for lines in own for line in lines} <= made <= {line for lines in listed for line in lines}
+
+
+@compiled
+def test_a_second_process_helps_where_it_knows_what_is_needed(monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1}, raising=False)
+    assert compile_beside("geometry.left_inverse") is None
+    if (helper := compile_beside("geometry.path.path_kernel")) is not None:  # None without a folder to write to
+        helper.kill()
+        assert helper.wait() != 0
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0}, raising=False)
+    assert compile_beside("geometry.path.path_kernel") is None
+
+
+def test_a_second_process_ends_with_the_first(monkeypatch):
+    monkeypatch.setattr("robocal.verbs.warm_up.compile_line", lambda *_, **__: pytest.fail("nobody waits for it"))
+    beside("geometry.path.path_kernel", parent=-1)
 
 
 @compiled

@@ -13,7 +13,7 @@ import re
 import sys
 import threading
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from robocal.cli.guard import complain, stop_requested, wants_colour
@@ -118,13 +118,23 @@ class Terminal:
 
     @contextmanager
     def watching(self) -> Iterator[Bar]:
-        """Something that may take long: gives the `watch` for it, and says once when kernels are compiled."""
-        bar = Bar(self)
-        on_compile(lambda: complain(COMPILING, kind="note"))
+        """Something that may take long: gives the `watch` for it, and says once when kernels are compiled, by two processes."""
+        bar, second = Bar(self), ExitStack()
+
+        def compiling(first: str) -> None:
+            from robocal.verbs.warm_up import compile_beside
+
+            complain(COMPILING, kind="note")
+            if (helper := compile_beside(first)) is not None:
+                second.callback(helper.wait)
+                second.callback(helper.kill)
+
+        on_compile(compiling)
         try:
             yield bar
         finally:
             on_compile(None)
+            second.close()
             bar.close()
             if timings := Timings.current:
                 timings.take("write")  # what follows is told

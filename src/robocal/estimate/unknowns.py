@@ -99,7 +99,7 @@ class Unknowns:
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the free columns, each (n,)."""
-        low, high = self.table.bounds[:, self.index]
+        low, high = self.table.bounds.take(self.index, axis=1)  # rows, as a kernel takes them
         return low, high
 
     @cached_property

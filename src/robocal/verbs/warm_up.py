@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
@@ -13,9 +16,12 @@ from robocal.report.sections import Section, Text
 from robocal.verbs.option import BaseOptions, arg
 from robocal.verbs.outcome import Outcome, Watch
 
-__all__ = ["LIST", "Options", "run", "sections"]
+__all__ = ["LIST", "Options", "beside", "compile_beside", "kernel_lists", "run", "sections"]
 
-LIST = "kernels.txt"  # a kernel with the types of what it is given, as numba writes them, on each line
+# A kernel with the types of what it is given, as numba writes them, on each line. Each paragraph but the last is what one kind of
+# command compiles when nothing is cached, in the order of need.
+LIST = "kernels.txt"
+BEGIN = "import sys; sys.path[:] = sys.argv[3:]; from robocal.verbs.warm_up import beside; beside(sys.argv[1], int(sys.argv[2]))"
 
 
 @dataclass(frozen=True)
@@ -45,7 +51,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Wa
     from robocal._jit import cache_folder
     from robocal.errors import require_one_of
 
-    every = [line for line in files("robocal").joinpath(LIST).read_text("utf-8").splitlines() if line]
+    every = list(dict.fromkeys(line for lines in kernel_lists() for line in lines))
     known = sorted({line.partition(".")[0] for line in every})
     for package in o.packages:
         require_one_of(package, known, "no kernels are in this package")
@@ -57,13 +63,40 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Wa
     return Outcome(made, lambda: made)
 
 
-def compile_line(line: str) -> None:
+def kernel_lists() -> list[list[str]]:
+    """The paragraphs of the list, as lines."""
+    return [part.splitlines() for part in files("robocal").joinpath(LIST).read_text("utf-8").split("\n\n")]
+
+
+def compile_beside(first: str) -> subprocess.Popen[bytes] | None:
+    """A second process for what a command that begins by compiling the kernel `first` will need; None where there is no second core,
+    no cache to meet in, or no list that begins so."""
+    from robocal._jit import cache_folder
+
+    known = any(lines[0].startswith(f"{first}(") for lines in kernel_lists()[:-1])
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if not known or cores < 2 or cache_folder() is None:
+        return None
+    command, nothing = [sys.executable, "-P", "-c", BEGIN, first, str(os.getpid()), *sys.path], subprocess.DEVNULL
+    return subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True)
+
+
+def beside(first: str, parent: int) -> None:
+    """Compiles the list that begins with `first` from its end, while the process `parent` lives and compiles it from the beginning:
+    they meet in the middle."""
+    for line in reversed(next(lines for lines in kernel_lists() if lines[0].startswith(f"{first}("))):
+        if os.getppid() != parent:
+            return
+        compile_line(line, wait=False)
+
+
+def compile_line(line: str, wait: bool = True) -> None:
     """Compiles one kernel of the list for its types."""
     from robocal._jit import compile_for
 
     name, _, types = line.partition("(")
     module, _, function = name.rpartition(".")
-    compile_for(getattr(import_module(f"robocal.{module}._kernels"), function), f"({types}")
+    compile_for(getattr(import_module(f"robocal.{module}._kernels"), function), f"({types}", wait)
 
 
 def sections(made: Outcome[WarmUp]) -> Iterator[Section]:

@@ -218,13 +218,17 @@ def refine(kind, s, y, share, weight, axes, x, a, g):
             new[axes[i]] += v[i]
         new[3] += v[k - 1]
         if promised <= SMALL * scale:
-            x[:] = new
+            for i in range(4):
+                x[i] = new[i]
             return cost, count, SETTLED
         after = normal_of(kind, s, y, share, weight, axes, new, a2, g2)
         if after < cost:
             lam = lam * SHRINK if lam > 1e-12 else 0.0
             cost = after
-            x[:], a[:], g[:] = new, a2, g2
+            for i in range(4):
+                x[i], g[i] = new[i], g2[i]
+                for j in range(i + 1):
+                    a[i, j] = a2[i, j]
         elif promised <= 1e-12 * cost:  # what is promised is lost in rounding
             return cost, count, SETTLED
         else:

@@ -147,6 +147,14 @@ def moved(pose, rows, step, turn, out):
 
 
 @kernel
+def put(source, out):
+    """out (n, m) <- source (n, m): numba's own way brings half of its library with it, for its message on shapes that differ."""
+    for i in range(out.shape[0]):
+        for k in range(out.shape[1]):
+            out[i, k] = source[i, k]
+
+
+@kernel
 def search(lengths, cables, rows, weight, pose, r, j):
     """pose (4, 4) <- where lengths (m,) place the platform, from where it is, by the descent of `cables.forward`; r (m,) and j (m, d)
     are what `left` says there. What is left, how it ended (SETTLED, UNSETTLED or LOST) and the number of iterations."""
@@ -192,7 +200,11 @@ def search(lengths, cables, rows, weight, pose, r, j):
         settled = most < 1e-13 * (1.0 + far) or (not better and promised <= 1e-14 * cost + 1e-32)
         if better:
             gain = (cost - new) / promised if promised > 0.0 else 0.0
-            pose[:], r[:], j[:], cost = trial, new_r, new_j, new
+            put(trial, pose)
+            put(new_j, j)
+            for i in range(m):
+                r[i] = new_r[i]
+            cost = new
             lam *= max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3)
             grow = 2.0
         else:
@@ -219,7 +231,7 @@ def search(lengths, cables, rows, weight, pose, r, j):
         if not most < NEAR:
             break
         moved(pose, rows, step, turn, trial)
-        pose[:] = trial
+        put(trial, pose)
         cost = left(pose, lengths, cables, rows, weight, r, j)
         if most <= ENOUGH:
             break
@@ -239,7 +251,7 @@ def placed(lengths, start, cables, rows, sigma, pose, r, covariance):
     is nought. SETTLED, UNSETTLED or LOST, and the number of iterations."""
     m, d = cables.shape[0], rows.shape[0]
     j, a, low, g, step = np.empty((m, d)), np.empty((d, d)), np.empty((d, d)), np.empty(d), np.empty(d)
-    pose[:] = start
+    put(start, pose)
     cost, code, count = 0.0, LOST, 0
     if rigid(start):
         cost, code, count = search(lengths, cables, rows, np.ones(m), pose, r, j)
@@ -269,7 +281,8 @@ def spread(a, low, column, scale, out):
         column[c] = scale
         forward(low, d, column)
         backward(low, d, column)
-        out[:, c] = column
+        for e in range(d):
+            out[e, c] = column[e]
 
 
 @kernel
