@@ -27,6 +27,7 @@ from robocal.measure.data import Configurations, DataSet
 __all__ = ["Split", "default_hold_out", "groups_of", "leave_one_out_rounds", "make_split", "stratify"]
 
 BLOCKS = 10  # grid: blocks, and names that a sentence lists
+DECIMALS = 9  # tolerance: of poses in m and rad
 
 
 @dataclass(frozen=True)
@@ -204,9 +205,11 @@ def _cells(configurations: Configurations, rng: np.random.Generator, stop: int, 
     configuration of each place."""
     label = places(configurations)
     first = np.unique(label, return_index=True)[1]
-    place = configurations.joints if configurations.joints is not None else configurations.start
+    place = configurations.joints
     if place is None:
-        place = np.zeros((len(label), 1))
+        given = configurations.start
+        # Poses were computed: their last bits are no direction, and decide nothing.
+        place = np.zeros((len(label), 1)) if given is None else np.round(given, DECIMALS)
     place = np.nan_to_num(place)[first]
     spread = np.ptp(place, axis=0)
     place = place / np.where(spread > 0, spread, 1.0)
