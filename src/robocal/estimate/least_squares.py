@@ -43,7 +43,7 @@ SETTLED = 1e-6
 # Where a descent ends, besides the decrease: the largest cosine between the residual and a column, a step over the expected error.
 ORTHOGONAL, STILL = 1e-13, 1e-15
 # Of several starts, one that costs so many times what another ended with, after so many iterations, leads elsewhere.
-WORSE, PATIENCE = 10.0, 10
+WORSE, PATIENCE = 10.0, 20
 LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
 
