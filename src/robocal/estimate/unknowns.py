@@ -160,9 +160,9 @@ class Unknowns:
         vectors move on the group."""
         out = np.array(x)
         self._moves[0](out, np.ascontiguousarray(step), *self._layout.turns)
-        for i, moved in enumerate(local):
-            place = self.places[i]
-            out[:, place] = self.families[i].advance(out[:, place], moved)
+        if self.families:
+            for family, place, moved in zip(self.families, self.places, local, strict=False):
+                out[:, place] = family.advance(out[:, place], moved)
         return out
 
     def difference(self, x: Array) -> Array:
