@@ -11,20 +11,18 @@ from robocal._jit import kernel
 
 @kernel
 def cholesky(a, n):
-    """In place, lower triangle; returns False when a pivot is not positive. Column by column: rows do not wait for one another."""
-    for j in range(n):
-        s = a[j, j]
-        for k in range(j):
-            s -= a[j, k] * a[j, k]
-        if not s > 0.0:
-            return False
-        a[j, j] = math.sqrt(s)
-        scale = 1.0 / a[j, j]
-        for i in range(j + 1, n):
+    """In place, lower triangle; returns False when a pivot is not positive."""
+    for i in range(n):
+        for j in range(i + 1):
             s = a[i, j]
             for k in range(j):
                 s -= a[i, k] * a[j, k]
-            a[i, j] = s * scale
+            if i == j:
+                if not s > 0.0:
+                    return False
+                a[i, i] = math.sqrt(s)
+            else:
+                a[i, j] = s / a[j, j]
     return True
 
 
@@ -42,9 +40,10 @@ def forward(a, n, v):
 def backward(a, n, v):
     """v <- L^-T v."""
     for i in range(n - 1, -1, -1):
-        v[i] /= a[i, i]
-        for k in range(i):
-            v[k] -= a[i, k] * v[i]
+        s = v[i]
+        for k in range(i + 1, n):
+            s -= a[k, i] * v[k]
+        v[i] = s / a[i, i]
 
 
 @kernel

@@ -143,7 +143,7 @@ def least_squares(
         return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, tolerance, watch)
     if method not in METHODS:
         raise ModelError("unknown method", found=method, **one_of(method, METHODS))
-    many, tolerances = _at_once(problem, len(start)), np.array([cost_tolerance, ORTHOGONAL, STILL])
+    many, tolerances = _at_once(problem, len(start)), _tolerances(cost_tolerance)
     parts = [
         _descend(
             problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch, rivals
@@ -151,6 +151,12 @@ def least_squares(
         for lo in range(0, max(len(start), 1), many)
     ]  # fmt: skip
     return parts[0] if len(parts) == 1 else _join(parts)
+
+
+@cache
+def _tolerances(cost: float) -> Array:
+    """Where a descent ends, as kernels read it."""
+    return np.array([cost, ORTHOGONAL, STILL])
 
 
 def _at_once(problem: Problem, batch: int) -> int:
@@ -195,6 +201,7 @@ def _descend(
     first = normal.cost.copy()
     history = [first]
     steps = Steps(problem, batch, tolerances, damping > 0.0)
+    moved = (steps.step, *steps.local[: len(problem.families)])
     bounded, robust = problem.has_bounds, problem.loss != "none" and damping > 0
     value, away = np.empty((batch, 0)), np.zeros(batch, dtype=np.bool_)
     home: _Home | None = None
@@ -218,7 +225,6 @@ def _descend(
         if not going:
             break
         at = None if going == batch else (reason == _RUNNING).nonzero()[0]
-        moved = (steps.step, *steps.local[: len(problem.families)])
         new = problem.retract(x, *moved) if at is None else problem.retract(x[at], *(m[at] for m in moved))
         if bounded:
             new[:, problem.index] = np.clip(new[:, problem.index], *problem.bounds)

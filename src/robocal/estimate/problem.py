@@ -48,9 +48,9 @@ _OTHER_WEIGHTS = _OTHER_TABLE | _OF_TABLE
 
 
 @cache
-def _straight(batch: int) -> Bools:
-    """Of so many problems none whose loss's curvature counts."""
-    return np.zeros(batch, dtype=np.bool_)
+def _straight(kind: int, tuning: float, batch: int) -> Loss:
+    """A loss whose curvature counts in none of so many problems."""
+    return Loss(kind, tuning, np.zeros(batch, dtype=np.bool_))
 
 
 @cache
@@ -196,16 +196,17 @@ class Problem(Unknowns):
         plan, cut, wide, tuning, pairs = self._plan
         which = np.arange(batch) if which is None else which
         out = Normal.zeros(batch, self.n, *self.sizes, pairs)
-        straight = _straight(batch) if curved is None or self.loss == "none" else curved
+        straight = self.loss == "none"
         weight = self._weight(which)
         for term, kind, each, touches, part in plan:
-            if term.accumulate(x, which, weight, Loss(kind, tuning, straight), part.start, out):
+            loss = _straight(kind, tuning, batch) if curved is None or straight else Loss(kind, tuning, curved)
+            if term.accumulate(x, which, weight, loss, part.start, out):
                 continue
             whole = ((0, batch, 0, len(term.scale)),)
             for lo, hi, first, some in whole if batch * each <= CHUNK else pieces(term, batch, wide, CHUNK):
-                mine, values, these, heavy, bent = out, x, which, weight, straight
+                mine, values, these, heavy, bent = out, x, which, weight, loss.curved
                 if hi - lo < batch:
-                    mine, values, these, bent = out.take(slice(lo, hi)), x[lo:hi], which[lo:hi], straight[lo:hi]
+                    mine, values, these, bent = out.take(slice(lo, hi)), x[lo:hi], which[lo:hi], bent[lo:hi]
                     heavy = self._weight(these)
                 r, jac, jloc = term.evaluate(values, these, first, some)
                 pull = np.zeros((hi - lo, some)) if touches else NOTHING

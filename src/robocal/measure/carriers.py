@@ -74,9 +74,7 @@ class PathCarrier:
         return self
 
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
-        t, j = self.program.run(
-            x, self.phi, self.entries, len(self.columns), turn=turn, first=first, rows=rows, trig=self.trig
-        )
+        t, j = self.program.run(x, self.phi, self.entries, len(self.columns), turn, first, rows, self.trig)
         return t, j, j[..., :0]
 
 

@@ -154,9 +154,13 @@ class Observations:
 
 def same_rows(one: Sequence[Observations], other: Sequence[Observations], but: Collection[str] = ()) -> bool:
     """Whether these hold the very same rows, objects and arrays; fields that `but` names are not asked."""
-    names = [f.name for f in fields(Observations) if f.name not in but]
     pairs = zip(one, other, strict=False)
-    return len(one) == len(other) and all(getattr(a, n) is getattr(b, n) for a, b in pairs for n in names)
+    return len(one) == len(other) and all(
+        a is b or all(getattr(a, n) is getattr(b, n) for n in _FIELDS if n not in but) for a, b in pairs
+    )
+
+
+_FIELDS = tuple(f.name for f in fields(Observations))
 
 
 @dataclass(frozen=True)

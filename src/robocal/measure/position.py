@@ -16,7 +16,7 @@ class PositionRows(Rows):
     """Residual p - y; the Jacobian is the upper half of the carrier's."""
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
-        t, j, jl = self.carrier.pose(x, first, rows, turn=False)
+        t, j, jl = self.carriers[0].pose(x, first, rows, False)
         return t[:, :, :3, 3] - self.values_at(which, first, rows), j, jl
 
 

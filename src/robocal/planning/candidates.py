@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import qmc
 
 from robocal._types import Array
 from robocal.arms.chain import Chain
@@ -95,6 +94,8 @@ def draw(
     Fewer are returned when the region is small. Raises ModelError when it is all but empty, naming the rule that is
     hardest to meet.
     """
+    from scipy.stats import qmc  # a second to load; a study that draws its own poses has no use for it
+
     low, high = joint_range(chain).T
     # Shifted around the torus by one random vector (Cranley and Patterson, 1976).
     sequence, shift = qmc.Sobol(len(low), scramble=False), rng.random(len(low))

@@ -182,7 +182,6 @@ class Program:
         phi: Array,
         entries: Entries | None = None,
         width: int = 0,
-        *,
         turn: bool = True,
         first: int = 0,
         rows: int | None = None,
