@@ -35,6 +35,7 @@ __all__ = ["Reached", "by_priority", "inverse_point", "inverse_pose"]
 
 TOLERANCE = (1e-9, 1e-9)  # m, rad
 ITERATIONS = 80
+AT_ONCE = 1000  # targets, each with a start
 LONGEST = 0.5  # largest change of a joint in one step, in rad or m: beyond it the linear model is a guess
 
 
@@ -135,17 +136,18 @@ def _search(task: _Task, start: ArrayLike | None, restarts: int) -> Reached:
     given = None if start is None else np.asarray(start, float)
     if given is not None and given.shape not in ((n,), (m, n)):
         raise ModelError("wrong shape of start", found=given.shape, expected=f"({n},) or ({m}, {n})")
-    for attempt in ([] if given is None else [given]) + tries:
-        left = np.flatnonzero(~best.success)
-        if not len(left):
-            break
-        q0 = np.broadcast_to(attempt, (m, n))[left]
-        q, value, position, angle = _descend(task, np.clip(q0, task.low, task.high), left)
-        better = value < cost[left]
-        at = left[better]
-        best.joints[at], cost[at] = q[better], value[better]
-        best.position[at], best.angle[at] = position[better], angle[better]
-        best.success[at] = (position[better] <= TOLERANCE[0]) & (angle[better] <= TOLERANCE[1])
+    tries = tries if given is None else [given, *tries]
+    while tries and len(left := np.flatnonzero(~best.success)):
+        # A few targets that are left try many starts at once: a step costs about as much for one of them as for all.
+        some, tries = tries[: (many := max(1, AT_ONCE // len(left)))], tries[many:]
+        q0 = np.concatenate([np.broadcast_to(attempt, (m, n))[left] for attempt in some])
+        ended = _descend(task, np.clip(q0, task.low, task.high), np.tile(left, len(some)))
+        for q, value, position, angle in zip(*(np.split(part, len(some)) for part in ended), strict=True):
+            better = ~best.success[left] & (value < cost[left])
+            at = left[better]
+            best.joints[at], cost[at] = q[better], value[better]
+            best.position[at], best.angle[at] = position[better], angle[better]
+            best.success[at] = (position[better] <= TOLERANCE[0]) & (angle[better] <= TOLERANCE[1])
     return best
 
 

@@ -19,10 +19,11 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_typ
 import numpy as np
 
 from robocal.diagnose.outliers import Outlier
-from robocal.files.csvtable import csv_text
+from robocal.files.csvtable import csv_columns
 from robocal.files.evidence_parts import OutlierRow
 from robocal.files.opened_file import Speaks
 from robocal.files.parts import RemarkPart
+from robocal.files.text import harmless
 from robocal.files.units import UNITS, Unit, Units, number
 from robocal.measure.base import KINDS
 from robocal.quantities import AMOUNT, DISPLAY, MEAN, OWN, VALUE, Column, Listing
@@ -142,7 +143,7 @@ def listing_text(listing: Listing, units: Speaks | None = None) -> str:
     rounded = Listing(tuple(_round(c) if c.si_decimals is not None else c for c in listing.columns))
     shown = rounded if units is None else in_units(rounded, units)
     cells = [[_cell(v, column) for v in column.plain] for column in shown.columns]
-    return csv_text([column.header for column in shown.columns], list(zip(*cells, strict=True)))
+    return csv_columns([str(harmless(column.header)) for column in shown.columns], cells)
 
 
 def _round(column: Column) -> Column:
@@ -155,6 +156,6 @@ def _cell(value: Any, column: Column) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if not isinstance(value, float):
-        return str(value)
+        return str(harmless(str(value)))
     value = value if column.decimals is None else round(value, column.decimals)
     return number(value if column.digits >= 15 else float(f"{value:.{column.digits}g}"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -92,7 +93,7 @@ class Compensated(VerbResult):
         target is reached."""
         return self.verdict in (None, "improved") and bool(self.compensation.reachable.any())
 
-    @property
+    @cached_property
     def printed(self) -> tuple[str, Listing]:
         """One row per target."""
         return listing_text(self.listing), self.listing

@@ -12,6 +12,7 @@ Measurements that a run was fitted to: they prove nothing about it, whichever fi
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -28,6 +29,7 @@ from robocal.files.parts import Document, Origin, provenance_of
 from robocal.files.plain import json_text
 from robocal.files.runfolder import LAYER, RESIDUALS, Run, find_run, read_layer, read_residuals
 from robocal.files.text import InputFile
+from robocal.fit.repeats import places as places_of
 from robocal.measure.base import problem
 from robocal.measure.data import DataSet, fingerprints
 from robocal.prove.evidence import bootstrap_gain, constant_errors
@@ -308,8 +310,16 @@ def _constant(data: DataSet) -> float | None:
     found = [o for o in data.observations if o.kind in ("position", "pose")]
     if len(found) != 1 or (found[0].target is not None and len(np.unique(found[0].target)) > 1):
         return None
-    missed = constant_errors(found[0].value[:, :3], found[0].configuration, leave_one_out_rounds(data))
-    return float(missed.mean())
+    values, where = found[0].value[:, :3], found[0].configuration
+    if any(o.second is not None for o in data.observations):  # these tie places together
+        return float(constant_errors(values, where, leave_one_out_rounds(data)).mean())
+    _, place = np.unique(places_of(data.configurations)[where], return_inverse=True)
+    values, count = values - values.mean(axis=0), np.bincount(place)
+    own = np.stack([np.bincount(place, v) for v in values.T], axis=1)
+    if len(count) < 2:
+        return math.inf
+    others = (values.sum(axis=0) - own) / (len(values) - count)[:, None]
+    return float(np.linalg.norm(values - others[place], axis=1).mean())
 
 
 def _poses(data: DataSet, mine: Errors, theirs: Errors | None) -> Listing:
