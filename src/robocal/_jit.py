@@ -73,7 +73,7 @@ def kernel(fn: Callable[..., Any] | None = None, /, *, parallel: bool = False, i
             compiled._cache = cache
         # A number that stands in a caller has a type of its own for numba, which would compile what takes it once more.
         template = compiled.get_call_template
-        compiled.get_call_template = lambda args, words: template(tuple([unliteral(a) for a in args]), words)
+        compiled.get_call_template = lambda args, words: template(tuple([unliteral(a) for a in args]), words)  # type: ignore[method-assign, assignment]
         _ours.add(fn)
     return compiled
 
