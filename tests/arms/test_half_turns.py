@@ -52,6 +52,7 @@ def arm(number, folder):
     return open_robot(folder / "arm.urdf").chain
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize(("number", "seed"), list(product(range(len(ARMS)), range(8))))
 def test_half_a_turn_is_no_change(number, seed, tmp_path):
     chain, rng = arm(number, tmp_path), np.random.default_rng(100 * number + seed)

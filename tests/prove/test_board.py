@@ -42,6 +42,7 @@ def files(folder, count, knock, seed):
     return folder / "robot.yaml", [folder / "data.yaml"]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("count", "knock"), [(16, 0.002), (24, 0.008), (40, 0.004)])
 def test_a_board_that_was_knocked_is_named_with_its_rows(tmp_path, count, knock):
     robot, data = files(tmp_path, count, np.array([knock, 0, 0]), count)

@@ -76,6 +76,7 @@ def test_the_baseline_of_a_tool_that_never_turns_stays_near(machine, turned):
     assert np.abs(place).max() < WIDE[0]
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("noise", [0.0, 4e-5])
 @pytest.mark.parametrize("turned", [0.0, 1e-5])
@@ -92,6 +93,7 @@ def test_it_converges_and_counts_what_nothing_holds(seed, noise, turned):
     assert all(abs(p.identified) <= WIDE[0] for n, p in told.items() if n[-2:] in (".x", ".y", ".z"))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("noise", [0.0, 4e-5])
 @pytest.mark.parametrize("turned", [1e-6, 3e-5, 1e-4, 1e-3, 1e-2])
 def test_it_converges_however_little_the_tool_turns(turned, noise):

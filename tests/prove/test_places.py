@@ -194,6 +194,7 @@ def test_intervals_hold_the_truth_whatever_repeats(tau, sigma, times):
     assert 0.95 - 2 * error < inside / total < 0.95 + 2 * error
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("degrees", ["1R2T", "3R3T"])
 def test_places_of_a_cable_robot_count_once_too(degrees):
     """Encoders and an instrument that err by place at a robot that is as drawn: not improved; at one that is not: improved."""

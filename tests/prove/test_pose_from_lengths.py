@@ -46,6 +46,7 @@ def ratios(kind, seed, m, **how):
     return out
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", KINDS)
 def test_pose_from_lengths_is_the_true_error(kind):
     assert np.mean(ratios(kind, 2, 200)) == pytest.approx(1, abs=2 * WITHIN)

@@ -43,6 +43,7 @@ def obey(files, code):
     return now, said[code]["numbers"]["after"]["value"], unseen(files, *words)[0]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["six", "seven"])
 def test_groups_that_a_look_names_lower_the_unseen_error(name, tmp_path):
     """Gains of 2 parts in a thousand, and eccentricity of 5 mrad: the look names what there is, and the run keeps most of it."""
@@ -52,6 +53,7 @@ def test_groups_that_a_look_names_lower_the_unseen_error(name, tmp_path):
     assert then < 0.5 * now and then < 2 * promise
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("name", "seed"), [("six", 0), ("seven", 1)])
 def test_priors_that_a_look_names_lower_the_unseen_error(name, seed, tmp_path):
     """Joints that go their own way by 3 deg, and few positions: a fit without priors follows what is none of its parameters."""
@@ -59,6 +61,7 @@ def test_priors_that_a_look_names_lower_the_unseen_error(name, seed, tmp_path):
     assert then < 0.85 * now and then < 1.2 * promise
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("m", "seed"), [(26, 0), (60, 1)])
 def test_of_good_data_nothing_is_promised(m, seed, tmp_path):
     for name in ("six", "seven"):

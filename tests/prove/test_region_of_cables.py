@@ -73,11 +73,13 @@ def frame_is_told(kind, seed):
     return verdict.status != "improved" or verdict.region == "working"
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_calibration_in_a_corner_holds_there_alone(kind):
     assert corner_is_told(kind, 1)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_calibration_across_the_frame_holds_everywhere(kind):
     assert frame_is_told(kind, 3)
@@ -93,6 +95,7 @@ def test_regions_over_many_draws():
     assert np.mean(frames) >= 0.97
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("frame", [TRACKER, None], ids=["free", "stated"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_the_correction_moves_is_what_forward_kinematics_moves(kind, frame):
@@ -104,6 +107,7 @@ def test_what_the_correction_moves_is_what_forward_kinematics_moves(kind, frame)
     assert holds.band < 0.2 * holds.moved
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("kind", ["3R3T", "1R2T"])
 def test_frames_and_zeros_that_are_set_anew_are_no_error_of_the_robot(kind):
     """A tracker that stands anywhere, and zeros of one power-up, make the band no wider than the pose is known."""

@@ -56,6 +56,7 @@ def twice(q, rise):
     return np.concatenate([down[: len(down) // 2], up, down[len(down) // 2 :]])
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", range(2))
 def test_a_joint_that_bends_to_its_other_side_is_a_doubt(seed):
     for order in (twice, lambda q, rise: np.argsort(rise > 0, kind="stable")):
@@ -64,6 +65,7 @@ def test_a_joint_that_bends_to_its_other_side_is_a_doubt(seed):
         assert all(r.numbers["joint"] == "j2" for r in told)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", range(2))
 def test_what_crossing_back_does_not_undo_has_moved(seed):
     """The same order of places, and the target off from the middle on; and places in any order."""
@@ -78,6 +80,7 @@ def apart(q, rise):
     return np.argsort(rise > 0, kind="stable")
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_another_run_over_the_same_places_shows_that_a_joint_bends(seed):
     verdict, told = judged(lambda q, rise: rise > 0, seed, apart, lambda q, rise: rise > 0)
@@ -85,6 +88,7 @@ def test_another_run_over_the_same_places_shows_that_a_joint_bends(seed):
 
 
 # obeys: moved-or-bent
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_another_run_over_the_same_places_shows_that_something_moved(seed):
     """It does not go with the joint's region in a run that was made before the knock."""
@@ -92,6 +96,7 @@ def test_another_run_over_the_same_places_shows_that_something_moved(seed):
     assert verdict.status == "refused" and {r.code for r in told} == {Code.SEGMENT}
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_run_after_the_knock_is_no_proof_of_bending(seed):
     verdict, told = judged(lambda q, rise: rise > 0, seed, apart, lambda q, rise: np.ones(len(q)))

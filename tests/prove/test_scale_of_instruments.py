@@ -32,6 +32,7 @@ def run(degrees, seed=0, *, instrument=1.0, drums=1.0, scale=0.0, gain=None, m=5
     return found, {r.code: r for r in (*found.verdict.reasons, *found.warnings)}
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("degrees", ["3R3T", "1R2T", "3T"])
 @pytest.mark.parametrize("wrong", [{"instrument": 1.008}, {"instrument": 0.993}, {"drums": 1.012}])
 def test_a_scale_that_cables_contradict_is_refused(degrees, wrong):

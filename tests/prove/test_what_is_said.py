@@ -44,6 +44,7 @@ def test_a_stated_sigma_that_is_far_too_large_is_named(times, said):
     assert (Code.BELOW_STATED_NOISE in codes(found)) is said
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("prior", [1e-12, 1e-8, 1e-5])
 def test_a_prior_that_is_too_tight_is_no_wrong_scale(prior):
     rows = tuple(
