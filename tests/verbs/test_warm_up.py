@@ -130,3 +130,13 @@ def test_what_is_warm_is_not_compiled_again(tmp_path):
     told = json.loads(ran("-m", "robocal", "warm-up", "geometry", "--json"))
     assert told["kernels"] > 5 and Path(told["cache"]).is_relative_to(tmp_path)
     assert ran("-c", USE).split() == ["0"]
+
+
+@compiled
+def test_where_no_second_process_starts_the_command_compiles_alone(monkeypatch):
+    def refuse(*args, **options):
+        raise OSError("no more processes")
+
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1}, raising=False)
+    monkeypatch.setattr(subprocess, "Popen", refuse)
+    assert compile_beside("geometry.path.path_kernel") is None

@@ -78,7 +78,10 @@ def compile_beside(first: str) -> subprocess.Popen[bytes] | None:
     if not known or cores < 2 or cache_folder() is None:
         return None
     command, nothing = [sys.executable, "-P", "-c", BEGIN, first, str(os.getpid()), *sys.path], subprocess.DEVNULL
-    return subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True)
+    try:
+        return subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True)
+    except OSError:  # no more processes, or no memory for one: the command compiles alone
+        return None
 
 
 def beside(first: str, parent: int) -> None:
