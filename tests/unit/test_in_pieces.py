@@ -211,9 +211,12 @@ def test_a_segments_share_that_the_model_answers(rng):
     )
     sums = _Sums.of(*parts)
     column, left, weight, *answer = parts
-    together = _Sums.whole(column[:20], left[:20], weight[:20], answer[0][:20], answer[1])
-    np.testing.assert_allclose(together.score[1], sums.score[20], rtol=1e-9)
-    np.testing.assert_allclose(together.answer(0, 1), sums.answer(0, 20), rtol=1e-9, atol=1e-12)
+    few, same = _Sums.at((0, 7, 20, 60), column, left, weight, *answer), sums.take([0, 7, 20, 60])
+    for name in ("score", "own", "cross"):
+        np.testing.assert_allclose(getattr(few, name), getattr(same, name), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(few.answer(1, 2), sums.answer(7, 20), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(few.gain(*np.array([[1], [2]]))[0], sums.gain(*np.array([[7], [20]]))[0], rtol=1e-9)
+    np.testing.assert_allclose(few.step(1, 2), sums.step(7, 20), rtol=1e-9)
     a, b = (m for m in np.triu_indices(31, 1))
     both = np.concatenate([sums.gain(a[i : i + 50], b[i : i + 50])[0] for i in range(0, len(a), 50)])
     np.testing.assert_allclose(sums.gain(a, b)[0], both, rtol=1e-9)

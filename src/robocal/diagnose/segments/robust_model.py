@@ -11,6 +11,7 @@ import math
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -42,7 +43,7 @@ class SegmentFit:
     b: int
     gain: float
     unexplained: Array
-    sums: _Sums
+    sums: _Sums  # up to nothing, the two ends, and everything
     ends: tuple[int, int]  # among the candidate's rows
     rival: SegmentFit | None = None
 
@@ -54,7 +55,7 @@ class SegmentFit:
     @cached_property
     def step(self) -> Array:
         """How far it moved, (q,)."""
-        return self.sums.step(*self.ends)
+        return self.sums.step(1, 2)
 
     @property
     def cost(self) -> float:
@@ -147,9 +148,8 @@ class SegmentModel:
     def evidence(self, found: SegmentFit) -> float:
         """2 log of the likelihood ratio of a segment, where nobody knows the noise of any unit: the gain itself, of many rows."""
         i = self.runs.index(found.run)
-        unit, (a, b) = self.unit[i], found.ends
-        answer = self.root[self.own[i]] @ (found.sums.answer(a, b).T @ found.unexplained)
-        then = self.left[i] - (found.column @ found.unexplained - self.jacobian[i] @ answer) / unit
+        answer = self.root[self.own[i]] @ (found.sums.answer(1, 2).T @ found.unexplained)
+        then = self.left[i] - (found.column @ found.unexplained - self.jacobian[i] @ answer) / self.unit[i]
         squares = (self.weight[i] @ left**2 for left in (self.left[i], then))
         before, after = ([float(v[p:r].sum()) for p, r, _ in found.run.parts] for v in squares)
         fall = (
@@ -171,7 +171,7 @@ class SegmentModel:
         k = len(rows)
         if k < 2 * SEGMENT_ROWS:
             return None
-        sums = self._sums(run, c)
+        sums = _Sums.of(*self._rows(run, c))
         marks = np.unique(np.linspace(0, k, min(GRID, k // 2) + 1).astype(np.int64))
         a, b = (marks[m] for m in np.triu_indices(len(marks), 1))
         ends = sums.best(a, b)
@@ -180,27 +180,29 @@ class SegmentModel:
         first, last = _sharpen_ends(sums, *ends, 2 * int(np.diff(marks).max()))
         # What stood elsewhere before a row, or from that row on, is one and the same: the later rows are named.
         ends = (last, k) if first == 0 else (first, last)
-        return sums.fit(run, c, (int(rows[ends[0]]), int(rows[ends[1] - 1]) + 1), ends)
+        return sums.take([0, *ends, k]).fit(run, c, (int(rows[ends[0]]), int(rows[ends[1] - 1]) + 1), ends)
 
     def whole_file(self, run: RowSequence, c: Candidate, a: int, b: int) -> SegmentFit:
         """The segment of rows a to b, which are a file of their own."""
         first, last = np.searchsorted(c.rows, (a, b)).tolist()
-        return self._sums(run, c).fit(run, c, (a, b), (first, last))
+        return self._between(run, c, first, last).fit(run, c, (a, b), (first, last))
 
     def refit(self, found: SegmentFit) -> SegmentFit:
         """The same segment by this model."""
         run, c = found.run, found.candidate
-        return replace(self._sums(run, c).fit(run, c, (found.a, found.b), found.ends), rival=found.rival)
+        return replace(
+            self._between(run, c, *found.ends).fit(run, c, (found.a, found.b), found.ends), rival=found.rival
+        )
 
     def shared(self, run: RowSequence, c: Candidate, profile: Array) -> float:
         """The gain where each row of a candidate moved by a share of its own, (k,)."""
         column, left, weight, j, root = self._rows(run, c)
-        sums = _Sums.whole(column * profile[:, None, None], left, weight, j, root)
+        sums = _Sums.at((0, len(left)), column * profile[:, None, None], left, weight, j, root)
         return float(sums.gain(np.array([0]), np.array([1]))[0][0])
 
-    def _sums(self, run: RowSequence, c: Candidate) -> _Sums:
-        """Of the rows of a candidate."""
-        return _Sums.of(*self._rows(run, c))
+    def _between(self, run: RowSequence, c: Candidate, first: int, last: int) -> _Sums:
+        """Of the rows of a candidate, up to nothing, two ends, and everything."""
+        return _Sums.at((0, first, last, len(c.rows)), *self._rows(run, c))
 
     def _rows(self, run: RowSequence, c: Candidate) -> tuple[Array, Array, Array, Array, Array]:
         """The rows of a candidate in their units: its columns, what is left, weights, the Jacobian (k, d, m), and the root (m, n)."""
@@ -255,24 +257,33 @@ class _Sums:
 
         turned = (column * weight[:, None, None]).transpose(0, 2, 1)
         fewest = max(SEGMENT_ROWS, math.ceil(SEGMENT_NUMBERS * column.shape[2] / column.shape[1]))
-        score = running(turned, left[..., None])[..., 0]
-        return cls(score, running(turned, column), running(turned, jacobian), root, fewest)
+        score, own, cross = (running(turned, v) for v in (left[..., None], column, jacobian))
+        return cls(score[..., 0], own, cross, root, fewest)
 
     @classmethod
-    def whole(cls, column: Array, left: Array, weight: Array, jacobian: Array, root: Array) -> _Sums:
-        """The same of all rows together alone."""
-        turned = (column * weight[:, None, None]).reshape(-1, column.shape[2]).T
-        whole = (turned @ v.reshape(turned.shape[1], -1) for v in (left, column, jacobian))
-        score, own, cross = (np.stack([np.zeros_like(v), v]) for v in whole)
-        return cls(score[..., 0], own, cross, root, 0)
+    def at(cls, ends: tuple[int, ...], column: Array, left: Array, weight: Array, jac: Array, root: Array) -> _Sums:
+        """The sums up to some rows alone, (e,), 0 the first."""
+        d, q = column.shape[1:]
+        turned = (column * weight[:, None, None]).reshape(-1, q).T
+
+        def up_to(v: Array) -> Array:
+            parts = (slice(a * d, b * d) for a, b in pairwise((0, *ends)))
+            return np.cumsum([turned[:, part] @ v.reshape(turned.shape[1], -1)[part] for part in parts], axis=0)
+
+        return cls(up_to(left)[..., 0], up_to(column), up_to(jac), root, 0)
+
+    def take(self, ends: list[int]) -> _Sums:
+        """The same up to some rows alone."""
+        return replace(self, score=self.score[ends], own=self.own[ends], cross=self.cross[ends])
 
     def answer(self, a: Ints | int, b: Ints | int) -> Array:
         """What the model answers of segments a <= i < b, (..., q, n)."""
         return np.asarray((self.cross[b] - self.cross[a]) @ self.root)
 
     def fit(self, run: RowSequence, c: Candidate, rows: tuple[int, int], ends: tuple[int, int]) -> SegmentFit:
-        """The segment of some rows of a run, between these `ends` among the rows of its candidate."""
-        gain, held = self.gain(*(np.array([end]) for end in ends))
+        """The segment of some rows of a run, between these `ends` among the rows of its candidate, of sums up to nothing, these and
+        everything."""
+        gain, held = self.gain(np.array([1]), np.array([2]))
         return SegmentFit(run, c, *rows, float(gain[0]), held[0], self, ends)
 
     def gain(self, a: Ints, b: Ints) -> tuple[Array, Array]:
