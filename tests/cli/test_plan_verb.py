@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +98,19 @@ def test_other_kinds_are_planned_and_their_tables_written(case: Path, kind: str)
     assert ran.document["kind"] == kind and ran.document["warnings"] == []
     assert {"data.csv", "data.yaml"} <= files(case / "plan")
     assert len(rows(case / "plan" / "data.csv")) == 1 + 6 * {"range": 4, "pixels": 4}.get(kind, 1)
+
+
+@pytest.mark.parametrize("kind", ["plane", "point", "sphere"])
+def test_contacts_are_planned_from_a_list(kind: str, tmp_path: Path) -> None:
+    """Of several places of the data one is planned for, and named; what was fitted of the others is no parameter of the plan."""
+    from robocal.verbs.demo.cases import example_folder
+
+    folder = example_folder("instruments") / kind
+    data = ("--candidates", folder / "data.csv", "--poses", 8)
+    ran = robocal("plan", folder / "robot.yaml", folder / "data.yaml", *data, "-o", tmp_path / "plan")
+    assert ran.status == 0, ran.err
+    (place,) = re.findall(r"place: \{name: (\w+)", (tmp_path / "plan" / "data.yaml").read_text(encoding="utf-8"))
+    assert f"planned for {place} alone" in " ".join(ran.said.split())
 
 
 def test_regions_are_in_the_file_s_units(case: Path) -> None:

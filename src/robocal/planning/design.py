@@ -68,7 +68,9 @@ def blocks(
     point = _point(template)
     there = observe((point,), tests, tuple(f"test {i}" for i in range(len(tests))), columns)
     data = new + there if measured is None else measured + new + there
-    made = build(model, data, values=values)
+    # What was fitted beside it, as places that are not planned for, says nothing of these poses.
+    told = build(model, data).table.index
+    made = build(model, data, values={n: v for n, v in (values or {}).items() if n in told})
     if not made.n:
         raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
     assert point.frame is not None

@@ -67,6 +67,9 @@ class UseRemarks:
         "the required accuracy is not reached: {best:.3g} after {poses} poses",
         "Plan more poses, or measure with less noise.",
     )
+    ONE_PLACE_PLANNED = Phrase(
+        "planned for {place} alone: every candidate counts as a pose that touches it, also one that touches {others}"
+    )
     SIGMA_ASSUMED = Phrase(
         "no sigma is stated: 0.1 mm and 0.1 mrad per axis are assumed",
         "State the sigma of the instrument: every error bar scales with it.",

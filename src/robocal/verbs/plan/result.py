@@ -206,7 +206,8 @@ def make_plan(o: Any, watch: Watch | None = None, command: str = "") -> Planned:
     known: dict[str, Any] = {"listed": choices, "tests": there, "measured": measured, "values": values}
     with computable(o.robot, *o.after):
         made = plan(arm.chain, at_work, options, **known, watch=watch)
-    warnings = (*warnings, *_doubts(made, si.accuracy, at_work))
+    source = given or done
+    warnings = (*warnings, *_doubts(made, si.accuracy, at_work, None if source is None else source.data))
     found = Planned(
         robot=arm,
         opened=o.robot,
@@ -243,13 +244,17 @@ def _box(
     return (a, b, c), (d, e, f)
 
 
-def _doubts(made: Plan, wanted: float | None, at_work: Template) -> Iterator[Remark]:
+def _doubts(made: Plan, wanted: float | None, at_work: Template, data: DataSet | None) -> Iterator[Remark]:
     """What to know of the forecast."""
     if wanted is not None and made.enough is None:
         best, after = Quantity(float(made.forecast.mean[-1])), int(made.forecast.count[-1])
         yield Remark.of(Code.ACCURACY_NOT_REACHED, best=best, poses=after)
     if any(o.sigma is None for o in at_work):
         yield Remark.of(Code.SIGMA_ASSUMED)
+    touched = next((o.label for o in at_work if kind_of(o).contact), "")
+    others = dict.fromkeys(o.label for o in data.observations if kind_of(o).contact) if data is not None else {}
+    if touched and len(others) > 1:
+        yield Remark.of(Code.ONE_PLACE_PLANNED, place=touched, others=tuple(n for n in others if n != touched))
 
 
 def _with_files(made: Planned) -> Planned:
