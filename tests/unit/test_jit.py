@@ -146,7 +146,7 @@ def test_what_is_in_the_cache_wakes_no_compiler_and_a_new_kernel_does(tiny: Tiny
 
 
 ONE = """
-from tiny import _jit
+from tiny import _jit, progress
 compilations = []
 progress.on_compile(compilations.append)
 from tiny.outer._kernels import total
