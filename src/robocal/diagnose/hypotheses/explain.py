@@ -94,7 +94,7 @@ def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
 def explain(
     chain: Mechanism, data: DataSet, changes: Sequence[Change], doubt: Doubt | None = None, *, alone: bool = False
 ) -> Explanation | None:
-    """The changes that explain the data, one, or where that explains nothing two (not where `alone`); None where nothing asks for
+    """The changes that explain the data: one, or two where one leaves too much (not where `alone`); None where nothing asks for
     one, or none does."""
     doubt = doubt or assess_misfit(chain, data)
     if doubt is None or doubt.few:
