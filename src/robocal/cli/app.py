@@ -88,6 +88,7 @@ def _root(
     ] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks. Accepted anywhere.")] = False,
     timings: Annotated[bool, typer.Option("--timings", help="Say where the time went. Accepted anywhere.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", help="Say all that a page would. Accepted anywhere.")] = False,
 ) -> None:
     """Options of robocal itself."""
 

@@ -38,9 +38,9 @@ STYLES = {
 }
 
 
-def drawn(sections: Iterable[blocks.Section]) -> Iterator[RenderableType]:
-    """Sections one below the other, an empty line between them, as rich prints them."""
-    told = (s.short for s in sections)
+def drawn(sections: Iterable[blocks.Section], verbose: bool = False) -> Iterator[RenderableType]:
+    """Sections one below the other, an empty line between them, as rich prints them; briefly unless `verbose`."""
+    told = (s.short(verbose) for s in sections)
     for i, section in enumerate(s for s in told if s is not None):
         if i:
             yield Text("")

@@ -20,19 +20,34 @@ from typing import Any
 from robocal.cli.timings import timed
 from robocal.errors import CONTROL, MESSAGE_LIMIT, Cancelled, InputError, MissingExtra, ToWrite, printable, shorten
 
-__all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "complete", "run", "stop_requested"]
+__all__ = [
+    "DONE",
+    "FAULT",
+    "INPUT",
+    "STOPPED",
+    "UNTRUSTED",
+    "complain",
+    "complete",
+    "run",
+    "stop_requested",
+    "verbose_wanted",
+]
 
 DONE, FAULT, INPUT, UNTRUSTED, STOPPED = 0, 1, 2, 3, 130
 IDENTIFY = (["calibrate"], ["cable", "calibrate"], ["cable", "identify"])  # no commands, but often typed for `identify`
+ANYWHERE = ("--debug", "--timings", "--verbose")  # words of robocal itself, heard wherever they stand
 _received: list[int] = []
+_heard: set[str] = set()  # those of ANYWHERE in the command that runs
 
 
 def run(arguments: Sequence[str] | None, build: Callable[[Sequence[str]], Any]) -> int:
     """Parses and runs a command line by the application that `build` makes for it; see the module for what it returns."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    debug = "--debug" in words or bool(os.environ.get("ROBOCAL_DEBUG"))
-    with timed("--timings" in words) as timings:
-        status = _run(complete([w for w in words if w not in ("--debug", "--timings")]), build, debug)
+    _heard.clear()
+    _heard.update(w for w in words if w in ANYWHERE)
+    debug = "--debug" in _heard or bool(os.environ.get("ROBOCAL_DEBUG"))
+    with timed("--timings" in _heard) as timings:
+        status = _run(complete([w for w in words if w not in ANYWHERE]), build, debug)
         if timings:
             complain(str(timings), kind="timings")
     return status
@@ -198,6 +213,11 @@ def wants_colour(stream: Any) -> bool:
 def stop_requested() -> bool:
     """Whether somebody asked us to stop."""
     return bool(_received)
+
+
+def verbose_wanted() -> bool:
+    """Whether the command that runs is to say all that it knows."""
+    return "--verbose" in _heard
 
 
 def _stop() -> int:

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from robocal.cli.guard import complain, stop_requested, wants_colour
+from robocal.cli.guard import complain, stop_requested, verbose_wanted, wants_colour
 from robocal.cli.timings import Timings
 from robocal.errors import Cancelled
 from robocal.progress import on_compile
@@ -104,7 +104,7 @@ class Terminal:
         """Writes sections for people; with JSON wanted, nothing."""
         from robocal.cli.draw import drawn
 
-        self.show(*drawn(sections))
+        self.show(*drawn(sections, verbose_wanted()))
 
     def document(self, value: Any) -> None:
         """The one JSON document, when it is wanted."""

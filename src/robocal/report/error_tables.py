@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from robocal.report import pictures
 from robocal.report import sections as blocks
-from robocal.report.arrows import arrows
 from robocal.report.numbers import ranges
+from robocal.report.proof import PRAISED, times_smaller
 from robocal.report.sections import Block, Cell, Detail, Figure, Mark, Section, Style, Table, Text, figure, quiet, table
 from robocal.report.series import Series, column, is_aside, is_held_out, numbers, three
 
@@ -30,8 +31,14 @@ STAGES: tuple[ErrorRow, ...] = (
     ("leave_one_out", "leave-one-out", "one by one", "held"),
     ("constant", "predicting the mean", "no model at all", ""),
 )
+SEEN = {
+    "held_out": "held out",
+    "k_fold": "every fold",
+    "leave_one_out": "one by one",
+    "": "seen by the fit, so no proof",
+}
 PROOFS = {"held_out": "Held out", "k_fold": "Every fold", "leave_one_out": "Leave one out"}
-TEN, WORST = 10, 8
+TEN, WORST, NAMED = 10, 8, 4
 MEANS: dict[str, tuple[Cell, ...]] = {
     "held_out": (
         ("Held out", "term"),
@@ -68,6 +75,37 @@ def proof_of(residuals: Any) -> str:
     return next((name for name in PROOFS if getattr(residuals, name) is not None), "")
 
 
+def unseen(result: Any) -> Table | None:
+    """Mean errors before and after on measurements that nothing was fitted to, one row for each quantity; None without errors."""
+    posed, of_rows = result.pose_from_lengths, result.residuals
+    shown = [(of_rows, "error"), (of_rows.angle, "angle")]
+    if posed is not None:
+        shown = [
+            (posed, "position from lengths"),
+            (posed.angle, "orientation from lengths"),
+            (posed.lengths, "lengths"),
+        ]
+    proof = next((p for found, _ in shown if found is not None and (p := proof_of(found))), "")
+    rows: list[tuple[Cell, ...]] = []
+    for found, name in shown:
+        after = None if found is None else getattr(found, proof or "after")
+        if after is not None:
+            before = getattr(found, f"{proof}_before" if proof else "before")
+            old = figure(None if before is None else before.mean, 3)
+            new = tuple(figure(v, 3) for v in (after.mean, after.p95, after.max))
+            rows.append((f"{name} [{found.unit}]", old, (new[0], "strong"), *new[1:], str(after.n)))
+    alone = result.offsets
+    if (
+        alone is not None
+        and alone.after is not None
+        and alone.before is not None
+        and result.verdict.status != "refused"
+    ):
+        ends = (figure(alone.before, 3), figure(alone.after, 3))
+        rows.append((f"joint offsets alone [{alone.unit}]", *ends, "", "", str(alone.n)))
+    return table(SEEN[proof], "before", "after", "95 %", "max", "n", right=range(1, 6), rows=rows) if rows else None
+
+
 def errors(result: Any, rows: Columns | None) -> Section:
     """Errors at every stage; `rows` are the columns of residuals.csv, for the pictures."""
     residuals = result.residuals
@@ -80,7 +118,10 @@ def errors(result: Any, rows: Columns | None) -> Section:
         if found is not None:
             tables += [errors_table(found, title), _folds(found)]
     meaning, drawn = Detail(lambda: _meaning(result)), Detail(lambda: _pictures(residuals, rows))
-    return Section.of("", meaning, *tables, drawn, title="Errors before, after and held out", key="errors")
+    less = (unseen(result),)
+    return Section.of(
+        "", meaning, *tables, drawn, title="Errors before, after and held out", key="errors", brief=less, folded=True
+    )
 
 
 def _meaning(result: Any) -> Iterator[Block]:
@@ -126,13 +167,26 @@ def _folds(residuals: Any) -> Table | None:
     return table(f"held out [{residuals.unit}]", *columns, right=(1, 2, 3), rows=rows, caption=caption)
 
 
-def tiles(residuals: Any) -> blocks.Tiles:
-    """The big numbers: before and after of the same measurements where nothing was fitted to them, and after the fit."""
+def tiles(result: Any) -> blocks.Tiles:
+    """The big numbers: before and after of the same measurements where nothing was fitted to them, and what joint offsets alone
+    would leave, else what the fit left."""
+    residuals = result.pose_from_lengths or result.residuals
     proof = proof_of(residuals)
     name, before = PROOFS.get(proof, ""), f"{proof}_before"
     known = bool(proof) and getattr(residuals, before) is not None
     first = _tile(residuals, before if known else "before", f"{name}, before" if known else "Before", "before")
     second = _tile(residuals, proof, f"{name}, after" if proof else "Held out", "held")
+    if known and result.verdict.status in PRAISED:
+        factor = times_smaller(getattr(residuals, before).mean, getattr(residuals, proof).mean)
+        second = replace(second, lines=(*second.lines, *filter(None, [factor])))
+    alone = result.offsets
+    if alone is not None and alone.after is not None:
+        third = blocks.Tile(
+            "Joint offsets alone", "", figure(alone.after, 3), alone.unit, ("mean error", f"on {alone.n} unseen")
+        )
+        return blocks.Tiles((first, second, third))
+    if residuals is not result.residuals and residuals.lengths is not None:
+        return blocks.Tiles((first, second, _tile(residuals.lengths, proof, f"{name}, lengths", "")))
     if not known and residuals.before is None:
         return blocks.Tiles((second, _tile(residuals, "after", "Seen by the fit", "after")))
     return blocks.Tiles((first, second, _tile(residuals, "after", "After, seen by the fit", "after")))
@@ -176,7 +230,6 @@ def _pictures(residuals: Any, rows: Columns | None) -> Iterator[Block | None]:
         yield bars
     yield _row(series, "Every configuration", *main)
     yield _row(turns, "Orientation of every configuration", "angle_", "deg")
-    yield arrows(rows)
     yield worst if turns else None
 
 
@@ -232,7 +285,11 @@ def outlier_blocks(rows: Sequence[Any]) -> Section:
     )
     shown = table(*columns, right=(3, 5), rows=cells, caption=caption, detail=(6,), brief=TEN)
     less = quiet(f"the first {TEN} of {len(rows)}; result.json has all") if len(rows) > TEN else ()
-    return Section.of("", shown, *less, title="Rows that do not belong to the others", key="outliers")
+    first = ", ".join(f"{o.source or o.group} row {o.row or o.configuration}" for o in rows[:NAMED])
+    more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
+    brief = quiet(f"rows that do not belong to the others: {first}{more}")
+    title = "Rows that do not belong to the others"
+    return Section.of("", shown, *less, title=title, key="outliers", brief=brief, folded=True)
 
 
 def _chance(p: float | None) -> str:

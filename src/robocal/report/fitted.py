@@ -17,9 +17,20 @@ __all__ = ["fit_sections", "recipe"]
 def fit_sections(result: Any) -> Iterator[Section]:
     """Convergence, correlations, sensors."""
     fit, found = result.fit, result.correlation
-    yield Section.of("", Detail(lambda: _convergence(fit)), title="Convergence", key="convergence")
-    yield Section.of("", Detail(lambda: _correlation(found)), title="Correlation of parameters", key="correlation")
-    yield Section.of("", Detail(lambda: _sensors(fit)), title="Sensors and their noise", key="groups")
+    yield Section.of(
+        "", Detail(lambda: _convergence(fit)), title="Convergence", key="convergence", brief=(), folded=True
+    )
+    yield Section.of(
+        "",
+        Detail(lambda: _correlation(found)),
+        title="Correlation of parameters",
+        key="correlation",
+        brief=(),
+        folded=True,
+    )
+    yield Section.of(
+        "", Detail(lambda: _sensors(fit)), title="Sensors and their noise", key="groups", brief=(), folded=True
+    )
 
 
 def _convergence(fit: Any) -> Iterator[Block]:
@@ -103,7 +114,7 @@ def chi2_word(chi2: float | None, dof: float | None, source: str) -> str:
 
 def recipe(result: Any) -> Section:
     """What makes the same numbers again."""
-    return Section.of("", Detail(lambda: _recipe(result)), title="Recipe", key="recipe")
+    return Section.of("", Detail(lambda: _recipe(result)), title="Recipe", key="recipe", brief=(), folded=True)
 
 
 def _recipe(result: Any) -> Iterator[Block]:

@@ -24,9 +24,10 @@ def frames(result: Any) -> Section | None:
     words = "`a in b` is T_b_a: it takes coordinates of a to those of b. Roll, pitch, yaw: Rz(yaw) Ry(pitch) Rx(roll)."
     blocks: tuple[Block, ...] = (_places(poses), _turns(poses), *quiet(words))
     heading = "Where the frames are"
-    return Section.of(
-        heading if wanted else "", *(blocks if wanted else (Detail(lambda: blocks),)), title=heading, key="frames"
-    )
+    one_way = [f.pose for f in found]
+    brief = (_places(one_way), _turns(one_way, quaternion=False)) if wanted else ()
+    shown = blocks if wanted else (Detail(lambda: blocks),)
+    return Section.of(heading if wanted else "", *shown, title=heading, key="frames", brief=brief, folded=not wanted)
 
 
 def _places(poses: Sequence[Any]) -> Table:
@@ -38,7 +39,7 @@ def _places(poses: Sequence[Any]) -> Table:
     return table(f"position [{unit}]", "x", "y", "z", "σx", "σy", "σz", right=range(1, 7), rows=rows)
 
 
-def _turns(poses: Sequence[Any]) -> Table:
+def _turns(poses: Sequence[Any], quaternion: bool = True) -> Table:
     unit = poses[0].turn.unit
     rows = []
     for p in poses:
@@ -48,7 +49,8 @@ def _turns(poses: Sequence[Any]) -> Table:
         worst = None if p.turn.sigma is None else max(p.turn.sigma)
         rows.append((f"{p.child} in {p.parent}", *q, *rpy, figure(worst, 2)))
     names = ("qx", "qy", "qz", "qw", "roll", "pitch", "yaw", "largest σ")
-    return table(f"orientation [{unit}]", *names, right=range(1, 9), rows=rows)
+    made = table(f"orientation [{unit}]", *names, right=range(1, 9), rows=rows)
+    return made if quaternion else made.without(range(1, 5))
 
 
 def _number(value: float, sigma: float | None) -> str:

@@ -77,7 +77,7 @@ def _block(block: Block, heading: str) -> Iterator[str]:
                 names = ", ".join(escape(p.name) for p in block.paths)
                 yield f"<p>Written to <code>{escape(str(block.paths[0].parent))}</code>: {names}</p>"
         case blocks.Figure():
-            yield _figure(block)
+            yield _figure(block, heading)
         case blocks.Pair():
             inner = ("\n".join(_block(b, heading)) for b in block.blocks)
             yield f'<div class="pair">{"".join(f"<div>{b}</div>" for b in inner)}</div>'
@@ -93,13 +93,15 @@ def _block(block: Block, heading: str) -> Iterator[str]:
 def _verdict(block: blocks.VerdictBlock) -> str:
     kind, sign = SIGNS.get(block.style, UNKNOWN)
     icon = f'<svg viewBox="0 0 24 24" aria-hidden="true"><circle cx="12" cy="12" r="10"/>{sign}</svg>'
+    why = "" if len(block.reasons) == 1 and not block.advice else "Why"
     lists = (
-        f"<h3>{title}</h3><ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
-        for title, lines in (("Why", block.reasons), ("What to do next", block.advice))
+        f"{f'<h3>{title}</h3>' if title else ''}<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+        for title, lines in ((why, block.reasons), ("What to do next", block.advice))
         if lines
     )
     meaning = f'<p class="lead">{escape(block.meaning)}</p>' if block.meaning else ""
-    proof = f"<p>{escape(block.proof)}</p>" if block.proof else ""
+    # What good news rests on stands in large numbers below it.
+    proof = f"<p>{escape(block.proof)}</p>" if block.proof and block.style != "good" else ""
     word = escape(block.word[:1].upper() + block.word[1:])
     return f'<div class="verdict {kind}"><h2>{icon}{word}</h2>{meaning}{proof}{"".join(lists)}</div>'
 
@@ -112,8 +114,8 @@ def _tiles(block: blocks.Tiles) -> Iterator[str]:
         yield f'<div class="tile {tile.mark}"><div class="name">{_key(tile.mark)}{escape(tile.name)}</div>{number}{lines}</div>'
 
 
-def _figure(block: blocks.Figure) -> str:
-    title = f"<h3>{escape(block.title)}</h3>" if block.title else ""
+def _figure(block: blocks.Figure, heading: str) -> str:
+    title = f"<h3>{escape(block.title)}</h3>" if block.title and block.title != heading else ""
     legend = "".join(f"<li>{_key(mark)}{escape(name)}</li>" for mark, name in block.legend)
     keys = f'<ul class="legend" aria-label="Legend">{legend}</ul>' if legend else ""
     caption = f"<figcaption>{escape(block.caption)}</figcaption>" if block.caption else ""

@@ -13,20 +13,36 @@ from pathlib import Path
 from shlex import quote
 from typing import Any, NamedTuple
 
+from robocal.remarks.code import Code
 from robocal.remarks.remark import percent
+from robocal.report.arrows import arrows
+from robocal.report.brief import changes, serious, unused, where
 from robocal.report.compared import comparison, groups, layer, linear
 from robocal.report.error_tables import errors, outlier_blocks, tiles
 from robocal.report.fitted import fit_sections, recipe
 from robocal.report.frames import frames
 from robocal.report.heat import heat
 from robocal.report.page import page
-from robocal.report.parameter_tables import hidden, parameters
+from robocal.report.parameter_tables import change, changed, hidden, parameters
 from robocal.report.proof import verdict
-from robocal.report.sections import Block, Detail, Figure, Section, Text, Written, ends, quiet
+from robocal.report.sections import (
+    Block,
+    Detail,
+    Facts,
+    Figure,
+    Remarks,
+    Section,
+    Text,
+    VerdictBlock,
+    Written,
+    quiet,
+    strong,
+)  # fmt: skip
 
 __all__ = ["closing_section", "identification_sections", "report"]
 
 Columns = Mapping[str, Sequence[object]]
+MOVED, LARGEST = 12, 4  # parameters of the third screen of a page, and of its first
 HEAT = (
     "Two slices through the workspace, in base coordinates, on one scale of colours. Left: how far the nominal model is off, with "
     "base and tool placed as well as they can be. Right: the radius that holds the error of the corrected model with 95 %; what "
@@ -42,18 +58,12 @@ class Sentence(NamedTuple):
     advice: str = ""
 
 
-def report(result: Any, rows: Columns | None, cells: Columns | None) -> str:
-    """The text of report.html of a result, with the columns of its residuals.csv and accuracy_map.csv."""
-    facts = (
-        ("Convention", result.robot.convention),
-        ("Joints", str(result.robot.joints) if result.robot.joints else ""),
-        ("Nominal values from", result.robot.source),
-        ("Method", result.method),
-        ("Computed", _moment(result.provenance.started)),
-        ("robocal", result.provenance.version),
-    )
+def report(result: Any, rows: Columns | None, cells: Columns | None, folder: Path | None = None) -> str:
+    """The text of report.html of a result, with the columns of its residuals.csv and accuracy_map.csv; `folder`: where they are kept."""
+    joints = f", {result.robot.joints} joints" if result.robot.joints else ""
+    facts = (("", f"{result.robot.convention}{joints}"), ("", _moment(result.provenance.started)))
     name, version = result.robot.name or "Unnamed robot", result.provenance.version
-    sections = identification_sections(result, rows, lambda: cells)
+    sections = identification_sections(result, rows, lambda: cells, folder)
     return page(name, sections, kind="Calibration report", facts=facts, made=version)
 
 
@@ -66,18 +76,31 @@ def _moment(value: str) -> str:
 
 
 def identification_sections(
-    result: Any, rows: Columns | None = None, cells: Callable[[], Columns | None] = lambda: None
+    result: Any,
+    rows: Columns | None = None,
+    cells: Callable[[], Columns | None] = lambda: None,
+    folder: Path | None = None,
 ) -> Iterator[Section]:
-    """The whole story of one identification; `rows` are the columns of residuals.csv, `cells` makes those of accuracy_map.csv."""
-    split = result.split
+    """The whole story of one identification; `rows` are the columns of residuals.csv, `cells` makes those of accuracy_map.csv, and
+    `folder` is where they are kept."""
+    split, located = result.split, result.verdict.status == "located"
     facts = f"{len(split.fit)} configurations"
     if split.held_out:
         facts += f" fitted, {len(split.held_out)} held out"
     if split.embargoed:
         facts += f", {len(split.embargoed)} left out because they share a place with those"
     head = Text.of((result.robot.name, "strong"), f"   {result.method}; {facts}; {result.fit.reason}")
-    yield Section.of("", head, verdict(result), tiles(result.pose_from_lengths or result.residuals))
-    yield errors(result, rows)
+    # Results of earlier versions have sentences alone.
+    known = result.remarks or [Sentence(w) for w in dict.fromkeys(result.warnings)]
+    said = serious([r for r in known if getattr(r, "code", "") != Code.ELSEWHERE])
+    judged = verdict(result)
+    line = (Text.of((result.robot.name, "strong"), f"   {facts}"), _few(judged))
+    yield Section.of("", head, judged, tiles(result), Detail(lambda: _summary(result, said, folder)), brief=line)
+    rows_known = rows is not None and any(len(c) for c in rows.values())
+    drawn = Detail(lambda: [arrows(rows) if rows_known and rows is not None else None])
+    yield Section.of("", drawn, title="Where the errors point", key="arrows", brief=())
+    moved = Detail(lambda: [] if located or result.verdict.status == "refused" else changed(result, MOVED))
+    yield Section.of("", moved, title="What changed", key="changed", brief=())
     shares = result.prediction.coverage if result.prediction else []
     told = [
         f"of {c.n} held-out measurements ({c.quantity}), {percent(c.whole)} lie in their {percent(c.level)} region as fitted"
@@ -85,29 +108,57 @@ def identification_sections(
         if math.isfinite(c.whole)
     ]
     told += [p.text for p in (result.working_range, result.scale) if p is not None and p.text]
+    yield errors(result, rows)
     trusted = Detail(lambda: _map(cells()))
-    yield Section.of("", *quiet(*told), trusted, title="Where it can be trusted", key="workspace")
-    if (located := frames(result)) is not None:
-        yield located
+    less = quiet(*filter(None, [where(result)]))
+    yield Section.of(
+        "", *quiet(*told), trusted, title="Where it can be trusted", key="workspace", brief=less, folded=True
+    )
+    if (placed := frames(result)) is not None:
+        yield placed
     yield parameters(result)
     yield hidden(result)
     if result.offsets is not None:
-        yield Section.of("", *quiet(result.offsets.reason.sentence), title="Joint offsets alone", key="offsets")
-    for part, title, key in (
-        (groups(result.groups_tried), "Beyond geometry", "beyond"),
-        (layer(result.layer), "Residual layer", "layer"),
-        (linear(result.linearity), "How linear it was", "linearity"),
-        (comparison(result.comparison), "Other estimators on the same measurements", "comparison"),
+        words = quiet(result.offsets.reason.sentence)
+        yield Section.of("", *words, title="Joint offsets alone", key="offsets", brief=(), folded=True)
+    for part, title, key, brief in (
+        (groups(result.groups_tried), "Beyond geometry", "beyond", None),
+        (layer(result.layer), "Residual layer", "layer", None),
+        (linear(result.linearity), "How linear it was", "linearity", ()),
+        (comparison(result.comparison), "Other estimators on the same measurements", "comparison", None),
     ):
         if part:
-            yield Section.of("", *part, title=title, key=key)
+            yield Section.of("", *part, title=title, key=key, brief=brief, folded=True)
     if result.outliers:
         yield outlier_blocks(result.outliers)
     yield from fit_sections(result)
-    # Results of earlier versions have sentences alone.
-    known = result.remarks or [Sentence(w) for w in dict.fromkeys(result.warnings)]
-    yield from ends(known, key="warnings")
+    if known:
+        shown = (strong("Worth knowing"), said) if said else ()
+        yield Section.of("Worth knowing", Remarks(tuple(known)), key="warnings", brief=shown, folded=True)
     yield recipe(result)
+
+
+def _few(judged: VerdictBlock) -> VerdictBlock:
+    """A verdict with its first reason, how many more there are, and what to do about the first."""
+    more = len(judged.reasons) - 1
+    others = (f"{more} more reason{'' if more == 1 else 's'}: --verbose",) if more > 0 else ()
+    return VerdictBlock(judged.word, judged.style, judged.reasons[:1], (*judged.advice[:1], *others))
+
+
+def _summary(result: Any, said: Remarks | None, folder: Path | None) -> Iterator[Block]:
+    """What else the first screen says: where the gain holds, what moved most, what was left out, the most serious remark, what next."""
+    largest = [] if result.verdict.status in ("refused", "located") else changes(result, LARGEST)
+    moved = "; ".join(f"{p.name} {change(p)}" for p in largest)
+    first = said.messages[0] if said else None
+    words = "" if first is None else f"{first.sentence}. {first.advice}".strip()
+    pairs = (
+        ("Where", where(result)),
+        ("Moved most", moved),
+        ("Left out", unused(result)),
+        ("Worth knowing", words),
+        ("Next", "; ".join(steps(result, folder))),
+    )
+    yield Facts(tuple((name, value) for name, value in pairs if value))
 
 
 def _map(cells: Columns | None) -> Iterator[Block]:
@@ -121,7 +172,7 @@ def closing_section(result: Any, written: Sequence[Path], left_out: Sequence[str
     head = verdict(result, brief=True)
     if not written:
         nothing = quiet("Nothing was written; -o DIR keeps the result, the calibrated robot and a report.")
-        return Section.of("", head, *nothing)
+        return Section.of("", head, *nothing, brief=nothing)
     folder, lost = written[0].parent, None
     if left_out and result.robot.joints:  # of cable robots the remark says it, and which verb takes the folder
         text = (
@@ -129,20 +180,21 @@ def closing_section(result: Any, written: Sequence[Path], left_out: Sequence[str
             "give the folder, not the file, to validate, export and simulate."
         )
         lost = Text.of((text, "doubtful"))
-    shown = (Text.of(str(p)) for p in written if p.name == "report.html")
-    return Section.of("", head, Written(tuple(written)), lost, *quiet(*_next(result, folder)), *shown)
+    nexts = quiet(*(f"next: {step}" for step in steps(result, folder)))
+    pages = tuple(Text.of(str(p)) for p in written if p.name == "report.html")
+    return Section.of("", head, Written(tuple(written)), lost, *nexts, *pages, brief=(lost, *nexts, *pages))
 
 
-def _next(result: Any, folder: Path) -> list[str]:
-    """The command that comes next, by the verdict and the kind of machine."""
+def steps(result: Any, folder: Path | None) -> list[str]:
+    """The commands that come next, by the verdict and the kind of machine."""
+    place = "RUN" if folder is None else quote(str(folder))
     if result.verdict.status == "improved":
-        place = quote(str(folder))
         if result.robot.convention.startswith("cable "):
-            return [f"next: robocal cable forward {place} LENGTHS; robocal cable drift {place} LATER_RUN"]
+            return [f"robocal cable forward {place} LENGTHS; robocal cable drift {place} LATER_RUN"]
         more = f"; robocal compensate {place} TARGETS" if result.robot.joints else ""
-        return [f"next: robocal validate {place} OTHER_DATA{more}"]
+        return [f"robocal validate {place} OTHER_DATA{more}"]
     if result.verdict.status == "located":
-        return ["next: copy the frames above; identify without --free finds what the robot itself is off by"]
+        return ["copy the frames; identify without --free finds what the robot itself is off by"]
     read = [str(i.file).removeprefix("catalogue:") for i in result.provenance.inputs[:2]]
     files = " ".join(map(quote, read)) or "ROBOT DATA"
-    return [f"next: do what the reasons above say; robocal check {files} says what the files can tell"]
+    return [f"do what the reasons above say; robocal check {files} says what the files can tell"]

@@ -24,9 +24,10 @@ __all__ = ["embed", "page"]
 # What no page may hold: control characters but line feeds and tabs.
 UNSEEN = re.compile("[\x00-\x08\x0b-\x1f]")
 IDENTIFIER = re.compile(r'((?:\bid|\baria-labelledby)=")([^"]*)"')
+SPECIALIST = "For the specialist: every number, and how it was found"
 # Scripts, each of these files, with what a page holds that needs it: something folded, pictures that can be turned.
 SCRIPTS = {
-    ("page.js",): "<details>",
+    ("page.js",): "<details",
     ("scene.js", "viewer.js"): 'id="arrow-data"',
     ("scene.js", "cable/turn.js"): 'data-eye="',
 }
@@ -44,7 +45,11 @@ def page(
     """The text of a page with a title, the kind of document above it, and facts below it; `made` is robocal's version, `recipe` the
     provenance of its document: the command, and the files that were read. The same input gives the same text."""
     told = tuple(sections)
-    first, body = html((_drop_title(s, title) for s in told[:1]), "head"), html(told[1:])
+    folded, shown = [s for s in told[1:] if s.folded], [s for s in told[1:] if not s.folded]
+    first, body = html((_drop_title(s, title) for s in told[:1]), "head"), html(shown)
+    body = f"{_ways(shown, body)}{body}"
+    if more := html(folded, "more"):
+        body += f'\n<details id="specialist">\n<summary>{SPECIALIST}</summary>\n{_ways(folded, more)}{more}\n</details>'
     scripts = ["".join(map(_asset, names)) for names, sign in SCRIPTS.items() if sign in first + body]
     hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(t.encode()).digest()).decode()}'" for t in scripts)
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
@@ -59,7 +64,7 @@ def page(
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n<meta name="color-scheme" content="light dark">\n'
         f'<meta name="robots" content="noindex">\n<link rel="icon" href="data:,">\n<title>{escape(kind)}: {name}</title>\n'
         f"<style>\n{_asset('style.css')}</style>\n</head>\n<body>\n<main>\n"
-        f'<header>\n<p class="eyebrow">{escape(kind)}</p>\n<h1>{name}</h1>\n{head}</header>\n{first}\n{_ways(told, body)}{body}\n'
+        f'<header>\n<p class="eyebrow">{escape(kind)}</p>\n<h1>{name}</h1>\n{head}</header>\n{first}\n{body}\n'
         f"<footer>{_recipe(recipe or {})}Made by robocal{f' {escape(made)}' if made else ''}. This page is complete in itself and "
         f"contacts nothing.</footer>\n</main>\n{ends}</body>\n</html>\n"
     )

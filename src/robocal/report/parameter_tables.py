@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 from robocal.remarks.code import Code
 from robocal.report import sections as blocks
+from robocal.report.brief import CHANGES, changes
 from robocal.report.numbers import instrument_frames
 from robocal.report.sections import Block, Cell, Detail, Noted, Section, Style, Table, Text, figure, quiet, table
 from robocal.report.svg import num
 
-__all__ = ["hidden", "parameters"]
+__all__ = ["change", "changed", "hidden", "parameters"]
 
 MOST = 40  # rows on a terminal
+PARTNERS = 2  # that a table for everyone names
+UNSHOWN = (6, 7, 8, 10)  # columns for specialists: sigmas, the share of the data, the status
 FITTED = ("identified", "prior")
 COUNTED = {
     "identified": "identified",
@@ -47,6 +51,16 @@ STATUS: tuple[Cell, ...] = (
 )  # fmt: skip
 
 
+def changed(result: Any, most: int) -> list[Block]:
+    """The parameters that moved most, and how many there are besides."""
+    shown, moved = changes(result, most), len(changes(result, len(result.parameters)))
+    if not shown:
+        return list(quiet("no parameter of the robot moved by more than two standard deviations"))
+    less = f", {moved - len(shown)} of them not listed" if moved > len(shown) else ""
+    told = quiet(f"{moved} parameters moved by more than two standard deviations{less}")
+    return [replace(_table(shown, 0, None, UNSHOWN), terse=()), *told]
+
+
 def parameters(result: Any) -> Section:
     """The fitted parameters of the robot; a terminal says frames of instruments and targets in one line."""
     owners = instrument_frames(p.name for p in result.parameters)
@@ -62,16 +76,17 @@ def parameters(result: Any) -> Section:
     refused = result.verdict.status == "refused"
     free = [*own, *frames, *by_status["dropped"]]
     warning = "Do not use these values: the verdict is refused; they are listed for diagnosis only."
+    brief = () if refused or result.verdict.status == "located" else changed(result, CHANGES)
     return Section.of(
         "", Text.of((warning, "bad")) if refused else None, Detail(lambda: [Text.of(*SIGMA)]),
         _table(free, len(frames), min(len(own), MOST)) if free else None,
         blocks.Folded(f"{len(fixed)} fixed", (_table(fixed, 0, None),)) if fixed else None,
-        *quiet(*lines), Detail(lambda: [Text.of(*STATUS)]), title="Parameters", key="parameters",
+        *quiet(*lines), Detail(lambda: [Text.of(*STATUS)]), title="Parameters", key="parameters", brief=brief, folded=True,
     )  # fmt: skip
 
 
-def _table(found: Sequence[Any], frames: int, brief: int | None) -> Table:
-    """Those of the robot, `frames` of instruments, and what was not seen."""
+def _table(found: Sequence[Any], frames: int, brief: int | None, less: Sequence[int] = ()) -> Table:
+    """Those of the robot, `frames` of instruments, and what was not seen, without the columns in `less`."""
     reach = _reaches(found, frames)
     cells: list[tuple[Cell, ...]] = []
     for p in found:
@@ -79,7 +94,7 @@ def _table(found: Sequence[Any], frames: int, brief: int | None) -> Table:
         note = "" if p.status == "identified" else _short(p)
         word = "mostly prior" if p.status == "prior" else p.status
         shown: Cell = Noted(f"{SIGNS[p.status]}\u00a0{p.status}", note)
-        brief_note: Cell = ("" if p.status == "identified" else note or word, "strange")
+        brief_note: Cell = ("" if p.status == "identified" else _short(p, PARTNERS if less else 0) or word, "strange")
         share = "" if p.data_share is None else f"{100 * min(max(p.data_share, 0), 1):.0f} %"
         bar = Noted("", svg=_bar(p, reach[p.name])) if p.name in reach else ""
         cells.append(
@@ -96,7 +111,9 @@ def _table(found: Sequence[Any], frames: int, brief: int | None) -> Table:
     right, detail, terse = (1, 2, 3, 5, 6, 7, 8), (4, 6, 7, 8, 10), (len(columns) - 1,)
     styles: list[Style] = ["" if p.status in FITTED else "quiet" for p in found]
     every = table(*columns, right=right, rows=cells, styles=styles, detail=detail, terse=terse, brief=brief)
-    return every.without([i for i in (6, 7, 8) if all(row[i] in ("", "-") for row in cells)])
+    return every.without(
+        [i for i in range(len(columns)) if i in less or (i in (6, 7, 8) and all(row[i] in ("", "-") for row in cells))]
+    )
 
 
 def _reaches(found: Sequence[Any], frames: int) -> dict[str, float]:
@@ -122,9 +139,11 @@ def _bar(p: Any, reach: float) -> str:
     )
 
 
-def _short(p: Any) -> str:
-    """The note of a parameter, as short as a table wants it."""
-    partners = next((r.numbers["partners"] for r in p.remarks if r.code == Code.ONLY_COMBINATION), ())
+def _short(p: Any, most: int = 0) -> str:
+    """The note of a parameter, as short as a table wants it, with the `most` first partners or all."""
+    partners = list(next((r.numbers["partners"] for r in p.remarks if r.code == Code.ONLY_COMBINATION), ()))
+    if len(partners) > most > 0:
+        partners[most:] = [f"{len(partners) - most} more"]
     return f"only with {', '.join(partners)}" if partners else str(p.note)
 
 
@@ -142,7 +161,7 @@ def hidden(result: Any) -> Section:
     shown = heading if seen.combinations or seen.dropped else ""
     detail = Detail(lambda: _observability(seen))
     told = (Text.of(line, indent=2) for line in lines)
-    return Section.of(shown, *told, *stay, detail, title=title, key="identifiability")
+    return Section.of(shown, *told, *stay, detail, title=title, key="identifiability", brief=(), folded=True)
 
 
 def _observability(seen: Any) -> Iterator[Block]:
@@ -185,6 +204,12 @@ def _observability(seen: Any) -> Iterator[Block]:
         caption = "Larger is better; useful to compare sets of poses for one robot, not robots with one another."
         shown = table("index", "value", "meaning", right=(1,), rows=known, caption=caption)
         yield blocks.Folded("Observability indices", (shown,))
+
+
+def change(p: Any) -> str:
+    """How far a parameter moved, with half its 95 % interval and its unit."""
+    digits = _digits(p.sigma or p.sigma_instrument)
+    return f"{_decimals(p.delta, digits, True)} ± {_half(p.interval)} {p.unit}"
 
 
 def _half(interval: Sequence[float | None] | None) -> str:

@@ -12,8 +12,8 @@ __all__ = ["text"]
 
 
 def text(sections: Iterable[Section]) -> str:
-    """Everything that sections say, an empty line between them."""
-    told = (s.short for s in sections)
+    """What sections say in brief, an empty line between them."""
+    told = (s.short(verbose=False) for s in sections)
     return "\n\n".join(part for s in told if s is not None and (part := "\n".join(_section(s))))
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from robocal.remarks.remark import singular
 from robocal.report.sections import Style, VerdictBlock, figure
 
-__all__ = ["proof", "times_smaller", "verdict"]
+__all__ = ["PRAISED", "proof", "times_smaller", "verdict"]
 
 VerdictText = tuple[str, Style, str]
 VERDICTS: dict[str, VerdictText] = {

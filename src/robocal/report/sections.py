@@ -1,7 +1,8 @@
 """The content of a result, for any display: a page is a list of sections, a section a heading with text, tables, figures and remarks.
 
-The terminal (`cli/draw.py`), pages and notebooks (`html.py`) and plain text (`plain.py`) draw the same sections; what only a page
-has room for is a `Detail`. Nothing here knows of colours or markup: a style is what words mean.
+The terminal (`cli/draw.py`), pages and notebooks (`html.py`) and plain text (`plain_text.py`) draw the same sections. What only a page
+has room for is a `Detail`; what a terminal says unless more is asked for is a section's `brief`; what only specialists read a page folds
+(`folded`). Nothing here knows of colours or markup: a style is what words mean.
 """
 
 from __future__ import annotations
@@ -213,21 +214,36 @@ Block: TypeAlias = "Text | Table | Figure | Remarks | VerdictBlock | Tiles | Fac
 
 @dataclass(frozen=True)
 class Section:
-    """Blocks under a heading, which may be empty; pages may have one of their own (`title`), and a name to be found by (`key`)."""
+    """Blocks under a heading, which may be empty; pages may have one of their own (`title`), and a name to be found by (`key`). `brief`:
+    what a terminal says in place of the blocks, without the heading, unless more is asked for. `folded`: pages show it on request."""
 
     heading: str
     blocks: tuple[Block, ...]
     title: str = ""
     key: str = ""
+    brief: tuple[Block, ...] | None = None
+    folded: bool = False
 
     @classmethod
-    def of(cls, heading: str, *blocks: Block | None, title: str = "", key: str = "") -> Section:
+    def of(
+        cls,
+        heading: str,
+        *blocks: Block | None,
+        title: str = "",
+        key: str = "",
+        brief: Iterable[Block | None] | None = None,
+        folded: bool = False,
+    ) -> Section:
         """A section of those blocks that are there."""
-        return cls(heading, tuple(b for b in blocks if b is not None), title, key)
+        less = None if brief is None else tuple(b for b in brief if b is not None)
+        return cls(heading, tuple(b for b in blocks if b is not None), title, key, less, folded)
 
-    @property
-    def short(self) -> Section | None:
+    def short(self, verbose: bool) -> Section | None:
         """The same where there is little room; None where nothing is left of it."""
+        if self.brief is not None and not verbose:
+            return (
+                Section("", tuple(b.short if isinstance(b, Table) else b for b in self.brief)) if self.brief else None
+            )
         kept = tuple(b for b in self.blocks if not isinstance(b, Detail | Tiles | Folded))
         if not kept and (self.blocks or not self.heading):
             return None

@@ -316,7 +316,7 @@ def save(outcome: IdentifyOutcome, folder: Path) -> IdentifyOutcome:
         result = replace(result, warnings=warnings, remarks=remarks)
         outcome = replace(outcome, result=result, left_out=rendered.left_out)
     cells = map_columns(outcome.identification)
-    page = report(outcome.result, outcome.residuals, cells)
+    page = report(outcome.result, outcome.residuals, cells, folder)
     name = "calibrated.urdf" if outcome.robot.file.format == "urdf" else "calibrated.yaml"
     more = _knowledge_files(outcome.identification, cells)
     if outcome.layer is not None:

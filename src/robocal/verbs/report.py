@@ -32,6 +32,6 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Pa
     if rows is None:
         raise FileError("this run has no residuals", file=o.folder, expected=RESIDUALS)
     accuracy = None if cells is None else read_accuracy(cells)
-    page = report(folder.result, read_residuals(rows), accuracy)
+    page = report(folder.result, read_residuals(rows), accuracy, o.folder)
     written = write_text(o.output or o.folder / REPORT, page)
     return Outcome(written, lambda: {"written": str(written)}, written=(written,))

@@ -1,0 +1,71 @@
+"""An identification on one screen: errors on unseen measurements, where they hold, what moved, what was left out, and what to do.
+
+The terminal says this unless more is asked for (`Section.brief`); the first screen of a page says it beside the verdict.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from robocal.remarks.remark import Message
+from robocal.report.numbers import instrument_frames
+from robocal.report.sections import Remarks, figure
+
+__all__ = ["CHANGES", "changes", "serious", "unused", "where"]
+
+ROOM = 60  # words of remarks on one screen
+REMARKS = 3
+CHANGES = 5  # parameters on one screen
+
+
+def where(result: Any) -> str:
+    """Over which range, and how far off the model may be there; "" where nothing is known of it."""
+    part = result.working_range
+    if part is None or part.band is None:
+        return ""
+    return f"over the {part.name} the model may be off by {figure(part.band, 3)} {part.unit} rms"
+
+
+def changes(result: Any, most: int = CHANGES) -> list[Any]:
+    """The robot's parameters that moved by more than two standard deviations, those of a unit together, the largest first."""
+    owners = instrument_frames(p.name for p in result.parameters)
+    fitted = [
+        p for p in result.parameters if p.status in ("identified", "prior") and p.name.rpartition(".")[0] not in owners
+    ]
+    moved = [p for p in fitted if p.delta is not None and p.sigma and abs(p.delta) > 2 * p.sigma]
+    units = list(dict.fromkeys(p.unit for p in moved))
+    ordered = {u: sorted((p for p in moved if p.unit == u), key=lambda p: -abs(p.delta)) for u in units}
+    share = dict.fromkeys(units, 0)
+    for _ in range(min(most, len(moved))):  # the units in turn: mm and deg cannot be compared
+        u = min((u for u in units if share[u] < len(ordered[u])), key=lambda u: share[u])
+        share[u] += 1
+    return [p for u in units for p in ordered[u][: share[u]]]
+
+
+def unused(result: Any) -> str:
+    """What the fit did not use, and what it could not tell, in one line."""
+    split, seen = result.split, result.identifiability
+    aside = sum(1 for o in result.outliers if o.set_aside)
+    parts = [
+        f"{len(split.held_out)} of {len(split.held_out) + len(split.fit)} configurations held out"
+        if split.held_out
+        else ""
+    ]
+    parts += [f"{len(split.embargoed)} tied to these left out" if split.embargoed else ""]
+    parts += [f"{aside} row{'' if aside == 1 else 's'} set aside" if aside else "no row set aside"]
+    hidden = seen.n_free - seen.rank
+    parts += [f"{hidden} of {seen.n_free} free parameters not told by these measurements" if hidden else ""]
+    return "; ".join(p for p in parts if p)
+
+
+def serious(remarks: Sequence[Message]) -> Remarks | None:
+    """The first remarks that say what to do, as many as one screen has room for; None where there is none."""
+    kept: list[Message] = []
+    room = ROOM
+    for said in sorted(remarks, key=lambda r: not r.advice):
+        room -= len(f"{said.sentence} {said.advice}".split())
+        if len(kept) == REMARKS or (kept and room < 0) or not (said.advice or room >= 0):
+            break
+        kept.append(said)
+    return Remarks(tuple(kept)) if kept else None
