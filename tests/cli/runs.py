@@ -71,11 +71,11 @@ class Ran:
             assert word in errors[0], (word, errors[0])
 
 
-def robocal(*arguments: object) -> Ran:
-    """A command in this process."""
+def robocal(*arguments: object, verbose: bool = True) -> Ran:
+    """A command in this process, with all that it has to say; tests of what it says otherwise are in report/test_brief.py."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        status = main([str(a) for a in arguments])
+        status = main([*map(str, arguments), *(["--verbose"] if verbose else [])])
     return Ran(status, out.getvalue(), err.getvalue())
 
 

@@ -189,9 +189,10 @@ def test_no_escape_sequences_without_a_terminal(case: Path) -> None:
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("width", [40, 80, 120])
 def test_every_width(case: Path, width: int) -> None:
-    ran = finished(process("identify", "robot.yaml", "data.yaml", env={"COLUMNS": str(width)}))
-    assert ran.status == 0 and max(len(line) for line in ran.out.splitlines()) <= width
-    assert "IMPROVED" in ran.out and "j3.theta" in ran.out
+    for more in ((), ("--verbose",)):
+        ran = finished(process("identify", "robot.yaml", "data.yaml", *more, env={"COLUMNS": str(width)}))
+        assert ran.status == 0 and max(len(line) for line in ran.out.splitlines()) <= width
+        assert "IMPROVED" in ran.out and "j3.d" in ran.out
 
 
 @pytest.mark.slow

@@ -67,7 +67,7 @@ def test_what_is_shown_is_short_and_true(rig, found):
     for thing in (arm, data, found):
         assert 0 < len(repr(thing).splitlines()) <= 20
         assert len(repr(thing)) < 2000
-    assert found.verdict.upper() in repr(found) and figure(found.result.residuals.held_out.mean) in repr(found)
+    assert found.verdict.upper() in repr(found) and figure(found.result.residuals.held_out.mean, 3) in repr(found)
 
 
 def test_a_run_folder_is_that_of_the_command_line(found, tmp_path):

@@ -8,7 +8,7 @@ from types import SimpleNamespace as Made
 
 import pytest
 
-from robocal.report.identified import _next
+from robocal.report.identified import steps
 
 
 def result(status: str, joints: int, *files: str) -> Made:
@@ -21,17 +21,17 @@ def result(status: str, joints: int, *files: str) -> Made:
 
 
 def test_a_folder_with_blanks_is_one_word() -> None:
-    (line,) = _next(result("improved", 6), Path("r u n"))
+    (line,) = steps(result("improved", 6), Path("r u n"))
     assert "r u n" in shlex.split(line.split(";")[0])
 
 
 def test_a_machine_without_joints_is_sent_to_what_takes_it() -> None:
     """validate and compensate refuse cable robots."""
-    (line,) = _next(result("improved", 0), Path("run"))
+    (line,) = steps(result("improved", 0), Path("run"))
     assert "robocal cable forward run LENGTHS" in line and "validate" not in line and "compensate" not in line
 
 
 @pytest.mark.parametrize("status", ["not_improved", "refused"])
 def test_a_catalogue_robot_is_named_as_the_command_line_wants_it(status: str) -> None:
-    (line,) = _next(result(status, 5, "catalogue:rv-2aj", "sim/data.yaml"), Path("run"))
+    (line,) = steps(result(status, 5, "catalogue:rv-2aj", "sim/data.yaml"), Path("run"))
     assert "robocal check rv-2aj sim/data.yaml " in line

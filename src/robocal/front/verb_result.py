@@ -164,4 +164,5 @@ class Identified(Found[Result]):
         from robocal.report.identified import report
 
         made = self._outcome.result
-        return write_text(file, report(made.result, made.residuals, map_columns(made.identification)))
+        folder = made.written[0].parent if made.written else None
+        return write_text(file, report(made.result, made.residuals, map_columns(made.identification), folder))

@@ -12,11 +12,11 @@ import numpy as np
 from robocal.report import pictures
 from robocal.report import sections as blocks
 from robocal.report.numbers import ranges
-from robocal.report.proof import PRAISED, times_smaller
+from robocal.report.proof import PRAISED, PROOFS, proof_of, times_smaller
 from robocal.report.sections import Block, Cell, Detail, Figure, Mark, Section, Style, Table, Text, figure, quiet, table
 from robocal.report.series import Series, column, is_aside, is_held_out, numbers, three
 
-__all__ = ["errors", "errors_table", "outlier_blocks", "proof_of", "tiles"]
+__all__ = ["errors", "errors_table", "outlier_blocks", "tiles"]
 
 Columns = Mapping[str, Sequence[object]]
 ErrorRow = tuple[str, str, str, Mark]
@@ -37,7 +37,6 @@ SEEN = {
     "leave_one_out": "one by one",
     "": "seen by the fit, so no proof",
 }
-PROOFS = {"held_out": "Held out", "k_fold": "Every fold", "leave_one_out": "Leave one out"}
 TEN, WORST, NAMED = 10, 8, 4
 MEANS: dict[str, tuple[Cell, ...]] = {
     "held_out": (
@@ -68,11 +67,6 @@ PROFILED = Text.of(
     "are not enlarged.",
 )  # fmt: skip
 TREND = "A trend over the configurations would point at drift, warming or a moved instrument; single high points at a slipped target."
-
-
-def proof_of(residuals: Any) -> str:
-    """The first way of holding out that there is, "" where nothing was."""
-    return next((name for name in PROOFS if getattr(residuals, name) is not None), "")
 
 
 def unseen(result: Any) -> Table | None:
@@ -197,7 +191,7 @@ def _tile(residuals: Any, key: str, name: str, mark: Mark) -> blocks.Tile:
     if s is None or not math.isfinite(s.mean):
         none = "Nothing was held out: no proof on unseen measurements." if mark == "held" else "Not recorded."
         return blocks.Tile(name, mark, "", "", (none,))
-    turn = getattr(residuals.angle, key, None)
+    turn = getattr(getattr(residuals, "angle", None), key, None)
     angle = "" if turn is None else f", and {figure(turn.mean, 3)} {residuals.angle.unit}"
     more = (("rms", s.rms), ("95 %", s.p95), ("max", s.max))
     lines = (

@@ -100,8 +100,7 @@ def _verdict(block: blocks.VerdictBlock) -> str:
         if lines
     )
     meaning = f'<p class="lead">{escape(block.meaning)}</p>' if block.meaning else ""
-    # What good news rests on stands in large numbers below it.
-    proof = f"<p>{escape(block.proof)}</p>" if block.proof and block.style != "good" else ""
+    proof = f"<p>{escape(block.proof)}</p>" if block.proof else ""
     word = escape(block.word[:1].upper() + block.word[1:])
     return f'<div class="verdict {kind}"><h2>{icon}{word}</h2>{meaning}{proof}{"".join(lists)}</div>'
 

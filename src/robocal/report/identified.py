@@ -39,7 +39,7 @@ from robocal.report.sections import (
     strong,
 )  # fmt: skip
 
-__all__ = ["closing_section", "identification_sections", "report"]
+__all__ = ["closing_section", "identification_sections", "report", "steps"]
 
 Columns = Mapping[str, Sequence[object]]
 MOVED, LARGEST = 12, 4  # parameters of the third screen of a page, and of its first
@@ -98,7 +98,7 @@ def identification_sections(
     yield Section.of("", head, judged, tiles(result), Detail(lambda: _summary(result, said, folder)), brief=line)
     rows_known = rows is not None and any(len(c) for c in rows.values())
     drawn = Detail(lambda: [arrows(rows) if rows_known and rows is not None else None])
-    yield Section.of("", drawn, title="Where the errors point", key="arrows", brief=())
+    yield Section.of("", drawn, title="Where the errors point", key="directions", brief=())
     moved = Detail(lambda: [] if located or result.verdict.status == "refused" else changed(result, MOVED))
     yield Section.of("", moved, title="What changed", key="changed", brief=())
     shares = result.prediction.coverage if result.prediction else []

@@ -56,7 +56,7 @@ def changed(result: Any, most: int) -> list[Block]:
     shown, moved = changes(result, most), len(changes(result, len(result.parameters)))
     if not shown:
         return list(quiet("no parameter of the robot moved by more than two standard deviations"))
-    less = f", {moved - len(shown)} of them not listed" if moved > len(shown) else ""
+    less = "; those that moved most are listed" if moved > len(shown) else ""
     told = quiet(f"{moved} parameters moved by more than two standard deviations{less}")
     return [replace(_table(shown, 0, None, UNSHOWN), terse=()), *told]
 

@@ -8,7 +8,7 @@ from typing import Any
 from robocal.remarks.remark import singular
 from robocal.report.sections import Style, VerdictBlock, figure
 
-__all__ = ["PRAISED", "proof", "times_smaller", "verdict"]
+__all__ = ["PRAISED", "PROOFS", "proof", "proof_of", "times_smaller", "verdict"]
 
 VerdictText = tuple[str, Style, str]
 VERDICTS: dict[str, VerdictText] = {
@@ -36,7 +36,13 @@ VERDICTS: dict[str, VerdictText] = {
     ),
 }  # fmt: skip
 PRAISED = ("improved", "improved where measured", "located")
+PROOFS = {"held_out": "Held out", "k_fold": "Every fold", "leave_one_out": "Leave one out"}
 MANY = 1000  # times: beyond, only digits are counted
+
+
+def proof_of(residuals: Any) -> str:
+    """The first way of holding out that there is, "" where nothing was."""
+    return next((name for name in PROOFS if getattr(residuals, name) is not None), "")
 
 
 def verdict(result: Any, brief: bool = False) -> VerdictBlock:
@@ -52,12 +58,14 @@ def verdict(result: Any, brief: bool = False) -> VerdictBlock:
     # A factor is praise: beside a model that is not to be used it would contradict the verdict.
     praise = status in PRAISED
     told = proof(result.residuals, praise) if posed is None else proof_of_poses(posed, praise)
+    if style == "good" and proof_of(posed or result.residuals):
+        told = ""  # what good news rests on stands in large numbers beside it
     return VerdictBlock(word, style, tuple(said.reasons), tuple(dict.fromkeys(advice)), meaning, singular(told))
 
 
 def times_smaller(before: float | None, after: float | None) -> str:
     """The factor between two errors in words, or nothing where it says nothing."""
-    if before is None or after is None or before <= 0 or after <= 0:
+    if before is None or after is None or not (before > 0 and after > 0):
         return ""
     ratio = before / after
     if 0.95 < ratio < 1.05:
