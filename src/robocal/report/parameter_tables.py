@@ -55,9 +55,9 @@ def changed(result: Any, most: int) -> list[Block]:
     """The parameters that moved most, and how many there are besides."""
     shown, moved = changes(result, most), len(changes(result, len(result.parameters)))
     if not shown:
-        return list(quiet("no parameter of the robot moved by more than two standard deviations"))
-    less = "; those that moved most are listed" if moved > len(shown) else ""
-    told = quiet(f"{moved} parameters moved by more than two standard deviations{less}")
+        return list(quiet("no parameter of the robot changed by more than two standard deviations"))
+    count = f"the {len(shown)} largest of {moved}" if moved > len(shown) else str(moved)
+    told = quiet(f"{count} changes above two standard deviations")
     return [replace(_table(shown, 0, None, UNSHOWN), terse=()), *told]
 
 
