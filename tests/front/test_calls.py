@@ -24,6 +24,7 @@ from robocal.cli.draw import drawn
 from robocal.errors import Cancelled, InputError, ModelError
 from robocal.files.cable.write import describe_cable
 from robocal.front.verb_result import Found
+from robocal.report.html import html
 from robocal.report.page import page
 from robocal.verbs.option import entries
 from robocal.verbs.registry import CABLE, VERBS
@@ -145,6 +146,10 @@ def everywhere(found: Found) -> None:
         assert max(map(len, shown.splitlines()), default=0) <= width
         assert bool(shown.strip()) == any(s.short(verbose=False) is not None for s in found.sections)
     whole = page("Everything", found.sections, kind="Test")
+    # Under `default-src 'self'` no browser takes a style or a script that stands in the sections.
+    inside = html(found.sections)
+    assert not re.search(r"<style|\sstyle=|\son\w+=", inside)
+    assert all('type="application/json"' in tag for tag in re.findall(r"<script[^>]*>", inside))
     for text in (whole, found._repr_html_()):
         read = Page(text)
         assert len(set(read.ids)) == len(read.ids), sorted(read.ids)

@@ -20,9 +20,9 @@ CHANGES = 5  # parameters on one screen
 
 
 def where(result: Any) -> str:
-    """Over which range, and how far off the model may be there; "" where nothing is known of it."""
+    """Over which range, and how far off the model may be there; "" where nothing is known of it, or the model is refused."""
     part = result.working_range
-    if part is None or part.band is None:
+    if part is None or part.band is None or result.verdict.status == "refused":
         return ""
     return f"over the {part.name} the model may be off by {figure(part.band, 3)} {part.unit} rms"
 

@@ -193,9 +193,10 @@ def _tile(residuals: Any, key: str, name: str, mark: Mark) -> blocks.Tile:
         return blocks.Tile(name, mark, "", "", (none,))
     turn = getattr(getattr(residuals, "angle", None), key, None)
     angle = "" if turn is None else f", and {figure(turn.mean, 3)} {residuals.angle.unit}"
+    whose = " of the position from lengths" if hasattr(residuals, "lengths") else ""
     more = (("rms", s.rms), ("95 %", s.p95), ("max", s.max))
     lines = (
-        f"mean error{angle}{f', {blocks.OWN_FITTED}' if s.profiled else ''}",
+        f"mean error{whose}{angle}{f', {blocks.OWN_FITTED}' if s.profiled else ''}",
         "   ".join(f"{k} {figure(v, 3)}" for k, v in more if math.isfinite(v)),
     )
     return blocks.Tile(name, mark, figure(s.mean, 3), residuals.unit, lines)

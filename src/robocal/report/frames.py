@@ -8,7 +8,7 @@ from typing import Any
 
 from robocal.report.sections import Block, Detail, Section, Table, figure, quiet, table
 
-__all__ = ["frames"]
+__all__ = ["frames", "place_of"]
 
 MOST = 6  # frames on a terminal
 
@@ -28,6 +28,13 @@ def frames(result: Any) -> Section | None:
     brief = (_places(one_way), _turns(one_way, quaternion=False)) if wanted else ()
     shown = blocks if wanted else (Detail(lambda: blocks),)
     return Section.of(heading if wanted else "", *shown, title=heading, key="frames", brief=brief, folded=not wanted)
+
+
+def place_of(pose: Any) -> str:
+    """Where a frame is, with its sigmas, in one line."""
+    xyz = ", ".join(_number(v, s) for v, s in zip(pose.position.xyz, pose.position.sigma, strict=True))
+    sigma = ", ".join(figure(s, 2) for s in pose.position.sigma)
+    return f"{pose.child} in {pose.parent} at ({xyz}) {pose.position.unit}, σ ({sigma})"
 
 
 def _places(poses: Sequence[Any]) -> Table:

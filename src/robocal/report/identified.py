@@ -20,7 +20,7 @@ from robocal.report.brief import changes, serious, unused, where
 from robocal.report.compared import comparison, groups, layer, linear
 from robocal.report.error_tables import errors, outlier_blocks, tiles
 from robocal.report.fitted import fit_sections, recipe
-from robocal.report.frames import frames
+from robocal.report.frames import frames, place_of
 from robocal.report.heat import heat
 from robocal.report.page import page
 from robocal.report.parameter_tables import change, changed, hidden, parameters
@@ -60,8 +60,10 @@ class Sentence(NamedTuple):
 
 def report(result: Any, rows: Columns | None, cells: Columns | None, folder: Path | None = None) -> str:
     """The text of report.html of a result, with the columns of its residuals.csv and accuracy_map.csv; `folder`: where they are kept."""
-    joints = f", {result.robot.joints} joints" if result.robot.joints else ""
-    facts = (("", f"{result.robot.convention}{joints}"), ("", _moment(result.provenance.started)))
+    joints = str(result.robot.joints or "")
+    facts = (
+        ("Convention", result.robot.convention), ("Joints", joints), ("Computed", _moment(result.provenance.started)),
+    )  # fmt: skip
     name, version = result.robot.name or "Unnamed robot", result.provenance.version
     sections = identification_sections(result, rows, lambda: cells, folder)
     return page(name, sections, kind="Calibration report", facts=facts, made=version)
@@ -147,13 +149,16 @@ def _few(judged: VerdictBlock) -> VerdictBlock:
 
 def _summary(result: Any, said: Remarks | None, folder: Path | None) -> Iterator[Block]:
     """What else the first screen says: where the gain holds, what moved most, what was left out, the most serious remark, what next."""
-    largest = [] if result.verdict.status in ("refused", "located") else changes(result, LARGEST)
-    moved = "; ".join(f"{p.name} {change(p)}" for p in largest)
+    status = result.verdict.status
+    moved = (
+        "" if status in ("refused", "located") else "; ".join(f"{p.name} {change(p)}" for p in changes(result, LARGEST))
+    )
     first = said.messages[0] if said else None
     words = "" if first is None else f"{first.sentence}. {first.advice}".strip()
     pairs = (
         ("Where", where(result)),
         ("Moved most", moved),
+        ("Found", "; ".join(place_of(f.pose) for f in result.frames) if status == "located" else ""),
         ("Left out", unused(result)),
         ("Worth knowing", words),
         ("Next", "; ".join(steps(result, folder))),

@@ -54,7 +54,7 @@ def page(
     hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(t.encode()).digest()).decode()}'" for t in scripts)
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
     policy += f"; script-src {hashes}" if hashes else ""
-    pairs = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts if value)
+    pairs = "".join(f"<div><dt>{escape(name)}</dt> <dd>{escape(value)}</dd></div>" for name, value in facts if value)
     head = f'<dl class="facts">{pairs}</dl>' if pairs else ""
     ends = "".join(f"<script>{text}</script>\n" for text in scripts)
     name = escape(title)
@@ -63,7 +63,7 @@ def page(
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n<meta name="color-scheme" content="light dark">\n'
         f'<meta name="robots" content="noindex">\n<link rel="icon" href="data:,">\n<title>{escape(kind)}: {name}</title>\n'
-        f"<style>\n{_asset('style.css')}</style>\n</head>\n<body>\n<main>\n"
+        f"<style>\n{_style(first + body)}</style>\n</head>\n<body>\n<main>\n"
         f'<header>\n<p class="eyebrow">{escape(kind)}</p>\n<h1>{name}</h1>\n{head}</header>\n{first}\n{body}\n'
         f"<footer>{_recipe(recipe or {})}Made by robocal{f' {escape(made)}' if made else ''}. This page is complete in itself and "
         f"contacts nothing.</footer>\n</main>\n{ends}</body>\n</html>\n"
@@ -90,8 +90,9 @@ def _drop_title(section: Section, title: str) -> Section:
 def embed(sections: Iterable[Section], key: str) -> str:
     """Sections for a page that is not ours, such as a notebook: their style is nested, so it concerns nothing else, and `key`
     begins all identifiers, so that several results, or one twice, stand on one page."""
-    style = _asset("style.css").replace(":root", "&")
-    body = IDENTIFIER.sub(lambda m: m[1] + " ".join(f"{key}-{name}" for name in m[2].split()) + '"', html(sections))
+    shown = html(sections)
+    style = _style(shown).replace(":root", "&")
+    body = IDENTIFIER.sub(lambda m: m[1] + " ".join(f"{key}-{name}" for name in m[2].split()) + '"', shown)
     own = "background: var(--paper); color: var(--ink); padding: 0.5rem 1rem; line-height: 1.5;"
     return f'<div class="robocal"><style>.robocal {{ {own}\n{style}}}</style>\n{body}</div>'
 
@@ -101,6 +102,11 @@ def _ways(sections: Sequence[Section], body: str) -> str:
     named = [(s.key, s.title or s.heading) for s in sections if s.key and f'<section id="{s.key}"' in body]
     links = "".join(f'<li><a href="#{key}">{escape(title)}</a></li>' for key, title in named)
     return f'<ul class="jump screen">{links}</ul>\n' if links else ""
+
+
+def _style(body: str) -> str:
+    """The style of what a body holds."""
+    return _asset("style.css") + (_asset("cable/cable.css") if 'class="picture cable' in body else "")
 
 
 def _asset(name: str) -> str:
