@@ -41,7 +41,7 @@ from robocal.fit.options import Options
 from robocal.fit.starts.own import place_configurations
 from robocal.geometry.path.program import offset_matrix
 from robocal.measure.data import DataSet, Frame
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, freedom_of
 from robocal.progress import Watch
 from robocal.prove.default_folds import likely_lost
 from robocal.prove.evidence import Evidence, Gain
@@ -116,6 +116,7 @@ class Decision(Context[M_co]):
             kind=proof.split.how, stated=float(np.sqrt(3) * stated[0]) if stated else None, unit=unit,
             everything=proof.errors(unit, everything=True) if proof.aside[unit].any() else None,
             located=after[counted & np.isin(owner, absolute_observations(self.need_data))],
+            what="readings" if freedom_of(self.model) else None,
         )  # fmt: skip
 
     @cached_property

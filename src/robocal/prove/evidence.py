@@ -118,7 +118,7 @@ class Evidence:
 
     `kind` names how they were held out, `blind` whether nothing was seen above the noise. `constant` is what predicting the mean
     misses of those that have one, `located` what the identified model misses of the same (None: `after`). `everything` are both
-    errors of all rows, and which of them count, where gross ones were left out.
+    errors of all rows, and which of them count, where gross ones were left out. `what` has these errors, where it is not the tool.
     """
 
     before: Array
@@ -133,6 +133,7 @@ class Evidence:
     unit: str = "m"
     everything: tuple[Array, Array, NDArray[np.bool_]] | None = None
     located: Array | None = None
+    what: str | None = None
 
     @property
     def there(self) -> Array:
@@ -165,4 +166,6 @@ class Evidence:
             otherwise = Quantity(mean, self.unit) if np.isfinite(mean) else None
         code = Code.GAIN_PROVEN if low > 0 else Code.GAIN_NOT_PROVEN
         amounts = {"gain": Quantity(gain, self.unit), "low": ends[0], "high": ends[1]}
-        return Gain(Remark.of(code, **amounts, how=self.kind, aside=aside, otherwise=otherwise), bool(low > 0))
+        return Gain(
+            Remark.of(code, what=self.what, **amounts, how=self.kind, aside=aside, otherwise=otherwise), bool(low > 0)
+        )

@@ -24,7 +24,7 @@ def where(result: Any) -> str:
     part = result.working_range
     if part is None or part.band is None or result.verdict.status == "refused":
         return ""
-    return f"over the {part.name} the model may be off by {figure(part.band, 3)} {part.unit} rms"
+    return f"over the {part.name} the model may be off by {figure(part.band, 3)} {part.unit} rms, noise apart"
 
 
 def changes(result: Any, most: int = CHANGES) -> list[Any]:
@@ -55,7 +55,7 @@ def unused(result: Any) -> str:
     parts += [f"{len(split.embargoed)} tied to these left out" if split.embargoed else ""]
     parts += [f"{aside} row{'' if aside == 1 else 's'} set aside" if aside else "no row set aside"]
     hidden = seen.n_free - seen.rank
-    parts += [f"{hidden} of {seen.n_free} free parameters not told by these measurements" if hidden else ""]
+    parts += [f"{hidden} of {seen.n_free} free parameters cannot be told and stay nominal" if hidden else ""]
     return "; ".join(p for p in parts if p)
 
 

@@ -197,7 +197,7 @@ def _tile(residuals: Any, key: str, name: str, mark: Mark) -> blocks.Tile:
     more = (("rms", s.rms), ("95 %", s.p95), ("max", s.max))
     lines = (
         f"mean error{whose}{angle}{f', {blocks.OWN_FITTED}' if s.profiled else ''}",
-        "   ".join(f"{k} {figure(v, 3)}" for k, v in more if math.isfinite(v)),
+        " · ".join(f"{k} {figure(v, 3)}" for k, v in more if math.isfinite(v)),
     )
     return blocks.Tile(name, mark, figure(s.mean, 3), residuals.unit, lines)
 

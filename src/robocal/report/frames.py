@@ -31,10 +31,13 @@ def frames(result: Any) -> Section | None:
 
 
 def place_of(pose: Any) -> str:
-    """Where a frame is, with its sigmas, in one line."""
+    """Where a frame is and how it is turned, in one line."""
     xyz = ", ".join(_number(v, s) for v, s in zip(pose.position.xyz, pose.position.sigma, strict=True))
     sigma = ", ".join(figure(s, 2) for s in pose.position.sigma)
-    return f"{pose.child} in {pose.parent} at ({xyz}) {pose.position.unit}, σ ({sigma})"
+    sigmas = pose.turn.sigma or [None] * 3
+    turns = ", ".join(_number(v, s) for v, s in zip(pose.turn.rpy, sigmas, strict=True))
+    place = f"({xyz}) {pose.position.unit}, σ ({sigma})"
+    return f"{pose.child} in {pose.parent} at {place}, roll, pitch, yaw ({turns}) {pose.turn.unit}"
 
 
 def _places(poses: Sequence[Any]) -> Table:

@@ -154,14 +154,14 @@ def _summary(result: Any, said: Remarks | None, folder: Path | None) -> Iterator
         "" if status in ("refused", "located") else "; ".join(f"{p.name} {change(p)}" for p in changes(result, LARGEST))
     )
     first = said.messages[0] if said else None
-    words = "" if first is None else f"{first.sentence}. {first.advice}".strip()
+    words = "no doubt was found" if first is None else f"{first.sentence}. {first.advice}".strip()
     pairs = (
         ("Where", where(result)),
-        ("Moved most", moved),
+        ("Moved most, ± 95 %", moved),
         ("Found", "; ".join(place_of(f.pose) for f in result.frames) if status == "located" else ""),
         ("Left out", unused(result)),
         ("Worth knowing", words),
-        ("Next", "; ".join(steps(result, folder))),
+        ("Next", "; ".join(steps(result, folder, explain=True))),
     )
     yield Facts(tuple((name, value) for name, value in pairs if value))
 
@@ -190,14 +190,19 @@ def closing_section(result: Any, written: Sequence[Path], left_out: Sequence[str
     return Section.of("", head, Written(tuple(written)), lost, *nexts, *pages, brief=(lost, *nexts, *pages))
 
 
-def steps(result: Any, folder: Path | None) -> list[str]:
-    """The commands that come next, by the verdict and the kind of machine."""
+def steps(result: Any, folder: Path | None, explain: bool = False) -> list[str]:
+    """The commands that come next, by the verdict and the kind of machine; `explain` says what each does."""
     place = "RUN" if folder is None else quote(str(folder))
     if result.verdict.status == "improved":
         if result.robot.convention.startswith("cable "):
-            return [f"robocal cable forward {place} LENGTHS; robocal cable drift {place} LATER_RUN"]
-        more = f"; robocal compensate {place} TARGETS" if result.robot.joints else ""
-        return [f"robocal validate {place} OTHER_DATA{more}"]
+            commands = {
+                f"cable forward {place} LENGTHS": "poses from lengths",
+                f"cable drift {place} LATER_RUN": "what moved since",
+            }
+        else:
+            commands = {f"validate {place} OTHER_DATA": "the errors on other data"}
+            commands |= {f"compensate {place} TARGETS": "corrected targets"} if result.robot.joints else {}
+        return ["; ".join(f"robocal {c}{f' ({why})' if explain else ''}" for c, why in commands.items())]
     if result.verdict.status == "located":
         return ["copy the frames; identify without --free finds what the robot itself is off by"]
     read = [str(i.file).removeprefix("catalogue:") for i in result.provenance.inputs[:2]]

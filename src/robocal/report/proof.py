@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from robocal.remarks.code import Code
 from robocal.remarks.remark import singular
 from robocal.report.sections import Style, VerdictBlock, figure
 
@@ -60,7 +61,12 @@ def verdict(result: Any, brief: bool = False) -> VerdictBlock:
     told = proof(result.residuals, praise) if posed is None else proof_of_poses(posed, praise)
     if style == "good" and proof_of(posed or result.residuals):
         told = ""  # what good news rests on stands in large numbers beside it
-    return VerdictBlock(word, style, tuple(said.reasons), tuple(dict.fromkeys(advice)), meaning, singular(told))
+    reasons = list(said.reasons)
+    if status == "refused":  # a gain that nobody should act on is no reason
+        anyway = [r.sentence for r in said.remarks if r.code == Code.GAIN_ANYWAY]
+        reasons = [r for r in reasons if r not in anyway]
+        told = " ".join(filter(None, (told, *(f"{r[:1].upper()}{r[1:]}." for r in anyway))))
+    return VerdictBlock(word, style, tuple(reasons), tuple(dict.fromkeys(advice)), meaning, singular(told))
 
 
 def times_smaller(before: float | None, after: float | None) -> str:

@@ -12,8 +12,8 @@ class IdentificationRemarks:
 
     # --- the verdict ---
     GAIN_PROVEN = Phrase(
-        "the mean error on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})[; gross rows that are "
-        "not counted: {aside}][; with them it is {otherwise:.4g}]",
+        "the mean error[ of {what}] on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})[; gross rows "
+        "that are not counted: {aside}][; with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     )
     FRAMES_LOCATED = Phrase(
@@ -39,8 +39,8 @@ class IdentificationRemarks:
         "simulate), or measure the real one.",
     )
     GAIN_NOT_PROVEN = Phrase(
-        "the mean error on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})[; "
-        "gross rows that are not counted: {aside}][; with them it is {otherwise:.4g}]",
+        "the mean error[ of {what}] on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} "
+        "({how})[; gross rows that are not counted: {aside}][; with them it is {otherwise:.4g}]",
         "If the residual is far above the stated noise, an input is wrong: correct it first. Otherwise the unseen configurations do "
         "not decide: measure more of them. Or accept that the nominal model is already as good as these measurements can show.",
     )
@@ -49,7 +49,7 @@ class IdentificationRemarks:
         "Start nearer to the solution, state priors, or free fewer parameters. --iterations allows more steps.",
     )
     GAIN_ANYWAY = Phrase(
-        "reduction of the mean error {gain:.4g}[, 95 % interval {low:.4g~} to {high:.4g}] ({how})[; gross rows that are "
+        "reduction of the mean error[ of {what}] {gain:.4g}[, 95 % interval {low:.4g~} to {high:.4g}] ({how})[; gross rows that are "
         "not counted: {aside}][; with them it is {otherwise:.4g}]"
     )
     FEW_UNSEEN = Phrase(
