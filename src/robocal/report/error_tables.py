@@ -175,9 +175,8 @@ def tiles(result: Any) -> blocks.Tiles:
         second = replace(second, lines=(*second.lines, *filter(None, [factor])))
     alone = result.offsets
     if alone is not None and alone.after is not None:
-        third = blocks.Tile(
-            "Joint offsets alone", "", figure(alone.after, 3), alone.unit, ("mean error", f"on {alone.n} unseen")
-        )
+        lines = (f"mean error, {figure(alone.before, 3)} {alone.unit} before", f"{alone.how}, n {alone.n}")
+        third = blocks.Tile("Joint offsets alone", "", figure(alone.after, 3), alone.unit, lines)
         return blocks.Tiles((first, second, third))
     if residuals is not result.residuals and residuals.lengths is not None:
         return blocks.Tiles((first, second, _tile(residuals.lengths, proof, f"{name}, lengths", "")))

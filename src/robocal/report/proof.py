@@ -65,7 +65,7 @@ def verdict(result: Any, brief: bool = False) -> VerdictBlock:
     if status == "refused":  # a gain that nobody should act on is no reason
         anyway = [r.sentence for r in said.remarks if r.code == Code.GAIN_ANYWAY]
         reasons = [r for r in reasons if r not in anyway]
-        told = " ".join(filter(None, (told, *(f"{r[:1].upper()}{r[1:]}." for r in anyway))))
+        told = " ".join(filter(None, (told, *(f"In numbers: {r}." for r in anyway))))
     return VerdictBlock(word, style, tuple(reasons), tuple(dict.fromkeys(advice)), meaning, singular(told))
 
 
