@@ -27,6 +27,7 @@ SIGNS = {
 UNKNOWN = ("unknown", '<path d="M12 7v6m0 4v.1"/>')
 TAGS = {"strong": "strong", "term": "dfn", "code": "code"}
 DENSE = 8  # columns of a table in smaller print
+CARDS = 4  # columns that a phone has room for; rows of more become cards
 STYLE = re.compile(r"<style>.*?</style>", re.DOTALL)
 NUMBER = re.compile(r"[+-]?\d[\d.]*(e[+-]\d+)?")
 
@@ -145,15 +146,21 @@ def _word(cell: Cell) -> str:
 
 def _table(block: Table, heading: str) -> str:
     kinds = [' class="n"' if i in block.right else "" for i in range(len(block.columns))]
+    cards = len(block.columns) > CARDS
+    names = [f' data-name="{escape(c)}"' if cards else "" for c in block.columns]
     columns = [_column([row[i] for row in block.rows], i in block.right) for i in range(len(block.columns))]
     styles = block.styles or ("",) * len(block.rows)
     titles = "".join(f'<th scope="col"{k}>{escape(c)}</th>' for c, k in zip(block.columns, kinds, strict=True))
     head = f"<thead><tr>{titles}</tr></thead>" if any(block.columns) else ""
-    body = "".join(_row(row, kinds, style) for row, style in zip(zip(*columns, strict=True), styles, strict=True))
+    body = "".join(
+        _row(row, [k + n for k, n in zip(kinds, names, strict=True)], style)
+        for row, style in zip(zip(*columns, strict=True), styles, strict=True)
+    )
     label = escape(block.title or heading or block.columns[0])
     said = f"{block.title}. {block.caption}" if block.title and block.caption else block.title or block.caption
     caption = f"<caption>{escape(said)}</caption>" if said else ""
-    dense = ' class="dense"' if len(block.columns) > DENSE else ""
+    shape = " ".join(w for w, there in (("dense", len(block.columns) > DENSE), ("cards", cards)) if there)
+    dense = f' class="{shape}"' if shape else ""
     return (
         f'<div class="scroll" tabindex="0" role="group" aria-label="{label}"><table{dense}>{caption}{head}'
         f"<tbody>{body}</tbody></table></div>"
