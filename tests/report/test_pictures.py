@@ -338,7 +338,7 @@ def test_the_band_behind_a_bar_is_what_was_expected() -> None:
 
 def test_values_that_no_sigma_gives_digits_to_stand_as_they_were_written() -> None:
     """A length in metres, or a compliance, is not zero."""
-    told = [parameter("j1.a", nominal=3e-05, status="dropped"), parameter("j1.d", nominal=0.3334568, status="fixed")]
+    told = [parameter("j1.a", nominal=3e-05, status="prior"), parameter("j1.d", nominal=0.3334568, status="fixed")]
     assert parameter_rows(told[0], parameter("j2.a"))["j1.a"]["nominal"] == "3e-05"
     (folded,) = (
         b for b in parameters(samples.result(samples.empty()[0] | {"parameters": told})).blocks if isinstance(b, Folded)

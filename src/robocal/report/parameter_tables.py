@@ -45,7 +45,7 @@ SIGMA: tuple[Cell, ...] = (
 STATUS: tuple[Cell, ...] = (
     (f"{SIGNS['identified']} identified", "term"), ": known from the measurements. ",
     (f"{SIGNS['prior']} prior", "term"), ": the measurements say little, so the stated prior holds it. ",
-    (f"{SIGNS['dropped']} dropped", "term"), ": was free, but the measurements cannot tell it; it stays nominal. ",
+    (f"{SIGNS['dropped']} dropped", "term"), ": was free, but the measurements cannot tell it; it stays nominal (listed below). ",
     (f"{SIGNS['fixed']} fixed", "term"), ": was not to be identified. ",
     ("From data", "term"), ": the part of what is known about it that the measurements brought; the rest is prior.",
 )  # fmt: skip
@@ -74,7 +74,7 @@ def parameters(result: Any) -> Section:
         lines.append(f"also fitted: where {', '.join(others)} {'is' if len(others) == 1 else 'are'}")
     lines.append(", ".join(f"{len(those)} {COUNTED[s]}" for s, those in by_status.items() if those))
     refused = result.verdict.status == "refused"
-    free = [*own, *frames, *by_status["dropped"]]
+    free = [*own, *frames]
     warning = "Do not use these values: the verdict is refused; they are listed for diagnosis only."
     brief = () if refused or result.verdict.status == "located" else changed(result, CHANGES)
     return Section.of(
@@ -95,7 +95,7 @@ def _table(found: Sequence[Any], frames: int, brief: int | None, less: Sequence[
         word = "mostly prior" if p.status == "prior" else p.status
         shown: Cell = Noted(f"{SIGNS[p.status]}\u00a0{p.status}", note)
         brief_note: Cell = ("" if p.status == "identified" else _short(p, PARTNERS if less else 0) or word, "strange")
-        share = "" if p.data_share is None else f"{100 * min(max(p.data_share, 0), 1):.0f} %"
+        share = _share(p)
         bar = Noted("", svg=_bar(p, reach[p.name])) if p.name in reach else ""
         cells.append(
             (
@@ -159,13 +159,27 @@ def hidden(result: Any) -> Section:
     words = "They keep their nominal values; those of an instrument, what the nominal robot gives it."
     stay = quiet(words, indent=2) if lines else ()
     shown = heading if seen.combinations or seen.dropped else ""
-    detail = Detail(lambda: _observability(seen))
+    detail = Detail(lambda: _observability(result))
     told = (Text.of(line, indent=2) for line in lines)
     return Section.of(shown, *told, *stay, detail, title=title, key="identifiability", brief=(), folded=True)
 
 
-def _observability(seen: Any) -> Iterator[Block]:
+def _dropped(result: Any) -> Table:
+    """The parameters that stay nominal, with what the data know of them."""
+    lost = [p for p in result.parameters if p.status == "dropped"]
+    rows = [(p.name, _decimals(p.nominal, None), p.unit, _share(p)) for p in lost]
+    return table(
+        "parameter", "nominal", "unit", "from data", right=(1, 3), rows=rows, title="Parameters that stay nominal"
+    )
+
+
+def _share(p: Any) -> str:
+    return "" if p.data_share is None else f"{100 * min(max(p.data_share, 0), 1):.0f} %"
+
+
+def _observability(result: Any) -> Iterator[Block]:
     """How many combinations are seen, how well, and what would part the others."""
+    seen = result.identifiability
     less = seen.n_free - seen.rank
     words = f"so {less} cannot be told apart from the others" if less else "all that was free"
     yield Text.of(
@@ -176,9 +190,9 @@ def _observability(seen: Any) -> Iterator[Block]:
         yield Text.of(
             ("Dropped", "term"),
             " parameters: the corrected model describes these measurements just as well without them, since another parameter has "
-            "the same effect and takes over their share, or their effect drowns in the noise. They are: ",
-            (", ".join(seen.dropped), "code"), ".",
+            "the same effect and takes over their share, or their effect drowns in the noise.",
         )  # fmt: skip
+        yield _dropped(result)
     else:
         yield Text.of("Nothing was dropped: every free parameter was kept.")
     parts = [
