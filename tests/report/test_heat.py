@@ -1,4 +1,4 @@
-"""The map of the workspace: cells where they belong, one scale of colours for both, nothing from nothing."""
+"""The map of the workspace: cells where they belong, each quantity on a scale of its own, nothing from nothing."""
 
 from __future__ import annotations
 
@@ -29,13 +29,14 @@ def test_every_cell_is_drawn_once_per_quantity_in_the_colour_of_its_value():
     tree = ElementTree.fromstring(picture)
     paths = [e for e in tree.iter("{http://www.w3.org/2000/svg}path") if e.get("fill")]
     assert sum(e.get("d").count("M") for e in paths) == 2 * len(ROWS)
-    # One colour is one size on both sides, by the logarithm from 0.1 to 2: errors 0, 2 and 1, bands 0.1 and 0.2.
-    assert sorted(COLOURS.index(e.get("fill")) for e in paths) == [0, 0, 2, 7, 9]
+    # Each by its own logarithm: errors 0 and 2, then 1, from 1 to 2; bands 0.1, twice in one path, then 0.2.
+    assert [COLOURS.index(e.get("fill")) for e in paths] == [0, 9, 0, 0, 9]
     assert "up to 2.00 mm" in picture.replace("\u00a0", " ") and "z = 500" in picture
 
 
 def test_left_is_left_and_up_is_up():
-    tree = ElementTree.fromstring(heat(columns(ROWS[:2])))
+    small = (*ROWS[0][:5], 1.0, *ROWS[0][6:])
+    tree = ElementTree.fromstring(heat(columns([small, ROWS[1]])))
     at: dict[str, float] = {}
     for e in tree.iter("{http://www.w3.org/2000/svg}path"):
         if e.get("fill") in (COLOURS[0], COLOURS[9]):  # the picture on the left comes first

@@ -26,16 +26,15 @@ WIDTH, GAP, LEFT, TOP = 400.0, 78.0, 58.0, 58.0
 
 
 def heat(columns: Columns) -> str:
-    """One row of two pictures per slice, both on one logarithmic scale, so that one colour is one error; empty text without
-    cells."""
+    """One row of two pictures per slice, each quantity on a logarithmic scale of its own, above it; empty text without cells."""
     slices = {name: found for name in SLICES if len(found := _cells(columns, name))}
     if not slices:
         return ""
     everything = np.concatenate(list(slices.values()))
     side = float(everything[0, 2])
-    scale = _scale(everything[:, 3:])
+    scales = [_scale(everything[:, 3 + k]) for k in (0, 1)]
     half = max(float(np.abs(everything[:, 0]).max()), 1e-9) + side
-    parts, y = [_legend(scale)], TOP
+    parts, y = [_legend(scale, LEFT + k * (WIDTH + GAP)) for k, scale in enumerate(scales)], TOP
     for k, title in enumerate(QUANTITIES.values()):
         parts.append(label(LEFT + k * (WIDTH + GAP), TOP - 12, f"{title}, mm", "strong"))
     for name, cells in slices.items():
@@ -46,7 +45,7 @@ def heat(columns: Columns) -> str:
         for k in (0, 1):
             x = AxisScale(-half, half, LEFT + k * (WIDTH + GAP), LEFT + k * (WIDTH + GAP) + WIDTH)
             shown = cells[:, [0, 1, 2, 3 + k]]
-            parts.append(_panel(name, shown, scale, x, AxisScale(low, high, y + height, y), level))
+            parts.append(_panel(name, shown, scales[k], x, AxisScale(low, high, y + height, y), level))
         y += height + 62
     told = zip(QUANTITIES.values(), everything[:, 3:].max(axis=0), everything[:, 3:].mean(axis=0), strict=True)
     said = " ".join(
@@ -103,9 +102,9 @@ def _panel(name: str, cells: Array, scale: AxisScale, x: AxisScale, y: AxisScale
     return "".join(parts)
 
 
-def _legend(scale: AxisScale) -> str:
-    """The one scale of colours."""
-    left, step = LEFT, (2 * WIDTH + GAP) / len(COLOURS)
+def _legend(scale: AxisScale, left: float) -> str:
+    """A scale of colours."""
+    step = WIDTH / len(COLOURS)
     parts = [
         f'<rect x="{num(left + i * step)}" y="2" width="{step + 0.3:.1f}" height="10" fill="{colour}"/>'
         for i, colour in enumerate(COLOURS)
