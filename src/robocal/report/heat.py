@@ -22,6 +22,7 @@ COLOURS = (
 )  # fmt: skip
 QUANTITIES = {"nominal_error_mm": "error of the nominal model", "band_mm": "95 % band of the corrected model"}
 SLICES = {"horizontal": ("x", "y", "z"), "vertical": ("x", "z", "y")}
+NEAR = 0.22  # share of a scale that its ends' numbers need
 WIDTH, GAP, LEFT, TOP = 400.0, 78.0, 58.0, 58.0
 
 
@@ -109,6 +110,9 @@ def _legend(scale: AxisScale, left: float) -> str:
         f'<rect x="{num(left + i * step)}" y="2" width="{step + 0.3:.1f}" height="10" fill="{colour}"/>'
         for i, colour in enumerate(COLOURS)
     ]
-    ticks = [t for t in log_ticks(scale.low, scale.high) if scale.low <= t <= scale.high]
+    room = NEAR * len(COLOURS)
+    ticks = [t for t in log_ticks(scale.low, scale.high) if room <= scale(t) <= len(COLOURS) - room]
     parts += [label(left + scale(t) * step, 26, f"{tick_text(t)} mm", "tick", "middle") for t in ticks]
+    for end, at, anchor in ((scale.low, left, "start"), (scale.high, left + WIDTH, "end")):
+        parts.append(label(at, 26, with_unit(significant(end, 2), "mm"), "tick", anchor))
     return "".join(parts)

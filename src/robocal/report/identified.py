@@ -44,10 +44,10 @@ __all__ = ["closing_section", "identification_sections", "report", "steps"]
 Columns = Mapping[str, Sequence[object]]
 MOVED, LARGEST = 12, 4  # parameters of the third screen of a page, and of its first
 HEAT = (
-    "Two slices through the workspace, in base coordinates, each quantity on its own scale of colours. Left: how far the nominal model "
-    "is off, with base and tool placed as well as they can be. Right: the radius that holds the error of the corrected model with 95 %; what "
-    "was not seen counts as uncertain as expected. Each cell is a mean over random configurations that reach it; empty cells were "
-    "not reached. Numbers: accuracy_map.csv."
+    "Two slices through the workspace, in base coordinates, each quantity on its own scale of colours. Left: how far the nominal "
+    "model is off, with base and tool placed as well as they can be. Right: the radius that holds the error of the corrected model "
+    "with 95 %; what was not seen counts as uncertain as expected. Each cell is a mean over random configurations that reach it; "
+    "empty cells were not reached. Numbers: accuracy_map.csv."
 )
 
 
