@@ -8,10 +8,10 @@ best) and the corrected one, and the 95 % radius of the corrected one. Cells tha
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.estimate.uncertainty import Total, radius
 from robocal.geometry import fits
@@ -28,7 +28,7 @@ MOST = 8_000  # configurations of a slice that are evaluated
 SHARE = 0.5  # percent cut off either end of the workspace: a few stretched arms must not set its size
 
 
-@dataclass(frozen=True)
+@record
 class Slice:
     """Cells of one slice: centre (c, 3) in base coordinates, error of the nominal model and 95 % radius of the
     corrected one (c,) in m, configurations in each (c,); `across` are the axes along u and v."""
@@ -42,7 +42,7 @@ class Slice:
     count: Ints
 
 
-@dataclass(frozen=True)
+@record
 class AccuracyMap:
     """Slices of the workspace, and the region from which configurations were drawn."""
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
+from robocal._record import record, replace
 from robocal.arms.chain import Chain
 from robocal.errors import FileError
 from robocal.files.causes import data_remarks
@@ -28,7 +28,7 @@ from robocal.session.watching import Watch, computable
 __all__ = ["OpenedArm", "open_arm", "robot_files"]
 
 
-@dataclass(frozen=True)
+@record
 class OpenedArm(Opened[Chain]):
     """A serial arm."""
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.errors import one_of
 from robocal.files.schema import FileModel, Name, Version
@@ -108,7 +109,7 @@ MATERIALS = {
 }
 
 
-@dataclass(frozen=True)
+@record
 class CableUnits:
     """The units in which a file speaks; what is made of several follows from them."""
 
