@@ -96,6 +96,7 @@ def predict(
     joints, names = np.atleast_2d(joints), parameters_of(chain, total)
     at = [total.names.index(n) for n in names]
     hidden, known = total.hidden[at], total.noise[np.ix_(at, at)]
+    hidden = hidden[:, hidden.any(axis=0)]
     high = 6 if turn else 3
     pose, covariance = np.empty((len(joints), 4, 4)), np.empty((len(joints), high, high))
     for first in range(0, len(joints), CHUNK):
