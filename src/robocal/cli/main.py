@@ -10,6 +10,8 @@ from typing import Any
 
 __all__ = ["main"]
 
+RARELY = 10_000  # new objects between two looks for garbage: a command makes few circles
+
 
 def _build(words: Sequence[str]) -> Any:
     from robocal.cli.app import build
@@ -24,6 +26,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The matrices of a command are small: more threads of BLAS only wait for each other, at half as much processor time again.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.disable()  # what is imported stays; the progress bar's first event puts the collector back to work
+    usual = gc.get_threshold()
+    gc.set_threshold(RARELY, *usual[1:])
     try:
         from robocal.cli.guard import run
 
@@ -35,4 +39,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
             gc.freeze()  # the process ends: what it leaves need not be looked through for garbage
         else:
             gc.unfreeze()
+            gc.set_threshold(*usual)
         gc.enable()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 
 from robocal._record import record, replace
 from robocal.errors import FormatError, ModelError
@@ -26,8 +26,10 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
 from robocal.session.prediction import Prediction
-from robocal.session.simulator import Request, Simulator
 from robocal.session.watching import Watch
+
+if TYPE_CHECKING:
+    from robocal.session.simulator import Request, Simulator
 
 __all__ = ["Inputs", "Opened", "Rendered", "every_frame"]
 
