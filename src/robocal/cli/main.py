@@ -6,9 +6,10 @@ import gc
 import os
 import sys
 from collections.abc import Sequence
-from typing import Any
+from contextlib import suppress
+from typing import Any, NoReturn
 
-__all__ = ["main"]
+__all__ = ["main", "run_command"]
 
 RARELY = 10_000  # new objects between two looks for garbage: a command makes few circles
 
@@ -41,3 +42,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
             gc.unfreeze()
             gc.set_threshold(*usual)
         gc.enable()
+
+
+def run_command() -> NoReturn:
+    """Runs the command of this process, and ends it without taking apart all that was imported (0.03 s). Who watches the process, as a
+    profiler does, still hears of its end."""
+    status = main()
+    monitoring = getattr(sys, "monitoring", None)  # from Python 3.12 on
+    tools = monitoring and any(map(monitoring.get_tool, range(6)))
+    if not (tools or sys.gettrace() or sys.getprofile()):
+        with suppress(OSError, ValueError, AttributeError):  # else the interpreter says what it makes of its streams
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(status)
+    sys.exit(status)
