@@ -98,12 +98,12 @@ class StudyModel(FileModel):
     seed: int = 0
     chunk: int | None = None
     poses: PosesModel
-    noise: NoiseModel = NoiseModel()
-    bias: BiasModel = BiasModel()
+    noise: NoiseModel = NoiseModel.model_construct()
+    bias: BiasModel = BiasModel.model_construct()
     residual: Literal["length", "squared"] = "length"
-    errors: ErrorsModel = ErrorsModel()
-    options: OptionsModel = OptionsModel()
-    gross: GrossModel = GrossModel()
+    errors: ErrorsModel = ErrorsModel.model_construct()
+    options: OptionsModel = OptionsModel.model_construct()
+    gross: GrossModel = GrossModel.model_construct()
     outputs: list[str] | None = None
     sweep: dict[str, list[Any]] = {}  # noqa: RUF012
 

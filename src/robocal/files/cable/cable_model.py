@@ -93,8 +93,8 @@ class CableRobotModel(FileModel):
     frame_anchors: Any
     platform_anchors: Any
     cables: list[CableModel] | None = None
-    every_cable: Annotated[CommonModel, OrEmpty] = CommonModel()
-    platform: Annotated[PlatformModel, OrEmpty] = PlatformModel()
+    every_cable: Annotated[CommonModel, OrEmpty] = CommonModel.model_construct()
+    platform: Annotated[PlatformModel, OrEmpty] = PlatformModel.model_construct()
     calibrate: CableCalibrateModel | None = None
     source: str | None = None
 
