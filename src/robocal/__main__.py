@@ -1,8 +1,6 @@
 """python -m robocal."""
 
-import sys
-
-from robocal.cli.main import main
+from robocal.cli.main import run_command
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_command()

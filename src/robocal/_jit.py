@@ -19,6 +19,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import gc
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -29,7 +30,7 @@ import numba
 import numpy as np
 from numba import prange
 from numba.core import config, event, sigutils
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaWarning
 from numba.core.runtime import rtsys
@@ -171,12 +172,31 @@ event.register("numba:compile", _Announcer())
 # The cache
 
 
+class _Place(UserProvidedCacheLocator):
+    """The folder of the kernels of one file: `find_store` has seen that it can be written to."""
+
+    def ensure_cache_path(self) -> None:
+        os.makedirs(self.get_cache_path(), exist_ok=True)
+
+
+class _Kept(CompileResultCacheImpl):
+    """What is kept of a compiled kernel."""
+
+    _locator_classes = [_Place]  # noqa: RUF012 - as numba has it
+
+    def reduce(self, cres: Any) -> Any:
+        """Without the environments of functions that take no constant from them: to make these again imports numba's arrays (25 ms)."""
+        *kept, environments = super().reduce(cres)
+        return (*kept, tuple(e for e in environments if e.consts))
+
+
 class _Cache(FunctionCache):
     """numba's cache, which here never raises: without it a kernel is compiled again, which is slow and right.
 
     Of several processes that want a kernel one compiles it, and the others wait for what it saves.
     """
 
+    _impl_class = _Kept
     _lock: IO[bytes] | None = None  # held while this process compiles the kernel
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -252,20 +272,23 @@ class _Cache(FunctionCache):
 def _cache_of(fn: Callable[..., Any]) -> _Cache | None:
     """The cache of one kernel; None when there is no folder, or when `fn` lies in a file that does not name the folder."""
     store = _store()
-    if store is None or Path(fn.__code__.co_filename).resolve() not in store.sources:
+    if store is None or _real_path(fn.__code__.co_filename) not in store.sources:
         return None
     # numba chooses the folder when the cache object is made, so its setting is ours for this moment only.
     with _cache_dir_lock:
         before = config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES
         config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = str(store.folder), ""
         try:
-            cache = _Cache(fn)
+            return _Cache(fn)
         except Exception:  # "cannot cache function: no locator available", a folder lost since
             return None
         finally:
             config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = before
-    # When the folder cannot be written to any more, numba falls back on one that our digest does not name.
-    return cache if Path(cache.cache_path).is_relative_to(store.folder) else None
+
+
+@functools.cache
+def _real_path(name: str) -> Path:
+    return Path(name).resolve()
 
 
 def cache_folder() -> Path | None:
@@ -279,6 +302,5 @@ def _store() -> Store | None:
     """The folder for the kernels as they are now."""
     # What changes the machine code without changing the sources, and is not in numba's own key.
     settings = f"{np.__version__} {config.BOUNDSCHECK}"
-    return find_store(
-        _ROOT, [Path(__file__).resolve(), *sorted(_ROOT.rglob("_kernels.py"))], settings, numba.__version__
-    )
+    found = sorted(Path(folder, "_kernels.py") for folder, _, names in os.walk(_ROOT) if "_kernels.py" in names)
+    return find_store(_ROOT, [_real_path(__file__), *found], settings, numba.__version__)

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._record import record
 from robocal.errors import ModelError, nearest, require
 
 __all__ = ["FRAME_SYMBOLS", "Parameter", "ParameterTable", "Together", "check_covariance", "frame_parameters"]
@@ -27,7 +27,7 @@ WIDE = 1e3  # a metre, any angle: so far off, nothing is known
 ROUNDING = 1e-13
 
 
-@dataclass(frozen=True)
+@record
 class Parameter:
     """One named number.
 
@@ -72,7 +72,7 @@ def _replace(p: Parameter, **changes: object) -> Parameter:
     return made
 
 
-@dataclass(frozen=True)
+@record
 class Together:
     """A prior of several parameters together: their covariance (k, k) around their values, SI, in the order of `names`.
     Components of a rotation vector are turns, as everywhere in a covariance. Each name's own `Parameter.prior` is the root
@@ -143,7 +143,7 @@ _PRIORLESS = (*_NAMED, "_values", "usual", "bounds", "preferences", "_most")  # 
 _VALUELESS = (*_NAMED, "scales", "usual", "bounds", "priors", "believed", "preferences", "_most")  # and where values do
 
 
-@dataclass(frozen=True)
+@record
 class ParameterTable:
     """An ordered, immutable set of parameters with unique names; `together` are the priors that several of them share."""
 

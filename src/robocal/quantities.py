@@ -1,6 +1,6 @@
 """What a number of a result is, said beside it, so that one dataclass holds it in SI and as a document shows it.
 
-    @dataclass(frozen=True)
+    @record
     class Stages:
         unit: DisplayUnit        # "m" in SI, "mm" in a document: the unit in force here and in whatever is below
         mean: Amount             # in that unit
@@ -15,8 +15,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Protocol, TypeAlias
+
+from robocal._record import field, record, replace
 
 __all__ = [
     "AMOUNT",
@@ -41,7 +42,7 @@ __all__ = [
 LARGEST = 1e30  # of what files say, in any unit; products of such numbers still are numbers
 
 
-@dataclass(frozen=True)
+@record
 class QuantityKind:
     """What the field of a dataclass is."""
 
@@ -76,7 +77,7 @@ OwnUnit: TypeAlias = Annotated[str, OWN]
 LAYOUT: Mapping[str, Any] = {"document": False}  # of a field that says how a number is laid out, and is in no document
 
 
-@dataclass(frozen=True)
+@record
 class UnitValue:
     """A number, or an array of numbers, and the unit that it is in."""
 
@@ -97,7 +98,7 @@ class ColumnValues(Protocol):
     def __getitem__(self, row: int, /) -> Any: ...
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Column:
     """A column of a listing: its name, the unit of its values (empty where they have none), and a value for each row: a number, a word,
     an array. None or NaN: there is none.
@@ -128,7 +129,7 @@ class Column:
         return list(values.tolist() if hasattr(values, "tolist") else values)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Listing:
     """What a verb lists, one row for each pose, cable, target: the CSV (`files.display`), the document, the table on the terminal, on a
     page and in a notebook (`report.sections.listing_table`) are made from it."""

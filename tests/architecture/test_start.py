@@ -29,8 +29,10 @@ def test_the_threads_of_who_has_numpy_already_are_left_alone():
     assert done.stdout.split()[-1] == "None"
 
 
-# What a calibration never needs: what other packages bring along, and the parts of scipy beyond its distribution functions.
-HEAVY = {"numpy.f2py", "numpy.testing", "unittest", "cv2", "dask", "distributed", "matplotlib"}
+# What a calibration never needs: what other packages bring along, the parts of scipy beyond its distribution functions, what numba only
+# compiles with, and, of an arm, what draws it or is about cables.
+HEAVY = {"numpy.f2py", "numpy.testing", "unittest", "cv2", "dask", "distributed", "matplotlib", "numba.np.arrayobj"}
+HEAVY |= {"robocal.simulation.rigs", "robocal.cables.geometry", "robocal.files.group_block"}
 HEAVY |= {"scipy.stats", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.sparse", "scipy.special"}
 IDENTIFIED = """
 import sys
@@ -64,6 +66,25 @@ def test_identify_imports_nothing_that_it_does_not_use(tmp_path):
 def test_help_and_version_compute_nothing(words):
     heavy = {"numpy", "scipy", "numba", "rich", "ruamel"}
     assert not {name.partition(".")[0] for name in loaded(HELPED, *words)} & heavy
+
+
+ENDED = """
+import atexit, sys
+from robocal.cli.main import run_command
+atexit.register(print, "loaded end")
+{watch}
+sys.argv = ["robocal", *sys.argv[1:]]
+run_command()
+"""
+
+
+@pytest.mark.parametrize(("word", "status"), [("--version", 0), ("--no-such", 2)])
+@pytest.mark.parametrize("watch", ["", "sys.setprofile(lambda *told: None)", "sys.settrace(lambda *told: None)"])
+def test_a_process_ends_with_its_command_unless_somebody_watches_it(word, status, watch):
+    code = ENDED.format(watch=watch)
+    done = subprocess.run([sys.executable, "-c", code, word], capture_output=True, text=True, check=False)
+    assert done.returncode == status and bool(done.stdout if status == 0 else done.stderr)
+    assert ("loaded end" in done.stdout) == bool(watch)
 
 
 def test_distribution_functions_are_those_of_scipy():

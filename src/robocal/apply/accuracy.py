@@ -8,10 +8,10 @@ best) and the corrected one, and the 95 % radius of the corrected one. Cells tha
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.estimate.uncertainty import Total, radius
 from robocal.geometry import fits
@@ -28,7 +28,7 @@ MOST = 8_000  # configurations of a slice that are evaluated
 SHARE = 0.5  # percent cut off either end of the workspace: a few stretched arms must not set its size
 
 
-@dataclass(frozen=True)
+@record
 class Slice:
     """Cells of one slice: centre (c, 3) in base coordinates, error of the nominal model and 95 % radius of the
     corrected one (c,) in m, configurations in each (c,); `across` are the axes along u and v."""
@@ -42,7 +42,7 @@ class Slice:
     count: Ints
 
 
-@dataclass(frozen=True)
+@record
 class AccuracyMap:
     """Slices of the workspace, and the region from which configurations were drawn."""
 
@@ -63,11 +63,11 @@ def accuracy_map(
     there, jac = reach(corrected, anchor, parameters_of(corrected, total), conditions)
     motion = base_motion(jac, there[:, :3, 3])
     t = fits.rigid(reach(nominal, anchor, (), conditions)[0][:, :3, 3], there[:, :3, 3])
-    low, high = np.percentile(place, [SHARE, 100 - SHARE], axis=0)
+    low, middle, high = np.percentile(place, [SHARE, 50.0, 100 - SHARE], axis=0)
     side = float((high - low).max()) / ACROSS
     rng = np.random.default_rng(1)
     slices = []
-    for name, across, level in (("horizontal", (0, 1), float(np.median(place[:, 2]))), ("vertical", (0, 2), 0.0)):
+    for name, across, level in (("horizontal", (0, 1), float(middle[2])), ("vertical", (0, 2), 0.0)):
         normal = 3 - sum(across)
         inside = np.flatnonzero(np.abs(place[:, normal] - level) <= side / 2)
         if len(inside) > MOST:
@@ -80,7 +80,10 @@ def accuracy_map(
         error = np.linalg.norm(before - after.pose[:, :3, 3], axis=1)
         band = radius(after.position, total.dof)
         cell = np.floor(place[inside][:, across] / side).astype(np.int64)
-        cells, where, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
+        # One number says a cell, and they are in the order of their rows.
+        lowest, many = cell.min(axis=0), np.ptp(cell, axis=0) + 1
+        number, where, count = np.unique((cell - lowest) @ [many[1], 1], return_inverse=True, return_counts=True)
+        cells = lowest + np.stack(np.divmod(number, many[1]), axis=1)
         centre = np.full((len(cells), 3), level)
         centre[:, across] = (cells + 0.5) * side
         error, band = (np.bincount(where.ravel(), weights=v, minlength=len(cells)) / count for v in (error, band))

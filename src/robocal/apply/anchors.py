@@ -15,10 +15,10 @@ or of a frame that is warmer. It is named where it explains more than any one an
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.apply.difference import ROUNDING, TINY, Difference, Known, name_parts, smallest_named, tail
 from robocal.cables.calibration.comparison import growth, sights
@@ -33,7 +33,7 @@ XYZ, ANCHOR = "xyz", ("ax", "ay", "az")
 ZERO = "l0"
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CableChange:
     """One cable: change of its anchor (3,), m, with its covariance (3, 3), and of its zero with its standard deviation; unit vector
     `sight` (3,) from the anchor towards the platform.
@@ -77,7 +77,7 @@ class CableChange:
         return float(np.linalg.norm(self.shift - self.along * self.sight))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class AnchorDrift:
     """Two calibrations compared: every cable; motion of the base (6,) as (v, w) with standard deviations where it may differ; change of
     the size of the frame, 1, with its standard deviation, and whether it is named; and the chance of all of it without any change."""

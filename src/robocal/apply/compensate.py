@@ -13,10 +13,10 @@ orientation next to it, as near as it goes, in the null space of the position (`
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.apply.verification import errors
 from robocal.arms.chain import Chain
@@ -34,7 +34,7 @@ REACHED = (1e-7, 1e-6)
 RESTARTS = 16
 
 
-@dataclass(frozen=True)
+@record
 class Targets:
     """Where the tool shall go: positions (m, 3), rotations (m, 3, 3) or None where the orientation does not matter.
 
@@ -52,7 +52,7 @@ class Targets:
         return 0 if given is None else len(given)
 
 
-@dataclass(frozen=True)
+@record
 class Compensation:
     """One row per target, in order; NaN where there is nothing to command.
 
@@ -83,7 +83,7 @@ class Compensation:
         return np.asarray(self.status < LIMITS)
 
 
-@dataclass(frozen=True)
+@record
 class _ModelTargets:
     """Targets (m, 4, 4) that a model is to meet, with the columns (m,) that it reads; `short` says that it has too few axes for a
     whole pose, so that the position comes first."""

@@ -14,13 +14,13 @@ that was named is free while the next is looked for.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record
 from robocal._types import Array
 from robocal.diagnose.limits import DRIFT_OBSERVABLE, DRIFT_PART_CHANCE
 from robocal.geometry import so3
@@ -36,7 +36,7 @@ FLAT = 1e-12  # of the largest eigenvalue: where the numbers of one part are not
 POWER = 0.95  # of naming the smallest change that is reported
 
 
-@dataclass(frozen=True)
+@record
 class Known:
     """What a calibration knows: names, values (n,) and covariance (n, n), SI; `hidden` (n, h) is a root of what numbers that were held
     contribute, the same truth in every calibration of the machine (None: nothing)."""
@@ -68,7 +68,7 @@ class SingleStep(NamedTuple):
     chance_of_all: float
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Difference:
     """The step d (n,) of named parameters with its covariance (n, n), the degrees of freedom of that, and errors expected without
     data (n,), None where every direction counts as seen; `detectable` is the largest part of their variance that counts so."""

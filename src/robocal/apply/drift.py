@@ -16,11 +16,11 @@ else. A cable robot has no joint values, and parts that move by themselves: `anc
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.apply.difference import Difference, step_between, tail
 from robocal.apply.model_difference import ModelDifference, model_difference, shows
@@ -36,7 +36,7 @@ __all__ = ["Drift", "ParameterChange", "ParameterDrift", "Single", "compare", "c
 FEW = 5
 
 
-@dataclass(frozen=True)
+@record
 class ParameterChange:
     """One parameter in both runs (SI): change, its standard deviation without a drift, two-sided chance, and the same
     for the most conspicuous of all (Holm)."""
@@ -51,7 +51,7 @@ class ParameterChange:
     p_of_all: float
 
 
-@dataclass(frozen=True)
+@record
 class Single:
     """A change of one parameter of the robot as the only cause: its size and standard deviation (SI), and the chance of
     what it leaves unexplained. A robot's parameter need not have been fitted for that."""
@@ -63,7 +63,7 @@ class Single:
     p_rest: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ParameterDrift:
     """The parameters of two calibrations compared: joint statistic Q / r with r and nu degrees of freedom and its chance; changes, and
     single causes (the best explanation first)."""
@@ -81,7 +81,7 @@ class ParameterDrift:
         return "drifted" if self.p_value < DRIFT_CHANCE else "possible"
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Drift(ParameterDrift):
     """The same of a machine with places: how far it has changed, against what matters (m), and how far the runs scatter (None where
     a run did not keep its rows)."""

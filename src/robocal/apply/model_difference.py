@@ -13,11 +13,11 @@ Cowan, Cranmer, Gross, Vitells, Power-constrained limits (2011).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.estimate.uncertainty import LEVEL
 from robocal.geometry import fits
@@ -35,7 +35,7 @@ UNSEEN = 1e-9  # of the largest singular value: no direction of the workspace
 MOST_RUNS = 64  # times as many poses as there were: further than that nobody measures
 
 
-@dataclass(frozen=True)
+@record
 class ModelDifference:
     """How far the robot has changed (m): `change` is the size at which as much would be seen half of the time, mean over
     the places, `low` to `high` its 95 % interval, p_value the chance of as much without a change.
@@ -59,7 +59,7 @@ class ModelDifference:
     more: float | None = None
 
 
-@dataclass(frozen=True)
+@record
 class Shows:
     """What shows at n places: X (w, n names), the predictions' distances gap (m, 3), directions of a change (k, w), each of a
     mean distance of one, and the predicted places (m, 3)."""

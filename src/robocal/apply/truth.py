@@ -10,10 +10,10 @@ alone would show as large an error of any of them less than once in twenty compa
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import record
 from robocal.apply.difference import Difference, step_between
 from robocal.estimate.uncertainty import Total
 from robocal.parameters import ParameterTable
@@ -27,7 +27,7 @@ KINDS = {"m": "lengths", "rad": "angles", "1": "ratios"}
 ALL = "all"
 
 
-@dataclass(frozen=True)
+@record
 class ErrorSize:
     """The errors of a group in one unit: how many, root mean square, the largest, and the root mean square of what was expected."""
 
@@ -38,7 +38,7 @@ class ErrorSize:
     sigma: Amount
 
 
-@dataclass(frozen=True)
+@record
 class GroupErrors:
     """A group of parameters: how many, chi2 (Q) with its degrees of freedom and its chance, how many lie within two standard deviations,
     and the sizes of their errors, one for each unit."""
@@ -52,7 +52,7 @@ class GroupErrors:
     sizes: tuple[ErrorSize, ...]
 
 
-@dataclass(frozen=True)
+@record
 class ParameterError:
     """One parameter: truth, identified value, error (identified minus true) with its standard deviation, their quotient, and the chance
     of as much by itself and after looking at all of them (Holm)."""
@@ -68,7 +68,7 @@ class ParameterError:
     p_of_all: float
 
 
-@dataclass(frozen=True)
+@record
 class TruthErrors:
     """Groups and parameters, and the names of those whose errors chance does not explain, the farthest first."""
 

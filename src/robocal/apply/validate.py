@@ -20,10 +20,10 @@ repeated visits is NaN where there are none.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
 from robocal.fit.repeats import joined
@@ -41,7 +41,7 @@ PLACE = "place"  # the column of a configuration that numbers places where joint
 DIRECTION = "direction"  # the column of a configuration that marks from where a place was approached
 
 
-@dataclass(frozen=True)
+@record
 class Visits:
     """Measured positions of the tool or of a target on it, in base coordinates, with the place that each one visits.
 
@@ -141,7 +141,7 @@ class Visits:
         return DistanceFigures(pair, times, asked, mean - asked, rd)
 
 
-@dataclass(frozen=True)
+@record
 class PoseFigures:
     """Per place (g,): visits n, AP and RP in m with AP_x, y, z (g, 3), the same of angles (g, 3) in rad or None, and
     vAP with the number of directions; NaN where n is below 2 (directions for vAP)."""
@@ -156,7 +156,7 @@ class PoseFigures:
     directions: Ints
 
 
-@dataclass(frozen=True)
+@record
 class DistanceFigures:
     """Per pair of places (p,): the places (p, 2), how often the distance was run, the commanded distance, AD and RD in
     m; RD is NaN below two."""

@@ -16,12 +16,12 @@ Whether two lists of poses can be of the same places, and what makes them so whe
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record
 from robocal._types import Array
 from robocal.diagnose.limits import LIKE_EXPLAINS, LIKE_POSITIONS, LIKE_TURNS, LIKE_TURNS_LEAST
 from robocal.errors import ModelError
@@ -38,7 +38,7 @@ TRIED = 1000  # poses, at most, on which every beginning of an alignment is trie
 CHUNK = 4096  # poses at once: what is worked out of them is ten times as large as they are
 
 
-@dataclass(frozen=True)
+@record
 class PoseErrors:
     """Errors of poses: of the position (k,) m, and of the orientation (k,) rad."""
 
@@ -51,7 +51,7 @@ class PoseErrors:
         return float(np.sqrt(np.mean(self.position**2))), float(np.sqrt(np.mean(self.orientation**2)))
 
 
-@dataclass(frozen=True)
+@record
 class Anova:
     """One-way analysis of variance: F with its degrees of freedom between and within groups, and the chance of as much where all means
     are equal."""
@@ -62,7 +62,7 @@ class Anova:
     chance: float
 
 
-@dataclass(frozen=True)
+@record
 class Agreement:
     """Three that read the same poses: `differences` (ab, ac, bc), root mean squares of what two differ by; `own` (a, b, c), what each
     errs by itself if errors have nothing in common, not a number where its square is negative; `shared` names the two that then agree
@@ -210,7 +210,7 @@ def anova(means: Sequence[float], spreads: Sequence[float], counts: Sequence[int
 Cause = Literal["still", "scaled", "mirrored", "shifted", "turn-unit", "turn-inverted", "unknown"]
 
 
-@dataclass(frozen=True)
+@record
 class Unlike:
     """Poses that are not those of the reference: the likely cause, what is left after the best alignment and how far the reference's
     poses scatter, of positions (m) or, where `turns`, of orientations (rad); `factor`, of a unit."""

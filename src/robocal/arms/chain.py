@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import field, record, replace
 from robocal._types import Array, Ints
 from robocal.arms.columns import ChainColumn
 from robocal.errors import ModelError, nearest, one_of
@@ -29,7 +29,7 @@ WIDEST = 1000.0  # m or rad
 Extra = Mapping[str, ArrayLike] | None  # columns by name, numbers or (m,)
 
 
-@dataclass(frozen=True)
+@record
 class Group:
     """What was added to a chain beyond geometry: its name, the options that it was added with, its parameters."""
 
@@ -38,7 +38,7 @@ class Group:
     parameters: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@record
 class Chain(Whole):
     """A serial arm: elements from the base to the tool, its joints, and its parameter table (SI, rad).
 

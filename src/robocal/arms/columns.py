@@ -9,11 +9,11 @@ the values that the chain had, constant while parameters are sought, and taken a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.parameters import ParameterTable
 
@@ -38,7 +38,7 @@ class ChainColumn(Protocol):
         return self
 
 
-@dataclass(frozen=True)
+@record
 class Harmonic(ChainColumn):
     """cos(k q_j) and sin(k q_j): what an eccentric gear adds to the joint that it drives; k need not be whole.
 
@@ -65,7 +65,7 @@ class Harmonic(ChainColumn):
         return {name: inside * wave for name, wave in zip(self.names, waves, strict=True)}
 
 
-@dataclass(frozen=True)
+@record
 class Recorded(ChainColumn):
     """A recorded column minus its reference (temperature, sign of approach); zero where nothing was recorded, so that a
     model with it can be asked anywhere."""
@@ -82,7 +82,7 @@ class Recorded(ChainColumn):
         return {self.names[0]: np.zeros(len(q)) if found is None else found - self.reference}
 
 
-@dataclass(frozen=True)
+@record
 class Growth:
     """A length (m) times the temperature above the reference (K); zero where no temperature was recorded.
 

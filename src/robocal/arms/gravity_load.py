@@ -8,11 +8,11 @@ identified chain takes them at its own values, so a second identification from t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.arms.chain import Chain, drive_term
 from robocal.arms.columns import ChainColumn
@@ -63,7 +63,7 @@ def axis_of(element: Element) -> tuple[Array, Array]:
 # --- moments --------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@record
 class Load:
     """A mass (kg) that link `link` carries, its centre `at` in the frame in which the link's row ends (m); link "" is
     the tool.
@@ -77,7 +77,7 @@ class Load:
     column: str = ""
 
 
-@dataclass(frozen=True)
+@record
 class Gravity:
     """Moments of gravity at chosen joints, of the loads behind each, at the nominal model.
 

@@ -12,9 +12,9 @@ each link in the frame in which its row of the published DH table ends.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
 from typing import Any
 
+from robocal._record import record, replace
 from robocal.arms import joints
 from robocal.arms.chain import Chain, Group
 from robocal.arms.gravity_load import Load, Triple
@@ -25,7 +25,7 @@ __all__ = ["GROUPS", "Rule", "add", "catalog_loads", "fix_groups", "free_groups"
 Options = Mapping[str, Any]
 
 
-@dataclass(frozen=True)
+@record
 class Rule:
     """A group: its options, the SI unit of its prior, the function that adds it by these options, and what it needs to be recorded."""
 

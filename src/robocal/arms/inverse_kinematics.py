@@ -21,11 +21,11 @@ Slotine, A general framework for managing multiple tasks in highly redundant rob
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.arms.chain import Chain, Extra
 from robocal.errors import ModelError
@@ -39,7 +39,7 @@ AT_ONCE = 1000  # targets, each with a start
 LONGEST = 0.5  # largest change of a joint in one step, in rad or m: beyond it the linear model is a guess
 
 
-@dataclass(frozen=True)
+@record
 class Reached:
     """Joint values (m, n), whether the tolerances are met (m,), and what is left: position (m,) in m, angle (m,) in
     rad."""

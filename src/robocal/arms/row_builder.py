@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeGuard
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.errors import ModelError, one_of
 from robocal.geometry.path.program import AXES, Element, Term, frame_element
@@ -45,7 +45,7 @@ QUANTITIES = {
 VECTORS = {"direction": 3, "point": 3, "angles": 3, "moment": 3, "limits": 2}
 
 
-@dataclass(frozen=True)
+@record
 class Key:
     """One key of a row: its quantity (see `QUANTITIES`), its default (None: the key is required) and its meaning."""
 
@@ -74,7 +74,7 @@ COMMON_KEYS = (
 )
 
 
-@dataclass(frozen=True)
+@record
 class Convention:
     """A way to describe a joint.
 

@@ -4,12 +4,12 @@ what each meets first, and how far it can be held."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.cables.geometry import CableRobot
 from robocal.cables.interference import Body, Contacts, first_contact
@@ -133,7 +133,7 @@ def _boundary(robot: CableRobot, demand: Demand, origin: Array, way: Array, box:
     return np.asarray(origin + rays(robot, demand, origin, ends, steps)[:, None] * (ends - origin))
 
 
-@dataclass(frozen=True)
+@record
 class Surface:
     """Boundary of the part of the workspace that is seen from `start`: vertices (n, 3) m, faces (f, 3), outwards."""
 
@@ -175,7 +175,7 @@ def triangulate_directions(way: Array) -> Ints:
     return faces
 
 
-@dataclass(frozen=True)
+@record
 class Outline:
     """Boundary of a plane section as seen from `start`: points (n, 3) m in order."""
 
@@ -209,7 +209,7 @@ def outline(
     return Outline(origin, _boundary(robot, demand, origin, way, box, steps))
 
 
-@dataclass(frozen=True)
+@record
 class Legs:
     """Of n motions from `starts` (n, 4, 4) to `ends` (n, 4, 4): `contacts`, and the share `feasible_share` (n,) of each that the
     tension limits hold, 1 for all of it, 0 where its start is not held, not a number where they were not computed."""

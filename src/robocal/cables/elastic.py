@@ -14,11 +14,11 @@ direction of the force from the tension at B. Source: Irvine, Cable Structures (
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 
 __all__ = ["Hanging", "Rows", "catenary", "hang_by_tension", "invert_small", "newton", "stretch"]
@@ -28,7 +28,7 @@ ITERATIONS, HALVINGS = 100, 40
 RESOLUTION, FOUND = 1e-13, 1e-10  # of the scale: where the search ends, and what counts as a root
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Hanging:
     """Cables in equilibrium: unstretched length (...), force (..., 2) that pulls across and up at B, gradient (..., 2)
     of the length with respect to x and z of B at the same tension, and whether Newton's method got there."""

@@ -10,13 +10,13 @@ from many starts the best is kept, and other poses that explain the lengths as w
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.cables.cable_lengths import model_of, pulls
 from robocal.cables.geometry import CableRobot, cable_table
@@ -48,7 +48,7 @@ class _Ends(NamedTuple):
     converged: Bools
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Forward:
     """Poses from lengths: pose (k, 4, 4), residual (k, m) in m (computed less measured), covariance (k, d, d) of the
     twist's components that the robot has (m and rad, base axes), iterations (k,), whether each converged.

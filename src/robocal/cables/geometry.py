@@ -10,7 +10,6 @@ The base's z points up. Twists are (v, w) in base axes about the platform's orig
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import EllipsisType
 from typing import ClassVar, Self
@@ -18,6 +17,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.cables.pulley import Pulleys, run
 from robocal.errors import require
@@ -61,7 +61,7 @@ DEGREES: Mapping[str, Mapping[str, tuple[int, ...]]] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CableRobot(Unjointed):
     """Anchors and sensor zeros of m cables, as a parameter table `c1.ax` ... `c1.bz`, `c1.l0` in m, and what else is
     known of them.

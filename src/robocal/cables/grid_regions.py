@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import ndimage
 
+from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Grid
@@ -53,7 +52,7 @@ def _bottom(robot: CableRobot) -> tuple[float, str]:
     return bottom, words
 
 
-@dataclass(frozen=True)
+@record
 class Regions:
     """What the held cells of a grid make up.
 

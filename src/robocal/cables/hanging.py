@@ -15,11 +15,12 @@ angle, beta and L together in space, so any n will do. The wrapped part has the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.cables.elastic import Rows, catenary, hang_by_tension, invert_small, newton
 from robocal.cables.pulley import Pulleys, taut
@@ -30,7 +31,7 @@ UP = np.array([0.0, 0.0, 1.0])
 COLUMNS = ((0, ()), (slice(1, 4), (3,)), (slice(4, 7), (3,)), (7, ()))  # of Hung's fields in one array
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Hung:
     """Cables in equilibrium: unstretched length (...) with what is wrapped, its gradient (..., 3) with respect to the
     end B at the same tension there, the force (..., 3) that pulls at B, the wrap (...) in rad. Not numbers where no
@@ -76,7 +77,7 @@ def _eyelet(d: Array, t: Array, w: Array, e: Array) -> Array:
     return np.column_stack([hung.length, *turned, np.zeros(len(d))])
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Wheel:
     """Cables (k,) over wheels: the ends d (k, 3), tensions there, weights, elasticities, radii, swivel axes (k, 3), and
     where a taut string's wheel swivels to (k, 3), from where the swivel is counted."""

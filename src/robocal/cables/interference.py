@@ -14,13 +14,13 @@ The platform's body: a convex set of half-spaces, from a box or from points.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
 from robocal._jit import as_kernel_array, as_kernel_indices
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError, require
@@ -28,7 +28,7 @@ from robocal.errors import ModelError, require
 __all__ = ["KINDS", "Body", "Contacts", "are_lengths", "box", "distances", "first_contact", "hull"]
 
 
-@dataclass(frozen=True)
+@record
 class Body:
     """All x in platform coordinates with n_f . x <= h_f for every face f: normals (f, 3) of unit length, offsets (f,) in m."""
 
@@ -92,7 +92,7 @@ KINDS = ("none", "cable-cable", "cable-platform", "cable-pulley")
 _LIMIT = 10_000  # steps for one pair; a motion that needs more is told apart by `resolved`
 
 
-@dataclass(frozen=True)
+@record
 class Contacts:
     """What B motions meet first: `fraction` (B,) of each that is certainly free, and why it ends there.
 

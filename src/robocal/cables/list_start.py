@@ -6,11 +6,10 @@ Section 3.4.5 of the thesis behind `examples/cable-laval` takes X_0 = (mean of t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.grid_regions import frame_box
@@ -24,7 +23,7 @@ __all__ = ["Clearance", "Start", "examine", "propose"]
 CELLS = 15  # along each direction in which a start is looked for
 
 
-@dataclass(frozen=True)
+@record
 class Clearance:
     """What the search for contacts knows of cables and platform: diameters (m,) in m, the platform's body, and the relief in
     m as for `interference.first_contact`."""
@@ -34,7 +33,7 @@ class Clearance:
     relief: float | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Start:
     """A start examined: its tensions (a Distribution of one pose), capacity `margin` in N, who touches there (empty: nobody),
     the two cables nearest to each other (-1, -1 where every pair has a common end) and the `gap` in m between them."""

@@ -15,11 +15,11 @@ it was looked at: `restrict_to_feasible` asks every waypoint again, so that none
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import field, record, replace
 from robocal._types import Array, Ints
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.geometry import CableRobot, home
@@ -38,7 +38,7 @@ LIMITS = ("box", "statics", "cable-cable", "cable-platform", "cable-pulley")
 Feasible = Callable[[Array, Array, Array], Array]
 
 
-@dataclass(frozen=True)
+@record
 class PoseBox:
     """The box Z by its half sizes: `translation` (3,) in m and `rotation` (3,), of the rotation vector, in rad. Its centre is
     `offset` (3,) m away from X_0."""
@@ -60,7 +60,7 @@ def default_box(a: ArrayLike, scale: float = 1.1, turn: float = np.pi / 6, start
     return PoseBox(scale * (0.5 * np.ptp(frame, axis=0) + away), np.full(3, float(turn)))
 
 
-@dataclass(frozen=True)
+@record
 class PoseList:
     """n poses and how each was found.
 
@@ -151,7 +151,7 @@ def _statics(found: Array, n: int) -> Array:
     return np.asarray(np.clip(share, 0.0, 1.0))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class MotionProgram:
     """K + 1 waypoints on each of n ways, the first X_0, the last the pose: shares (K + 1,) of the way, poses
     (n, K + 1, 4, 4), tensions (n, K + 1, m) in N, and lengths (n, K + 1, m) in m as the sensors show them: `stretched` by the

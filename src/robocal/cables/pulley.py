@@ -15,16 +15,15 @@ Source: Pott, Cable-Driven Parallel Robots (2018), section 4.2.5 (the extended k
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 
 __all__ = ["Pulleys", "by_wheel", "curvature", "leaving", "run", "taut"]
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Pulleys:
     """Radii (...) in m and swivel axes (..., 3): the unit direction in which the cable enters at the frame anchor,
     base axes. Radius 0: a plain eyelet. Those of a robot are (m,) and (m, 3)."""

@@ -7,7 +7,6 @@ All but `hold` works on arrays: W (k, d, m), w (k, d) or (d,), limits (m, 2) in 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.cables.distribution._kernels import centre_kernel, nearest_kernel, power_kernel
 from robocal.cables.geometry import CableRobot
@@ -38,7 +38,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
+@record
 class Distribution:
     """Tensions of k poses, and what they balance.
 

@@ -8,11 +8,11 @@ closure it belongs when tensions of any size balance any wrench.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import field, record
 from robocal._types import Array, Bools
 from robocal.cables.closure import CLOSED, Dexterity, dexterity, tension_factor
 from robocal.cables.geometry import CableRobot
@@ -24,7 +24,7 @@ from robocal.geometry.gravity import GRAVITY
 __all__ = ["Demand", "Grid", "accelerations", "as_box", "as_poses", "dexterities", "grid", "holds", "margins"]
 
 
-@dataclass(frozen=True)
+@record
 class Demand:
     """What has to be held wherever the platform is.
 
@@ -182,7 +182,7 @@ def _check(demand: Demand) -> tuple[Array, Array, Array]:
 # Grid
 
 
-@dataclass(frozen=True)
+@record
 class Grid:
     """Cells of a box: centres along three axes, which of them can be held (nx, ny, nz), and their margins [N] if asked for, of closure
     tension factors."""

@@ -12,7 +12,6 @@ from typing import Any, assert_never
 
 from rich import box
 from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
-from rich.measure import Measurement
 from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
@@ -22,6 +21,7 @@ from robocal.report.sections import word_and_style
 
 __all__ = ["PlainTable", "drawn"]
 
+GAP = 3  # between two columns: a blank on either side of what would be a line
 WORD = 24  # letters; longer ones, such as paths, may be folded
 
 STYLES = {
@@ -108,8 +108,7 @@ class PlainTable(Table):
         words = [[_text(console, cell) for cell in (column.header, *column.cells)] for column in self.columns]
         most = [max(t.cell_len for t in column) for column in words]
         least = [self._least(i, column) for i, column in enumerate(words)]
-        free = Measurement.get(console, options.update(max_width=100_000), self)
-        room = options.max_width - (free.maximum - sum(most))
+        room = options.max_width - GAP * (len(self.columns) - 1)
         if sum(least) > room:
             yield from self._lines(words)
             return

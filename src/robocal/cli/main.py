@@ -6,9 +6,12 @@ import gc
 import os
 import sys
 from collections.abc import Sequence
-from typing import Any
+from contextlib import suppress
+from typing import Any, NoReturn
 
-__all__ = ["main"]
+__all__ = ["main", "run_command"]
+
+RARELY = 10_000  # new objects between two looks for garbage: a command makes few circles
 
 
 def _build(words: Sequence[str]) -> Any:
@@ -24,6 +27,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The matrices of a command are small: more threads of BLAS only wait for each other, at half as much processor time again.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.disable()  # what is imported stays; the progress bar's first event puts the collector back to work
+    usual = gc.get_threshold()
+    gc.set_threshold(RARELY, *usual[1:])
     try:
         from robocal.cli.guard import run
 
@@ -35,4 +40,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
             gc.freeze()  # the process ends: what it leaves need not be looked through for garbage
         else:
             gc.unfreeze()
+            gc.set_threshold(*usual)
         gc.enable()
+
+
+def run_command() -> NoReturn:
+    """Runs the command of this process, and ends it without taking apart all that was imported (0.03 s). Who watches the process, as a
+    profiler does, still hears of its end."""
+    status = main()
+    monitoring = getattr(sys, "monitoring", None)  # from Python 3.12 on
+    tools = monitoring and any(map(monitoring.get_tool, range(6)))
+    if not (tools or sys.gettrace() or sys.getprofile()):
+        with suppress(OSError, ValueError, AttributeError):  # else the interpreter says what it makes of its streams
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(status)
+    sys.exit(status)

@@ -22,7 +22,6 @@ note       a fact that the user should know
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Mapping
-from dataclasses import dataclass, field, replace
 from enum import IntEnum, StrEnum
 from functools import cache, cached_property, wraps
 from importlib import import_module
@@ -32,6 +31,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import field, record, replace
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.progress import Watch
@@ -70,7 +70,7 @@ class Level(StrEnum):
     NOTE = "note"
 
 
-@dataclass(frozen=True)
+@record
 class Finding:
     """One result of a check: `code` and `items` as a remark has them, its level, and the name of the check."""
 
@@ -129,7 +129,7 @@ def once(make: Callable[[C], T]) -> Callable[[C], T]:
     return recall
 
 
-@dataclass(frozen=True)
+@record
 class Context(Generic[M_co]):
     """A machine, and what there is beside it: measurements, the baseline, a fit to all of them with its options."""
 
@@ -248,7 +248,7 @@ class Machines(StrEnum):
         return bool(joints_of(machine)) if self is Machines.JOINTED else bool(freedom_of(machine))
 
 
-@dataclass(frozen=True)
+@record
 class Check:
     """A check: its function, when it runs and where its findings stand, and what it needs of machine and context."""
 

@@ -22,11 +22,11 @@ Sources: Tukey's biweight, Holland and Welsch (1977); Rousseeuw and Leroy, Robus
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import GROSS_DISTANCE
 from robocal.diagnose.rounding import add_rounding
@@ -49,7 +49,7 @@ ROUNDS = 8  # grid
 SETTLED = 0.05  # tolerance: of a robust sigma: so well it need be known here
 
 
-@dataclass(frozen=True)
+@record
 class _GrossSearch:
     """Data, and the configurations whose rows are fitted."""
 
@@ -73,7 +73,7 @@ class _GrossSearch:
         return tau_of(assess(self.data, problem.with_loss("huber"), x, self.configurations, columns))
 
 
-@dataclass(frozen=True)
+@record
 class Sifted:
     """The data with gross rows marked, and how far every row is from a soft fit of everything free: the problem of that fit,
     where it ended, x (1, P), and the farness of its rows."""

@@ -18,11 +18,11 @@ J (d - s) is in every band (`move_at_end`).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, once
@@ -46,7 +46,7 @@ EPS = 1e-9  # tolerance: of a column: what is less is rounding
 DEGREES = (2, 3, 4, 5)  # grid: polynomials that a drift is compared with
 
 
-@dataclass(frozen=True)
+@record
 class FileDrift:
     """What columns that a polynomial of time multiplies explain: the squares, less what chance explains, their share of all, how
     likely so much is by chance, and which share of the columns' effect the fit did not take up. Of every fitted column how far it went

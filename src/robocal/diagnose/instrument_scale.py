@@ -13,10 +13,9 @@ A scale of which something is said is known no longer where it is decided where 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
+from robocal._record import record, replace
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Machines, check_fit_twice, doubt, once, refuse
 from robocal.diagnose.scale import common_scale
@@ -55,7 +54,7 @@ UNLIKE = declare(
 )
 
 
-@dataclass(frozen=True)
+@record
 class Contradiction:
     """Instruments that read lengths 1 + `factor` times as long as cables say, within one of `z`, which share of the squares that
     explains, and whether their scale is stated as known."""

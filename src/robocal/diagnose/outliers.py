@@ -19,12 +19,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal import _scipy as scipy
+from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import MATCH_CHANCE, MATCH_LUCK, SHIFTED_ROWS, ZERO_ROWS_SHARE
 from robocal.diagnose.studentised import StudentisedResiduals
@@ -42,7 +42,7 @@ __all__ = ["Named", "Outlier", "causes_of", "name_outliers"]
 MAD = 0.6745  # the median distance of a standard normal number from 0
 
 
-@dataclass(frozen=True)
+@record
 class Outlier:
     """An observation that does not belong to the others: where it stands and what was measured (SI), how many robust standard
     deviations it is away from a fit without it, the chance that the farthest of all rows would be, whether it was set aside,
@@ -153,7 +153,7 @@ def cause(obs: Observations, row: int) -> Remark:
 MOST = 1000  # flagged rows that are looked at
 
 
-@dataclass(frozen=True)
+@record
 class Named:
     """The cause of one row, a code: the row whose reading or configuration it is (`partner`), the target, the column (from 0), where
     the cause has one; each the index that the arrays have."""

@@ -16,11 +16,10 @@ the ratio b: Birge (1932).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Level, check_fit_twice, of_remarks, once
@@ -34,7 +33,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["Scale", "common_scale"]
 
 
-@dataclass(frozen=True)
+@record
 class Scale:
     """The lengths are 1 + `factor` times the nominal ones, within `sigma`; its parts: what the fit and a stated length leave
     open, and what making leaves. `stated` says that the data have no other scale than a stated length, `common` that the factor

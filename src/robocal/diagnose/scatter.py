@@ -14,11 +14,11 @@ Bias reduction in standard errors (2002).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.diagnose.check_registry import Context, once
 from robocal.diagnose.limits import SAME_PLACES_SHARE
@@ -36,7 +36,7 @@ FEWEST = 4  # blocks that still say something
 PER_BLOCK = 4  # places, at least
 
 
-@dataclass(frozen=True)
+@record
 class WhitenedRows:
     """The rows of a fit at its solution, whitened: jacobian (R, n) over the fitted `names`, residual (R,), and the place
     of each (R,), an index into joints (P, q) in the order of the first visit. `spread` is chi2 / dof, `enlarged` by how
@@ -52,7 +52,7 @@ class WhitenedRows:
     thinned: float = 1.0
 
 
-@dataclass(frozen=True)
+@record
 class Scatter:
     """Variance of the difference of two runs over what even noise would give: the `factor` for their covariance as
     fitted, its degrees of freedom, what blocks showed the most (`by`: place, time, joints), and the share of the second

@@ -6,10 +6,9 @@ that slipped stays where it is (`segments/`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import record
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, Machines, check_fit_twice, doubt, once, refuse
 from robocal.fit.noise import owners
@@ -28,7 +27,7 @@ SLACK = declare(
 )
 
 
-@dataclass(frozen=True)
+@record
 class Slack:
     """A cable that hung: its file, the rows of it, how many gross lengths there are, how many are too long, the most (m), and the
     share of its rows."""

@@ -13,10 +13,10 @@ and the model with it: a gain says nothing then. Source: Rao, Large sample tests
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.diagnose.check_registry import Context, Finding, check_fit_twice, doubt, once, refuse
 from robocal.diagnose.limits import NUMBER_SHARE, NUMBER_SIGMA
@@ -63,7 +63,7 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
     return [level(code, name=name, stated=stated, there=there, z=found.t, share=found.share, line=line)]
 
 
-@dataclass(frozen=True)
+@record
 class Score:
     """Of several numbers that were held, each with its column: the one that lowers the squares most, by how much it changes, how
     many sigma that is, and which share of the squares it explains; `addends` (N,) are the terms, one a row, of the sum

@@ -17,11 +17,11 @@ regression (1982); Huber, Robust statistics (1981), chapter 5.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import GROSS_DISTANCE, GROSS_TAILS, ROUNDING_MARGIN
 from robocal.estimate.problem import Problem
@@ -42,7 +42,7 @@ CHUNK = 2000
 RESOLUTION = 1e-7
 
 
-@dataclass(frozen=True)
+@record
 class StudentisedResiduals:
     """Of the rows of every term: distance (m,) in robust standard deviations, in the unit in which it is farthest relative
     to its limit; whether it is `outlying`, and `far`; leverage (m,); and the chance that the farthest of all rows is as far."""
@@ -54,7 +54,7 @@ class StudentisedResiduals:
     chance: tuple[Array, ...]
 
 
-@dataclass(frozen=True)
+@record
 class _Part:
     """Rows of one term in one unit."""
 

@@ -13,10 +13,10 @@ A path that is measured late is late at its held-out rows as well: no gain on un
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, Finding, check_fit_twice, doubt, once, refuse
@@ -38,7 +38,7 @@ STEP = 1e-6  # rad or m, by which joints move in the difference of residuals
 TAKEN = 1e-6  # tolerance: of a column that poses take up whole: rounding
 
 
-@dataclass(frozen=True)
+@record
 class Lag:
     """A sensor, what the other readings are, what the score says of it, whether times are seconds (else rows), and which share it
     explains of the squares that the stated noise does not leave."""

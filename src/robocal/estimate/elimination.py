@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
@@ -24,7 +24,7 @@ BLOCK, FEW = 500, 0.75  # rows at once, and the share of the columns that they m
 DENSE = 4_000_000  # numbers of a Jacobian beyond which it is not formed where local blocks can be eliminated
 
 
-@dataclass(frozen=True)
+@record
 class Squares:
     """What the rows of a problem say of some columns at one x: R (n, n) with R^T R = J^T J, the sum of squared residuals, how
     many numbers that is, and how many of them local blocks take; robust weights applied."""

@@ -6,11 +6,10 @@ one block of each. Blocks are points (3 numbers in x) or frame vectors (6), and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.parameters import check_covariance
@@ -23,7 +22,7 @@ _THREE = np.array([3], dtype=np.int64)
 _COLUMNS = np.array([[3, 4, 5]], dtype=np.int64)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class LocalPrior:
     """Of every local block, around where it starts: root (L, l, l), R^T R the information; start (L, w), w = 3 for points and 6
     for frame vectors; axes (l,) the components that a block's step moves."""
@@ -45,7 +44,7 @@ class LocalPrior:
         return np.einsum("lij,blj->bli", self.root, e[..., axes]), self.root @ slope[..., axes[:, None], axes]
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Family:
     """Blocks of one kind: start (L, w), the components of each that a step moves, and what is known of each beforehand."""
 

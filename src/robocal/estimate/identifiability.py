@@ -14,11 +14,11 @@ Pathre (1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the ob
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.estimate.choosing.choice import OBSERVABLE, STRUCTURAL, Choice, Combination, chosen
 from robocal.estimate.elimination import Squares, squares
@@ -31,7 +31,7 @@ ROUNDING = 1e-12
 CLAIM = 0.75
 
 
-@dataclass(frozen=True)
+@record
 class Identifiability:
     """What the free columns of a `problem` mean at x (1, P), where `root` (n, n) is R with R^T R = J^T J and `noise` multiplies the
     stated sigma: rank relative to noise, structural rank, kept and dropped names, singular values (scaled, descending), indices

@@ -15,11 +15,10 @@ constraints (2002).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import field, record
 from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
@@ -29,7 +28,7 @@ from robocal.progress import Watch, tell
 __all__ = ["Filtered", "kalman", "stack_filter"]
 
 
-@dataclass(frozen=True)
+@record
 class Filtered:
     """Where the filter ended: x (1, P), covariance of the free columns (n, n); `history` are the costs (half the sum of
     squares) that the passes of `stack_filter` began with, and the last; `within` whether it stopped at a greatest error."""

@@ -18,13 +18,13 @@ Powell, Lemarechal and Pedersen, The watchdog technique (1982).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache, cached_property, partial
 from typing import Self
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError, one_of
 from robocal.estimate.damping.steps import Steps
@@ -85,7 +85,7 @@ _RUNNING = int(Reason.RUNNING)
 _MINIMUM = (int(Reason.COST), int(Reason.GRADIENT), int(Reason.STEP))
 
 
-@dataclass(frozen=True)
+@record
 class Solution:
     """Where a solver ended: x (B, P), cost (B,), iterations (B,), reason (B,), history of costs (iterations + 1, B)
     and the normal equations, of parts of the batch; those of robust losses are computed on request."""

@@ -12,10 +12,9 @@ nonlinearity (1980).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.estimate.elimination import triangle
 from robocal.estimate.problem import Problem
@@ -29,7 +28,7 @@ STRUCTURAL = 1e-9
 ENOUGH, ROUGHLY = 3000, 0.5
 
 
-@dataclass(frozen=True)
+@record
 class Step:
     """One linear step from x, rms per component of the rows in one SI unit: the residual before, promised and left, the
     neglected terms, and their share of the step's effect |r(x (+) d) - r - J d| / |J d|; `noise` is the sigma in use."""
@@ -43,7 +42,7 @@ class Step:
     noise: float
 
 
-@dataclass(frozen=True)
+@record
 class Curvature:
     """The largest relative curvature over the directions of the covariance, and the parameter that such a direction
     moves most."""

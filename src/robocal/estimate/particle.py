@@ -16,11 +16,10 @@ for systematic resampling; Gilks and Berzuini, Following a moving target (2001).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING
@@ -37,7 +36,7 @@ CHUNK = 256  # particles that are evaluated at once
 NOTHING = -1e200  # the logarithm of no weight at all: finite, so that differences of logarithms stay numbers
 
 
-@dataclass(frozen=True)
+@record
 class Cloud:
     """Particles x (B, P) of equal weight, their mean (1, P) and covariance (n, n); how often they were resampled, how many
     counted at worst, and the share of roughening steps that was accepted."""

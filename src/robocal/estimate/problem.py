@@ -12,7 +12,6 @@ et al., Bundle adjustment, a modern synthesis (2000), sections 4 to 6.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import groupby
 from typing import Any
@@ -20,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
@@ -76,7 +76,7 @@ def _evaluate(term: ProblemTerm, x: Array, step: int = 1) -> Iterator[tuple[slic
         yield slice(first, last), term.evaluate(x, every, first, last - first)[0]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Problem(Unknowns):
     """Terms over unknowns; immutable, `with_...` gives another problem."""
 

@@ -22,10 +22,10 @@ Torsney, An algorithm for optimal designs on a finite design space (1978) for th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion, information
@@ -38,7 +38,7 @@ LONGEST = 3  # excursion
 BETTER = 1e-9  # relative to the value: less is rounding
 
 
-@dataclass(frozen=True)
+@record
 class Design:
     """Chosen candidates (count,), with the criterion's value; those of the greedy start; how many exchanges were
     accepted."""
@@ -50,7 +50,7 @@ class Design:
     exchanges: int
 
 
-@dataclass(frozen=True)
+@record
 class Pool:
     """Candidates to choose from: blocks (m, d, n), known (n, n) positive definite, and which may be taken, (m,) (None: all); each is
     taken at most once."""

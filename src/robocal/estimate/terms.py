@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.families import Family
 from robocal.estimate.losses import Loss
@@ -154,7 +155,7 @@ def _nothing(batch: int) -> tuple[Array, ...]:
     return flat, square, square, flat, square, square, square
 
 
-@dataclass(frozen=True)
+@record
 class Linear:
     """Whitened residual and dense Jacobian of one problem: r (N,), j (N, n), jl (N, l) of the block `local` (N,) of the first
     family, jm (N, M q) of all blocks of the second, of the rows that count; robust weights are not applied, and concern only what
@@ -178,7 +179,7 @@ class Linear:
         return replace(self, j=self.j[:, index])
 
 
-@dataclass(frozen=True)
+@record
 class Residuals:
     """Unwhitened residuals of one term: values (m, d) or (B, m, d), with its scale, unit, group, kind and parts, and
     which rows count, `used` (m,).

@@ -19,11 +19,10 @@ done, not of the best that could be done.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.estimate.elimination import Squares, beside_blocks, eliminate, reducible, reweight, squares, triangle
 from robocal.estimate.least_squares import Solution
@@ -39,7 +38,7 @@ SHARP = 1e-8  # of the rows: so much the number of columns may be wrong by
 LEVEL = 0.95  # of every interval and band
 
 
-@dataclass(frozen=True)
+@record
 class Uncertainty:
     """Instrument covariance (n, n) of the free columns, chi2, dof, and the factor that turns instrument bars into
     fitted ones."""
@@ -147,7 +146,7 @@ def band(jacobian: Array, covariance: Array) -> Array:
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 
-@dataclass(frozen=True)
+@record
 class Total:
     """What an estimate may be off by, over all free names (SI, rotation vectors in their tangent).
 

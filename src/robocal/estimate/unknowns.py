@@ -4,12 +4,12 @@ them before anything is measured."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.families import Family
 from robocal.estimate.priors import PriorTerms, covariance_root, shared_root
@@ -33,7 +33,7 @@ class Layout:
         self.turns = at, columns, self.index[adds], adds
 
 
-@dataclass(frozen=True)
+@record
 class Unknowns:
     """x (B, P) stacks B parameter vectors of the table and the local blocks of at most two families; it is moved by steps in the
     tangent space of the free columns and of the blocks."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal.arms.conventions import CONVENTIONS
 from robocal.diagnose.hypotheses.changes import Change, Trial, What
 from robocal.files.dataset import Reading
@@ -30,7 +30,7 @@ ACROSS = {  # the columns of a matrix, row by row, as those of its transpose
 }
 
 
-@dataclass(frozen=True)
+@record
 class CauseText:
     """One change in words: what is wrong, the file, its key, and the line to write."""
 

@@ -3,10 +3,9 @@ one of each row."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.errors import nearest
 from robocal.files.csvtable import CsvTable
@@ -29,7 +28,7 @@ __all__ = ["Places", "RowReader", "nowhere", "read_configurations", "remarks_on_
 SHARED = ("time", "temperature", "payload")
 
 
-@dataclass(frozen=True)
+@record
 class Places:
     """The configurations, the one of each row, the other one of each row where there are two, the joint values of the
     rows, and which rows measure something; `angle` is the unit of the joints."""
@@ -42,7 +41,7 @@ class Places:
     angle: Unit
 
 
-@dataclass(frozen=True)
+@record
 class RowReader:
     """Reads the rows of a table for a machine, as its data file describes them. Raises FormatError."""
 

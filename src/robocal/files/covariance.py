@@ -14,12 +14,12 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping, Sized
-from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import FiniteFloat
 
+from robocal._record import field, record
 from robocal._types import Array
 from robocal.diagnose.scatter import WhitenedRows
 from robocal.estimate.uncertainty import Total
@@ -33,7 +33,7 @@ COVARIANCE = "covariance.json"
 CLOSE, TINY = 1e-6, 1e-30  # rounding: of sigmas, and beside nothing
 
 
-@dataclass(frozen=True)
+@record
 class Knowledge:
     """What a run knows of its parameters: how far they may be off, their values and nominal values (SI), the measured
     range of every joint (n, 2), where joints were measured, the mean of every other recorded column, and the standard

@@ -13,13 +13,13 @@ import math
 import os
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, one_of
 from robocal.files.dialect import (
@@ -61,7 +61,7 @@ class MissingCells(Exception):
         super().__init__(f"{len(rows)} rows")
 
 
-@dataclass(frozen=True)
+@record
 class CsvTable:
     """Cells by column; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the header, or None,
     `head` is its line. `skip` says that rows in which something is missing are left out, `gone` are the ids of rows that were. `asked`

@@ -246,9 +246,9 @@ class DataModel(FileModel):
     robocal: Version
     kind: str
     file: Annotated[Any, BeforeValidator(_files)]
-    csv: CsvModel = CsvModel()
+    csv: CsvModel = CsvModel.model_construct()
     units: UnitsModel | None = None
-    joints: JointsModel = JointsModel()
+    joints: JointsModel = JointsModel.model_construct()
     targets: dict[Name, TargetModel] = Field(default_factory=dict)
     target: Annotated[Any, BeforeValidator(column_model)] = None
     configuration: dict[str, Annotated[Any, BeforeValidator(_several)]] = Field(default_factory=dict)
@@ -263,4 +263,4 @@ class DataModel(FileModel):
 class FramedModel(DataModel):
     """Data of an instrument with a frame of its own."""
 
-    frame: InstrumentModel = InstrumentModel()
+    frame: InstrumentModel = InstrumentModel.model_construct()

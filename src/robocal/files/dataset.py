@@ -8,11 +8,11 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Ints
 from robocal.diagnose.check_registry import ROWS, When, run
 from robocal.diagnose.hypotheses.reading import OtherUnit
@@ -41,7 +41,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["Reading", "read_dataset", "read_datasets"]
 
 
-@dataclass(frozen=True)
+@record
 class Reading:
     """A data set with what a person should know of it; `units` are those in which the file speaks."""
 

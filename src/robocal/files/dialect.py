@@ -10,10 +10,10 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from robocal._record import record
 from robocal.errors import FormatError
 from robocal.files.text import meant
 from robocal.files.units import is_unit
@@ -47,7 +47,7 @@ _SPACED, _DOTTED = re.compile(r" (?<=\d )\d{3}"), re.compile(r"\.\d{3}\.\d{3}")
 _MINUS = re.compile(r"(?:(?<=\d[eE])|(?<![^\s;,|\"]))\u2212(?=[.,\d])")  # U+2212 before a number or in its exponent
 
 
-@dataclass(frozen=True)
+@record
 class Numbers:
     """How numbers are written: the decimal sign, and the one between thousands (empty without)."""
 

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from robocal._record import record
 from robocal.diagnose.outliers import Outlier
 from robocal.files.csvtable import csv_columns
 from robocal.files.evidence_parts import OutlierRow
@@ -35,7 +36,7 @@ MM_AND_DEG = Units()
 ERRORS = {"m": UNITS["mm"], "rad": UNITS["deg"]}
 
 
-@dataclass(frozen=True)
+@record
 class _Scope:
     units: Speaks  # those of the robot's file
     unit: Unit  # the one in force

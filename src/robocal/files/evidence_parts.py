@@ -3,9 +3,9 @@ it was, other estimators, what lies beyond geometry, the joint offsets alone."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from robocal._record import field, record
 from robocal.files.parts import Number, RemarkPart
 from robocal.prove.statistics import Coverage
 from robocal.quantities import Amount, DisplayUnit, Mean, OwnUnit
@@ -28,7 +28,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Prediction:
     """Error predicted away from the data: one standard deviation over sampled joint configurations, of which `left` at every
     pose (what the model does not describe); null where no positions were measured. coverage says whether held-out
@@ -44,7 +44,7 @@ class Prediction:
     coverage: list[Coverage] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class WorkingRange:
     """The working range by name, and rms over n configurations of it: `band`, what the model may be off by, `moved`, how far
     it is from the baseline; `chance` that the baseline is the better one there; and the same in words."""
@@ -58,7 +58,7 @@ class WorkingRange:
     text: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ScaleSummary:
     """The fitted lengths are 1 + factor times the nominal ones, all together (null where the data do not know); sigma with
     its parts, what the fit and a stated length leave open and what making leaves. stated: the data have no other scale
@@ -72,7 +72,7 @@ class ScaleSummary:
     text: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class OutlierRow:
     """A row that does not belong to the others: its value (mm, deg, px), distance in robust standard deviations from a fit
     without it, corrected for its leverage; p_value is the chance that the farthest of all rows would be, without any outlier.
@@ -95,7 +95,7 @@ class OutlierRow:
     cause: RemarkPart | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class LinearStep:
     """One linear step, rms per component: before, what the linear equation promises, what the model leaves, the neglected
     terms of second order and beyond, and their share of the step's effect."""
@@ -108,7 +108,7 @@ class LinearStep:
     noise: Amount | None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Linearity:
     """One linear step from the baseline in the fitted parameters and in everything free (no priors), and the largest
     relative curvature within one sigma of the solution, with the parameter that such a step moves most."""
@@ -122,7 +122,7 @@ class Linearity:
     ruins: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class MethodSummary:
     """One estimator: mean errors, verdict, the parameter that ends farthest from the reference in sigmas, seconds; stopped: it
     ended without converging; failed says why there is nothing."""
@@ -142,7 +142,7 @@ class MethodSummary:
     failed: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Comparison:
     """Estimators on the same data and split, the reference first, with the frames-only model and predicting the mean."""
 
@@ -156,7 +156,7 @@ class Comparison:
     k_fold_before: Mean | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class GainSummary:
     """A mean reduction of the unseen error, with its paired bootstrap 95 % interval."""
 
@@ -165,7 +165,7 @@ class GainSummary:
     high: Amount | None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class GroupTried:
     """A group beyond geometry that was asked for: what it gained on blocks of rows that were not used (before: the mean
     error without it), and why it entered or not (code: the same for machines); orders of ripple by joint."""
@@ -181,7 +181,7 @@ class GroupTried:
     orders: dict[str, list[float]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class NongeometricGroup:
     """A group that the identified robot has; options in SI."""
 
@@ -189,7 +189,7 @@ class NongeometricGroup:
     options: dict[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class LayerSummary:
     """The residual layer: mean unseen error in mm without and with it, on blocks of rows that neither model nor layer had
     seen; coverage is the share of unseen components within its 95 % band."""
@@ -206,7 +206,7 @@ class LayerSummary:
     coverage: Number = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class JointOffset:
     """What to add to one joint's value before the nominal model; sigma and interval as fitted. Not seen: 0, and note (remarks are
     the same as data) says what looks like it. fixed: the zero of this joint was not free."""
@@ -221,7 +221,7 @@ class JointOffset:
     remarks: list[RemarkPart] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class OffsetsAlone:
     """Joint offsets fitted alone (with frames and tool, all else nominal), and mean errors on the unseen measurements of the
     main proof: the nominal model (before), with these offsets (after), the whole identified model (whole).

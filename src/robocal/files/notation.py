@@ -4,7 +4,6 @@ must tell a person which line to change."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import product
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.files import orientation
 from robocal.files.configurations import RowReader
@@ -27,7 +27,7 @@ __all__ = ["Form", "TableNotation", "table_notation"]
 LETTERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", "XYX", "XZX", "YXY", "YZY", "ZXZ", "ZYZ")
 
 
-@dataclass(frozen=True)
+@record
 class Form:
     """Another form in which numbers of an orientation may be read: the keys that say so, the unit where the headers must
     say it, and the rotations (k, 3, 3) of every row."""
@@ -37,7 +37,7 @@ class Form:
     turns: Array
 
 
-@dataclass(frozen=True)
+@record
 class TableNotation:
     """Of one table `source`: the data file (the table itself where there is none), the joints' columns and units, the
     coordinates' columns, unit and signs, the orientation's columns and model, its other forms; and what the headers say

@@ -7,10 +7,10 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
+from robocal._record import record
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, one_of
 from robocal.files.csvtable import csv_text, read_csv
@@ -29,7 +29,7 @@ SUFFIX = "_offset"
 EXPECTED = "what robocal export --format offsets, ros or xacro writes"
 
 
-@dataclass(frozen=True)
+@record
 class Offset:
     """What to add to a joint's value before the nominal model, and its standard deviation, in SI; `unit` is the robot
     file's."""
@@ -40,7 +40,7 @@ class Offset:
     unit: Unit
 
 
-@dataclass(frozen=True)
+@record
 class OffsetFile:
     """The offsets of a file by joint (rad or m), with the joints of the robot that it does not name."""
 

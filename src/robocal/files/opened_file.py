@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Generic, Protocol, Self, TypeVar
 
+from robocal._record import field, record, replace
 from robocal.errors import InputError
 from robocal.files.units import Unit, Units, number
 from robocal.files.yamlio import load, quote
@@ -49,7 +49,7 @@ class MachineFile(Protocol[M]):
     def with_machine(self, machine: M, /) -> Self: ...
 
 
-@dataclass(frozen=True)
+@record
 class Bare(Generic[M]):
     """A machine as a program made it, or as a file of its own describes it; `text` describes its parameters."""
 

@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.diagnose import limits
@@ -36,7 +36,7 @@ LENGTHS = ("length", "point")
 ANGLES = ("angle", "angles")
 
 
-@dataclass(frozen=True)
+@record
 class OtherRobot:
     """Another robot that the file may mean, in words, with the line that says so and its key; what it leaves of the data (m)."""
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
+from robocal._record import field, record
 from robocal._version import __version__
 from robocal.files.text import InputFile
 from robocal.remarks.remark import Remark as Said
@@ -29,7 +29,7 @@ SCHEMA = 2  # of documents that only people and their programs read: a key has n
 Number: TypeAlias = float | None  # null, where there is no number
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class RemarkPart:
     """What is said, as data: its code, its sentence, what to do about it, and its numbers by name."""
 
@@ -49,7 +49,7 @@ def unique_remarks(remarks: Iterable[Said]) -> list[RemarkPart]:
     return [RemarkPart.of(r) for r in dict.fromkeys(remarks)]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class InputHash:
     """An input file and the SHA-256 of its bytes."""
 
@@ -57,7 +57,7 @@ class InputHash:
     sha256: str
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Origin:
     """What made a document."""
 
@@ -76,7 +76,7 @@ def provenance_of(command: str, inputs: Iterable[InputFile]) -> Origin:
     return Origin(version=__version__, command=command, inputs=hashes(inputs))
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Document:
     """What every document holds: its schema, the sentences of its remarks and the same as data."""
 
@@ -85,7 +85,7 @@ class Document:
     remarks: list[Any]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class CableDocument(Document):
     """What every document on a cable robot holds; `assumed` are values that nobody measured."""
 
@@ -95,7 +95,7 @@ class CableDocument(Document):
     provenance: Origin
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class RowsLeftOut:
     """Rows of a file that were not read, as an editor numbers lines, and why."""
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, one_of
@@ -80,7 +80,7 @@ class RegionModel(FileModel):
     joints: dict[str, Annotated[Any, BeforeValidator(_pair)]] = Field(min_length=1)
 
 
-@dataclass(frozen=True)
+@record
 class RegionFile:
     """Ranges (n, 2) of the joints, NaN where the file says nothing, or configurations (m, n); rad and m."""
 

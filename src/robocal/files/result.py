@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
+from robocal._record import field, record, replace
 from robocal.files.evidence_parts import (
     Comparison,
     GroupTried,
@@ -62,7 +62,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class RobotSummary:
     """The robot that was identified."""
 
@@ -72,7 +72,7 @@ class RobotSummary:
     source: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Verdict:
     """Whether the corrected model is better on data that it has not seen; `region` is where: in the whole working range, or
     near what was measured; located: nothing but frames was to be found, and they hold there; `remarks` are the reasons as data."""
@@ -83,7 +83,7 @@ class Verdict:
     remarks: list[RemarkPart] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ParameterResult:
     """One parameter; sigma as fitted, with what hidden (dropped) partners may be off by; sigma_conditional if these were
     exactly nominal, sigma_instrument if besides the stated noise were all there is; interval holds the truth with 95 %,
@@ -111,7 +111,7 @@ class ParameterResult:
     expected: Amount | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class CombinationTerm:
     """One parameter's part in a combination."""
 
@@ -119,7 +119,7 @@ class CombinationTerm:
     coefficient: Number
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Combination:
     """A sum of parameters that the data cannot see, the dropped one first; alone, it has no effect on them."""
 
@@ -128,7 +128,7 @@ class Combination:
     terms: list[CombinationTerm] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Observability:
     """Observability indices of Borm and Menq (O1), Driels (O2), Nahvi (O3, O4) and Sun (O5)."""
 
@@ -139,7 +139,7 @@ class Observability:
     O5: Number = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class IdentifiabilitySummary:
     """What the data can tell."""
 
@@ -152,7 +152,7 @@ class IdentifiabilitySummary:
     warnings: list[str] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class AngleResiduals(Stages):
     """Orientation errors."""
 
@@ -160,14 +160,14 @@ class AngleResiduals(Stages):
     all_rows: AngleResiduals | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ResidualSummary(AngleResiduals):
     """Position errors; before is the nominal model with instrument and tool fitted, constant is predicting the mean."""
 
     angle: AngleResiduals | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class PoseFromLengths(AngleResiduals):
     """Of a cable robot: errors of the position that lengths alone give, beside what an instrument reads, on unseen configurations;
     those of the orientation, and of lengths."""
@@ -176,7 +176,7 @@ class PoseFromLengths(AngleResiduals):
     lengths: AngleResiduals | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class SensorGroup:
     """One sensor's share of the fit."""
 
@@ -191,7 +191,7 @@ class SensorGroup:
     sigma_source: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class FitReport:
     """How the solver came to its end."""
 
@@ -204,7 +204,7 @@ class FitReport:
     sigma_source: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class SplitSummary:
     """Which configurations were fitted and which were held out, by id; embargoed ones share a place with held-out ones
     and are neither. how: what the verdict rests on."""
@@ -217,7 +217,7 @@ class SplitSummary:
     how: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Correlation:
     """Correlations of the identified parameters."""
 
@@ -225,7 +225,7 @@ class Correlation:
     matrix: list[list[Number]] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Provenance:
     """What made this result: enough to make it again."""
 
@@ -239,7 +239,7 @@ class Provenance:
     left_out: list[RowsLeftOut] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Result:
     """result.json."""
 

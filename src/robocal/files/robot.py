@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Literal, Self
@@ -16,6 +15,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, FiniteFloat
 
+from robocal._record import record, replace
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError
@@ -40,7 +40,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["Robot", "describe", "open_robot", "parse_robot", "read_robot", "render_robot"]
 
 
-@dataclass(frozen=True)
+@record
 class Robot:
     """A chain with where it came from: `text` and `sha256` of the file, and the units in which it and its reports
     speak.

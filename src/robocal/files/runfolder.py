@@ -10,13 +10,13 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, FiniteFloat
 
+from robocal._record import record, replace
 from robocal.errors import FileError, InputError, nearest
 from robocal.files.covariance import COVARIANCE
 from robocal.files.csvtable import CsvTable, csv_columns, csv_text, read_csv
@@ -61,7 +61,7 @@ ROBOTS, LAYER = ("calibrated.yaml", "calibrated.urdf"), "layer.json"
 PARTS = (*ROBOTS, RESIDUALS, COVARIANCE, ACCURACY, LAYER)  # what result.json records
 
 
-@dataclass(frozen=True)
+@record
 class Run:
     """A run folder whose files are those that its run wrote; `recorded` is their SHA-256 by name, None in folders of earlier
     versions, where nobody can tell."""

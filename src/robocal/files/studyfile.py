@@ -7,10 +7,10 @@ import itertools
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from robocal._record import record
 from robocal._version import __version__
 from robocal.errors import InputError, nearest
 from robocal.estimate.criteria import CRITERIA
@@ -98,17 +98,17 @@ class StudyModel(FileModel):
     seed: int = 0
     chunk: int | None = None
     poses: PosesModel
-    noise: NoiseModel = NoiseModel()
-    bias: BiasModel = BiasModel()
+    noise: NoiseModel = NoiseModel.model_construct()
+    bias: BiasModel = BiasModel.model_construct()
     residual: Literal["length", "squared"] = "length"
-    errors: ErrorsModel = ErrorsModel()
-    options: OptionsModel = OptionsModel()
-    gross: GrossModel = GrossModel()
+    errors: ErrorsModel = ErrorsModel.model_construct()
+    options: OptionsModel = OptionsModel.model_construct()
+    gross: GrossModel = GrossModel.model_construct()
     outputs: list[str] | None = None
     sweep: dict[str, list[Any]] = {}  # noqa: RUF012
 
 
-@dataclass(frozen=True)
+@record
 class Point:
     """One point of a sweep: what was varied, as it was written, and the settings in SI."""
 
@@ -126,7 +126,7 @@ class Point:
         return (self["robot"], *more, *(self[key] for key in ("poses.file", "poses.tests") if self[key] is not None))
 
 
-@dataclass(frozen=True)
+@record
 class Study:
     """A study: what of, its points, trials of each, in chunks, and the seed of all of them; `read` are the files that it reads, with
     their SHA-256, and `text` is all that decides its numbers."""

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.apply.compensate import STATUS, Compensation, Targets
 from robocal.arms.chain import Chain
@@ -56,7 +56,7 @@ class TargetsModel(PositionModel):
     kind: Literal["targets"]
 
 
-@dataclass(frozen=True)
+@record
 class TargetFile:
     """Targets in SI with their names; `units` are those in which the file speaks, `orientation` the form in which it
     writes orientations and `names` its columns."""

@@ -20,10 +20,10 @@ import hashlib
 import os
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
+from robocal._record import field, record
 from robocal.errors import CONTROL, FileError, FormatError, InputError, nearest, reason_of
 from robocal.files.encoding import encoding_of
 from robocal.files.writing import guard
@@ -50,7 +50,7 @@ LINE_LIMIT = MEGABYTE
 ROBOT_LIMIT = 8 * MEGABYTE  # descriptions of machines: four seconds
 
 
-@dataclass(frozen=True)
+@record
 class Source:
     """A text file as it was read: `text` without byte-order mark (which is in `mark`), `sha256` of its bytes; `western` says that it was
     no UTF-8 and was read as Windows-1252."""
@@ -62,7 +62,7 @@ class Source:
     western: bool = False
 
 
-@dataclass(frozen=True)
+@record
 class InputFile:
     """A file that was read, and the hash of its bytes."""
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any, TypeVar
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, ModelError, nearest
 
@@ -25,7 +25,7 @@ __all__ = [
 Value = TypeVar("Value", float, Array)
 
 
-@dataclass(frozen=True)
+@record
 class Unit:
     """A unit: SI value = factor * value + offset; `si` is the SI unit that it measures in (m, rad, 1, ...)."""
 
@@ -158,7 +158,7 @@ def _lookup(name: str) -> Unit | None:
     return Unit(name, "".join(parts).strip(), factor)
 
 
-@dataclass(frozen=True)
+@record
 class Units:
     """The units in which a file and its reports speak of lengths and angles."""
 

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record
 from robocal._types import Bools, Ints
 from robocal.errors import FormatError, nearest
 from robocal.files.csvtable import CsvTable
@@ -42,7 +43,7 @@ LONG = 40  # letters; no name that is known is longer
 ALIKE = 0.68  # of the letters of two words
 
 
-@dataclass(frozen=True)
+@record
 class Unread:
     """The columns of a file that one reader left over, and the names that it would have read."""
 
@@ -101,7 +102,7 @@ _RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
 ROWS_SHOWN = 5
 
 
-@dataclass(frozen=True)
+@record
 class LeftOut:
     """Rows of a file that were not read, as an editor numbers lines, and why: `excluded` or `missing`."""
 

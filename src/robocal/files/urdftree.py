@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn, Self, TypeVar
 
+from robocal._record import record
 from robocal.errors import FormatError, nearest, one_of
 from robocal.files.text import FORBIDDEN, Source, forbidden_character
 
@@ -121,7 +122,7 @@ def _without_late_declaration(data: bytes) -> bytes:
     return data[:start] + b" " * (end - start) + data[end:]
 
 
-@dataclass(frozen=True)
+@record
 class UrdfJoint:
     """One joint: the links it connects, and where it stands in the file."""
 

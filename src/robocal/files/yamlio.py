@@ -15,6 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NoReturn
 
+from robocal._record import record
 from robocal._version import __version__
 from robocal.errors import FormatError, one_of
 from robocal.files.text import FORBIDDEN, MEGABYTE, Source, forbidden_character, line_of, read_text
@@ -34,7 +35,7 @@ Path_ = tuple[str | int, ...]
 _TAG = "tag:yaml.org,2002:"
 
 
-@dataclass(frozen=True)
+@record
 class YamlDocument:
     """A YAML file: `data` as plain mappings, lists, numbers and texts, and the line of every key path."""
 

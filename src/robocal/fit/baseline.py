@@ -6,10 +6,9 @@ and the nominal model leaves more than the identified one: each is measured by i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import least_squares
@@ -29,7 +28,7 @@ __all__ = ["Baseline", "baseline", "check_baseline", "fit_baseline", "frame_name
 ROUNDS = 8
 
 
-@dataclass(frozen=True)
+@record
 class Baseline:
     """The problem over all data (weights on the units that were fitted, loss and noise as they were used), where the fit
     ended, x (1, P), and whether it converged."""

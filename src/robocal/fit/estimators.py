@@ -15,10 +15,10 @@ with. Sources: see `estimate`; for the last two Attia and Ammari (2019), chapter
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.errors import ModelError, look_up
 from robocal.estimate.least_squares import Reason, Solution, least_squares
@@ -37,7 +37,7 @@ LOCAL_PASSES = 3  # iterations of the update with one configuration
 SEED = {"m": 1e-4, "rad": 1e-2}
 
 
-@dataclass(frozen=True)
+@record
 class Estimate:
     """What an estimator found: a solution of the problem, its own covariance (n, n) where it has one that is not that of
     the linearised solution, and what is worth knowing."""
@@ -50,7 +50,7 @@ class Estimate:
 Run = Callable[[Problem, Array, Options, Watch | None], Estimate]
 
 
-@dataclass(frozen=True)
+@record
 class Estimator:
     """One way to solve a problem: `blind` takes all free columns and neither noise, priors, bounds nor losses; `minimises`
     the problem's cost, so that a batch of least-squares problems is its leave-one-out; `restarts` from

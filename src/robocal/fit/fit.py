@@ -13,11 +13,11 @@ missing partners, hide them, and so confirm itself.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.estimate.choosing.choice import STRUCTURAL, Choice, choose
@@ -61,7 +61,7 @@ NO_NOISE = 5.0  # sigma: what leaves more may have begun in the wrong place
 ELSEWHERE, SCATTER = 4, 0.5  # sets of poses that are tried then, and how far they scatter, of where each began alone
 
 
-@dataclass(frozen=True)
+@record
 class Fit:
     """One fit to some configurations: the problem that was solved, its solution, what was seen, and the noise."""
 

@@ -10,11 +10,11 @@ stays free.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.estimate.elimination import squares
 from robocal.measure.base import kind_of
@@ -30,7 +30,7 @@ BODIES = ("tool", "base")  # what the robot's own frames are called, and what fr
 SAME = 1e-6  # tolerance: of a column: what double precision leaves of one that others repeat
 
 
-@dataclass(frozen=True)
+@record
 class FixedFrame:
     """A frame of the robot's file that is held, the parameters of it that were free, and the free frames that say the same."""
 

@@ -7,8 +7,9 @@ A limit is a plain number where it is used; how it is declared stands here, sinc
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, TypeVar
+
+from robocal._record import record
 
 __all__ = [
     "BASELINE_LESS",
@@ -30,7 +31,7 @@ T = TypeVar("T")
 CHOICE = "choice"
 
 
-@dataclass(frozen=True)
+@record
 class Limit:
     """A number (or one for each unit) with its unit, the reason why it is no other, and where it comes from."""
 

@@ -11,11 +11,11 @@ and Paule (1970), Birge (1932) for the ratio.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Residuals
@@ -36,7 +36,7 @@ MEDIAN = 0.454936  # of a squared standard normal
 FLOOR = {"m": 1e-12, "rad": 1e-12, "px": 1e-9}
 
 
-@dataclass(frozen=True)
+@record
 class NoiseGroup:
     """Rows of one instrument that share a unit: stated sigma (rms, or None), tau, chi2 against the stated sigma, dof,
     rms residual."""

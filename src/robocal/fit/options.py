@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+
+from robocal._record import field, record
 
 if TYPE_CHECKING:
     from robocal._types import Array
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["JointRegion", "Options"]
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class JointRegion:
     """Joint configurations (m, n) that stand for a part of joint space, and its name."""
 
@@ -20,7 +21,7 @@ class JointRegion:
     name: str
 
 
-@dataclass(frozen=True)
+@record
 class Options:
     """How to identify; what was used is kept with the result.
 

@@ -12,11 +12,11 @@ A scale that was known, and that the data contradict, is known no longer: it may
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.estimate.elimination import beside_blocks, reweight, triangle
 from robocal.estimate.problem import Problem
@@ -31,7 +31,7 @@ __all__ = ["InstrumentScales", "add_scales", "is_scale", "scales_of", "without_s
 SYMBOL = "scale"
 
 
-@dataclass(frozen=True)
+@record
 class InstrumentScales:
     """Scales that are not known, by `names` (m): stated or usual standard deviations, and their standard deviations after a fit;
     `response` (n, m) is what the fit's error takes for each, over all free names.

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.errors import FileError, FormatError, ModelError, nearest
 from robocal.files.robot import Robot
@@ -28,7 +28,7 @@ Data = str | os.PathLike[str]
 NAME = "measurements"  # what messages call arrays; their rows are counted from 2, as in a table with a header
 
 
-@dataclass(frozen=True, repr=False)
+@record
 class Arm:
     """A robot as it was opened: its name or file, the links of a URDF, and the model in SI (`model.chain`)."""
 
@@ -69,7 +69,7 @@ def path(name: Data) -> str:
     return os.fspath(name)
 
 
-@dataclass(frozen=True, repr=False)
+@record
 class Measurements:
     """Measurements that a program holds, as the text of a table whose headers say units."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.closure import Dexterity, dexterity
@@ -29,7 +29,7 @@ __all__ = ["CableArm", "robot"]
 RIGID = 1e-6  # how far axes may be from orthonormal: what is left of poses that were printed with seven digits
 
 
-@dataclass(frozen=True, repr=False)
+@record
 class CableArm:
     """A cable robot as it was opened: its file, and the model in SI (`model.robot`). Poses are T_base_platform, (k, 4, 4), m."""
 

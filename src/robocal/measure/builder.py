@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry import se3
@@ -19,7 +19,7 @@ from robocal.parameters import ParameterTable
 __all__ = ["Builder", "gather", "place_of", "places_of"]
 
 
-@dataclass(frozen=True)
+@record
 class Builder:
     """Makes the carriers that kinds ask for."""
 

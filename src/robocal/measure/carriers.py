@@ -9,11 +9,11 @@ an arm, a fixed instrument and a cable platform.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from typing import Protocol, Self
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry.path.program import Program
@@ -51,7 +51,7 @@ class Carrier(Protocol):
         """T, J, J of the local block; J has only its three upper rows when turn is False."""
 
 
-@dataclass(frozen=True)
+@record
 class PathCarrier:
     """A compiled path of elements: an arm with the frames before and behind it, or frames alone."""
 
@@ -78,7 +78,7 @@ class PathCarrier:
         return t, j, j[..., :0]
 
 
-@dataclass(frozen=True)
+@record
 class LocalPose:
     """A pose of its own for every block of a family (0 or 1): x[at + 6 i : at + 6 i + 6] is the frame vector of block i of
     `count`, `axes` are the components that are free."""
@@ -114,7 +114,7 @@ class LocalPose:
         return t, np.empty((len(x), rows, high, 0)), jl
 
 
-@dataclass(frozen=True)
+@record
 class KnownPose:
     """Poses that are known, T (m, 4, 4): nothing about them is to be found."""
 
@@ -135,7 +135,7 @@ class KnownPose:
         return t, none, none
 
 
-@dataclass(frozen=True)
+@record
 class _Wrapped:
     """What follows from another carrier row by row: it has the columns and moves as the inner one does."""
 
@@ -160,7 +160,7 @@ class _Wrapped:
         return replace(self, inner=self.inner.hold(family))
 
 
-@dataclass(frozen=True)
+@record
 class Gathered(_Wrapped):
     """A carrier that many rows share: row i is the inner one's row which[i], and that is computed once."""
 
@@ -179,7 +179,7 @@ class Gathered(_Wrapped):
         return t.take(own, axis=1), j.take(own, axis=1), jl.take(own, axis=1)
 
 
-@dataclass(frozen=True)
+@record
 class Inverse(_Wrapped):
     """The inverse of a carrier."""
 
@@ -194,7 +194,7 @@ class Inverse(_Wrapped):
         return out, np.ascontiguousarray(both[..., :own]), np.ascontiguousarray(both[..., own:])
 
 
-@dataclass(frozen=True)
+@record
 class Product:
     """The product of two carriers, with local blocks of different families."""
 

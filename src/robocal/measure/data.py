@@ -17,13 +17,14 @@ Source: Fowler, Noll and Vo (1991).
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.parameters import Parameter, frame_parameters
@@ -34,7 +35,7 @@ __all__ = ["Configurations", "DataSet", "Frame", "Observations", "fingerprints",
 PER_ROW = ("configuration", "sigma", "target", "rows", "second", "used", "digits", "rounding")
 
 
-@dataclass(frozen=True)
+@record
 class Frame:
     """A named frame with six parameters: an instrument, or a target. `expected` is how far its value may be off (m,
     rad); `described` is false of one of which its file says no more than the name."""
@@ -52,7 +53,7 @@ class Frame:
         return frame_parameters(self.name, self.value, free=self.free, expected=self.expected)
 
 
-@dataclass(frozen=True)
+@record
 class Configurations:
     """Where the machine stood: joint values (m, n) in rad or m (None for a machine with free poses), and named columns
     (m,); `groups` (m) are labels of what belongs together, such as a placement of the target, or "" where nothing is
@@ -99,7 +100,7 @@ class Configurations:
         return Configurations(tuple(self.ids[i] for i in index), joints, columns, start, groups, digits)
 
 
-@dataclass(frozen=True)
+@record
 class Observations:
     """Many observations of one kind by one instrument.
 
@@ -163,7 +164,7 @@ def same_rows(one: Sequence[Observations], other: Sequence[Observations], but: C
 _FIELDS = tuple(f.name for f in fields(Observations))
 
 
-@dataclass(frozen=True)
+@record
 class DataSet:
     """Configurations with the observations made at them."""
 

@@ -10,11 +10,11 @@ none (known beforehand). Nothing above asks which of them it has.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from typing import Protocol, Self, TypeVar
 
 from numpy.typing import ArrayLike
 
+from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.geometry.path.program import Element, Joint, Program, Zero
 from robocal.geometry.path.unjointed import Unjointed
@@ -129,7 +129,7 @@ def joints_of(model: Model) -> tuple[Joint, ...]:
     return () if model.mechanism is None else model.mechanism.joints
 
 
-@dataclass(frozen=True)
+@record
 class Rig(Unjointed):
     """A machine without joints: a pose of its own at every configuration, free in the components of `freedom`, and a table
     of whatever else belongs to it."""

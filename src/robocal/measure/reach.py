@@ -53,7 +53,8 @@ def places_by_joints(machine: Mechanism, joints: Array) -> Array:
     x, places = machine.table.values[None], np.empty((len(joints), 3))
     for first in range(0, len(joints), CHUNK):
         some = slice(first, first + CHUNK)
-        places[some] = program.run(x, machine.phi(joints[some], None, program)[None])[0][0, :, :3, 3]
+        phi = machine.phi(joints[some], None, program)[None]
+        places[some] = program.run(x, phi, trig=program.cosines(phi, rough=True))[0][0, :, :3, 3]
     return places
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from typing import Any, Self
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError, look_up, one_of
 from robocal.estimate.losses import Loss
@@ -195,7 +195,7 @@ class Between(Rows):
         return length, along @ j, along @ jl
 
 
-@dataclass(frozen=True)
+@record
 class Number:
     """One of a kind's own numbers: `options[option]` names its owner, and it is the parameter `owner.symbol`."""
 
@@ -255,7 +255,7 @@ def per_target(
     return terms
 
 
-@dataclass(frozen=True)
+@record
 class Kind:
     """A way to measure: its name, how many numbers one observation has, its own frames and parameters, and how its rows
     become terms.

@@ -14,11 +14,11 @@ every plan (`estimate.criteria`, `estimate.selection`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
 
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.cables.geometry import EXPECTED, CableRobot, straight
 from robocal.cables.gradient import by_parameters
@@ -35,7 +35,7 @@ DRAWS = 25
 OPEN = 1e-9  # of the best seen direction: what no pose tells
 
 
-@dataclass(frozen=True)
+@record
 class MeasurementNoise:
     """Standard deviations: `length` of a cable in m, `position` per axis in m and `orientation` per axis in rad of a measured
     pose; not `measured`: by encoders alone."""
@@ -46,7 +46,7 @@ class MeasurementNoise:
     measured: bool = True
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class PoseChoice:
     """Numbers of the poses chosen, the most telling first; the search; the value that no set of this size exceeds (None: not
     known); names of the parameters; and what is expected to be left of their errors.

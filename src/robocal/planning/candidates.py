@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
@@ -32,7 +32,7 @@ PATIENCE = 100  # batches without enough poses
 FEWEST = 20
 
 
-@dataclass(frozen=True)
+@record
 class Region:
     """Where poses may be (m and rad in base coordinates); None says nothing.
 

@@ -12,11 +12,11 @@ which any measurement improves a thousandfold; a wider prior would only cost dig
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
@@ -35,7 +35,7 @@ ALIGNED = "aligned to"  # no parameter of a file can have this name
 UNSEEN = 1e-12
 
 
-@dataclass(frozen=True)
+@record
 class Blocks:
     """Candidates (m, d, n), tests (t, 3, n) in m, and what is known before (n, n), in units of the expected errors;
     names of the columns."""

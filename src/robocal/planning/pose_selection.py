@@ -13,10 +13,10 @@ The foretold accuracy is that of the model's parameters under the noise that is 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 
+from robocal._record import field, record
 from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
@@ -40,7 +40,7 @@ DOUBTS = 6  # perturbed models
 Linearise = Callable[[Array, Mapping[str, float] | None], Blocks]
 
 
-@dataclass(frozen=True)
+@record
 class PlanOptions:
     """What is wanted: how many poses (None: enough), by which criterion, from how many candidates, judged at how many
     test poses.
@@ -60,7 +60,7 @@ class PlanOptions:
     task: Region | None = None
 
 
-@dataclass(frozen=True)
+@record
 class Forecast:
     """Foretold error (m, three axes together) at the test poses after so many poses: mean and 95 % of each, and of
     random poses as many."""
@@ -82,7 +82,7 @@ class Forecast:
         return int(self.count[good[0]]) if len(good) else None
 
 
-@dataclass(frozen=True)
+@record
 class Plan:
     """The chosen poses (count, n) in the order of their worth, and `path`, an order that is short to travel; forecast,
     what is enough, mean errors at perturbed models, the value of the criterion that no set of this size exceeds (None

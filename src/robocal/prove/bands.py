@@ -10,12 +10,12 @@ there are held-out measurements: 95 % of their errors should lie inside.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal import _scipy as scipy
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import ProblemTerm, spread
@@ -31,7 +31,7 @@ QUANTITIES = {"m": "position", "rad": "orientation", "px": "pixels"}
 CHUNK = 2000  # rows whose dense Jacobian is held at once
 
 
-@dataclass(frozen=True)
+@record
 class Bands:
     """Predicted against measured, one row per observation of one term: residual (m, d), covariance of a new measurement (m, d, d); SI."""
 

@@ -11,11 +11,11 @@ bootstrap (1993), chapters 9 and 13.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Level, When, check, of_remarks, once
 from robocal.diagnose.limits import BOOTSTRAP_DRAWS, BOOTSTRAP_PLACES
@@ -35,7 +35,7 @@ __all__ = ["Resampled", "bootstrap_of", "bootstrap_remarks", "resample"]
 CHUNK = 128
 
 
-@dataclass(frozen=True)
+@record
 class Resampled:
     """The fitted parameters by name: low and high (n,) of the 95 % percentile interval, sigma (n,) their spread, ratio
     (n,) of that to the linear sigma; `draws` that ended well, out of `asked`, from so many `places`."""

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal.diagnose.limits import HOLD_OUT_PLACES
 from robocal.errors import ModelError
 from robocal.fit.estimators import describe_end, estimator
@@ -29,7 +29,7 @@ __all__ = ["DEFAULT", "MethodComparison", "MethodEntry", "compare"]
 DEFAULT = ("lm", "ekf", "particle", "pinv", "lse", "ekf-100")
 
 
-@dataclass(frozen=True)
+@record
 class MethodEntry:
     """One method: its errors (m, or the first unit that was measured), its verdict, the parameter that ends farthest from
     the reference in the reference's sigmas, and the seconds that the whole identification took; `failed` says why there is
@@ -50,7 +50,7 @@ class MethodEntry:
     failed: str = ""
 
 
-@dataclass(frozen=True)
+@record
 class MethodComparison:
     """The methods; the first is the reference. `before`, `held_out_before`, `leave_one_out_before` are the frames-only
     model, `constant` predicting the mean."""

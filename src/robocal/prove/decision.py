@@ -18,12 +18,12 @@ angle is too large for a fit to find, a search over all joints says where the fi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Context, M_co
 from robocal.diagnose.hypotheses.zero_search import search_zeros
@@ -57,7 +57,7 @@ REGION = "region"  # the names of checks
 SCALES = ("instrument-scale", "wrong-instrument-scale")
 
 
-@dataclass(frozen=True)
+@record
 class Decision(Context[M_co]):
     """A fit to all measurements but gross rows, which `data` marks, from `start` (1, P), the baseline beside it, and what was
     proven; the options are those that were used."""

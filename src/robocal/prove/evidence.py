@@ -7,13 +7,13 @@ configurations that were not used for fitting.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal import _scipy as scipy
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.prove.split import Split
 from robocal.remarks.code import Code
@@ -100,7 +100,7 @@ def _cornish_fisher(values: Array) -> tuple[float, float] | None:
     return float(low), float(high)
 
 
-@dataclass(frozen=True)
+@record
 class Gain:
     """The reduction of the error on unseen measurements, as it is reported, whether it is proven, and where it holds, if known;
     `status` is the verdict where it is."""
@@ -111,7 +111,7 @@ class Gain:
     status: str = "improved"
 
 
-@dataclass(frozen=True)
+@record
 class Evidence:
     """Unseen errors of the baseline and of the identified model, (N,) each, in `unit`, by configuration (or whatever the bootstrap
     draws as a whole).

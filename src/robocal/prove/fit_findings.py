@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record, replace
 from robocal.diagnose.check_registry import Finding, When, check, doubt, note, once
 from robocal.diagnose.growth import at_end, drift_of_file, error_growth, largest_growth
 from robocal.diagnose.limits import BAND_CHANCE, CURVATURE, STEP_MISLEADS
@@ -34,7 +34,7 @@ from robocal.remarks.remark import Quantity
 __all__ = ["GROWTH", "Linearity", "linearity_of", "outliers", "unseen_coverage"]
 
 
-@dataclass(frozen=True)
+@record
 class Linearity:
     """One linear step from the baseline in the fitted parameters, and one in everything free without priors (the seed's
     linear estimate), and the curvature at the solution."""

@@ -17,10 +17,10 @@ round, which is stricter and costs a whole fit for each.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import FRAME_MOVES, FRAME_SEEN
 from robocal.estimate.choosing.choice import OBSERVABLE, choose
@@ -42,7 +42,7 @@ CHUNK = 256
 OPEN = 1e-2
 
 
-@dataclass(frozen=True)
+@record
 class Unseen:
     """Errors by SI unit in the order of `evidence.errors`, each (N,), NaN where a row was never held out or proves
     nothing; `profiled` (K,) tells the rounds in which frames were fitted to held-out rows, `x` (K, P) where each ended."""

@@ -9,10 +9,10 @@ Sigma of a turn is about the axes of the frame in which the pose is told. Source
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.geometry import so3
 from robocal.measure.data import Frame
@@ -24,7 +24,7 @@ from robocal.quantities import Amount, OwnUnit, Value
 __all__ = ["FramePose", "FramePosition", "FrameTurn", "LocatedFrame", "locate_frames"]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class FramePosition:
     """x, y, z with their standard deviations."""
 
@@ -33,7 +33,7 @@ class FramePosition:
     sigma: list[Amount]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class FrameTurn:
     """Roll, pitch and yaw, R = Rz(yaw) Ry(pitch) Rx(roll), and the standard deviations of small turns about x, y, z; none where the
     orientation was not fitted."""
@@ -43,7 +43,7 @@ class FrameTurn:
     sigma: list[Amount] | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class FramePose:
     """T_parent_child: `child` in coordinates of `parent`; as a quaternion (x, y, z, w) and as roll, pitch, yaw."""
 
@@ -54,7 +54,7 @@ class FramePose:
     turn: FrameTurn
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class LocatedFrame:
     """A frame that was fitted, its pose and the inverse; `aboard`: an instrument that the robot carries."""
 

@@ -18,7 +18,6 @@ from robocal.diagnose.motions import ABSOLUTE
 from robocal.estimate.problem import Problem
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet, Observations
-from robocal.measure.lengths import owner, read_everywhere
 from robocal.measure.machine import Mechanism, Model
 from robocal.prove.bands import dense
 from robocal.prove.decision import Decision
@@ -51,6 +50,8 @@ def shape_of_lengths(context: Decision[Model], count: int) -> tuple[Array, Array
     moving, fit, base = context.model.mechanism, context.need_fit, context.proven.base
     if not seen or moving is None or not len(moving.frame_points) or not fit.problem.families:
         return None
+    from robocal.measure.lengths import owner
+
     # The robot's own zeros, where it has kept them.
     obs = min(seen, key=lambda o: bool(owner(o)))
     measured = fit.solution.x[0, fit.problem.places[0]].reshape(-1, 6)
@@ -80,6 +81,8 @@ def frame_is_known(context: Decision[Model]) -> bool:
 
 
 def _lengths_at(model: Model, obs: Observations, vectors: Array) -> DataSet:
+    from robocal.measure.lengths import read_everywhere
+
     count, cables = len(vectors), len(model.parts["cable"])
     where = Configurations(tuple(map(str, range(count))), start=vectors)
     return DataSet(where, (read_everywhere(obs, count, cables),))

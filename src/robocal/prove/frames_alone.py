@@ -19,10 +19,9 @@ one by one, less the same. Vovk, Gammerman and Shafer, Algorithmic Learning in a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import ARM_EXPLAINS, FRAMES_LEFT
 from robocal.estimate.elimination import beside_blocks, reweight, triangle
@@ -40,7 +39,7 @@ __all__ = ["RobotShare", "judge_frames", "robot_share"]
 RATIOS = np.concatenate([[0.0], np.logspace(-6, 6, 241)])  # grid: of k^2 to v^2
 
 
-@dataclass(frozen=True)
+@record
 class RobotShare:
     """What the robot's own errors do to a fit of frames alone: `times` is what is left over what noise and making allow (rms),
     `covariance` (n, n) of the fitted names with the robot's errors; None where noise explains what is left."""

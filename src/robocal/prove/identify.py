@@ -8,9 +8,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, M_co, When, run
 from robocal.diagnose.outliers import Outlier
@@ -53,7 +53,7 @@ def _stages(made: Decision[Model], unit: str) -> Stages:
     return found.without_before if made.frames_alone else found
 
 
-@dataclass(frozen=True)
+@record
 class Identification(Generic[M_co]):
     """Nominal and corrected model, per-parameter results, identifiability, errors, noise groups, verdict and recipe."""
 

@@ -7,12 +7,12 @@ that there is: a hold-out, a k-fold, leave-one-out.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.diagnose.limits import PROOF_PLACES
 from robocal.diagnose.motions import ABSOLUTE
@@ -34,7 +34,7 @@ UNITS = ("m", "rad", "px")  # in which errors are told; the verdict takes the fi
 PROOFS = ("held_out", "k_fold", "leave_one_out")  # the verdict takes the first that there is
 
 
-@dataclass(frozen=True)
+@record
 class Proof:
     """What a split held out, and what baseline and identified model missed there."""
 
@@ -56,7 +56,7 @@ class Proof:
         return bool(some) and some[0][0] < PROOF_PLACES <= some[0][1]
 
 
-@dataclass(frozen=True)
+@record
 class Proven:
     """Who makes each proof, by name, once it is asked for, with the baseline and the fit that had not seen what was held out."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 
+from robocal._record import field, record
 from robocal._types import Array, Ints
 from robocal.estimate.choosing.choice import choose
 from robocal.fit.baseline import fit_baseline, frame_names
@@ -19,7 +19,7 @@ from robocal.progress import Watch
 __all__ = ["Errors", "model_errors", "tool_names"]
 
 
-@dataclass(frozen=True)
+@record
 class Errors:
     """Errors of one model by SI unit: values (N,) with the configuration of each (N,), and the frame parameters that
     were fitted."""

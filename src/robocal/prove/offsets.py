@@ -12,10 +12,10 @@ Source of the idea: Elatta et al., An overview of robot calibration (2004), leve
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import PROOF_PLACES
 from robocal.estimate.elimination import Squares, squares
@@ -42,7 +42,7 @@ __all__ = ["JointOffset", "OffsetsAlone", "offsets_alone"]
 ROUNDS = 3  # of noise and selection
 
 
-@dataclass(frozen=True)
+@record
 class JointOffset:
     """What to add to a joint's value (rad or m) before the nominal model, its standard deviation and 95 % interval; a
     joint whose offset is not seen has 0, and the note says what looks like it."""
@@ -61,7 +61,7 @@ class JointOffset:
         return "; ".join(map(str, self.remarks))
 
 
-@dataclass(frozen=True)
+@record
 class OffsetsAlone:
     """The offsets of all joints, fitted alone, with mean errors on unseen measurements (m, rad or px): baseline, offsets
     alone, whole model; `gain` is the mean reduction against the baseline with its 95 % interval."""
@@ -87,7 +87,7 @@ class OffsetsAlone:
         return self.before.n if self.before else 0
 
 
-@dataclass(frozen=True)
+@record
 class _Found:
     problem: Problem  # with the columns that were fitted
     x: Array

@@ -12,11 +12,11 @@ that undoes most of each parameter over the workspace is taken out; what is left
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.estimate.uncertainty import Total
 from robocal.geometry import so3
@@ -29,7 +29,7 @@ CHUNK = 1024  # configurations whose Jacobian is held at once
 TURN = np.pi  # to either side, where nothing bounds a joint
 
 
-@dataclass(frozen=True)
+@record
 class Predicted:
     """Poses T_base_tool (m, 4, 4) and covariance (m, 6, 6) of position (m) and turn (rad), in base axes; (m, 3, 3) where
     the turn was not asked for."""
@@ -96,6 +96,7 @@ def predict(
     joints, names = np.atleast_2d(joints), parameters_of(chain, total)
     at = [total.names.index(n) for n in names]
     hidden, known = total.hidden[at], total.noise[np.ix_(at, at)]
+    hidden = hidden[:, hidden.any(axis=0)]
     high = 6 if turn else 3
     pose, covariance = np.empty((len(joints), 4, 4)), np.empty((len(joints), high, high))
     for first in range(0, len(joints), CHUNK):

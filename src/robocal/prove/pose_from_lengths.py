@@ -7,10 +7,10 @@ Here every one is found once more from its lengths alone, with the baseline and 
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import once
 from robocal.diagnose.growth import at_end, error_growth
@@ -31,7 +31,7 @@ __all__ = ["PoseFromLengths", "pose_from_lengths"]
 LENGTHS = "lengths"
 
 
-@dataclass(frozen=True)
+@record
 class PoseFromLengths:
     """Errors on unseen configurations: position from lengths, orientation where an instrument read it, and lengths beside them; `end`
     is the mean error of positions (m) at the end of a file along which something drifts, None without."""

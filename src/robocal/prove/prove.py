@@ -6,11 +6,11 @@ A round of a hold-out is done from the beginning (`trial`): start, noise and sel
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Context
 from robocal.diagnose.gross import neither, set_aside
@@ -105,7 +105,7 @@ def _rounds(context: Context[Model], data: DataSet, split: Split, quick: bool) -
     return Proof(split, before, after, _units(context.need_baseline.problem, aside))
 
 
-@dataclass(frozen=True)
+@record
 class Trial:
     """Baseline and identified model as the fitted configurations of one round know them, with what they miss elsewhere."""
 

@@ -26,11 +26,11 @@ between these. The middle of a frame is named by the frame, not by what was meas
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, Given, When, check, once, qualify
 from robocal.diagnose.growth import move_at_end
@@ -59,7 +59,7 @@ SAMPLES = 500  # grid: configurations of a range
 SPAN = "range that the measured joints span"
 
 
-@dataclass(frozen=True)
+@record
 class Holds:
     """Rms over n configurations of the working range (m): what the model may be off by, and what the correction moves; and
     the chance that the nominal model is the better one there. `asked` says that this chance decides too, `sized` that the data

@@ -4,11 +4,11 @@ band."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, When, check, note, once
 from robocal.diagnose.growth import move_at_end
@@ -38,7 +38,7 @@ __all__ = ["Band", "ParameterResult", "RowTable", "parameter_results", "predicti
 ROUNDING = 1e-12  # tolerance: rad
 
 
-@dataclass(frozen=True)
+@record
 class ParameterResult:
     """One parameter before and after (SI).
 
@@ -66,7 +66,7 @@ class ParameterResult:
         return "; ".join(map(str, self.remarks))
 
 
-@dataclass(frozen=True)
+@record
 class Band:
     """Predicted error of the identified model away from the data: one standard deviation over sampled joint
     configurations (m), `left` (m) of it at every pose: what the model does not describe."""
@@ -79,7 +79,7 @@ class Band:
     left: float = 0.0
 
 
-@dataclass(frozen=True)
+@record
 class RowTable:
     """One row per observation, SI: what residuals.csv and the pictures are made of."""
 

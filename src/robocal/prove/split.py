@@ -14,10 +14,9 @@ Reference: Arlot and Celisse, A survey of cross-validation procedures (2010), se
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Bools, Ints
 from robocal.diagnose.limits import GROUP_FOLDS, HOLD_OUT_PLACES, HOLD_OUT_SHARE
 from robocal.errors import ModelError
@@ -30,7 +29,7 @@ BLOCKS = 10  # grid: blocks, and names that a sentence lists
 DECIMALS = 9  # tolerance: of poses in m and rad
 
 
-@dataclass(frozen=True)
+@record
 class Split:
     """Rounds of holding out; see the module. `how` says in words how they were drawn, `together` (U,) the block or group
     of each configuration where whole ones are held out."""

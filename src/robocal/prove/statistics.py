@@ -5,11 +5,10 @@ The same classes stand in result.json, in the units that are shown.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import field, record, replace
 from robocal.quantities import Amount, DisplayUnit, Share
 
 __all__ = ["Coverage", "Fold", "Stages", "Statistic", "rms"]
@@ -20,7 +19,7 @@ def rms(values: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-@dataclass(frozen=True)
+@record
 class Statistic:
     """Errors in one number each; profiled: local parameters were refitted on these data."""
 
@@ -40,7 +39,7 @@ class Statistic:
         return cls(float(values.mean()), rms(values), p95, most, len(values), profiled)
 
 
-@dataclass(frozen=True)
+@record
 class Fold:
     """One round in which everything was held out once: mean errors, baseline and identified."""
 
@@ -51,7 +50,7 @@ class Fold:
     profiled: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Stages:
     """The error of one quantity at every stage: baseline (before) and identified (after), on fitted and on unseen configurations;
     constant is predicting the mean."""
@@ -84,7 +83,7 @@ class Stages:
         )
 
 
-@dataclass(frozen=True)
+@record
 class Coverage:
     """How many of n held-out measurements lay in their bands of this level: component by component, and as a whole."""
 

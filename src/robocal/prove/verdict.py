@@ -10,9 +10,9 @@ Findings speak against a gain in the order in which they were found, and the las
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
 from itertools import groupby
 
+from robocal._record import record, replace
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, Level, When, run
 from robocal.measure.machine import Model
 from robocal.prove.decision import REGION, Decision
@@ -24,7 +24,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["Verdict", "fold", "verdict_of"]
 
 
-@dataclass(frozen=True)
+@record
 class Verdict:
     """improved, located (frames alone), not_improved or refused, with the reasons; `region` says where an improvement holds: working
     or measured."""

@@ -12,10 +12,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from string import Formatter
 from typing import Any, Protocol, TypeAlias
 
+from robocal._record import record
 from robocal.remarks import english
 
 __all__ = [
@@ -71,7 +71,7 @@ _ONE = re.compile(rf"(?<![\w.,-])1 ({'|'.join(NOUNS)})\b(?: ({'|'.join(VERBS)})\
 _OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 
 
-@dataclass(frozen=True)
+@record
 class Quantity:
     """A number with its SI unit (m, rad, px); formatted, it reads in mm, deg or px. A format that ends in ~ leaves the unit
     out: "{low:.4g~} to {high:.4g}" is "1.2 to 3.4 mm"."""
@@ -88,7 +88,7 @@ class Quantity:
 Number: TypeAlias = "str | int | float | Quantity | tuple[str, ...] | tuple[int, ...] | None"
 
 
-@dataclass(frozen=True)
+@record
 class Remark:
     """One thing said: what (`code`) and of what (`numbers`: names, rows, amounts in SI)."""
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from robocal._record import record, replace
 from robocal.quantities import Column, Listing
 from robocal.remarks.remark import Message, singular
 
@@ -32,7 +32,7 @@ OWN_FITTED = "own frames fitted"  # to the rows whose errors are told: poses and
 SPREAD = ("mean", "rms", "95 %", "max", "n")
 
 
-@dataclass(frozen=True)
+@record
 class Noted:
     """A cell with a remark of a few words, the mark of the series that it tells of, or a picture (SVG) in place of its word."""
 
@@ -49,7 +49,7 @@ def _tell_one(cell: Cell) -> Cell:
     return singular(cell) if isinstance(cell, str) else (singular(cell[0]), cell[1])
 
 
-@dataclass(frozen=True)
+@record
 class Text:
     """A paragraph of parts, each a string or a string with its style; `indent` in characters."""
 
@@ -70,7 +70,7 @@ class Text:
         return (self,)
 
 
-@dataclass(frozen=True)
+@record
 class Table:
     """Rows under a header; columns in `right` hold numbers; a style may be given for every row. Only pages have room for the
     columns in `detail`, for rows after the first `brief`, and for the caption; they leave out the columns in `terse`, which
@@ -106,7 +106,7 @@ class Table:
         return replace(self, columns=heads, rows=rows, right=right, detail=detail, terse=terse)
 
 
-@dataclass(frozen=True)
+@record
 class Figure:
     """A picture as SVG, and what it shows; a legend names its marks."""
 
@@ -116,7 +116,7 @@ class Figure:
     legend: tuple[tuple[Mark, str], ...] = ()
 
 
-@dataclass(frozen=True)
+@record
 class Remarks:
     """What is worth knowing: sentences, each with what to do about it."""
 
@@ -132,7 +132,7 @@ class Remarks:
         )
 
 
-@dataclass(frozen=True)
+@record
 class VerdictBlock:
     """A judgement: its word, what it means, what was proven, why, and what to do next."""
 
@@ -150,7 +150,7 @@ class VerdictBlock:
         return head, *quiet(*(t for t in (self.proof, *self.advice) if t), indent=2)
 
 
-@dataclass(frozen=True)
+@record
 class Tile:
     """A number that is to be seen first, and lines below it."""
 
@@ -161,14 +161,14 @@ class Tile:
     lines: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@record
 class Tiles:
     """Big numbers side by side; a table says them too."""
 
     tiles: tuple[Tile, ...]
 
 
-@dataclass(frozen=True)
+@record
 class Facts:
     """Names with their values."""
 
@@ -180,21 +180,21 @@ class Facts:
         return tuple(Text.of(f"{name}: {value}") for name, value in self.pairs)
 
 
-@dataclass(frozen=True)
+@record
 class Written:
     """Files that were written, in one folder or one by one."""
 
     paths: tuple[Path, ...]
 
 
-@dataclass(frozen=True)
+@record
 class Pair:
     """Blocks side by side, where there is room."""
 
     blocks: tuple[Block, ...]
 
 
-@dataclass(frozen=True)
+@record
 class Folded:
     """Blocks that open on request."""
 
@@ -202,7 +202,7 @@ class Folded:
     blocks: tuple[Block, ...]
 
 
-@dataclass(frozen=True)
+@record
 class Detail:
     """What only a page has room for; made when one is drawn."""
 
@@ -212,7 +212,7 @@ class Detail:
 Block: TypeAlias = "Text | Table | Figure | Remarks | VerdictBlock | Tiles | Facts | Written | Pair | Folded | Detail"
 
 
-@dataclass(frozen=True)
+@record
 class Section:
     """Blocks under a heading, which may be empty; pages may have one of their own (`title`), and a name to be found by (`key`). `brief`:
     what a terminal says in place of the blocks, without the heading, unless more is asked for. `folded`: pages show it on request."""

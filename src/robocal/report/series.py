@@ -4,11 +4,11 @@ out; and, apart from these, the rows that were set aside."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.report.numbers import finite
 from robocal.report.sections import Mark
@@ -19,7 +19,7 @@ Columns = Mapping[str, Sequence[object]]
 ASIDE: Mark = "aside"  # the key of the series that has no mean: gross rows
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Series:
     """One series: its class in the style sheet, its name, and for each of its points the configuration's ordinal (from 1)
     and the error, (n,) each."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from html import escape
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.report.numbers import plain, scientific
 
@@ -117,7 +117,7 @@ def points(places: Places, series: str) -> str:
     return path(MARKS[series](places), f"mark {series}")
 
 
-@dataclass(frozen=True)
+@record
 class AxisScale:
     """Maps low..high to start..end, linearly or by the logarithm."""
 

@@ -4,10 +4,10 @@ error where two numbers were varied."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.report import svg
 from robocal.report.contour import contour
@@ -23,7 +23,7 @@ NOTHING = 1e-9  # of the greatest value: what digits leave, and not drawn
 SHAPES = tuple(svg.MARKS)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Axis:
     """What was varied: its title with the unit, its values (k,), and words in their place where it is no number."""
 
@@ -70,7 +70,7 @@ class Axis:
         return ("" if self.labels else path(self.line(x, y, values), f"mean {shape}")) + points(at.tolist(), shape)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Curve:
     """One of a picture's curves: its name, its values (k,), and their prediction by theory (k,)."""
 

@@ -9,10 +9,10 @@ A point with depth d towards an eye at distance D is drawn D / (D - d) times lar
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 
 __all__ = ["PLANES", "Box", "View", "best", "fit_view"]
@@ -23,7 +23,7 @@ PLANES = {"xz": (-90.0, 0.0), "yz": (0.0, 0.0), "xy": (-90.0, 90.0)}
 AWAY = 3.5  # distance of the eye, in radii of the scene
 
 
-@dataclass(frozen=True)
+@record
 class View:
     """Azimuth and elevation in degrees, the point (3,) m that stands at `at` (px), px per m, and the distance of the eye in
     px: infinite for a parallel projection."""

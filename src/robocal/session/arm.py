@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
+from robocal._record import record, replace
 from robocal.arms.chain import Chain
 from robocal.errors import FileError
 from robocal.files.causes import data_remarks
@@ -22,13 +22,15 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.opened import Data, Inputs, Opened, Rendered, one_frame_per_name
 from robocal.session.prediction import Prediction
-from robocal.session.simulator import Request, Simulator
 from robocal.session.watching import Watch, computable
+
+if TYPE_CHECKING:
+    from robocal.session.simulator import Request, Simulator
 
 __all__ = ["OpenedArm", "open_arm", "robot_files"]
 
 
-@dataclass(frozen=True)
+@record
 class OpenedArm(Opened[Chain]):
     """A serial arm."""
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.apply.accuracy import accuracy_map
 from robocal.errors import ModelError
@@ -53,7 +53,7 @@ ABOARD = ("lengths", "swivel", "load", "inclination")  # kinds that say nothing 
 NOTHING = 1e-9  # tolerance: m; two models that differ by rounding are one, and neither is the better
 
 
-@dataclass(frozen=True)
+@record
 class IdentifyOutcome:
     """What an identification came to: the result, its residuals by column, and the model in SI; `left_out` are numbers
     that the calibrated robot file cannot hold."""

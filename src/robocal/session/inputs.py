@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from robocal._record import record, replace
 from robocal.errors import FormatError, InputError, ModelError, nearest
 from robocal.files.covariance import COVARIANCE, Knowledge
 from robocal.files.kinds.registry import READERS, reader_of
@@ -100,7 +100,7 @@ def _refuse_other_kind(name: str | os.PathLike[str], kinds: Container[object], m
 # --- what a run folder knows -----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@record
 class Calibration:
     """A run folder, its machine as identified, what is known of its parameters, and the files that were read."""
 

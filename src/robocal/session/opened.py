@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 
+from robocal._record import record, replace
 from robocal.errors import FormatError, ModelError
 from robocal.files.dataset import Reading, read_datasets
 from robocal.files.opened_file import MachineFile, Speaks, parameter_text
@@ -26,8 +26,10 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
 from robocal.session.prediction import Prediction
-from robocal.session.simulator import Request, Simulator
 from robocal.session.watching import Watch
+
+if TYPE_CHECKING:
+    from robocal.session.simulator import Request, Simulator
 
 __all__ = ["Inputs", "Opened", "Rendered", "every_frame"]
 
@@ -35,7 +37,7 @@ M = TypeVar("M", bound=Model)
 Data = Sequence[str | os.PathLike[str]]
 
 
-@dataclass(frozen=True)
+@record
 class Inputs:
     """A machine and what was measured on it; `files` are all that were read, with their hashes."""
 
@@ -54,7 +56,7 @@ class Inputs:
         return replace(self, reading=replace(self.reading, dataset=data))
 
 
-@dataclass(frozen=True)
+@record
 class Rendered:
     """The text of a corrected machine's file, the names that it cannot hold, and the code of the remark on them."""
 
@@ -63,7 +65,7 @@ class Rendered:
     code: str = Code.URDF_LACKS
 
 
-@dataclass(frozen=True)
+@record
 class Opened(Generic[M]):
     """A machine with its file; `given` is the path or the name of the catalogue that it was opened by."""
 

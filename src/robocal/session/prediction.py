@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
+from robocal._record import record
 from robocal.estimate.uncertainty import LEVEL
 from robocal.files.parts import Document, InputHash, hashes
 from robocal.files.text import InputFile
@@ -14,7 +14,7 @@ from robocal.remarks.remark import Remark, remark_fields
 __all__ = ["Prediction", "PredictionDocument"]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class PredictionDocument(Document):
     """What `predict --json` prints; bands are radii that hold the truth with the probability `level`."""
 
@@ -26,7 +26,7 @@ class PredictionDocument(Document):
     written: list[str]
 
 
-@dataclass(frozen=True)
+@record
 class Prediction:
     """Predicted `poses` with 95 % bands (mm, deg), in the order of the file; `relative_to` says what the bands leave out, `what` what the
     rows are, `table` what readers see of them, and `notes` how."""

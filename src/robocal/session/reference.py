@@ -3,8 +3,7 @@ file, as a controller makes of them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
+from robocal._record import record, replace
 from robocal.arms.chain import Chain, with_offsets
 from robocal.errors import ModelError
 from robocal.files.offset_file import OffsetFile, read_offsets
@@ -43,7 +42,7 @@ def nominal_chain(name: str, robot: Robot, nominal: str | None, *, base: str | N
     return reference
 
 
-@dataclass(frozen=True)
+@record
 class OffsetRobot:
     """The nominal robot, the same with the offsets of a file, and what a person should know of that file."""
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
+from robocal._record import record
 from robocal.errors import ModelError, nearest
 from robocal.files.opened_file import Speaks
 from robocal.files.units import finite, numbers_of
@@ -22,7 +22,7 @@ M = TypeVar("M", bound=Model)
 LABEL = "# SIMULATED by robocal simulate, not measured: "
 
 
-@dataclass(frozen=True)
+@record
 class Errors:
     """How the true machine differs: normal errors of lengths and angles of its geometry, and values set by name (all
     SI)."""
@@ -32,7 +32,7 @@ class Errors:
     values: tuple[tuple[str, float], ...] = ()
 
 
-@dataclass(frozen=True)
+@record
 class Request:
     """What is to be simulated, in SI; None where nobody said. `at` is a file of configurations that are not to be drawn."""
 

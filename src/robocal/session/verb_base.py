@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
+from robocal._record import record
 from robocal.files.parts import Document, provenance_of
 from robocal.files.text import InputFile
 from robocal.quantities import Listing
@@ -20,7 +20,7 @@ __all__ = ["VerbResult", "VerdictResult"]
 D = TypeVar("D", bound=Document)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class VerbResult(ABC):
     """What a verb finds: what is to be said of it; `reasons`: why it must not be trusted; the files that were read, and by which
     command."""

@@ -8,10 +8,10 @@ residual is what the contact leaves.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
@@ -80,7 +80,7 @@ SAMPLE = 300  # places that are looked at to find some that are reached easily
 CAMERA = (1400.0, 1400.0, 640.0, 480.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
+@record
 class Instrument:
     """What measures: its kind, its noise per axis (m, rad), and its frame (m, rotation vector), None for base
     coordinates."""
@@ -92,7 +92,7 @@ class Instrument:
     name: str = ""
 
 
-@dataclass(frozen=True)
+@record
 class Scene:
     """The true arm, the joint values (m, n), the instrument, and random numbers for where things stand."""
 

@@ -6,9 +6,9 @@ A Dask scheduler without TLS runs whatever anyone who reaches its port sends it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from robocal._record import record
 from robocal.errors import FileError
 from robocal.files.writing import write_bytes
 from robocal.studies.work import Work, compute
@@ -18,7 +18,7 @@ __all__ = ["Cluster", "on_cluster"]
 PATIENCE = 20.0  # s until a scheduler answers
 
 
-@dataclass(frozen=True)
+@record
 class Cluster:
     """Where the scheduler is, tcp://host:port or tls://host:port, and the files of TLS: of the authority, of our certificate and of
     its key."""

@@ -7,12 +7,12 @@ import shutil
 import threading
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.errors import FileError, InputError
 from robocal.files.studyfile import Study
@@ -28,7 +28,7 @@ DEATHS = 20  # of the workers of one thread
 ABOUT = "study.json"
 
 
-@dataclass(frozen=True)
+@record
 class PointSummary:
     """Of one output at one point, SI: root mean square and mean over trials, standard deviation of one, trials that did not end, and
     what theory foretells of the root mean square."""
@@ -40,7 +40,7 @@ class PointSummary:
     theory: float | None
 
 
-@dataclass(frozen=True)
+@record
 class StudyOutputs:
     """Every output of every trial, (points, trials), its SI unit, and its prediction by theory at every point where there is one."""
 

@@ -8,13 +8,13 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.errors import FileError, FormatError, ModelError
 from robocal.files.studyfile import Point, Study
@@ -26,7 +26,7 @@ __all__ = ["Setting", "Work", "chunks", "compute", "do", "drawn", "pack", "trial
 THEORY = 1 << 30  # the chunk whose stream draws the lists of which theory is asked
 
 
-@dataclass(frozen=True)
+@record
 class Setting:
     """One point of a study and what its trials need of the rest: of a sweep of thousands of points, the others are not sent. `read` are
     the files of this point with their SHA-256."""
@@ -38,7 +38,7 @@ class Setting:
     read: tuple[tuple[str, str], ...]
 
 
-@dataclass(frozen=True)
+@record
 class Work:
     """So many trials of a point from the first, and the file that they become."""
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from robocal._record import record
 from robocal.files.parts import CableDocument
 from robocal.report.sections import Section, Text, Written
 from robocal.verbs import shared_options as w
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["Options", "run", "sections"]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ModelDocument(CableDocument):
     """What --json prints: the cable set that was read, the others of the file, and what the file calls every cable."""
 
@@ -28,7 +28,7 @@ class ModelDocument(CableDocument):
     text: str | None
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Write a model of CASPR as robot.yaml, with one of its cable sets.
 

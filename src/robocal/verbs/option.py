@@ -1,6 +1,6 @@
 """How the options of a verb are told, once: a frozen dataclass whose fields carry help, unit, range and choices.
 
-    @dataclass(frozen=True)
+    @record
     class Options(BaseOptions):
         robot: str = arg(..., "ROBOT", "robot.yaml, a URDF, ...")
         noise: float | None = option(None, "Standard deviation per axis", unit="length", otherwise="0.05 mm, converted")
@@ -16,11 +16,12 @@ import builtins
 import math
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, Field, field, fields
 from functools import cache
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
+from robocal._record import record
 from robocal.errors import ModelError, nearest
 
 __all__ = ["Arg", "BaseOptions", "Option", "OptionField", "arg", "entries", "option"]
@@ -29,7 +30,7 @@ KINDS = {bool: "True or False", int: "a whole number", float: "a number", str: "
 FILE_UNITS = ("length", "angle", "mass", "force")
 
 
-@dataclass(frozen=True)
+@record
 class Arg:
     """A word that has no name of its own on the command line."""
 
@@ -37,7 +38,7 @@ class Arg:
     help: str
 
 
-@dataclass(frozen=True)
+@record
 class Option:
     """A named option. `name`: where it is not the field's; `short`: "-n"; `unit`: a dimension of the robot file ("length") or a
     unit; `least` and `most`: the range, both ends included, `above` without its end; `wrong`: what is said outside; `numbers`:
@@ -96,7 +97,7 @@ def option(default: Any, help: str, metavar: str = "", **facts: Any) -> Any:
     return field(default=MISSING if default is ... else default, metadata={"told": Option(help, metavar, **facts)})
 
 
-@dataclass(frozen=True)
+@record
 class OptionField:
     """One field of an Options class: its name, kind of value (str, int, float, bool, Path), whether it may be left out (None),
     whether it may be repeated, its default, what is told of it, and whether a word may as well be a number."""
@@ -128,7 +129,7 @@ class OptionField:
         return self.default is MISSING
 
 
-@dataclass(frozen=True)
+@record
 class BaseOptions:
     """Options that check themselves: ranges and choices hold however they were given. Raises ModelError."""
 

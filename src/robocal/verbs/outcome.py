@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from robocal._record import record, replace
 from robocal.progress import Watch
 from robocal.remarks.remark import Message
 from robocal.report.sections import Section, Text
@@ -21,7 +21,7 @@ T = TypeVar("T")
 R = TypeVar("R", bound="VerbResult")
 
 
-@dataclass(frozen=True)
+@record
 class _Constant:
     """A document that was made already."""
 
@@ -31,7 +31,7 @@ class _Constant:
         return self.document
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Outcome(Generic[T]):
     """What was found (`result`), its document for machines (a dataclass of `files.parts`), whether it may be trusted (status 0,
     else 3), the remarks, and the files that were written. `text`: a list or file that belongs on stdout where nothing was written; the

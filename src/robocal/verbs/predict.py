@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robocal._record import record, replace
 from robocal.report.sections import Section, Text, ends, listing_table, quiet
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
@@ -20,7 +20,7 @@ __all__ = ["Options", "run", "sections"]
 MOST = 40
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Predict the pose of the tool at given joint values, with 95 % bands; of a cable robot its lengths at poses, or its poses at lengths.
 

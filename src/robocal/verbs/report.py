@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
+from robocal._record import record
 from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
 from robocal.verbs.outcome import path_sections as sections
@@ -12,7 +12,7 @@ from robocal.verbs.outcome import path_sections as sections
 __all__ = ["Options", "run", "sections"]
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Write report.html again, from result.json, residuals.csv and accuracy_map.csv of a run folder."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any
 
+from robocal._record import record
 from robocal.files.parts import SCHEMA
 from robocal.quantities import UnitValue
 from robocal.report.sections import Section, Text
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["Options", "Simulated", "run", "sections"]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class SimulatedDocument:
     """What --json prints; `largest_error`: by how much the model is wrong at most, of the measured positions."""
 
@@ -37,7 +37,7 @@ class SimulatedDocument:
     written: list[str]
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Simulate measurements of a robot that differs from its model: data, and the true robot to compare with.
 
@@ -98,7 +98,7 @@ class Options(BaseOptions):
     tip: w.Tip = None
 
 
-@dataclass(frozen=True)
+@record
 class Simulated:
     """The nominal and the true machine, the data in SI, the files that were written, and how far the model is off, in m."""
 

@@ -6,11 +6,11 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
 
+from robocal._record import record
 from robocal.progress import tell
 from robocal.report.sections import Section, Text
 from robocal.verbs.option import BaseOptions, arg
@@ -24,7 +24,7 @@ LIST = "kernels.txt"
 BEGIN = "import sys; sys.path[:] = sys.argv[3:]; from robocal.verbs.warm_up import beside; beside(sys.argv[1], int(sys.argv[2]))"
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Compile all kernels now, into the cache, so that no later command waits: for containers, CI and whoever installs for others.
 
@@ -38,7 +38,7 @@ class Options(BaseOptions):
     packages: tuple[str, ...] = arg((), "[PACKAGE]...", "Kernels of these packages only.")
 
 
-@dataclass(frozen=True)
+@record
 class WarmUp:
     """How many kernels are ready, and the folder in which they are kept; none where no folder can be written."""
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.geometry import fits
@@ -28,7 +27,7 @@ def growth(robot: CableRobot) -> dict[str, float]:
     return dict(zip(names, away.ravel().tolist(), strict=True))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Scattered:
     """How calibrations scatter about their mean, m: root mean square of a component (3.39a) and of a point, of a zero; and of what is
     left of a component once every frame is brought onto the mean by a motion, and by a motion and a size. `along` and `across` are

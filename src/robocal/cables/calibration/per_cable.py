@@ -19,13 +19,13 @@ A pulley takes centimetres of length along; what a straight cable makes of them 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array, as_kernel_indices
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.cables.geometry import CableRobot, lengths
 from robocal.errors import ModelError, require, require_one_of
@@ -84,7 +84,7 @@ def refine_over_pulleys(
 RESIDUALS = ("length", "squared")
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CableFits:
     """Of B lists: frame anchors (B, m, 3) and zeros (B, m) in m, half the weighted sum of squares (B, m), iterations (B, m), whether
     each fit arrived (B, m), and the normal matrices (B, m, k, k) over the `axes` of the anchor and the zero; `numbers` (B, m) were

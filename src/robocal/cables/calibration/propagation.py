@@ -23,12 +23,13 @@ found by bisection, where the error still falls; and with n poses like those of 
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot, straight
 from robocal.errors import ModelError, require, require_one_of
@@ -42,7 +43,7 @@ HALVINGS = 60
 NOWHERE = 1e-6  # of a noise: a sensor that is none better
 
 
-@dataclass(frozen=True)
+@record
 class Noise:
     """One standard deviation of a reading (m), of a component of the platform's place (m) and of its rotation vector (rad)."""
 
@@ -62,7 +63,7 @@ def rms(anchors: ArrayLike, zeros: ArrayLike) -> tuple[float, float]:
     return float(np.sqrt(np.mean(a**2))), float(np.sqrt(np.mean(z**2)))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class ErrorPropagation:
     """A robot at a list of poses (n, 4, 4): everything that the error model needs of them."""
 
@@ -180,7 +181,7 @@ class ErrorPropagation:
         return self._anchors_and_zeros(x)
 
 
-@dataclass(frozen=True)
+@record
 class Expected:
     """Root mean square errors: anchors, zeros and position in m, orientation in rad; position and orientation not a number where
     there are fewer cables than degrees of freedom."""
@@ -191,7 +192,7 @@ class Expected:
     orientation: float
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Requirement:
     """A list of poses, the noise of what is measured at them, and the estimator that is to be used."""
 

@@ -5,11 +5,10 @@ All three are properties of a structure matrix W alone; neither weight nor tensi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.cables.statics import row_weights, structures
 
@@ -18,7 +17,7 @@ __all__ = ["CLOSED", "Dexterity", "condition_number", "dexterity", "tension_fact
 CLOSED = 1e-9  # tolerance: a smaller tension factor is made of rounding
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Dexterity:
     """Of k poses: `tension_factor` (k,) in [0, 1], 0 where not every wrench can be balanced; `condition` (k,) >= 1 of the structure
     matrix, infinite where it is singular; `length` in m, by which moments are divided in it."""

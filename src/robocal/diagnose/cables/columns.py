@@ -9,12 +9,12 @@ instrument is. Axes: poses may be mirrored, exchanged, or their orientations inv
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.cables.calibration.per_cable import per_cable
 from robocal.cables.geometry import CableRobot
@@ -103,7 +103,7 @@ def beside_poses(context: Context[CableRobot]) -> tuple[Observations, Observatio
     return read, pose, t[known], y[known]
 
 
-@dataclass(frozen=True)
+@record
 class Exchange:
     """Column j holds what belongs to cable `of` [j]; what the cables concerned leave as stated and with that (m, rms), and whether
     frame anchors say that it is the platform anchors in the robot file that are exchanged, not the columns."""
@@ -165,7 +165,7 @@ REFLECTIONS = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
+@record
 class Turned:
     """What explains the lengths: of positions alone, of whole poses (a left-handed frame), or of orientations; what anchors of every
     cable by itself leave as stated and with that, rms m."""

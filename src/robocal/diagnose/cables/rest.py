@@ -9,12 +9,12 @@ With the geometry as stated, a few centimetres off, a tension pulls a hundredth 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
@@ -105,7 +105,7 @@ def _judge(robot: CableRobot, obs: Observations, found: Balance) -> Finding | No
 SHIFTS = (-3, -2, -1, 1, 2, 3)
 
 
-@dataclass(frozen=True)
+@record
 class Balance:
     """What tensions of a platform at rest weigh, kg, the force that they leave, rms N, and the force that directions which are a tenth off
     would; `exchanged` are two cables whose readings, changed over, leave far less, `shifted` the number of rows by which all are late."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import reduce
 from itertools import combinations, permutations, product
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import SIGN_JOINTS
 from robocal.geometry import so3
@@ -47,7 +47,7 @@ ORDERS = (What.SHIFT, What.REVERSED)
 WHOLE = (*ORDERS, What.TURNS)  # these look at neighbouring rows, or at every row
 
 
-@dataclass(frozen=True)
+@record
 class Change:
     """One change: of joints or axes `at`, by an `amount` (rad, rows, or how much of the second joint the first counts with) or
     `factors`, in the files `sources` (all where empty).

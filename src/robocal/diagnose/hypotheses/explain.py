@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.hypotheses.changes import WHOLE, Change, Trial, What, apply_all
@@ -46,7 +46,7 @@ SOFT, LOST = 0.03, 1.0  # rad: how far a joint's zero may be off as a matter of 
 GAINS = (1.0, 1.6, 2.4, 3.6)  # grid: gains from which a fit begins that all joints have alike
 
 
-@dataclass(frozen=True)
+@record
 class Explanation:
     """Changes that explain the data, alike, the plainest first; what is left as stated and with them (m)."""
 
@@ -55,7 +55,7 @@ class Explanation:
     left: float
 
 
-@dataclass(frozen=True)
+@record
 class Doubt:
     """Data whose misfit asks for a change: rows of every instrument, what is left as stated and with the joints' zeros
     lost (m), the reach (m), and whether the joints stood at too few places for anything but another arm."""

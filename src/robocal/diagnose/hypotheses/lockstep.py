@@ -9,10 +9,9 @@ is not what is looked for here.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.diagnose.hypotheses.sights import Sights
 from robocal.diagnose.limits import HYPOTHESIS_BENT
@@ -28,7 +27,7 @@ NOISE = 5e-4  # m: against which the soft hold is weighed
 LOOSE = 3.0  # expected errors: how softly the arm's own numbers are held
 
 
-@dataclass(frozen=True)
+@record
 class SoftPrior:
     """How far the arm's own numbers may go: names of the table with standard deviations (g,), and those of the joints'
     zeros (n,)."""
@@ -46,7 +45,7 @@ class SoftPrior:
         return cls(names, sigma, wide)
 
 
-@dataclass(frozen=True)
+@record
 class TrialOutcome:
     """What each trial leaves: the median error of a reading (m), with what the arm had to give way for it; the joints'
     zeros that it took (B, n) and the numbers of its table (B, P); and how far the places that were read spread (m)."""

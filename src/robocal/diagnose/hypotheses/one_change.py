@@ -8,10 +8,10 @@ worth. By chance F - 1 more places explain next to nothing.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, Machines, When, check, doubt, once, refuse
 from robocal.diagnose.hypotheses.explain import Explanation, assess_misfit, explain, finite_sights, left_softly
@@ -33,7 +33,7 @@ CHANGED = declare(
 )
 
 
-@dataclass(frozen=True)
+@record
 class Mistake:
     """What explains the data: changes, or other chains; what is left as stated and with the best of them (m)."""
 

@@ -5,11 +5,11 @@ chains of the robot's file.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal.diagnose.check_registry import Context, M_co
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Observations
@@ -43,7 +43,7 @@ class OtherChain(Protocol):
         """What it leaves (m)."""
 
 
-@dataclass(frozen=True)
+@record
 class ReadContext(Context[M_co]):
     """Beside the data: units that look wrong (`suspicions`) or that people mix up (`alternatives`), `forgotten` keys that may explain
     a misfit as well, the `changes` that are worth a trial, and the other chains (`others`) that explain
@@ -56,7 +56,7 @@ class ReadContext(Context[M_co]):
     others: Callable[[Doubt, bool], Sequence[OtherChain]] | None = None
 
 
-@dataclass(frozen=True)
+@record
 class OtherUnit:
     """`part` (joints, or the section that holds lengths) of `source` is stated in `stated` but looks like
     `alternative`: its SI values times `factor`."""

@@ -11,10 +11,10 @@ A part that fits as stated beside the others is of this robot: the instrument or
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, Machines, When, check, refuse
@@ -50,7 +50,7 @@ TURNS = declare(
 )
 
 
-@dataclass(frozen=True)
+@record
 class _File:
     """The readings of one file, their frames as one trial, what an arm's making leaves (m), and what is left as stated (m)."""
 

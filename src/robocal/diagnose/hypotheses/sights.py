@@ -8,11 +8,11 @@ A camera in hand that sees a board is the same with everything inverted: Y^-1 = 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.diagnose import limits
 from robocal.geometry import se3, so3
@@ -27,7 +27,7 @@ KINDS = ("position", "pose", "spherical")
 ROWS = 40  # readings that are enough to tell
 
 
-@dataclass(frozen=True)
+@record
 class Sights:
     """B trials of k readings: joint values (B, k, n) at each reading, places (B, k, 3) and turns (B, k, 3, 3) that were
     read, whether a turn was read (k,), frame (k,) and thing (B, k) of each; starts (F or T, 4, 4) and what of them is

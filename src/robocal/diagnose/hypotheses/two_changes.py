@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from itertools import combinations, islice, product
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.diagnose import limits
 from robocal.diagnose.hypotheses.changes import OF_JOINTS, ORDERS, Change, Trial, What, apply_all
@@ -32,7 +32,7 @@ SIGNS = 2  # grid: of joints that count the other way beside another change of j
 AT_ONCE = 512  # grid: trials for which memory is taken at a time
 
 
-@dataclass(frozen=True)
+@record
 class _Linear:
     """What the form leaves of the readings with every change of joint values and every order of the rows, as a share of their
     spread, (J, O), and by how much they grow with p, (J, O)."""

@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Context, Finding, Given, M_co, Machines, When, check, doubt, refuse
 from robocal.diagnose.limits import COPY_CHANCE, QUIETEST, REPEAT_SIGMA, STILL_MOVED, STILL_PLACES
@@ -24,7 +24,7 @@ from robocal.remarks.english import declare
 __all__ = ["STILL", "TableContext", "joint_limits", "outside", "repeat_findings", "repeats", "still"]
 
 
-@dataclass(frozen=True)
+@record
 class TableContext(Context[M_co]):
     """Beside the data of a file: the joint values of its rows, (m, n), the numbers that it gives these rows, (m,), and its name."""
 

@@ -16,12 +16,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal import _scipy as scipy
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.segments.candidate_rows import runs
@@ -38,7 +38,7 @@ DEGREES = 3  # grid: polynomials along the file that several steps are compared 
 SWEEPS = 3  # grid: rounds in which the ends of several segments are looked for beside one another
 
 
-@dataclass(frozen=True)
+@record
 class Segment:
     """Rows of a file that were measured as if `cause` had moved: `first` and `last` number the observations of the group,
     `rows` are the same ends as the file numbers them."""

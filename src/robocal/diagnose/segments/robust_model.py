@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from robocal import _scipy as scipy
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.diagnose.limits import SEGMENT_NUMBERS, SEGMENT_ROWS
 from robocal.diagnose.segments.row_sequence import Candidate, RowSequence
@@ -32,7 +32,7 @@ EPS = 1e-12  # tolerance: of the largest eigenvalue
 CLEAR = 1e-9  # tolerance: of the smallest pivot: so far above EPS every direction is known, and the triangle's inverse is a root
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class SegmentFit:
     """A segment a <= i < b of a run, its candidate, gain and the part of its step that the model cannot
     answer, `unexplained` (q,), and the segment of another cause that explains as much."""
@@ -236,7 +236,7 @@ def spread(left: Array) -> float:
     return math.sqrt(median(some) / float(scipy.special.chdtri(left.shape[1], 0.5))) if len(some) else EPS
 
 
-@dataclass(frozen=True)
+@record
 class _Sums:
     """Running sums over rows, so that every segment is a difference of two."""
 

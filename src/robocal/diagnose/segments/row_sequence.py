@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import spread
@@ -19,7 +19,7 @@ __all__ = ["Candidate", "Parts", "Plain", "RowSequence", "whiten_terms"]
 Parts = tuple[tuple[int, int, str], ...]  # columns that share a unit: start, stop, SI unit
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Plain:
     """What a candidate does to the readings themselves, where rows are made of them: whitened columns (k, H, q), the standard
     deviations (k, H) of the readings, infinite where there is none, and their parts by unit."""
@@ -29,7 +29,7 @@ class Plain:
     parts: Parts
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Candidate:
     """What may have moved: `target`, `instrument`, a `zero` or all `zeros`, its name where there are several, and the columns (k, d, q)
     of every row; `plain` tells them of the readings, where rows are something else, and `origin` file and row of those readings."""
@@ -46,7 +46,7 @@ class Candidate:
         return np.flatnonzero((self.column != 0).any(axis=(1, 2)))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class RowSequence:
     """The rows of one file in order: residual (k, d), Jacobian of everything free (k, d, n), what may have moved, and the
     standard deviations (k, d) by which all that was divided; and what each row weighs, `share` (k,), among

@@ -7,11 +7,11 @@ the stated priors as further rows; of columns that say the same, the preferred o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.estimate.elimination import squares
 from robocal.estimate.problem import Problem
@@ -33,7 +33,7 @@ ALIKE = 0.05  # of a share: parts that differ by less are the same
 PARTNER = 0.05
 
 
-@dataclass(frozen=True)
+@record
 class Combination:
     """A dropped parameter and what takes its place: `name` by one unit looks like the kept parameters by `partners`
     units (SI), or, without partners, like the local blocks of these `families`."""
@@ -76,7 +76,7 @@ def together(partners: Sequence[tuple[str, float]]) -> tuple[tuple[str, ...], in
     return tuple(shown), len(partners) - counted
 
 
-@dataclass(frozen=True)
+@record
 class Choice:
     """The columns `at` of a problem at x (1, P) that are kept, the others `left`, and the scaled matrix of data and stated priors
     that says so; `loose` names those of the others that data would place by nothing but what was fitted."""

@@ -13,11 +13,11 @@ result is that of the free blocks. Reference: Fuller, Measurement error models (
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import Solution, least_squares
@@ -105,7 +105,7 @@ ENOUGH = 0.01  # of sigma
 PASSES = 3
 
 
-@dataclass(frozen=True)
+@record
 class Generalised:
     """Where generalised least squares ended: x (B, P) with the blocks where they follow, `covariance` (B, n, n) of the free
     columns, `moved` (B,) the largest move of the last pass in sigma, `exact` (B,) whether that is at most `ENOUGH`; x of the others
@@ -118,7 +118,7 @@ class Generalised:
     passes: int
 
 
-@dataclass(frozen=True)
+@record
 class _Shared:
     """The numbers of configurations that have equally many, `order` (U, h), of the block `block` (U,), with S = root root^T."""
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.errors import one_of
 from robocal.files.schema import FileModel, Name, Version
@@ -92,8 +93,8 @@ class CableRobotModel(FileModel):
     frame_anchors: Any
     platform_anchors: Any
     cables: list[CableModel] | None = None
-    every_cable: Annotated[CommonModel, OrEmpty] = CommonModel()
-    platform: Annotated[PlatformModel, OrEmpty] = PlatformModel()
+    every_cable: Annotated[CommonModel, OrEmpty] = CommonModel.model_construct()
+    platform: Annotated[PlatformModel, OrEmpty] = PlatformModel.model_construct()
     calibrate: CableCalibrateModel | None = None
     source: str | None = None
 
@@ -108,7 +109,7 @@ MATERIALS = {
 }
 
 
-@dataclass(frozen=True)
+@record
 class CableUnits:
     """The units in which a file speaks; what is made of several follows from them."""
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.cables.geometry import COMMON, PLATFORM, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
@@ -36,7 +36,7 @@ EYELET = (0.0, np.array([0.0, 0.0, 1.0]))  # a pulley of no radius
 PARAMETERS = {"pulley": WHEEL, "elasticity": (STRETCH,)}  # keys of a cable, and the parameters that they are
 
 
-@dataclass(frozen=True)
+@record
 class Anchor:
     """An anchor: its name, its coordinates in m, what the file says of it, and where."""
 
@@ -49,7 +49,7 @@ class Anchor:
 Anchors = Mapping[str, Anchor]
 
 
-@dataclass(frozen=True)
+@record
 class CableRow:
     """One cable: what the file says of it, alone and of every cable; where; its name; and its anchors, a and b."""
 

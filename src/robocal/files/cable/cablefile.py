@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
+from robocal._record import record, replace
 from robocal.cables.check import check
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
@@ -22,7 +22,7 @@ __all__ = ["CableFile", "robot_remarks"]
 Place = tuple[Path_, Unit]
 
 
-@dataclass(frozen=True)
+@record
 class CableFile:
     """A cable robot with where it came from. `places` says where in the text a parameter stands and in which unit;
     `format` is yaml, published or caspr; `warnings` are what is odd about it; `beside` are other files that it was read from."""

@@ -7,12 +7,12 @@ other chains, muscles and springs that nobody drives are other machines, and are
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record
 from robocal.cables.check import PRINTED, check
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
@@ -47,7 +47,7 @@ PASSIVE = "passive"  # cables that nobody drives: cable_passive_...
 OFF = 1e-6  # m; a body's plane further than this from that of the frame anchors is another one
 
 
-@dataclass(frozen=True)
+@record
 class Cable:
     """Anchors (3,), pulley (radius, axis (3,)) of the frame's, tension limits, strain per newton and diameter where they
     are said."""
@@ -60,7 +60,7 @@ class Cable:
     diameter: float | None
 
 
-@dataclass(frozen=True)
+@record
 class Caspr:
     """A robot of CASPR, and what its files say beside it: which cable set it has, the names of the `others`, what CASPR calls
     its cables ("" where it does not), and remarks on what no robot.yaml can hold."""

@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.cables.check import FAR
 from robocal.cables.geometry import CableRobot
@@ -63,7 +63,7 @@ COLUMNS = (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CableList:
     """Names of the rows, their values in SI (poses (k, 4, 4) or lengths (k, m)), and where given tensions (k, m) and
     wrenches (k, 6); lengths are `geometric`, or as the sensors show them; `lines` are the rows as an editor numbers them, `sha256` is

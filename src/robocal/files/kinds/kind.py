@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any, NoReturn
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Array, Ints
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import TINIEST, TOO_SMALL, DataModel, ScalarModel, SigmaModel, ValueModel
@@ -41,7 +41,7 @@ FULL = (True,) * 6  # of a frame: where it is and how it is turned
 XYZ: tuple[bool, ...] = (True, True, True, False, False, False)
 
 
-@dataclass(frozen=True)
+@record
 class Values:
     """One kind's numbers in SI: value (k, d), sigma (k, d) or None; the unit of lengths and angles in the file, for
     frames and reports."""
@@ -65,7 +65,7 @@ class Values:
         return replace(self, options={**self.options, **options})
 
 
-@dataclass(frozen=True)
+@record
 class Part:
     """Observations of one thing, such as one place: rows of the table with their values."""
 
@@ -77,7 +77,7 @@ class Part:
     nowhere: bool = False  # known without the machine: no row of the table is where it stood
 
 
-@dataclass(frozen=True)
+@record
 class Around:
     """What surrounds a kind's columns: the table and its document, the units of frames, the file's own name, and names
     that are taken."""
@@ -95,7 +95,7 @@ class Around:
             self.document.fail("this name is taken", at, found=name, expected=f"a name other than {taken}")
 
 
-@dataclass(frozen=True)
+@record
 class KindOutput:
     """A kind's own part of what is written: columns (header, unit, values (k,) in SI), and its lines of data.yaml."""
 
@@ -108,7 +108,7 @@ def whole(model: Any, values: Values, around: Around) -> Sequence[Part]:
     return [Part(np.arange(len(values.value)), values)]
 
 
-@dataclass(frozen=True)
+@record
 class KindFile:
     """A kind of measurement in files: the model of its data.yaml, how its columns are read and written, and which parts
     of a target it can see; `free` says what of its place is free unless stated, `located` whether its first three
@@ -126,7 +126,7 @@ class KindFile:
     name: str = ""
 
 
-@dataclass(frozen=True)
+@record
 class QuantityColumns:
     """A quantity in columns: its key in data.yaml, what its columns and those of their standard deviations are called where nobody
     says, and its SI unit."""

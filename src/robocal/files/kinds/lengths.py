@@ -34,7 +34,7 @@ class LengthsModel(DataModel):
     """Lengths of all cables, in the robot's order or in columns that are called as its cables are, and the tensions under which they
     stretched: read, or computed for the platform's weight. `zeros` names the power-up whose zeros these are, not the robot's."""
 
-    lengths: ValueModel = ValueModel()
+    lengths: ValueModel = ValueModel.model_construct()
     tension: ValueModel | Literal["computed"] | None = None
     zeros: Name | None = None
     gain: GainModel | None = None
@@ -43,14 +43,14 @@ class LengthsModel(DataModel):
 class SwivelModel(DataModel):
     """Angles by which the pulleys of all cables swivel, and where their encoders count from: free unless stated."""
 
-    swivel: ValueModel = ValueModel()
+    swivel: ValueModel = ValueModel.model_construct()
     zero: ScalarModel | None = None
 
 
 class LoadModel(DataModel):
     """Tensions that load cells read while the platform is at rest, and which of `mass`, `cx`, `cy`, `cz` of the platform are free."""
 
-    load: ValueModel = ValueModel()
+    load: ValueModel = ValueModel.model_construct()
     free: list[Literal["mass", "cx", "cy", "cz"]] = Field(default_factory=list)
 
 

@@ -65,7 +65,7 @@ class CornersModel(FileModel):
 class PixelsModel(FramedModel):
     """Pixels of known points of a target, and the camera that saw them."""
 
-    pixels: ValueModel = ValueModel()
+    pixels: ValueModel = ValueModel.model_construct()
     points: ValueModel | None = None
     corners: CornersModel | None = None
     camera: CameraModel

@@ -77,14 +77,14 @@ class RelativePoseModel(DataModel):
 
     position: PlaceValuesModel | None = None
     orientation: OrientationModel
-    second: SecondModel = SecondModel()
+    second: SecondModel = SecondModel.model_construct()
 
 
 class DisplacementModel(FramedModel):
     """How far the target moved, from the first configuration to the second."""
 
-    displacement: ValueModel = ValueModel()
-    second: SecondModel = SecondModel()
+    displacement: ValueModel = ValueModel.model_construct()
+    second: SecondModel = SecondModel.model_construct()
 
 
 def matrix_columns(model: OrientationModel, table: CsvTable) -> list[str | int]:

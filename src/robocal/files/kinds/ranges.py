@@ -53,20 +53,20 @@ RIGHT = np.pi / 2 + 1e-9  # rad
 class BearingModel(FramedModel):
     """Azimuth and elevation of a target."""
 
-    bearing: ValueModel = ValueModel()
+    bearing: ValueModel = ValueModel.model_construct()
 
 
 class SphericalModel(BearingModel):
     """Range, azimuth and elevation of a target; the range has a sigma of its own."""
 
-    range: ValueModel = ValueModel()
+    range: ValueModel = ValueModel.model_construct()
     zero: ScalarModel | None = None
 
 
 class InclinationModel(FramedModel):
     """Two angles; how the sensor sits on the platform is its `target`, which way is up the z axis of its `frame` (the base's)."""
 
-    inclination: ValueModel = ValueModel()
+    inclination: ValueModel = ValueModel.model_construct()
 
 
 def read_bearing(model: BearingModel, table: CsvTable, document: YamlDocument) -> Values:
@@ -225,8 +225,8 @@ class MediumModel(FileModel):
 class RangeModel(PlacedModel):
     """Ranges from receivers: several columns, each named like its receiver, or one with the place beside it."""
 
-    range: ValueModel = ValueModel()
-    medium: MediumModel = MediumModel()
+    range: ValueModel = ValueModel.model_construct()
+    medium: MediumModel = MediumModel.model_construct()
 
 
 def read_range(model: RangeModel, table: CsvTable, document: YamlDocument) -> Values:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.geometry import se3
 from robocal.measure.data import Frame, Observations
@@ -17,7 +17,7 @@ from robocal.parameters import FRAME_SYMBOLS
 __all__ = ["STARTS", "Start", "TargetRows", "frame_values", "start"]
 
 
-@dataclass(frozen=True)
+@record
 class TargetRows:
     """Rows of one instrument that share one target.
 

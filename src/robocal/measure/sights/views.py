@@ -7,10 +7,10 @@ points say of it is added before it meets the many columns of a machine.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Ints
 from robocal.measure.builder import Builder
 from robocal.measure.carriers import Carrier
@@ -19,7 +19,7 @@ from robocal.measure.data import Observations
 __all__ = ["SharedView", "SightEdges", "sights_of", "views_of"]
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class SharedView:
     """T_camera_carrier at some configurations, (V,) ascending."""
 
@@ -41,7 +41,7 @@ class SharedView:
         return self.memo[family]
 
 
-@dataclass(frozen=True)
+@record
 class SightEdges:
     """Rows (m,) in the order of views: rows edges[s] to edges[s + 1] show one target in one view, sights views[v] to views[v + 1]
     are those of one view, and seat (S,) says which target a sight shows."""

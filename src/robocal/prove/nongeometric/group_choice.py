@@ -19,11 +19,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.arms.chain import Chain, Group
 from robocal.arms.groups import GROUPS, add, fix_groups, free_groups, without
@@ -52,7 +52,7 @@ ROUNDS = 10
 WHOLE = -1  # instead of the number of a round: all rows
 
 
-@dataclass(frozen=True)
+@record
 class Tried:
     """One group that was asked for: its parameters, what it gained on unseen blocks (mean, low, high in `unit`), and
     why it entered or not; `before` is the mean unseen error without it."""
@@ -67,7 +67,7 @@ class Tried:
     orders: tuple[tuple[str, tuple[float, ...]], ...] = ()
 
 
-@dataclass(frozen=True)
+@record
 class GroupChoice:
     """The model with the groups that entered free and the others held, and the record of all."""
 

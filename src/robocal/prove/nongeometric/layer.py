@@ -16,13 +16,13 @@ block that neither has seen is compared with and without the layer. It is switch
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal import _scipy as scipy
+from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import LAYER_PLACES
 from robocal.estimate.least_squares import least_squares
@@ -46,7 +46,7 @@ ROUNDS = 5
 KINDS = ("position", "pose")
 
 
-@dataclass(frozen=True)
+@record
 class Layer:
     """Points (p, n), their weights (p, d), size of every output (d,), length scales (n,), noise over size; `turning`
     (n,) tells joints that turn. d is 3 or 6, in base axes, m and rad."""
@@ -138,7 +138,7 @@ def _maximise_likelihood(apart: Array, y: Array, turning: Bools, span: Array) ->
     return np.exp(best.x[:n]), float(np.exp(-0.5 * best.x[n]))
 
 
-@dataclass(frozen=True)
+@record
 class Guarded:
     """A layer (None where it was refused), mean unseen error without and with it (m), gain with its 95 % interval, and
     the reason."""
@@ -152,7 +152,7 @@ class Guarded:
     coverage: float | None = None  # share of unseen components within their 95 % band
 
 
-@dataclass(frozen=True)
+@record
 class LayerRows:
     """What the model misses, measured - predicted in base axes, (N, 3 or 6), and the configuration of every row."""
 

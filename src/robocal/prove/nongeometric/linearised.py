@@ -10,10 +10,10 @@ handed back is fitted without this shortcut.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
 from robocal.fit.fit import Fit
@@ -27,7 +27,7 @@ __all__ = ["Linearised", "linearise_fit"]
 CHUNK = 128  # columns at once
 
 
-@dataclass(frozen=True)
+@record
 class Linearised:
     """Whitened rows with all columns (N, n), the residual as the last column of the Gram matrices, round by round."""
 

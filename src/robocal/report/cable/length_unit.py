@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import ceil, log10
 
+from robocal._record import record
 from robocal.report.numbers import significant, with_decimals
 from robocal.report.svg import tick_text
 
 __all__ = ["METRE", "LengthUnit"]
 
 
-@dataclass(frozen=True)
+@record
 class LengthUnit:
     """A unit of length: its name, and how many metres it is. Areas and volumes are given in m² and m³."""
 

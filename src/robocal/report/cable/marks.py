@@ -4,11 +4,11 @@ draws the same marks again for another view."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from html import escape
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.report.svg import num, polyline
 from robocal.report.view import Box, View
@@ -18,7 +18,7 @@ __all__ = ["Mark", "draw", "labels", "place_labels"]
 LINE = 15.0  # px from one line of words to the next
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Mark:
     """One mark: points (n, 3) m joined by a line (`closed`: a face; one point: a dot of radius `size` px), its classes, further
     attributes as text, what shows when the pointer rests on it, and by how much (px) it is taken for nearer than it is."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.report.cable.drawing import brief
@@ -19,7 +18,7 @@ LEFT, TOP, FOOT = 60.0, 50.0, 44.0
 HIGHEST = 560.0
 
 
-@dataclass(frozen=True)
+@record
 class Plane:
     """Two axes of the base (0 x, 1 y, 2 z), their scales in the unit of the ruler, and the size of the picture in px."""
 

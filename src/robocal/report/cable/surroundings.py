@@ -4,10 +4,10 @@ seen."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.report.cable.length_unit import METRE, LengthUnit
@@ -20,7 +20,7 @@ __all__ = ["Surroundings", "build_surroundings"]
 LABELS = 104.0  # px beside an anchor for its name and tension
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Surroundings:
     """The view, the height of the picture (px), what lies below everything (`floor`, with `ticks`), the frame, names that stay at
     their points, a line of words, and whether it can be turned."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
@@ -23,7 +23,7 @@ WIDE = 20.0  # ratio of the limits from which the scale is logarithmic
 STATES = {"held": "", "slack": "slack", "over": "over limit", "none": "no tension"}
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class ColouredTensions:
     """Tensions (m,) N, NaN where there are none, limits (m, 2) N where they are known, and the ends of the colour scale, N."""
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.cables.geometry import PLATFORM, CableRobot
 from robocal.cables.hanging import hang
@@ -197,7 +197,7 @@ def payload_rows(file: CableFile, obs: Observations) -> Observations:
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
+@record
 class OpenedCable(Opened[CableRobot]):
     """A cable robot."""
 

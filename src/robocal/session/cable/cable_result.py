@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
+from robocal._record import record
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.parts import CableDocument
@@ -21,7 +21,7 @@ __all__ = ["CableResult"]
 D = TypeVar("D", bound=CableDocument)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class CableResult(VerbResult):
     """What a verb finds of a cable robot: its file, the robot with the mass and limits that were asked for."""
 

@@ -4,12 +4,12 @@ of drums, zeros of one power-up, the weight."""
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.apply.difference import Known
 from robocal.cables.geometry import PLATFORM, CableRobot
@@ -29,7 +29,7 @@ __all__ = ["Calibrated", "SensorGains", "of_file", "open_calibrated"]
 GAIN = "gain"
 
 
-@dataclass(frozen=True)
+@record
 class SensorGains:
     """Gains of the drums (m,) and zeros (m,) that lengths of this robot are read with, and the names of their parameters (m,); None
     where they are as the robot says."""
@@ -96,7 +96,7 @@ def sensor_gains(robot: CableRobot, found: dict[str, float], zeros_found: bool, 
     return replace(out, zeros=np.array([found[n] for n in owned]), owned=owned)
 
 
-@dataclass(frozen=True)
+@record
 class Calibrated:
     """One calibration: its robot, and where it is a run folder, the run, what is known of its numbers, what it found beyond the
     robot's file, and of that what lengths are not read with."""

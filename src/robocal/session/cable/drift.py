@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record
 from robocal.apply.anchors import AnchorDrift, CableChange, compare_anchors
 from robocal.cables.calibration.comparison import Scattered, calibration_scatter
 from robocal.cables.geometry import CableRobot
@@ -28,7 +28,7 @@ __all__ = ["Drifts", "drifts"]
 STEEL = 12.0  # ppm / K
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Drifts(VerdictResult):
     """Calibrations of one robot; every later one against the first, where both are runs; `labels` are short names for the places."""
 

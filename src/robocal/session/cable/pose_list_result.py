@@ -4,12 +4,12 @@ measuring."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.cables.boundary import statics_along
 from robocal.cables.geometry import EXPECTED
@@ -133,7 +133,7 @@ EXPECTED_OF: Mapping[str, str] = MappingProxyType({
 })  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ListStart:
     """X_0, what its cables bear, and the two that are nearest to each other there."""
 
@@ -144,7 +144,7 @@ class ListStart:
     gap: UnitValue
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ListBox:
     """The box Z of random poses: half its sides, half its turns, and where it is centred, seen from X_0."""
 
@@ -153,7 +153,7 @@ class ListBox:
     offset: UnitValue
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ListNoise:
     """One sigma of a length, and per axis of a measured pose."""
 
@@ -162,7 +162,7 @@ class ListNoise:
     orientation: UnitValue
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ListChoice:
     """The poses worth measuring, and the errors that are expected after a calibration from them, from as many at random, from all."""
 
@@ -175,7 +175,7 @@ class ListChoice:
     expected_rms: dict[str, Any]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ListDocument(CableDocument):
     """list.json."""
 
@@ -195,7 +195,7 @@ class ListDocument(CableDocument):
     choice: ListChoice | None
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Listed(CableResult):
     """A list of poses with its start, the box Z, waypoints, and what was chosen from it."""
 

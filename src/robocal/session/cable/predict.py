@@ -8,11 +8,11 @@ the base makes of it, the one that undoes most over all rows. Lengths are what s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
@@ -46,7 +46,7 @@ def predict(folder: str, rows: Path, absolute: bool) -> Prediction:
     return _poses(ask) if any(c in read_csv(rows).names for c in run.robot.cables) else _lengths(ask)
 
 
-@dataclass(frozen=True)
+@record
 class _Asked:
     """A run with what its numbers may be off by, the file of rows, and whether the place of the base is part of the bands."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.display import in_units
@@ -20,7 +20,7 @@ __all__ = ["CableFacts", "facts", "summary"]
 WORDS = {"a": "frame anchors", "b": "platform anchors", "com": "centre of mass", "zero": "zeros", "pulley": "pulleys"}
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class CableFacts:
     """What is known of a cable robot, and what follows: redundancy, extents of the frame and of the platform, what is not known; one row
     for each cable."""

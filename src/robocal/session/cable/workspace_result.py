@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.closure import CLOSED, Dexterity
@@ -39,7 +39,7 @@ MOST = 20  # grid: orientations that are listed
 PLANES: Mapping[str, tuple[int, int]] = MappingProxyType({"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)})
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class RayStart:
     """Where rays start, (3,) m, in words why there, and which share of the grid's held cells is seen from it."""
 
@@ -48,7 +48,7 @@ class RayStart:
     visible: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Spread:
     """A number over the held cells, in its unit."""
 
@@ -63,7 +63,7 @@ class Spread:
         return cls(unit=unit, least=float(values.min()), median=float(np.median(values)), greatest=float(values.max()))
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class GridPart:
     """The box that its cells cover (3, 2), how many they are along each axis, how many are held, and their size."""
 
@@ -75,7 +75,7 @@ class GridPart:
     share_of_box: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class RaysPart:
     """The size within the exact boundary that `count` rays from `start` meet; `why` they start there."""
 
@@ -87,7 +87,7 @@ class RaysPart:
     seen_share: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Shape:
     """Where it lies, what it consists of, and what its cells have to spare; lists are empty and the rest null where nothing is held."""
 
@@ -104,7 +104,7 @@ class Shape:
     best: Spot | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Spot:
     """A place, and what the cables have to spare there."""
 
@@ -116,7 +116,7 @@ class Spot:
     condition: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class WorkspaceDocument(CableDocument, Shape):
     """workspace.json."""
 
@@ -129,7 +129,7 @@ class WorkspaceDocument(CableDocument, Shape):
     sections: dict[str, dict[str, UnitValue]]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Workspace(CableResult):
     """A workspace: what was demanded, in which box (3, 2) m and `how` that was chosen; the grid with margins, the possible
     accelerations (nx, ny, nz) m/s^2 and the dexterity of its cells (NaN outside), what its cells make up (None: nothing is held); the

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from robocal._record import record
 from robocal.report.sections import Section
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import Arg, BaseOptions, option
@@ -21,7 +21,7 @@ FILES = ("drift.json", "report.html")
 RUNS = Arg("RUNS...", "Run folders of one robot, the earliest first; robot files give only the scatter.")
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Find which frame anchor of a cable robot moved between calibrations, and how calibrations scatter.
 

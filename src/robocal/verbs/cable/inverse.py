@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robocal._record import record
 from robocal.files.parts import CableDocument
 from robocal.quantities import Column, Listing
 from robocal.verbs import shared_options as w
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Options", "run", "sections"]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class LengthsDocument(CableDocument):
     """What --json prints; `lengths` says which ones: geometric, or as the sensors show them."""
 
@@ -27,7 +27,7 @@ class LengthsDocument(CableDocument):
     poses: Listing
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Sensor readings of the cable lengths at poses of the platform.
 

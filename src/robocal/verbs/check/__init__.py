@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
+from robocal._record import record
 from robocal.report.sections import Section, Table, Text, ends, figure, strong, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions
@@ -19,7 +19,7 @@ __all__ = ["Options", "run", "sections"]
 NAMES = 30  # of free parameters, where there are no data
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Report what robot and data files contain and which parameters are observable, without fitting.
 

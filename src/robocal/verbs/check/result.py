@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from robocal._record import record
 from robocal.diagnose.check_registry import Context, When, run
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.gross import sift
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 __all__ = ["Checked", "check_inputs"]
 
 
-@dataclass(frozen=True)
+@record
 class JointPart:
     """A joint with its limits."""
 
@@ -46,7 +46,7 @@ class JointPart:
     upper: float | None
 
 
-@dataclass(frozen=True)
+@record
 class RobotPart:
     """The robot; of a cable robot its cables, and what is known of them."""
 
@@ -58,7 +58,7 @@ class RobotPart:
     cable_robot: CableFacts | None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class InstrumentPart:
     """An instrument, how much it measured, and one sigma as stated, of every unit that it reads in."""
 
@@ -74,7 +74,7 @@ class InstrumentPart:
     places: list[str]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class IdentifiabilityPart:
     """What the data can tell at the nominal model."""
 
@@ -89,7 +89,7 @@ class IdentifiabilityPart:
     sigma_assumed: bool
 
 
-@dataclass(frozen=True)
+@record
 class BaselineError:
     """The mean error of the nominal model with fitted frames, without and with gross rows."""
 
@@ -98,7 +98,7 @@ class BaselineError:
     mean_of_all_rows: Amount | None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class CheckDocument(Document):
     """What --json prints."""
 
@@ -112,7 +112,7 @@ class CheckDocument(Document):
     inputs: list[InputHash]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Checked(VerbResult):
     """What was found: the robot, the instruments, what the data can tell at the nominal model; little of it without data."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robocal._record import record
 from robocal.report.sections import SPREAD, Section, Text, ends, figure, quiet, spread, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
@@ -22,7 +22,7 @@ MOST = 10
 FILES = ("compensated.csv", "compensation.json")
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Correct targets for a controller that keeps its nominal model: joint values and Cartesian poses.
 

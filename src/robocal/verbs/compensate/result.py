@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.apply.compensate import STATUS, Compensation
 from robocal.apply.compensate import compensate as solve
@@ -46,7 +46,7 @@ SHOWN = 5  # targets that are named
 TOOLS = ("calibrated", "nominal", "own")
 
 
-@dataclass(frozen=True)
+@record
 class SimulatedErrors:
     """Without compensation, with corrected joint values, with corrected Cartesian commands."""
 
@@ -56,7 +56,7 @@ class SimulatedErrors:
     after_by_tcp: Statistic | None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class CompensationDocument(Document):
     """compensation.json."""
 
@@ -72,7 +72,7 @@ class CompensationDocument(Document):
     provenance: Origin
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Compensated(VerbResult):
     """What a compensation came to: numbers in SI, a note per target, the table, and what a person should know."""
 

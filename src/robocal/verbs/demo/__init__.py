@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from robocal._record import record
 from robocal.report.sections import Block, Cell, Section, Text, quiet
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
@@ -16,7 +16,7 @@ from robocal.verbs.outcome import Outcome, Watch
 __all__ = ["Options", "run", "sections"]
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Calibrate three arms, two simulated and one measured, and write their reports.
 

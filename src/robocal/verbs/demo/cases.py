@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from robocal._record import field, record
 from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import FileError, ModelError, nearest
@@ -36,7 +36,7 @@ FILES = ("robot.yaml", "data.yaml")
 VERIFY = 3600  # configurations that nobody measured
 
 
-@dataclass(frozen=True)
+@record
 class CaseStep:
     """One step of a case: what was done in words, its outcome, the command that does it again, facts worth telling, and whether it is
     as expected."""
@@ -49,7 +49,7 @@ class CaseStep:
     ok: bool
 
 
-@dataclass(frozen=True)
+@record
 class Case:
     """A case by name: its title, the story before it starts, where the numbers come from, and the function that does
     it."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robocal._record import record
 from robocal.errors import ModelError
 from robocal.remarks.remark import sentences
 from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
@@ -25,7 +25,7 @@ TEN = 10
 STYLES: dict[str, Style] = {"unchanged": "good", "possible": "doubtful", "drifted": "bad"}
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Compare two calibrations of one robot: has it changed, by how many millimetres, and in which parameters?
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal._version import __version__
 from robocal.apply.drift import Drift, ParameterChange, ParameterDrift, Single, compare, compare_models
@@ -33,7 +33,7 @@ SAMPLES = 2000
 SAME = 1e-9  # of a nominal value, in m or rad
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class DriftResult(VerdictResult):
     """Two runs compared: the drift, its verdict (unchanged, possible, drifted) with its reasons, and remarks. `void` are
     reasons for which nothing can be concluded. Of a machine without places (`has_places`) the parameters alone are compared."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record
 from robocal.apply.difference import step_between
 from robocal.apply.truth import CHANCE, GroupErrors, ParameterError, TruthErrors, compare_truth
 from robocal.errors import FileError, ModelError
@@ -32,7 +32,7 @@ TEN = 10
 SAME = 1e-9  # of two values, m or rad
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class TruthComparison(VerdictResult):
     """A run of a machine beside the truth (SI)."""
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from robocal._record import record
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch
@@ -18,7 +18,7 @@ __all__ = ["FORMATS", "Options", "run", "sections"]
 FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", "offsets", "ros", "xacro")
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Write a robot model as robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
 

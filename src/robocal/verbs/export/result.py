@@ -12,12 +12,12 @@ fitted to; where a figure of unseen data is at hand (the joint offsets, which th
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record
 from robocal.arms.chain import Chain, joint_offsets, with_offsets
 from robocal.arms.conventions import convention_of, rows
 from robocal.arms.denavit import to_denavit
@@ -48,7 +48,7 @@ LACKING = (Code.RUN_HOLDS_MORE, Code.RESULT_MISSING, Code.RUN_UNRECORDED)
 PARTS = {"limits": ("lower", "upper"), "rpy": ("roll", "pitch", "yaw")}
 
 
-@dataclass(frozen=True)
+@record
 class Exported:
     """The text, and what a person should know of it; `worth` is what the file alone is worth where it cannot hold the whole
     model."""

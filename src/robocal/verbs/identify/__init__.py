@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robocal._record import record
 from robocal.fit.options import Options as Solver
 from robocal.report.sections import Section
 from robocal.verbs import shared_options as w
@@ -28,7 +29,7 @@ UNRECORDED = ("robot", "data", "output", "force")  # the recipe names files by t
 IF_GIVEN = ("base", "tip", "compare", "region", "tolerance")
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Identify a robot's true parameters from measurements, and prove the gain on configurations that were not used.
 

@@ -17,13 +17,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from robocal.arms import catalog
 from robocal.arms.chain import Chain
-from robocal.arms.groups import rule_of
 from robocal.errors import ModelError
 from robocal.files import evidence_parts as files
 from robocal.files.display import to_display
-from robocal.files.group_block import plain_options
 from robocal.files.parts import RowsLeftOut, provenance_of
 from robocal.files.plain import plain
 from robocal.files.result import Provenance
@@ -118,6 +115,8 @@ def _written(robot: Robot) -> bool:
     limits = robot.chain.limits
     if robot.format != "yaml" or robot.path is None or not np.isfinite(limits).any():
         return False
+    from robocal.arms import catalog
+
     makers = (catalog.get(name).limits for name in catalog.names())
     return not any(limits.shape == m.shape and np.allclose(limits, m, rtol=0.0, atol=1e-4) for m in makers)
 
@@ -132,6 +131,8 @@ def with_groups(
     arm = opened.arm
     if arm is None or not (names or arm.chain.groups):
         return opened, {}
+    from robocal.arms.groups import rule_of
+    from robocal.files.group_block import plain_options
     from robocal.prove.nongeometric.group_choice import choose_groups
 
     there = {g.name for g in arm.chain.groups}

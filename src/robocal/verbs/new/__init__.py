@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
+from robocal._record import record
 from robocal.report.sections import Section, Text, quiet, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Options", "run", "sections"]
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Write a robot file, a data file and a table to fill in; for a cable robot, its file and a list of poses.
 

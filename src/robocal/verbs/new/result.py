@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record
 from robocal.arms import catalog
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS
@@ -29,7 +29,7 @@ ROWS = 12  # of the example table
 CABLE = "cable"  # what a cable robot is asked for by
 
 
-@dataclass(frozen=True)
+@record
 class New:
     """What the files are of, the robot's own file, and what was written; a cable robot has no convention. `table` is the one that they
     describe, where somebody has it, and `unstated` what stands there in place of a unit that nobody has said."""
@@ -42,7 +42,7 @@ class New:
     unstated: str = ""
 
 
-@dataclass(frozen=True)
+@record
 class CatalogueRobot:
     """An arm that has a name of its own."""
 
@@ -53,7 +53,7 @@ class CatalogueRobot:
     source: str
 
 
-@dataclass(frozen=True)
+@record
 class ConventionPart:
     """A convention: each joint by its formula; `complete`: every small geometric error can be written."""
 
@@ -63,7 +63,7 @@ class ConventionPart:
     source: str
 
 
-@dataclass(frozen=True)
+@record
 class Catalogue:
     """What `new` can start from."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
+from robocal._record import record, replace
 from robocal.quantities import Listing
 from robocal.report.sections import Detail, Section, Text, Written, ends, figure, listing_table, quiet, strong
 from robocal.verbs import shared_options as w
@@ -23,7 +23,7 @@ FILES = ("poses.csv", "data.yaml", "data.csv", "plan.json", "plan.html")
 BOX = "x0,y0,z0,x1,y1,z1"
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Choose which poses to measure, and how many are enough.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.errors import ModelError, nearest
 from robocal.files.datawrite import data_text, table_text
@@ -41,7 +41,7 @@ SAMPLE = 40  # poses that say where an instrument may stand that only its kind d
 INSTEAD = "an arm; of a cable robot: robocal cable poses ROBOT --choose N, which plans poses that its cables can hold"
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ForecastPart:
     """The error that is foretold after all poses, after as many at random, and what was asked for."""
 
@@ -52,7 +52,7 @@ class ForecastPart:
     asked: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Selection:
     """The criterion: of the greedy choice, after exchanges, and what no choice exceeds."""
 
@@ -62,7 +62,7 @@ class Selection:
     limit: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Travel:
     """How far the joints go, in the order of the ranks and in that of the program."""
 
@@ -71,7 +71,7 @@ class Travel:
     path: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class PlanDocument(Document):
     """plan.json."""
 
@@ -94,7 +94,7 @@ class PlanDocument(Document):
     provenance: Origin
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Planned(VerbResult):
     """A plan, with the robot and files that it was made from; `files` are those to be filled in."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robocal._record import record, replace
 from robocal.errors import FileError, ModelError
 from robocal.quantities import Listing
 from robocal.report.sections import Section, Text, ends, listing_table, quiet
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["Options", "details", "run", "sections"]
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Simulate a study: many trials of a calibration at every point of a sweep, on all cores.
 

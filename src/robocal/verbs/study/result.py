@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from robocal._record import record
 from robocal._types import Array
 from robocal.errors import FormatError
 from robocal.files.csvtable import csv_text
@@ -44,7 +44,7 @@ def missing_trials(found: StudyOutputs) -> tuple[tuple[Remark, ...], bool]:
     return tuple(remarks), whole
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class StudyDocument(Document):
     """What --json says, SI: of every output one row for each point."""
 
@@ -110,7 +110,7 @@ DIGITS = 1e-9  # of the unit that is shown
 FEW = 3  # values along an axis; lines of equal error take as many of both
 
 
-@dataclass(frozen=True)
+@record
 class _Key:
     """What was varied: its name, its values as they were written, in order, and as numbers of the unit that is shown."""
 

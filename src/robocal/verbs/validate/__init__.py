@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robocal._record import record
 from robocal.report import sections as blocks
 from robocal.report.sections import OWN_FITTED, SPREAD, Block, Section, Text, ends, figure, quiet, spread, table
 from robocal.verbs import shared_options as w
@@ -30,7 +30,7 @@ FILES = ("validation.json", "validation.html")
 TOOL = ("tool.x", "tool.y", "tool.z")
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Measure the error of a robot model on data that it was not fitted to.
 

@@ -15,13 +15,14 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record
 from robocal.apply.iso9283 import Standard, standard
 from robocal.diagnose.limits import REMOUNT_SHARE
 from robocal.errors import FormatError
@@ -126,7 +127,7 @@ def layer_beside(
 OFFSETS = "no --offsets: a length sensor counts from its zero, c1.l0, which `identify` finds"
 
 
-@dataclass(frozen=True)
+@record
 class ErrorsPart:
     """Errors of this robot, and of the one that it is compared with."""
 
@@ -135,7 +136,7 @@ class ErrorsPart:
     against: Statistic | None
 
 
-@dataclass(frozen=True)
+@record
 class GainPart:
     """The mean reduction of the error, with its 95 % interval."""
 
@@ -145,7 +146,7 @@ class GainPart:
     high: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class ValidationDocument(Document):
     """validation.json."""
 
@@ -166,7 +167,7 @@ class ValidationDocument(Document):
     provenance: Origin
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Validation(VerdictResult):
     """Errors of a model, and of another one to compare with; `reasons` why they are not to be trusted."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from robocal._record import record
 from robocal.remarks.remark import percent
 from robocal.report.sections import Block, Cell, Section, Table, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w
@@ -24,7 +24,7 @@ SOURCES = Arg("SOURCES...", "The poses to compare: of the robot, of its camera, 
 LEVEL = 0.05
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Compare poses with those of an external instrument: as measured, relative to the first one, and
     after the best alignment.

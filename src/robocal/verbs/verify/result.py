@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.apply.verification import (
     Agreement,
@@ -49,7 +49,7 @@ ID = "configuration.id"
 FEWEST = 2  # poses that several files have in common
 
 
-@dataclass(frozen=True)
+@record
 class PoseSource:
     """Poses (k, 4, 4) by id."""
 
@@ -65,7 +65,7 @@ class PoseSource:
         return replace(self, ids=tuple(ids), poses=self.poses[[where[i] for i in ids]])
 
 
-@dataclass(frozen=True)
+@record
 class ErrorSpread:
     """The errors of one source in one view."""
 
@@ -76,7 +76,7 @@ class ErrorSpread:
     max: Amount
 
 
-@dataclass(frozen=True)
+@record
 class Agreed:
     """Root mean squares of what two sources differ by, what each errs by itself (null: none left), and the two that share an error."""
 
@@ -86,7 +86,7 @@ class Agreed:
     shared: list[str] | None
 
 
-@dataclass(frozen=True)
+@record
 class PosePair(Generic[T]):
     """The same of positions and of orientations."""
 
@@ -94,7 +94,7 @@ class PosePair(Generic[T]):
     orientation: T
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class VerifyDocument(Document):
     """verify.json."""
 
@@ -106,7 +106,7 @@ class VerifyDocument(Document):
     provenance: Origin
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class SummaryDocument:
     """What --summary prints."""
 
@@ -116,7 +116,7 @@ class SummaryDocument:
     provenance: Origin
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class PoseComparison(VerbResult):
     """What has a page beside the document."""
 
@@ -130,7 +130,7 @@ class PoseComparison(VerbResult):
         return {"verify.json": json_text(self.document)}
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Verified(PoseComparison):
     """Sources against a reference, all at the same poses: what each errs in every view, groups compared, and where there are two
     sources, who agrees with whom once both are aligned."""
@@ -180,7 +180,7 @@ class Verified(PoseComparison):
         )  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class AnovaResult(PoseComparison):
     """Groups by their means and standard deviations, and the analysis of variance of every quantity."""
 

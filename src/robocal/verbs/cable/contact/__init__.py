@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robocal._record import record
 from robocal.report.sections import Section, Text, ends, listing_table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
@@ -21,7 +21,7 @@ FILES = ("legs.csv", "contact.json", "report.html")
 SHOWN = 20  # motions that cannot be gone
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Check a path for contacts of cables and platform and for tensions: straight motions from each pose of a list to the next.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._record import record, replace
 from robocal.cables.boundary import Legs, legs
 from robocal.cables.tension import hold
 from robocal.cables.workspace import Demand
@@ -37,7 +37,7 @@ DRAWN = 6  # motions
 MOST = 500  # rows of the table
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class PathDocument(CableDocument):
     """contact.json."""
 
@@ -45,7 +45,7 @@ class PathDocument(CableDocument):
     motions: Listing
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Motions(CableResult):
     """Names of the poses, and what the motions between them meet."""
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from robocal._record import record
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch, run_verb
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["Options", "run", "sections"]
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Poses of the platform from lengths of its cables, with their uncertainty and the number of other solutions.
 

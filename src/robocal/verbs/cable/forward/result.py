@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.cables.forward import Forward, forward
 from robocal.cables.gradient import pose_covariance
@@ -30,14 +30,14 @@ UNSTATED = 0.01  # m; more than a length is off by in any robot whose noise nobo
 UNLIKELY = 1e-6  # of the chi-squared of what is left: once in a million poses
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class PosesDocument(CableDocument):
     """What --json prints: poses with their residuals, one sigma, and the covariance of the twist in m and rad."""
 
     poses: Listing
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Poses(CableResult):
     """Poses by name with their evidence: `solution` as `cables.forward` gives it; `cautions` are of the run of a calibrated robot."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robocal._record import record
 from robocal.cables.tension_choice import METHOD
 from robocal.report.sections import Section, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w
@@ -21,7 +21,7 @@ __all__ = ["Options", "details", "run", "sections"]
 FILES = ("poses.csv", "program.csv", "chosen.csv", "list.json", "report.html")
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Poses that the platform can reach and leave again: with feasible tensions on the whole path, and without contact of a cable.
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robocal._record import record
 from robocal.report.sections import Section
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
@@ -20,7 +20,7 @@ __all__ = ["Options", "details", "run", "sections"]
 FILES = ("require.json", "contours.csv", "report.html")
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Predict the accuracy of a calibration of frame anchors and zeros, before anything is measured. With --accuracy, compute which
     sensors and how many poses it needs.

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.cables.calibration.per_cable import flat
 from robocal.cables.calibration.propagation import ESTIMATORS, WHAT, ErrorPropagation, Expected, Noise, Requirement
@@ -39,7 +39,7 @@ SI = {"length": "m", "anchors": "m", "zeros": "m", "position": "m", "orientation
 LEVELS = (0.5, 1.0, 2.0)  # of the error that is asked for: lines of equal error
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Accuracy:
     """An accuracy that is asked for, whether it is reached, and what takes it there: all noises times `scale`, one of them alone, or so
     many poses."""
@@ -53,7 +53,7 @@ class Accuracy:
     poses: Any
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class RequireDocument(CableDocument):
     """require.json."""
 
@@ -65,7 +65,7 @@ class RequireDocument(CableDocument):
     accuracy: Accuracy | None
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Required(CableResult):
     """A requirement with the accuracy (m or rad) of `of` that is asked for."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robocal._record import record
 from robocal.cables.tension_choice import METHOD, POWER
 from robocal.report.sections import Section, Text, Written, figure, listing_table
 from robocal.verbs import shared_options as w
@@ -21,7 +21,7 @@ __all__ = ["Options", "details", "run", "sections"]
 FILES = ("tensions.csv", "tension.json", "report.html")
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """Tensions that hold the platform at poses, their margins, and the missing wrench where no tensions hold it.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
@@ -106,7 +106,7 @@ def _leaning(robot: CableRobot, rows: CableList) -> Iterator[Remark]:
         yield Remark.of(Code.LEANING, **where, angle=angle)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class TensionDocument(CableDocument):
     """tension.json: `length` divides moments in margins; `feasible` poses are held."""
 
@@ -119,7 +119,7 @@ class TensionDocument(CableDocument):
     poses: Listing
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record(kw_only=True, eq=False)
 class Tensions(CableResult):
     """Tensions of k poses with what they hold: `spread` as `tension.distribute` gives it, in N and N m; capacity
     margins (k,) in N; missing wrenches (k, d) along `robot.axes`; and the poses that are not held as reasons."""

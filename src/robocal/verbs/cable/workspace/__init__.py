@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robocal._record import record
 from robocal.report.sections import Section, Text, ends, figure, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
@@ -23,7 +23,7 @@ FILES = ("workspace.json", "workspace.csv", "outlines.csv", "report.html")
 MESHES = ("surface.ply", "surface.stl")  # of a spatial robot
 
 
-@dataclass(frozen=True)
+@record
 class Options(BaseOptions):
     """The workspace of the platform: volume by a grid and by rays to the exact boundary, margins, dexterity, sections, a mesh.
 
