@@ -157,7 +157,8 @@ def _parts(
         for p, (start, stop, _) in enumerate(term.parts):
             own = j[:, start:stop]
             # One product of all rows is faster than one for each.
-            hat = (own.reshape(-1, own.shape[2]) @ inverse).reshape(own.shape) @ own.transpose(0, 2, 1)
+            flat = own.reshape(own.shape[0] * own.shape[1], own.shape[2])
+            hat = (flat @ inverse).reshape(own.shape) @ own.transpose(0, 2, 1)
             trace = np.einsum("maa->m", hat)
             squares[p, first:last] = _square(np.eye(stop - start) + sign * hat, white[:, start:stop], trace)
             levers[p, first:last] = trace / (stop - start)

@@ -261,7 +261,9 @@ class _Sums:
         return cls(score[..., 0], running(turned, column), running(turned, jacobian), root, fewest)
 
     @classmethod
-    def at(cls, ends: tuple[int, ...], column: Array, left: Array, weight: Array, unit: Array, jac: Array, root: Array) -> _Sums:
+    def at(
+        cls, ends: tuple[int, ...], column: Array, left: Array, weight: Array, unit: Array, jac: Array, root: Array
+    ) -> _Sums:
         """The sums up to some rows alone, (e,), 0 the first."""
         d, q = column.shape[1:]
         turned = column * (weight[:, None] / unit)[..., None]
