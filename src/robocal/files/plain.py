@@ -52,17 +52,17 @@ def json_text(value: Any) -> str:
 def _indented(value: Any, line: str) -> str:
     """As `json.dumps` with an indent of one, that encodes every number by itself: what holds no lists and mappings goes as a whole.
     `line` begins a line where the value stands."""
-    if not value or not isinstance(value, dict | list):
-        return _encoder(", ").encode(value)
-    inner, named = line + " ", isinstance(value, dict)
+    inner = line + " "
     between = "," + inner
-    if _NESTED.isdisjoint(map(type, value.values() if named else value)):
-        told = _encoder(between).encode(value)[1:-1]
-    elif named:
+    if isinstance(value, dict) and not _NESTED.isdisjoint(map(type, value.values())):
         told = between.join(f"{_encoder(', ').encode(k)}: {_indented(v, inner)}" for k, v in value.items())
-    else:
+    elif isinstance(value, list) and not _NESTED.isdisjoint(map(type, value)):
         told = between.join(_indented(v, inner) for v in value)
-    first, last = "{}" if named else "[]"
+    elif value and isinstance(value, dict | list):
+        told = _encoder(between).encode(value)[1:-1]
+    else:
+        return _encoder(", ").encode(value)
+    first, last = "{}" if isinstance(value, dict) else "[]"
     return first + inner + told + line + last
 
 
