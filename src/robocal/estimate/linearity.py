@@ -56,8 +56,8 @@ class Curvature:
 def rows_triangle(lin: Linear, used: Bools) -> Array:
     """R (n + 1, n + 1) of the columns and the residuals of the rows that are used, (N,)."""
     wide = lin.j.shape[1] + 1
-    r = np.zeros((wide, wide))
-    for first in range(0, len(used), CHUNK):
+    r = np.zeros((0, wide))
+    for first in range(0, max(len(used), 1), CHUNK):
         every = slice(first, first + CHUNK)
         some = every if used[every].all() else first + np.flatnonzero(used[every])
         r = triangle(np.vstack([r, np.column_stack([lin.j[some], lin.r[some]])]), CHUNK + wide)
