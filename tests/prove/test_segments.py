@@ -138,7 +138,7 @@ def test_noise_free_numbers_are_no_steps(rng):
 def test_the_gain_of_many_segments_takes_little_memory(fixed):
     """The products of all ends, of which one is fixed, were 20 GB for 10^5 rows; gains are those of one segment at a time."""
     rng, k = np.random.default_rng(2), 4000
-    some = rng.normal(size=(k, 3, 3)), rng.normal(size=(k, 3)), np.ones(k)
+    some = rng.normal(size=(k, 3, 3)), rng.normal(size=(k, 3)), np.ones(k), np.ones(3)
     sums = _Sums.of(*some, rng.normal(size=(k, 3, 20)), 0.02 * np.eye(20))
     grid = np.arange(0, k + 1, k // 40)
     a, b = {

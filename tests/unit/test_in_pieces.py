@@ -206,6 +206,7 @@ def test_a_segments_share_that_the_model_answers(rng):
         rng.normal(size=(60, 3, 4)),
         rng.normal(size=(60, 3)),
         rng.uniform(0.5, 1, 60),
+        rng.uniform(0.5, 2, 3),
         rng.normal(size=(60, 3, 9)),
         rng.normal(size=(9, 11)),
     )

@@ -127,8 +127,9 @@ def _inverse(problem: Problem, weight: list[Array], rows: list[Array]) -> Array:
     a = problem.prior_root.T @ problem.prior_root
     for w, j in zip(weight, rows, strict=True):
         for first in range(0, len(j), CHUNK):
-            inside = w[first : first + CHUNK]
-            some = j[first : first + CHUNK][inside > 0] * np.sqrt(inside[inside > 0])[:, None, None]
+            inside, some = w[first : first + CHUNK], j[first : first + CHUNK]
+            if not (inside == 1).all():
+                some = some[inside > 0] * np.sqrt(inside[inside > 0])[:, None, None]
             some = some.reshape(some.shape[0] * some.shape[1], problem.n)
             a = a + some.T @ some
     # Columns differ by orders of magnitude: unit diagonal before the inverse.
@@ -155,7 +156,9 @@ def _parts(
         sign = np.where(inside[first:last], -1.0, 1.0)[:, None, None]
         for p, (start, stop, _) in enumerate(term.parts):
             own = j[:, start:stop]
-            hat = (own @ inverse) @ own.transpose(0, 2, 1)
+            # One product of all rows is faster than one for each.
+            flat = own.reshape(own.shape[0] * own.shape[1], own.shape[2])
+            hat = (flat @ inverse).reshape(own.shape) @ own.transpose(0, 2, 1)
             trace = np.einsum("maa->m", hat)
             squares[p, first:last] = _square(np.eye(stop - start) + sign * hat, white[:, start:stop], trace)
             levers[p, first:last] = trace / (stop - start)

@@ -21,6 +21,7 @@ STRUCTURAL = 1e-9
 RESOLUTION = 1e-13  # of a triangle of rows; half as many digits where it comes from normal equations
 SQUARED = 3e-7
 BLOCK, FEW = 500, 0.75  # rows at once, and the share of the columns that they may touch to be worth an own triangle
+GLANCE = 64  # rows from one to the next that is looked at before all of them are
 DENSE = 4_000_000  # numbers of a Jacobian beyond which it is not formed where local blocks can be eliminated
 
 
@@ -156,8 +157,8 @@ def beside_blocks(lin: Linear) -> tuple[Array, Array]:
     (N, n) with M = I - U1 U1^T, what is left for shared columns. The first is `block_columns` in all where blocks have no
     priors, and less by what the priors hold otherwise."""
     wide = lin.jm.shape[1]
-    taken, left = np.zeros(len(lin.r)), np.hstack([lin.jm, lin.j]) if wide else lin.j.copy()
-    whole = left.copy() if wide else lin.j
+    taken, whole = np.zeros(len(lin.r)), np.hstack([lin.jm, lin.j]) if wide else lin.j
+    left = whole.copy() if lin.jl.shape[1] else whole
     for _, rows, jl in _blocks(lin):
         u, s, _ = np.linalg.svd(jl, full_matrices=False)
         own = (u * _spans(s)[:, None, :])[:, : rows.shape[1]]
@@ -208,13 +209,14 @@ def _shorten(j: Array) -> Array:
     wide = j.shape[1]
     if len(j) < 2 * BLOCK or j[:: len(j) // 8].all():
         return j
-    parts = []
+    parts, shorter = [], False
     for first in range(0, len(j), BLOCK):
         rows = j[first : first + BLOCK]
-        felt = np.flatnonzero((rows != 0).any(axis=0))
-        if len(felt) <= FEW * wide and 2 * len(felt) < len(rows):
-            short = np.zeros((len(felt), wide))
-            short[:, felt] = np.linalg.qr(rows[:, felt], mode="r")
-            rows = short
+        if np.count_nonzero(rows[::GLANCE].any(axis=0)) <= FEW * wide:
+            felt = np.flatnonzero(rows.any(axis=0))
+            if len(felt) <= FEW * wide and 2 * len(felt) < len(rows):
+                short, shorter = np.zeros((len(felt), wide)), True
+                short[:, felt] = np.linalg.qr(rows[:, felt], mode="r")
+                rows = short
         parts.append(rows)
-    return np.concatenate(parts)
+    return np.concatenate(parts) if shorter else j

@@ -24,6 +24,7 @@ __all__ = ["Curvature", "Step", "curvature", "one_step", "rows_triangle"]
 
 # Singular values below this share of the largest are exact null directions, as in `identifiability`.
 STRUCTURAL = 1e-9
+CHUNK = 2000  # rows at once: a second copy of all of them would be as large as the Jacobian
 # Numbers that say how large a curvature is, and which share of the largest one so told may be the largest of all numbers.
 ENOUGH, ROUGHLY = 3000, 0.5
 
@@ -53,8 +54,13 @@ class Curvature:
 
 def rows_triangle(lin: Linear, used: Bools) -> Array:
     """R (n + 1, n + 1) of the columns and the residuals of the rows that are used, (N,)."""
-    every = slice(None) if used.all() else used
-    return triangle(np.column_stack([lin.j[every], lin.r[every]]))
+    wide = lin.j.shape[1] + 1
+    r = np.zeros((0, wide))
+    for first in range(0, max(len(used), 1), CHUNK):
+        every = slice(first, first + CHUNK)
+        some = every if used[every].all() else first + np.flatnonzero(used[every])
+        r = triangle(np.vstack([r, np.column_stack([lin.j[some], lin.r[some]])]), CHUNK + wide)
+    return r
 
 
 def one_step(

@@ -255,7 +255,8 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
     for count in np.unique(counts):
         # Configurations with the same number of rows are treated together.
         rows = order[starts[counts == count][:, None] + np.arange(count)]
-        values, vectors = np.linalg.eigh(np.eye(count) - q[rows] @ np.swapaxes(q[rows], 1, 2))
+        own = q[rows]
+        values, vectors = np.linalg.eigh(np.eye(count) - own @ np.swapaxes(own, 1, 2))
         values = np.maximum(values, 1e-3)
         turned = np.einsum("uab,ua->ub", vectors, r[rows])
         # |Q^T V f(w) V^T r|^2 = sum over components of (1 - w) f(w)^2 t^2, because Q Q^T = V (1 - w) V^T.

@@ -31,9 +31,10 @@ from robocal.files.dialect import (
     find_header,
     find_numbers,
     find_separator,
-    fit_row,
+    is_bare,
     may_be_foreign,
     plain_minus,
+    split_columns,
     split_rows,
     split_unit,
     two_meanings,
@@ -177,7 +178,8 @@ class CsvTable:
             if self.skip:
                 raise MissingCells(np.array([i for i, cell in enumerate(out) if not cell]))
             raise self.fail("the cell is empty", out.index(""), self.label(at), expected=f"a name{self._or_skip}")
-        return out
+        # Names of their own: those among the cells of a table would keep the memory of all of them.
+        return tuple("\n".join(out).split("\n")) if out else out
 
     def numbers(self, columns: Sequence[str | int]) -> Array:
         """Finite numbers, shape (rows, columns). Raises FormatError for the first cell that is none."""
@@ -204,17 +206,14 @@ class CsvTable:
     @cached_property
     def _dotted(self) -> tuple[tuple[str, ...], ...]:
         """The columns of numbers that have a dot."""
-        return tuple(
-            c for c in self.cells if any("." in v for v in c) and not any(v.strip("+-. 0123456789") for v in c)
-        )
+        dotted = (c for c in self.cells if any("." in v for v in c))
+        return tuple(c for c in dotted if not any(v.strip("+-. 0123456789") for v in c))
 
     def _two_meanings(self, at: int) -> FormatError:
         row = ["." in cell for cell in self.cells[at]].index(True)
-        message, expected = (
-            "a dot that may stand between thousands",
-            'csv: {thousands: "."} or csv: {decimal: "."} in a data file',
-        )
-        return self.fail(message, row, self.label(at), found=self.cells[at][row].strip(), expected=expected)
+        message, found = "a dot that may stand between thousands", self.cells[at][row].strip()
+        expected = 'csv: {thousands: "."} or csv: {decimal: "."} in a data file'
+        return self.fail(message, row, self.label(at), found=found, expected=expected)
 
     def lacking(self, columns: Sequence[str | int]) -> Ints:
         """The rows, by index, in which a cell of some columns is empty or says that it is."""
@@ -288,12 +287,13 @@ def read_csv(
         kept = [named, *kept]
     chosen = separator or stated or find_separator(kept[0][1])
     _refuse_more("cells", len(kept) + text.count(chosen), CELL_LIMIT, source.path)
-    rows = split_rows(kept, chosen, source.path)
-    names: tuple[str, ...] = ()
-    units: tuple[str | None, ...] = ()
-    lines = np.array([i for i, _ in kept], dtype=np.int64)
+    foreign = may_be_foreign(text, chosen, decimal)
+    bare = not foreign and is_bare(text, chosen)
+    rows = split_rows(kept[:2] if bare else kept, chosen, source.path)
+    names, top = tuple[str, ...](), 0  # lines of the header
+    units: tuple[str | None, ...] = (None,) * (len(rows[0]) - (len(rows[0]) > 1 and not rows[0][-1].strip()))
     if header:
-        first = [cell.strip() for cell in rows[0]]
+        first, top = [cell.strip() for cell in rows[0]], 1
         while first and not first[-1]:
             first.pop()
         if not any(re.search(r"[^\d\s.,;eE+-]", cell) for cell in first):
@@ -301,26 +301,20 @@ def read_csv(
             raise FormatError(message, file=source.path, row=kept[0][0], expected=expected)
         parts = [split_unit(cell) for cell in first]
         names, units = tuple(p[0] for p in parts), tuple(p[1] for p in parts)
-        rows, lines = rows[1:], lines[1:]
-        below = units_row(rows[0][: len(units)]) if rows and not any(units) else None
+        below = units_row(rows[1][: len(units)]) if len(rows) > 1 and not any(units) else None
         if below is not None:
-            units, rows, lines = (*below, *[None] * (len(units) - len(below))), rows[1:], lines[1:]
-    else:
-        units = (None,) * (len(rows[0]) - (len(rows[0]) > 1 and not rows[0][-1].strip()))
-    if not rows:
+            units, top = (*below, *[None] * (len(units) - len(below))), 2
+    head, kept, rows = kept[0][0] if header else None, kept[top:], rows[top:]
+    if not kept:
         raise FormatError("the file has a header but no rows", file=source.path)
-    style = find_numbers((), decimal, thousands)
-    if may_be_foreign(text, chosen, decimal):
-        # Names such as 1,2 say nothing of numbers: where headers have units, columns with one decide.
-        some = [i for i, unit in enumerate(units) if unit] or range(len(units))
-        style = find_numbers((row[i] for row in rows for i in some if i < len(row)), decimal, thousands)
+    lines = np.array([i for i, _ in kept], dtype=np.int64)
+    # Names such as 1,2 say nothing of numbers: where headers have units, columns with one decide.
+    some = [i for i, unit in enumerate(units) if unit] or range(len(units))
+    asked = (row[i] for row in rows for i in some if i < len(row)) if foreign else ()
+    style = find_numbers(asked, decimal, thousands)
     between = chosen == "," and "," in text and '"' not in text  # commas separate cells, and nothing else
     unsaid = style.plain and decimal is None and thousands is None and not between
-    width, described = len(units), (source.path, chosen, style.decimal)
-    if set(map(len, rows)) != {width}:
-        rows = [fit_row(row, width, int(line), *described) for row, line in zip(rows, lines, strict=True)]
-    cells = tuple(zip(*rows, strict=True))
-    head = kept[0][0] if header else None
+    cells = split_columns(kept, chosen, len(units), source.path, style.decimal, None if bare else rows)
     return CsvTable(
         source.path, source.sha256, names, units, lines, cells, style, chosen, unsaid, head=head, remarks=tuple(remarks)
     )  # fmt: skip
@@ -339,7 +333,11 @@ def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
 
 def csv_columns(header: Sequence[str], columns: Sequence[Sequence[str]]) -> str:
     """The same of columns whose cells are `harmless` already."""
-    return _written((header, *zip(*columns, strict=True)))
+    rows = (header, *zip(*columns, strict=True))
+    text = "\n".join(map(",".join, rows)) + "\n"
+    # Where no cell holds what stands between cells and lines, none needs quotes.
+    bare = text.count(",") == len(rows) * (len(header) - 1) > 0 and text.count("\n") == len(rows)
+    return text if bare and '"' not in text and "\r" not in text else _written(rows)
 
 
 def _written(rows: Iterable[Sequence[object]]) -> str:

@@ -49,14 +49,16 @@ def suspicions(
         out.append(_other("joints", obs, angle, *found, turning))
     if length is not None and len(obs) >= SPREAD_ROWS:
         spread = float(np.linalg.norm(np.ptp(obs.value[:, :3], axis=0)))
-        # One number that was mistyped makes no unit: what most of them spread over decides on one that is too large.
-        bulk = float(np.linalg.norm(np.ptp(np.percentile(obs.value[:, :3], BULK, axis=0), axis=0)))
         geometry = sum(abs(p.value) for p in chain.table.rows if p.unit == "m" and p.name.rpartition(".")[0] != "base")
         geometry += sum(float(np.ptp(joints[:, i])) for i, j in enumerate(joints_of(chain)) if j.type == "prismatic")
         moved = float(np.ptp(joints, axis=0).max(initial=0.0)) > SPREAD_MOVED
         reason = Remark.of(Code.SPREAD_UNLIKE, spread=spread, reach=geometry)
         other_unit = None
-        if geometry > 0 and bulk > SPREAD_LARGE * geometry:
+        bulk, large = spread, SPREAD_LARGE * geometry
+        if bulk > large > 0:
+            # One number that was mistyped makes no unit: what most of them spread over decides on one that is too large.
+            bulk = float(np.linalg.norm(np.ptp(np.percentile(obs.value[:, :3], BULK, axis=0), axis=0)))
+        if bulk > large > 0:
             other_unit = {"m": "mm", "inch": "mm", "cm": "mm", "mm": "um"}.get(length.name)
         elif 0 < spread < geometry / SPREAD_SMALL and moved:
             other_unit = {"mm": "m", "um": "mm", "cm": "m"}.get(length.name)

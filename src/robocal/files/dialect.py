@@ -222,6 +222,30 @@ def split_unit(header: str) -> tuple[str, str | None]:
     return header, None
 
 
+def is_bare(text: str, separator: str) -> bool:
+    """Whether cells are all that stands between separators: nothing is quoted, and none begins with a blank."""
+    return not text.startswith(" ") and not any(sign in text for sign in ('"', f"{separator} ", "\n "))
+
+
+def split_columns(
+    kept: list[tuple[int, str]], separator: str, width: int, path: Path, decimal: str, rows: list[list[str]] | None
+) -> tuple[tuple[str, ...], ...]:
+    """The cells of lines by column; `rows` are their cells, None of bare ones.
+
+    Of those no list of a row is made: lists that go again among cells leave holes, and names in these hold the memory of a whole table.
+    """
+    if rows is None:
+        texts = [line.strip() if separator == " " else line for _, line in kept]
+        if {text.count(separator) for text in texts} == {width - 1} and max(map(len, texts)) <= csv.field_size_limit():
+            every = separator.join(texts).split(separator)
+            return tuple(tuple(every[i::width]) for i in range(width))
+        rows = split_rows(kept, separator, path)
+    if set(map(len, rows)) != {width}:
+        told = zip(rows, kept, strict=True)
+        rows = [_fit_row(row, width, line, path, separator, decimal) for row, (line, _) in told]
+    return tuple(zip(*rows, strict=True))
+
+
 def split_rows(kept: list[tuple[int, str]], separator: str, path: Path) -> list[list[str]]:
     """The cells of every line; a quoted field must end on its line."""
     options: dict[str, Any] = {"delimiter": separator, "skipinitialspace": True, "strict": True}
@@ -241,7 +265,7 @@ def split_rows(kept: list[tuple[int, str]], separator: str, path: Path) -> list[
     raise FormatError("a quoted cell does not end on its line", file=path)
 
 
-def fit_row(row: list[str], width: int, line: int, path: Path, separator: str, decimal: str) -> list[str]:
+def _fit_row(row: list[str], width: int, line: int, path: Path, separator: str, decimal: str) -> list[str]:
     """A row of exactly `width` cells; an empty last cell behind a trailing separator is dropped."""
     while len(row) > width and not row[-1].strip():
         row = row[:-1]

@@ -143,12 +143,33 @@ def listing_text(listing: Listing, units: Speaks | None = None) -> str:
     """The text of the CSV, in the units of a file where these are given; what is not known is an empty cell."""
     rounded = Listing(tuple(_round(c) if c.si_decimals is not None else c for c in listing.columns))
     shown = rounded if units is None else in_units(rounded, units)
-    cells = [[_cell(v, column) for v in column.plain] for column in shown.columns]
+    cells = [_cells(column.plain, column) for column in shown.columns]
     return csv_columns([str(harmless(column.header)) for column in shown.columns], cells)
 
 
 def _round(column: Column) -> Column:
     return replace(column, values=np.round(np.asarray(column.values, float), column.si_decimals or 0))
+
+
+def _cells(values: list[Any], column: Column) -> list[str]:
+    """The cells of a column; numbers alone are written at once."""
+    if set(map(type, values)) != {float}:
+        return [_cell(v, column) for v in values]
+    if column.decimals is not None:
+        values = [round(v, column.decimals) for v in values]
+    if column.digits < 15:
+        values = list(map(float, _written(values, column.digits).split()))
+    text = _written(values, 15)
+    cells = text.split()
+    if "e" in text or "n" in text or "-0 " in text:
+        cells = [
+            _cell(v, column) if "e" in c or "n" in c or c == "-0" else c for v, c in zip(values, cells, strict=True)
+        ]
+    return cells
+
+
+def _written(values: list[float], digits: int) -> str:
+    return f"%.{digits}g " * len(values) % tuple(values)
 
 
 def _cell(value: Any, column: Column) -> str:

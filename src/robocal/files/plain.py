@@ -6,12 +6,14 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from functools import cache
 from typing import Any
 
 from numpy import isfinite
 
 __all__ = ["json_text", "plain"]
 
+_NESTED = frozenset({dict, list})
 _NAMES: dict[type[Any], tuple[str, ...]] = {}  # the fields of every dataclass that was written
 
 
@@ -44,4 +46,26 @@ def plain(value: Any) -> Any:
 
 def json_text(value: Any) -> str:
     """A document as the text of its file."""
-    return json.dumps(plain(value), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return _indented(plain(value), "\n") + "\n"
+
+
+def _indented(value: Any, line: str) -> str:
+    """As `json.dumps` with an indent of one, that encodes every number by itself: what holds no lists and mappings goes as a whole.
+    `line` begins a line where the value stands."""
+    inner = line + " "
+    between = "," + inner
+    if isinstance(value, dict) and not _NESTED.isdisjoint(map(type, value.values())):
+        told = between.join(f"{_encoder(', ').encode(k)}: {_indented(v, inner)}" for k, v in value.items())
+    elif isinstance(value, list) and not _NESTED.isdisjoint(map(type, value)):
+        told = between.join(_indented(v, inner) for v in value)
+    elif value and isinstance(value, dict | list):
+        told = _encoder(between).encode(value)[1:-1]
+    else:
+        return _encoder(", ").encode(value)
+    first, last = "{}" if isinstance(value, dict) else "[]"
+    return first + inner + told + line + last
+
+
+@cache
+def _encoder(between: str) -> json.JSONEncoder:
+    return json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(between, ": "))

@@ -157,15 +157,23 @@ def _link(place: Array, near: float) -> tuple[Ints, Bools]:
 def _chains(place: Array, near: float) -> Ints:
     """A number for every row, equal at least where rows are linked by steps of at most `near` in every component: rows are parted
     wherever a component has a gap, until no gap is left."""
-    label, count = np.zeros(len(place), dtype=np.int64), 0
-    while True:
+    label, count, some = np.zeros(len(place), dtype=np.int64), 1, np.arange(len(place))
+    while len(some):
         for values in place.T:
-            order = np.lexsort((values, label))
-            gap = (np.diff(values[order]) > near * (1 + 1e-9)) | (np.diff(label[order]) > 0)
-            label[order] = np.concatenate([[0], np.cumsum(gap)])
-        if (now := int(label.max(initial=0))) == count:
-            return label
+            order = np.lexsort((values[some], label[some]))
+            rows = some[order]
+            gap = (np.diff(values[rows]) > near * (1 + 1e-9)) | (np.diff(label[rows]) > 0)
+            own = np.concatenate([[0], np.cumsum(gap)])
+            # Who is alone stays so, and is not looked at again.
+            company, now = np.bincount(own)[own] > 1, len(place) - len(some) + int(own[-1]) + 1
+            label[rows] = np.where(company, own, len(place) + rows)
+            some = rows[company]
+            if not len(some):
+                break
+        if now == count:
+            break
         count = now
+    return np.unique(label, return_inverse=True)[1].ravel()
 
 
 def _loose(place: Array, label: Ints, near: float) -> Ints:

@@ -26,7 +26,13 @@ def compose(rotation: ArrayLike, translation: ArrayLike) -> Array:
 def from_vector(vector: ArrayLike) -> Array:
     """T of a frame vector (..., 6): translation and rotation vector kept apart, no coupling."""
     v = np.asarray(vector, float)
-    return compose(so3.exp(v[..., 3:]), v[..., :3])
+    if v.ndim != 2:
+        return compose(so3.exp(v[..., 3:]), v[..., :3])
+    out = np.zeros((len(v), 4, 4))  # many rotations would be there twice
+    for first in range(0, len(v), so3.CHUNK):
+        some = slice(first, first + so3.CHUNK)
+        out[some] = compose(so3.exp(v[some, 3:]), v[some, :3])
+    return out
 
 
 def to_vector(transform: ArrayLike) -> Array:

@@ -64,12 +64,13 @@ def log(rotation: ArrayLike) -> Array:
     squares = np.stack([1 + trace, *(1 + 2 * d[..., i] - trace for i in range(3))], axis=-1)
     best = np.argmax(squares, axis=-1)
     wx, wy, wz = r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]
-    xy, xz, yz = r[..., 0, 1] + r[..., 1, 0], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 2] + r[..., 2, 1]
-    q0 = np.stack([squares[..., 0], wx, wy, wz], axis=-1)
-    q1 = np.stack([wx, squares[..., 1], xy, xz], axis=-1)
-    q2 = np.stack([wy, xy, squares[..., 2], yz], axis=-1)
-    q3 = np.stack([wz, xz, yz, squares[..., 3]], axis=-1)
-    q = np.choose(best[..., None], [q0, q1, q2, q3])
+    q = np.stack([squares[..., 0], wx, wy, wz], axis=-1)
+    if best.any():  # turns beyond 90 degrees, at the least
+        xy, xz, yz = r[..., 0, 1] + r[..., 1, 0], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 2] + r[..., 2, 1]
+        q1 = np.stack([wx, squares[..., 1], xy, xz], axis=-1)
+        q2 = np.stack([wy, xy, squares[..., 2], yz], axis=-1)
+        q3 = np.stack([wz, xz, yz, squares[..., 3]], axis=-1)
+        q = np.choose(best[..., None], [q, q1, q2, q3])
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
     q = np.where(q[..., :1] < 0, -q, q)
     n = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)

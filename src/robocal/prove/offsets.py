@@ -11,7 +11,7 @@ Source of the idea: Elatta et al., An overview of robot calibration (2004), leve
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -93,7 +93,7 @@ class _Found:
     x: Array
     converged: bool
     notes: dict[str, Remark]  # why a zero was not fitted
-    total: Total
+    total: Callable[[], Total]  # worked out of one that is told, not of one that is only held against unseen rows
 
 
 def offsets_alone(context: Decision[Model]) -> OffsetsAlone | None:
@@ -122,7 +122,6 @@ def _fit_zeros(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Foun
     """The zeros fitted from a baseline x (1, P), with the rows, the noise and the loss of a fit."""
     names = [*frame_names(model, fit.problem), *(z.parameter for z in zeros)]
     every = fit.problem.with_free(names)
-    visits = places(fit.data.configurations)
     start, noise = x, 1.0
     kept: tuple[str, ...] | None = None
     known: Squares | None = None
@@ -140,8 +139,12 @@ def _fit_zeros(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Foun
         known = squares(every, start, lin)
         u = uncertainty(chosen, start, known=known)
         noise = u.factor
-    more = float(np.sqrt(uneven(chosen, start, visits, lin.columns(every.column_of[chosen.index]))))
-    off = total(every, chosen.free, start, factor=u.factor * more, dof=max(float(u.dof), 1.0), known=known)
+
+    def off() -> Total:
+        visits = places(fit.data.configurations)
+        more = float(np.sqrt(uneven(chosen, start, visits, lin.columns(every.column_of[chosen.index]))))
+        return total(every, chosen.free, start, factor=u.factor * more, dof=max(float(u.dof), 1.0), known=known)
+
     # Why a zero stays: what it looks like, or that it is too small beside what offsets cannot explain.
     notes = {c.name: c.remark if c.partners else Remark.of(Code.BELOW_THE_REST) for c in seen.combinations}
     converged = solution.reasons[0].converged and bool(np.isfinite(solution.cost[0]))
@@ -150,8 +153,8 @@ def _fit_zeros(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Foun
 
 def _offsets(model: Model, found: _Found, zeros: Sequence[Zero]) -> tuple[JointOffset, ...]:
     """The offset of every joint, in SI; joints whose zero may not move have none."""
-    table, at = found.problem.table, {n: i for i, n in enumerate(found.total.names)}
-    reach = quantile(found.total.dof)
+    table, off = found.problem.table, found.total()
+    at, reach = {n: i for i, n in enumerate(off.names)}, quantile(off.dof)
     known = {z.joint: i for i, z in enumerate(zeros)}
     seen = [i for i, z in enumerate(zeros) if z.parameter in found.problem.free]
     moved = np.array(
@@ -162,7 +165,7 @@ def _offsets(model: Model, found: _Found, zeros: Sequence[Zero]) -> tuple[JointO
     own = [at[zeros[i].parameter] for i in seen]
     values, sigma = (
         inverse @ moved,
-        np.sqrt(np.einsum("ij,jk,ik->i", inverse, found.total.covariance[np.ix_(own, own)], inverse)),
+        np.sqrt(np.einsum("ij,jk,ik->i", inverse, off.covariance[np.ix_(own, own)], inverse)),
     )
     out = []
     for joint in joints_of(model):

@@ -12,6 +12,7 @@ __all__ = [
 
 MISSING = "–"
 _UNITS = {"deg": "°", "degree": "°", "degrees": "°", "um": "µm", "-": "", "1": ""}
+LONG = 18  # digits: what is longer is no number of a row
 ROBOT = {"base", "tool", "home"}  # frames of the robot itself
 
 
@@ -116,9 +117,12 @@ def ranges(names: Iterable[object]) -> str:
 
 
 def _next(name: str) -> str | None:
+    last = name[-1:]
+    if len(name) <= LONG and "0" <= last < "9":  # most of them
+        return name[:-1] + chr(ord(last) + 1)
     head = name.rstrip("0123456789")
     tail = name[len(head) :]
-    if not tail or not tail.isascii() or len(tail) > 18:
+    if not tail or not tail.isascii() or len(tail) > LONG:
         return None
     return head + str(int(tail) + 1).zfill(len(tail))
 

@@ -219,7 +219,7 @@ def residual_columns(found: Identification[Model]) -> dict[str, list[Any]]:
         "group": list(rows.group),
         "kind": list(rows.kind),
         "target": list(rows.target),
-        "fingerprint": [f"{mark:016x}" for mark in rows.mark.tolist()],
+        "fingerprint": list(map("%016x".__mod__, rows.mark.tolist())),
     }
     return {name: words[name] if name in words else numbers[name].tolist() for name in RESIDUAL_COLUMNS}
 

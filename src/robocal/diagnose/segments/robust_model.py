@@ -196,22 +196,21 @@ class SegmentModel:
 
     def shared(self, run: RowSequence, c: Candidate, profile: Array) -> float:
         """The gain where each row of a candidate moved by a share of its own, (k,)."""
-        column, left, weight, j, root = self._rows(run, c)
-        sums = _Sums.at((0, len(left)), column * profile[:, None, None], left, weight, j, root)
+        column, *more = self._rows(run, c)
+        sums = _Sums.at((0, len(column)), column * profile[:, None, None], *more)
         return float(sums.gain(np.array([0]), np.array([1]))[0][0])
 
     def _between(self, run: RowSequence, c: Candidate, first: int, last: int) -> _Sums:
         """Of the rows of a candidate, up to nothing, two ends, and everything."""
         return _Sums.at((0, first, last, len(c.rows)), *self._rows(run, c))
 
-    def _rows(self, run: RowSequence, c: Candidate) -> tuple[Array, Array, Array, Array, Array]:
-        """The rows of a candidate in their units: its columns, what is left, weights, the Jacobian (k, d, m), and the root (m, n)."""
+    def _rows(self, run: RowSequence, c: Candidate) -> tuple[Array, Array, Array, Array, Array, Array]:
+        """The rows of a candidate: its columns, what is left, weights, units, the Jacobian (k, d, m), and the root (m, n)."""
         i, rows = self.runs.index(run), c.rows
         # Of what all rows see no copy is made.
         some: slice | Ints = slice(None) if len(rows) == len(self.weight[i]) else rows
-        unit = self.unit[i][:, None]
         left, weight, root = self.left[i][some], self.weight[i][some], self.root[self.own[i]]
-        return c.column[some] / unit, left, weight, self.jacobian[i][some] / unit, root
+        return c.column[some], left, weight, self.unit[i], self.jacobian[i][some], root
 
 
 def _inverse_root(a: Array) -> Array:
@@ -247,7 +246,7 @@ class _Sums:
     fewest: int  # rows of a segment, and beside it
 
     @classmethod
-    def of(cls, column: Array, left: Array, weight: Array, jacobian: Array, root: Array) -> _Sums:
+    def of(cls, column: Array, left: Array, weight: Array, unit: Array, jacobian: Array, root: Array) -> _Sums:
         def running(v: Array, by: Array) -> Array:
             """The sums up to each row of v by, in place: of many rows the products alone fill the memory."""
             out = np.zeros((len(v) + 1, v.shape[1], by.shape[2]))
@@ -255,22 +254,27 @@ class _Sums:
             np.cumsum(out[1:], axis=0, out=out[1:])
             return out
 
-        turned = (column * weight[:, None, None]).transpose(0, 2, 1)
+        turned = (column * (weight[:, None] / unit)[..., None]).transpose(0, 2, 1)
         fewest = max(SEGMENT_ROWS, math.ceil(SEGMENT_NUMBERS * column.shape[2] / column.shape[1]))
-        score, own, cross = (running(turned, v) for v in (left[..., None], column, jacobian))
-        return cls(score[..., 0], own, cross, root, fewest)
+        score = running(turned, left[..., None])
+        turned = turned / unit  # which takes less than a copy of the Jacobian in units
+        return cls(score[..., 0], running(turned, column), running(turned, jacobian), root, fewest)
 
     @classmethod
-    def at(cls, ends: tuple[int, ...], column: Array, left: Array, weight: Array, jac: Array, root: Array) -> _Sums:
+    def at(
+        cls, ends: tuple[int, ...], column: Array, left: Array, weight: Array, unit: Array, jac: Array, root: Array
+    ) -> _Sums:
         """The sums up to some rows alone, (e,), 0 the first."""
         d, q = column.shape[1:]
-        turned = (column * weight[:, None, None]).reshape(-1, q).T
+        turned = column * (weight[:, None] / unit)[..., None]
 
-        def up_to(v: Array) -> Array:
-            parts = (slice(a * d, b * d) for a, b in pairwise((0, *ends)))
-            return np.cumsum([turned[:, part] @ v.reshape(turned.shape[1], -1)[part] for part in parts], axis=0)
+        def up_to(t: Array, v: Array) -> Array:
+            flat, parts = t.reshape(-1, q).T, (slice(a * d, b * d) for a, b in pairwise((0, *ends)))
+            return np.cumsum([flat[:, part] @ v.reshape(flat.shape[1], -1)[part] for part in parts], axis=0)
 
-        return cls(up_to(left)[..., 0], up_to(column), up_to(jac), root, 0)
+        score = up_to(turned, left)[..., 0]
+        turned = turned / unit[:, None]
+        return cls(score, up_to(turned, column), up_to(turned, jac), root, 0)
 
     def take(self, ends: list[int]) -> _Sums:
         """The same up to some rows alone."""

@@ -57,12 +57,12 @@ class PoseSource:
     ids: tuple[str, ...]
     poses: Array
 
-    def take(self, ids: Sequence[str]) -> PoseSource:
+    def take(self, ids: tuple[str, ...]) -> PoseSource:
         """Those of some ids, in their order."""
-        if self.ids == tuple(ids):
-            return self
+        if self.ids == ids:  # of the same words only one copy stays
+            return replace(self, ids=ids)
         where = {name: row for row, name in enumerate(self.ids)}
-        return replace(self, ids=tuple(ids), poses=self.poses[[where[i] for i in ids]])
+        return replace(self, ids=ids, poses=self.poses[[where[i] for i in ids]])
 
 
 @record
@@ -227,7 +227,16 @@ def _read(place: str) -> tuple[PoseSource, tuple[InputFile, ...], tuple[Remark, 
         at, expected = int(np.argmax(far)), f"below {FARTHEST:.0e} m"
         message = "a position too far away for any machine"
         raise FormatError(message, file=place, key=ids[at], found=f"{away[at]:.3g} m", expected=expected)
-    return PoseSource(Path(place).stem, ids, se3.from_vector(obs.value)), reading.files, reading.warnings
+    values, files, warnings = obs.value, reading.files, reading.warnings
+    del reading, seen, obs  # what else was read of many rows goes before their poses come
+    return PoseSource(Path(place).stem, ids, se3.from_vector(values)), files, warnings
+
+
+def _common(every: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
+    """The ids that all have, in the order of the first."""
+    first, *others = every
+    known = [set(ids) for ids in others if ids != first]
+    return tuple([i for i in first if all(i in ids for ids in known)]) if known else first
 
 
 def verify_sources(reference: str, places: Sequence[str], command: str = "") -> Verified:
@@ -243,13 +252,13 @@ def verify_sources(reference: str, places: Sequence[str], command: str = "") -> 
         if one.ids == other.ids and np.array_equal(one.poses, other.poses):  # they agree with themselves
             found, expected = f"those of {files[i]}", "another source"
             raise FormatError("the same poses twice", file=files[j], found=found, expected=expected)
-    known = [set(s.ids) for s in every[1:]]
-    both = [i for i in every[0].ids if all(i in ids for ids in known)]
+    both = _common([s.ids for s in every])
     if len(both) < FEWEST:
         found, expected = f"{len(both)} ids of {reference}", f"{FEWEST} or more, the same ids in all files"
         raise FormatError("too few poses in common", file=places[0], key=ID, found=found, expected=expected)
-    first, *sources = (s.take(both) for s in every)
     left = max(len(s.ids) for s in every) - len(both)
+    every = [s.take(both) for s in every]
+    first, *sources = every
     said = [r for _, _, warnings in read for r in warnings]
     if left:
         said.append(Remark.of(Code.POSES_NOT_IN_ALL, count=left, both=len(both)))
