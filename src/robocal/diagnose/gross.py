@@ -90,18 +90,14 @@ class Sifted:
     away: StudentisedResiduals
 
 
-def set_aside(
-    model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None
-) -> tuple[DataSet, Array | None]:
-    """The data with the gross rows among those of some configurations marked as not used; and where a soft fit of everything free
-    ends, x (1, P), where that showed already that there are none."""
-    x = _fit_within_noise(model, data, configurations)
-    if x is None:
-        return sift(model, data, configurations, watch).data, None
+def set_aside(model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None) -> DataSet:
+    """The data with the gross rows among those of some configurations marked as not used."""
+    if (x := _fit_within_noise(model, data, configurations)) is None:
+        return sift(model, data, configurations, watch).data
     tell(watch, "gross")
-    search = _GrossSearch(model, data, configurations)
     every = tuple(np.ones(len(o), dtype=bool) for o in data.observations)
-    return mark_used(add_rounding(model, data, search.problem_at({}, every, "none"), x), every), x
+    made = _GrossSearch(model, data, configurations).problem_at({}, every, "none")
+    return mark_used(add_rounding(model, data, made, x), every)
 
 
 def _fit_within_noise(model: Model, data: DataSet, configurations: Ints) -> Array | None:

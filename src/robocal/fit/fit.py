@@ -126,10 +126,9 @@ def chosen_weights(count: int, configurations: Ints) -> Array:
 
 
 def fit(
-    model: Model, stated: DataSet, configurations: Ints, options: Options, start: Array, watch: Watch | None = None,
-    near_by: Array | None = None,
-) -> Fit:  # fmt: skip
-    """Fits everything that is free and seen to some configurations from x (1, P); what tells the noise may begin `near_by`, (1, P)."""
+    model: Model, stated: DataSet, configurations: Ints, options: Options, start: Array, watch: Watch | None = None
+) -> Fit:
+    """Fits everything that is free and seen to some configurations, starting from x (1, P)."""
 
     def begin_with(data: DataSet, chosen: Ints) -> Problem:
         made = build(model, data).with_weights(chosen_weights(len(data.configurations), chosen))
@@ -143,7 +142,8 @@ def fit(
     def problem_at(tau: Tau) -> Problem:
         return under(first, stated, tau)
 
-    candidate, names = problem_at({}), first.free
+    candidate = problem_at({})
+    names = candidate.free
     if not names:
         raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
     method = estimator(options.method, options.loss)
@@ -155,7 +155,7 @@ def fit(
         candidate = problem_at(tau)
         return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), apply_noise(stated, tau))
     few, own = subsample(model, stated, configurations)
-    near_by = start if near_by is None else near_by
+    near_by = start
     if few is not stated:  # of many rows a part says about where the soft fit of all ends
         part = begin_with(few, own)
         _, near_by = _noise(lambda tau: under(part, few, tau), few, own, start, start)

@@ -123,11 +123,11 @@ def fit_beside_baseline(
     the baseline."""
     # Gross rows are looked for among the rows that are fitted: the others are not known here.
     there = model.with_values(options.begin) if options.begin else model
-    (clean, near_by), by = set_aside(there, data, configurations, watch), (options.loss, options.tuning)
+    clean, by = set_aside(there, data, configurations, watch), (options.loss, options.tuning)
     begun = fit_baseline(model, clean, configurations, *by, watch)
     near = fit_baseline(there, clean, configurations, *by, watch) if options.begin else begun
     start = search_poses_again(near.problem, near.x)
-    found = fit(model, clean, configurations, options, start, watch, None if options.begin else near_by)
+    found = fit(model, clean, configurations, options, start, watch)
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
     return clean, start, found, renew_baseline(model, (clean, begun), found.data, configurations, *by)
 
