@@ -11,7 +11,7 @@ import pytest
 from trials import ROBOTS, TRACKER, joints, observations, open_robot, perturbed
 
 from robocal.diagnose.segments.find import find_segments
-from robocal.diagnose.segments.robust_model import _Sums
+from robocal.diagnose.segments.running_sums import RunningSums
 from robocal.diagnose.segments.tell import segment_remarks
 from robocal.fit.baseline import baseline
 from robocal.geometry import se3
@@ -138,8 +138,8 @@ def test_noise_free_numbers_are_no_steps(rng):
 def test_the_gain_of_many_segments_takes_little_memory(fixed):
     """The products of all ends, of which one is fixed, were 20 GB for 10^5 rows; gains are those of one segment at a time."""
     rng, k = np.random.default_rng(2), 4000
-    some = rng.normal(size=(k, 3, 3)), rng.normal(size=(k, 3)), np.ones(k), np.ones(3)
-    sums = _Sums.of(*some, rng.normal(size=(k, 3, 20)), 0.02 * np.eye(20))
+    some = rng.normal(size=(k, 3, 3)), rng.normal(size=(k, 3)), np.ones((k, 1))
+    sums = RunningSums.of(*some, rng.normal(size=(k, 3, 20)), 0.02 * np.eye(20))
     grid = np.arange(0, k + 1, k // 40)
     a, b = {
         "first": (np.zeros(k, dtype=np.int64), np.arange(1, k + 1)),

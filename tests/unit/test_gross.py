@@ -10,7 +10,7 @@ import pytest
 from unit.arm_data import arm, measured
 from unit.test_outliers import FAST, spoiled
 
-from robocal.diagnose.gross import set_aside, share
+from robocal.diagnose.gross import _fit_within_noise, set_aside, share, sift
 from robocal.estimate.least_squares import Reason
 from robocal.fit.options import Options
 from robocal.measure.base import problem
@@ -69,6 +69,21 @@ def test_rows_that_are_not_fitted_are_not_judged():
     clean = set_aside(arm(), data, np.setdiff1d(np.arange(60), [3, 40]))
     assert np.flatnonzero(~clean.observations[0].used).tolist() == [11]
     assert share(clean) == pytest.approx(1 / 60)
+
+
+@pytest.mark.parametrize("size", [0.0, 3.0, 5.0, 6.0, 7.0, 9.0, 30.0])
+def test_a_plain_fit_within_the_noise_finds_no_other_rows_gross(size):
+    """Where a plain fit leaves the stated noise and every row is near, no robust fit is asked: it would set nothing aside either."""
+    data = measured(60)
+    off = size * float(data.observations[0].sigma[0, 0]) / np.sqrt(3)
+    data = spoiled(data, {7: off, 22: -off, 41: off})
+    clean, known = set_aside(arm(), data, np.arange(60)), sift(arm(), data, np.arange(60)).data
+    assert share(clean) == share(known)
+    for a, b in zip(clean.observations, known.observations, strict=True):
+        assert a.used is None if b.used is None else np.array_equal(a.used, b.used)
+    assert (_fit_within_noise(arm(), data, np.arange(60)) is None) == (size > 5.0)
+    unstated = replace(data, observations=(replace(data.observations[0], sigma=None),))
+    assert _fit_within_noise(arm(), unstated, np.arange(60)) is None
 
 
 @pytest.mark.parametrize("loss", ["none", "huber", "cauchy", "tukey"])

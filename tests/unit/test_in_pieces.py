@@ -15,7 +15,8 @@ from unit.test_outliers import spoiled
 from robocal.arms import chain as chains
 from robocal.arms.gravity_load import Gravity, drive, link_end
 from robocal.diagnose import gross
-from robocal.diagnose.segments.robust_model import _inverse_root, _Sums
+from robocal.diagnose.segments.robust_model import _inverse_root
+from robocal.diagnose.segments.running_sums import RunningSums
 from robocal.estimate.priors._kernels import held_by
 from robocal.estimate.terms import spread
 from robocal.fit.fit import EXACT, NEAR
@@ -205,14 +206,13 @@ def test_a_segments_share_that_the_model_answers(rng):
     parts = (
         rng.normal(size=(60, 3, 4)),
         rng.normal(size=(60, 3)),
-        rng.uniform(0.5, 1, 60),
-        rng.uniform(0.5, 2, 3),
+        rng.uniform(0.5, 1, (60, 3)),
         rng.normal(size=(60, 3, 9)),
         rng.normal(size=(9, 11)),
     )
-    sums = _Sums.of(*parts)
+    sums = RunningSums.of(*parts)
     column, left, weight, *answer = parts
-    few, same = _Sums.at((0, 7, 20, 60), column, left, weight, *answer), sums.take([0, 7, 20, 60])
+    few, same = RunningSums.at((0, 7, 20, 60), column, left, weight, *answer), sums.take([0, 7, 20, 60])
     for name in ("score", "own", "cross"):
         np.testing.assert_allclose(getattr(few, name), getattr(same, name), rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(few.answer(1, 2), sums.answer(7, 20), rtol=1e-9, atol=1e-12)

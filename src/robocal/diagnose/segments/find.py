@@ -271,10 +271,11 @@ def _abrupt(state: SegmentModel, best: SegmentFit) -> bool:
     rows = best.candidate.rows
     k = len(rows)
     first, last = int(np.searchsorted(rows, best.a)), int(np.searchsorted(rows, best.b))
-    step = state.shared(best.run, best.candidate, _profile(k, first, last, 0))
+    gain = state.shared(best.run, best.candidate)
+    step = gain(_profile(k, first, last, 0))
     width = 2 * limits.SEGMENT_ROWS
     while width <= 2 * k:
-        if state.shared(best.run, best.candidate, _profile(k, first, last, width)) > step:
+        if gain(_profile(k, first, last, width)) > step:
             return False
         width *= 2
     return True
