@@ -22,7 +22,7 @@ from robocal import _scipy as scipy
 from robocal._types import Array, Ints
 from robocal.diagnose.check_registry import Context, once
 from robocal.diagnose.limits import SAME_PLACES_SHARE
-from robocal.estimate.elimination import reweight
+from robocal.estimate.elimination import STRUCTURAL, reweight
 from robocal.estimate.uncertainty import Total
 from robocal.fit.repeats import NEAR, places
 from robocal.measure.machine import Model
@@ -39,7 +39,8 @@ PER_BLOCK = 4  # places, at least
 @dataclass(frozen=True)
 class WhitenedRows:
     """The rows of a fit at its solution, whitened: jacobian (R, n) over the fitted `names`, residual (R,), and the place
-    of each (R,), an index into joints (P, q) in the order of the first visit. `spread` is chi2 / dof, `enlarged` by how
+    of each (R,), an index into joints (P, q) in the order of the first visit; of a place with more rows than names what they say
+    together, as few rows. `spread` is chi2 / dof, `enlarged` by how
     much the covariance of the fit was multiplied, `thinned` how many places stand behind each one that was kept."""
 
     names: tuple[str, ...]
@@ -89,8 +90,28 @@ def whiten_fit(context: Context[Model]) -> WhitenedRows | None:
     if not len(keep) or seen.dof <= 0:
         return None
     place, thinned = np.searchsorted(chosen, label[lin.configuration[keep]]), count / max(len(chosen), 1)
-    rows, spread = (lin.j[keep], lin.r[keep]), seen.chi2 / seen.dof
-    return WhitenedRows(problem.free, where.joints[first], place, *rows, spread, enlarged, thinned)
+    rows, spread = _shorten(lin.j[keep], lin.r[keep], place), seen.chi2 / seen.dof
+    return WhitenedRows(problem.free, where.joints[first], *rows, spread, enlarged, thinned)
+
+
+def _shorten(j: Array, r: Array, place: Ints) -> tuple[Ints, Array, Array]:
+    """Place, jacobian and residual of as many rows at each place as say something: Q^T of its rows j (R, n) and r (R,), Q their range.
+
+    Every block holds whole places, and what it is asked for is the same after a turn of the rows of one.
+    """
+    if np.bincount(place).max() <= j.shape[1]:
+        return place, j, r
+    order = np.argsort(place, kind="stable")
+    first = np.flatnonzero(np.diff(place[order], prepend=-1))
+    parts = []
+    for rows in np.split(order, first[1:]):
+        own, left = j[rows], r[rows]
+        if len(rows) > j.shape[1]:
+            turned = np.linalg.qr(np.column_stack([own, left]), mode="r")
+            says = np.linalg.norm(turned[:, :-1], axis=1) > STRUCTURAL * np.linalg.norm(turned[:, :-1])
+            own, left = turned[says, :-1], turned[says, -1]
+        parts.append((np.full(len(own), place[rows[0]]), own, left))
+    return tuple(np.concatenate(p) for p in zip(*parts, strict=True))  # type: ignore[return-value]
 
 
 def _by_visit(label: Ints, time: Array | None) -> Ints:
