@@ -95,14 +95,18 @@ def _square(model: Model, data: DataSet, problem: Problem, x: Array) -> list[Arr
         return out
     # Every joint a step further, as configurations behind one another: what is looked at is the same, and arranged once.
     count, rows = len(joints), sum(len(o) for o in data.observations)
-    for some in np.array_split(np.arange(joints.shape[1]), max(1, joints.shape[1] * rows // MOST)):
+    for some in np.array_split(np.arange(joints.shape[1]), min(joints.shape[1], 1 + joints.shape[1] * rows // MOST)):
         many = len(some)
         moved = np.repeat(joints[None], many, axis=0)
         moved[np.arange(many), :, some] += STEP
-        where = replace(data.configurations.take(np.tile(np.arange(count), many)), joints=moved.reshape(-1, joints.shape[1]))
+        where = replace(
+            data.configurations.take(np.tile(np.arange(count), many)), joints=moved.reshape(-1, joints.shape[1])
+        )
         again = build(model, DataSet(where, tuple(_again(o, many, count) for o in data.observations)))
-        own = again.residuals(np.concatenate([x[:, : len(problem.table)], np.tile(x[:, len(problem.table) :], many)], axis=1))
-        for v, a, b in zip(out, here, own, strict=True):
+        further = again.residuals(
+            np.concatenate([x[:, : len(problem.table)], np.tile(x[:, len(problem.table) :], many)], axis=1)
+        )
+        for v, a, b in zip(out, here, further, strict=True):
             # Each joint's rows of a term lie in the order of that term.
             order = np.argsort(b.configuration // count, kind="stable")
             for i, there in zip(some, np.split(b.value[order], many), strict=True):

@@ -22,7 +22,7 @@ from robocal import _scipy as scipy
 from robocal._types import Array, Ints
 from robocal.diagnose.check_registry import Context, once
 from robocal.diagnose.limits import SAME_PLACES_SHARE
-from robocal.estimate.elimination import STRUCTURAL, reweight
+from robocal.estimate.elimination import reweight
 from robocal.estimate.uncertainty import Total
 from robocal.fit.repeats import NEAR, places
 from robocal.measure.machine import Model
@@ -32,6 +32,7 @@ __all__ = ["Scatter", "WhitenedRows", "scatter", "whiten_fit"]
 MOST_PLACES = 400  # rows of more are thinned evenly
 BLOCKS = 10
 LEAST = 1e-3  # of a row's variance: where the fit leaves less, a residual says nothing
+NOTHING = 1e-9  # tolerance: of the rows of a place: rounding
 FEWEST = 4  # blocks that still say something
 PER_BLOCK = 4  # places, at least
 
@@ -107,8 +108,8 @@ def _shorten(j: Array, r: Array, place: Ints) -> tuple[Ints, Array, Array]:
     for rows in np.split(order, first[1:]):
         own, left = j[rows], r[rows]
         if len(rows) > j.shape[1]:
-            turned = np.linalg.qr(np.column_stack([own, left]), mode="r")
-            says = np.linalg.norm(turned[:, :-1], axis=1) > STRUCTURAL * np.linalg.norm(turned[:, :-1])
+            turned = np.asarray(np.linalg.qr(np.column_stack([own, left]), mode="r"))
+            says = np.linalg.norm(turned[:, :-1], axis=1) > NOTHING * np.linalg.norm(turned[:, :-1])
             own, left = turned[says, :-1], turned[says, -1]
         parts.append((np.full(len(own), place[rows[0]]), own, left))
     return tuple(np.concatenate(p) for p in zip(*parts, strict=True))  # type: ignore[return-value]
