@@ -18,7 +18,7 @@ from robocal.fit.fit import chosen_weights, frame_names
 from robocal.fit.limits import BASELINE_LESS
 from robocal.fit.noise import Tau, apply_noise, assess, same_tau, tau_of
 from robocal.fit.starts import search as starts
-from robocal.fit.subsample import subsample
+from robocal.fit.subsample import MANY, subsample
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, same_rows
 from robocal.measure.machine import Model
@@ -92,8 +92,11 @@ def _recall_or_fit(
 
 
 def _fit_part(model: Model, data: DataSet, configurations: Ints, made: Problem, whole: DataSet) -> Placed | None:
-    """As `_fit_frames`, of a part of data of all of which it is known where frames stand: from there, where the part sees the same of
-    them. What it does not see must not stay where other rows have put it. None where that is not known, or is what is asked."""
+    """As `_fit_frames`, of a part of many rows of all of which it is known where frames stand: from there, where the part sees the same
+    of them. What it does not see must not stay where other rows have put it. None where that is not known, or is what is asked; a
+    part of few rows looks for itself: two searches check each other."""
+    if sum(map(len, whole.observations)) <= MANY:
+        return None
     everyone = np.arange(len(whole.configurations))
     known = whole.configurations.memo.get(("baseline", everyone.tobytes()))
     part = data.configurations is not whole.configurations or len(configurations) < len(everyone)
