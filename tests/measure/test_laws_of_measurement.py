@@ -290,6 +290,24 @@ def test_a_batch_is_its_singles(name):
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
+def test_problems_that_differ_in_their_weights_alone_are_their_singles(name):
+    """Each without one configuration, and one with half of another: of some kinds by what each lacks of all."""
+    p = build(name)
+    x, weight = np.repeat(p.start, 6, axis=0), np.ones((6, p.configurations))
+    weight[np.arange(5), np.arange(5) % p.configurations] = 0
+    weight[5, 0] = 0.5
+    batch = p.with_weights(weight)
+    together = batch.normal(x)
+    for b in range(6):
+        alone = batch.normal(x[[b]], np.array([b]))
+        for field in FIELDS:
+            want = getattr(alone, field)[0]
+            np.testing.assert_allclose(
+                getattr(together, field)[b], want, atol=1e-11 * np.abs(want).max(initial=1), err_msg=field
+            )
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
 def test_linearize_takes_configurations_and_weights(name):
     p = build(name)
     everything, one = p.linearize(p.start), p.linearize(p.start, np.array([1]))

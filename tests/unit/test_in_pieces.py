@@ -15,6 +15,7 @@ from unit.test_outliers import spoiled
 from robocal.arms import chain as chains
 from robocal.arms.gravity_load import Gravity, drive, link_end
 from robocal.diagnose import gross
+from robocal.diagnose.scatter import WhitenedRows, _ratio, _shorten
 from robocal.diagnose.segments.robust_model import _inverse_root
 from robocal.diagnose.segments.running_sums import RunningSums
 from robocal.estimate.priors._kernels import held_by
@@ -51,6 +52,25 @@ def test_columns_of_one_element_are_its_screw_times_each():
         step[0, i] = 1e-6
         ahead, behind = (program.run(theta + s, phi)[0][0, :, :3, 3] for s in (step, -step))
         np.testing.assert_allclose(jac[:, :3, i], (ahead - behind) / 2e-6, atol=1e-8)
+
+
+def test_rows_of_one_place_say_the_same_turned_and_as_few():
+    """What blocks of whole places are asked for, with more rows at a place than columns, fewer, and of a smaller rank."""
+    rng = np.random.default_rng(2)
+    place = rng.permutation(np.repeat(np.arange(9), [30, 40, 3, 25, 60, 5, 18, 33, 21]))
+    j, r = rng.normal(size=(len(place), 12)), rng.normal(size=len(place))
+    j[place == 4] = j[place == 4][:, :3] @ rng.normal(size=(3, 12))
+    h = np.linalg.inv(j.T @ j) * 0.9
+    few = _shorten(j, r, place)
+    counts = np.minimum(np.bincount(place), 12)
+    counts[4] = 3
+    np.testing.assert_array_equal(np.bincount(few[0]), counts)
+    x, names, blocks = rng.normal(size=(6, 12)), tuple("abcdefghijkl"), np.array([0, 0, 1, 1, 2, 2, 2, 3, 3])
+    told = []
+    for at, jac, left in ((place, j, r), few):
+        rows = WhitenedRows(names, np.zeros((9, 6)), at, jac, left, 1.3, 1.0)
+        told.append(_ratio((rows, rows), [(jac @ h @ x.T, jac, h)] * 2, (blocks, blocks[::-1].copy())))
+    np.testing.assert_allclose(told[0], told[1], rtol=1e-9)
 
 
 @pytest.mark.parametrize("batch", [1, 3])

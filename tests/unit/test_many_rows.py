@@ -14,6 +14,7 @@ from robocal.diagnose.gross import sift
 from robocal.estimate import uncertainty as bars
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import effective_columns, uncertainty
+from robocal.fit import baseline as baselines
 from robocal.fit import subsample
 from robocal.fit.baseline import fit_baseline, renew_baseline
 from robocal.fit.fit import soften
@@ -115,6 +116,33 @@ def test_the_baseline_of_many_rows_is_that_of_all_of_them(many, monkeypatch):
         # A fit ends where the next step promises 1e-10 of the cost: 1e-5 sqrt(N) of its standard deviations.
         sigma = uncertainty(free, whole.x).sigma
         assert np.abs((mine.x - whole.x)[0, free.index] / sigma).max() < 1e-5 * np.sqrt(3 * M)
+
+
+def test_frames_of_many_rows_are_looked_for_once(many, monkeypatch):
+    """A part of many begins where all of them place the frames, and ends where its own search ends; a part of few, or of other values
+    at the same configurations, looks for itself."""
+    searches = []
+
+    def counted(*args):
+        searches.append(len(args[1].configurations))
+        return search(*args)
+
+    search = baselines._fit_frames
+    monkeypatch.setattr(baselines, "_fit_frames", counted)
+    model, part = arm(), np.arange(0, M, 2)
+    alone = fit_baseline(model, measured(M), part)
+    assert searches == [M]
+    fit_baseline(model, many, np.arange(M))
+    found = fit_baseline(model, many, part)
+    assert searches == [M, M]
+    np.testing.assert_allclose(found.x, alone.x, atol=1e-7)
+    moved = replace(many.observations[0], value=many.observations[0].value + 0.1)
+    fit_baseline(model, DataSet(many.configurations, (moved,)), part)
+    assert searches == [M] * 3
+    few = measured(60)
+    fit_baseline(model, few, np.arange(60))
+    fit_baseline(model, few, np.arange(40))
+    assert searches == [M] * 3 + [60, 60]
 
 
 def test_rounding_that_cannot_be_seen_is_not_worked_out(many, monkeypatch):

@@ -129,7 +129,7 @@ def sift(model: Model, data: DataSet, configurations: Ints, watch: Watch | None 
     search = _GrossSearch(model, data, configurations)
     some, own = subsample(model, data, configurations)
     few = search if some is data else _GrossSearch(model, some, own)
-    start, tau, near = _nominal(few)
+    start, tau, near = _nominal(few, data)
     x = start = search_poses_again(few.whole_problem, start)
     for loss, tuning in (("huber", None), ("tukey", GROSS_DISTANCE)):
         x, tau = _fit_until_stable(few, start, x, tau, near, loss, tuning)
@@ -156,10 +156,10 @@ def sift(model: Model, data: DataSet, configurations: Ints, watch: Watch | None 
     return Sifted(mark_used(data, used), soft, there, away)
 
 
-def _nominal(search: _GrossSearch) -> tuple[Array, Tau, tuple[Bools, ...]]:
-    """Where frames stand when gross rows do not pull, the robust noise there, and the rows that are near."""
+def _nominal(search: _GrossSearch, whole: DataSet) -> tuple[Array, Tau, tuple[Bools, ...]]:
+    """Where frames stand when gross rows of a part of the `whole` do not pull, the robust noise there, and the rows that are near."""
     every = tuple(np.ones(len(o), dtype=bool) for o in search.data.observations)
-    made, x = baseline(search.model, search.data, search.configurations)
+    made, x = baseline(search.model, search.data, search.configurations, whole=whole)
     frames = frame_names(search.model, made)
     tau: Tau = {}
     made = search.problem_at(tau, every, "huber")

@@ -17,7 +17,8 @@ J (d - s) is in every band (`move_at_end`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -69,7 +70,13 @@ def drift_of_file(context: Context[Model]) -> FileDrift | None:
     there = _time(fit.data)[lin.configuration]
     if len(np.unique(lin.configuration[there != 0])) < limits.GROWTH_CONFIGURATIONS:
         return None
-    found = (d for w in _ways(context) if (d := _find(lin, there, fit.problem, w)))
+
+    @cache
+    def sums(degree: int) -> tuple[float, Array]:
+        factor = there if degree == 1 else scipy.special.eval_legendre(degree, there)
+        return _sums(lin, factor, fit.problem.scales)
+
+    found = (d for w in _ways(context) if (d := _find(lin, sums, fit.problem, w)))
     first = min(found, key=lambda d: d.chance, default=None)
     return None if first is None or findings_of_segments.run(context) else first
 
@@ -162,9 +169,13 @@ def _ways(context: Context[Model]) -> list[Array]:
     return [*out, np.diag(problem.scales)]
 
 
-def _find(lin: Linear, time: Array, problem: Problem, way: Array) -> FileDrift | None:
-    """The drift of some columns with time (N,), from -1 to 1, where it is beyond chance, of consequence, and no other slow change."""
-    first = _explain(lin, time, problem, way)
+Sums = Callable[[int], tuple[float, Array]]
+
+
+def _find(lin: Linear, sums: Sums, problem: Problem, way: Array) -> FileDrift | None:
+    """The drift of some columns with time, from -1 to 1, where it is beyond chance, of consequence, and no other slow change; the sums
+    are by the degree of the polynomial."""
+    first = _explain(lin, *sums(1), problem, way)
     if (
         first is None
         or first.chance > limits.GROWTH_CHANCE
@@ -172,21 +183,28 @@ def _find(lin: Linear, time: Array, problem: Problem, way: Array) -> FileDrift |
         or first.observable < limits.GROWTH_SEEN
     ):
         return None
-    others = (_explain(lin, scipy.special.eval_legendre(k, time), problem, way) for k in DEGREES)
+    others = (_explain(lin, *sums(k), problem, way) for k in DEGREES)
     return None if any(o is not None and first.gain < limits.GROWTH_CLEARLY * o.gain for o in others) else first
 
 
-def _explain(lin: Linear, factor: Array, problem: Problem, way: Array) -> FileDrift | None:
-    """What columns way (n, k) of all explain once more where a factor (N,) of time multiplies them; None where nothing is left to tell."""
-    (n, k), scale = way.shape, problem.scales
-    # Each column is as large as its error may be, and held: products have digits to spare.
-    taken, products = 0.0, np.zeros((n + k + 1, n + k + 1))
+def _sums(lin: Linear, factor: Array, scale: Array) -> tuple[float, Array]:
+    """How many numbers local blocks take, and the products (2 n + 1, 2 n + 1) of all columns, of the same where a factor (N,) of time
+    multiplies them, and of what is left. Each column is as large as its error may be."""
+    taken, products = 0.0, np.zeros((2 * len(scale) + 1,) * 2)
     for rows in _together(lin):
-        part = replace(
-            lin, j=np.hstack([lin.j[rows] * scale, factor[rows, None] * (lin.j[rows] @ way), lin.r[rows, None]])
-        )
-        own, left = beside_blocks(part)
+        j = lin.j[rows] * scale
+        own, left = beside_blocks(replace(lin, j=np.hstack([j, factor[rows, None] * j, lin.r[rows, None]])))
         taken, products = taken + float(own.sum()), products + left.T @ left
+    return taken, products
+
+
+def _explain(lin: Linear, taken: float, sums: Array, problem: Problem, way: Array) -> FileDrift | None:
+    """What columns way (n, k) of all explain once more where time multiplies them, by their sums; None where nothing is left to tell."""
+    (n, k), scale = way.shape, problem.scales
+    # What was fitted is held: products have digits to spare.
+    chosen = np.zeros((2 * n + 1, n + k + 1))
+    chosen[:n, :n], chosen[n:-1, n:-1], chosen[-1, -1] = np.eye(n), way / scale[:, None], 1.0
+    products = chosen.T @ sums @ chosen
     fitted = np.linalg.solve(products[:n, :n] + np.eye(n) / HOLD**2, products[:n, n:])
     rest = products[n:, n:] - products[n:, :n] @ fitted
     inner, outer, square = rest[:k, :k], rest[:k, -1], float(rest[-1, -1])

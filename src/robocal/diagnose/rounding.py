@@ -25,13 +25,14 @@ from robocal.fit.misfit import errors
 from robocal.fit.noise import owners
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
-from robocal.measure.data import DataSet
+from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model
 
 __all__ = ["add_rounding", "rounding_rms"]
 
 MARGIN = 10.0  # tolerance: times as sensitive as the worst of a few rows
 STEP = 1e-6  # rad or m
+MOST = 100_000  # rows at once
 EPS = float(np.finfo(float).eps)
 
 
@@ -92,10 +93,30 @@ def _square(model: Model, data: DataSet, problem: Problem, x: Array) -> list[Arr
     joints, digits = data.configurations.joints, data.configurations.digits
     if joints is None or digits is None:
         return out
-    for i in range(joints.shape[1]):
-        moved = joints.copy()
-        moved[:, i] += STEP
-        there = build(model, replace(data, configurations=replace(data.configurations, joints=moved))).residuals(x)
-        for v, a, b in zip(out, here, there, strict=True):
-            v += ((b.value - a.value) / STEP * digits[a.configuration, i, None]) ** 2 / 12
+    # Every joint a step further, as configurations behind one another: what is looked at is the same, and arranged once.
+    count, rows = len(joints), sum(len(o) for o in data.observations)
+    for some in np.array_split(np.arange(joints.shape[1]), min(joints.shape[1], 1 + joints.shape[1] * rows // MOST)):
+        many = len(some)
+        moved = np.repeat(joints[None], many, axis=0)
+        moved[np.arange(many), :, some] += STEP
+        where = replace(
+            data.configurations.take(np.tile(np.arange(count), many)), joints=moved.reshape(-1, joints.shape[1])
+        )
+        again = build(model, DataSet(where, tuple(_again(o, many, count) for o in data.observations)))
+        further = again.residuals(
+            np.concatenate([x[:, : len(problem.table)], np.tile(x[:, len(problem.table) :], many)], axis=1)
+        )
+        for v, a, b in zip(out, here, further, strict=True):
+            # Each joint's rows of a term lie in the order of that term.
+            order = np.argsort(b.configuration // count, kind="stable")
+            for i, there in zip(some, np.split(b.value[order], many), strict=True):
+                v += ((there - a.value) / STEP * digits[a.configuration, i, None]) ** 2 / 12
     return out
+
+
+def _again(obs: Observations, many: int, count: int) -> Observations:
+    """The same rows so many times, each time of `count` further configurations."""
+    further = np.repeat(np.arange(many) * count, len(obs))
+    made = obs.take(np.tile(np.arange(len(obs)), many))
+    second = None if made.second is None else made.second + further
+    return replace(made, configuration=made.configuration + further, second=second)

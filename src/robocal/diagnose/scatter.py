@@ -32,6 +32,7 @@ __all__ = ["Scatter", "WhitenedRows", "scatter", "whiten_fit"]
 MOST_PLACES = 400  # rows of more are thinned evenly
 BLOCKS = 10
 LEAST = 1e-3  # of a row's variance: where the fit leaves less, a residual says nothing
+NOTHING = 1e-9  # tolerance: of the rows of a place: rounding
 FEWEST = 4  # blocks that still say something
 PER_BLOCK = 4  # places, at least
 
@@ -39,7 +40,8 @@ PER_BLOCK = 4  # places, at least
 @record
 class WhitenedRows:
     """The rows of a fit at its solution, whitened: jacobian (R, n) over the fitted `names`, residual (R,), and the place
-    of each (R,), an index into joints (P, q) in the order of the first visit. `spread` is chi2 / dof, `enlarged` by how
+    of each (R,), an index into joints (P, q) in the order of the first visit; of a place with more rows than names what they say
+    together, as few rows. `spread` is chi2 / dof, `enlarged` by how
     much the covariance of the fit was multiplied, `thinned` how many places stand behind each one that was kept."""
 
     names: tuple[str, ...]
@@ -89,8 +91,28 @@ def whiten_fit(context: Context[Model]) -> WhitenedRows | None:
     if not len(keep) or seen.dof <= 0:
         return None
     place, thinned = np.searchsorted(chosen, label[lin.configuration[keep]]), count / max(len(chosen), 1)
-    rows, spread = (lin.j[keep], lin.r[keep]), seen.chi2 / seen.dof
-    return WhitenedRows(problem.free, where.joints[first], place, *rows, spread, enlarged, thinned)
+    rows, spread = _shorten(lin.j[keep], lin.r[keep], place), seen.chi2 / seen.dof
+    return WhitenedRows(problem.free, where.joints[first], *rows, spread, enlarged, thinned)
+
+
+def _shorten(j: Array, r: Array, place: Ints) -> tuple[Ints, Array, Array]:
+    """Place, jacobian and residual of as many rows at each place as say something: Q^T of its rows j (R, n) and r (R,), Q their range.
+
+    Every block holds whole places, and what it is asked for is the same after a turn of the rows of one.
+    """
+    if np.bincount(place).max() <= j.shape[1]:
+        return place, j, r
+    order = np.argsort(place, kind="stable")
+    first = np.flatnonzero(np.diff(place[order], prepend=-1))
+    parts = []
+    for rows in np.split(order, first[1:]):
+        own, left = j[rows], r[rows]
+        if len(rows) > j.shape[1]:
+            turned = np.asarray(np.linalg.qr(np.column_stack([own, left]), mode="r"))
+            says = np.linalg.norm(turned[:, :-1], axis=1) > NOTHING * np.linalg.norm(turned[:, :-1])
+            own, left = turned[says, :-1], turned[says, -1]
+        parts.append((np.full(len(own), place[rows[0]]), own, left))
+    return tuple(np.concatenate(p) for p in zip(*parts, strict=True))  # type: ignore[return-value]
 
 
 def _by_visit(label: Ints, time: Array | None) -> Ints:

@@ -72,12 +72,12 @@ def studentise(problem: Problem, x: Array, modelled: Collection[tuple[str, str]]
     the sensor groups and units whose noise is what a model leaves."""
     x, weight = np.atleast_2d(x), problem.first_weight
     groups: dict[tuple[str, str], list[_Part]] = {}
-    rows = [_white(term, x, problem.n) for term in problem.bound_terms]
+    rows = [_white(term, x) for term in problem.bound_terms]
     weights = [np.where(t.used, weight[t.configuration], 0.0) for t in problem.terms]
-    inverse = _inverse(problem, weights, [j for _, j in rows])
-    for number, (term, w, (r, j)) in enumerate(zip(problem.terms, weights, rows, strict=True)):
+    inverse = _inverse(problem, weights, [(j, own) for _, j, own in rows])
+    for number, (term, w, (r, j, own)) in enumerate(zip(problem.terms, weights, rows, strict=True)):
         assert isinstance(term, Rows)
-        for part, unit in _parts(term, number, r, j, inverse, w > 0):
+        for part, unit in _parts(term, number, r, j, inverse[np.ix_(own, own)], w > 0):
             groups.setdefault((term.group, unit), []).append(part)
     shape = [len(t.configuration) for t in problem.terms]
     distance, leverage = [np.zeros(m) for m in shape], [np.zeros(m) for m in shape]
@@ -113,25 +113,27 @@ def far_from(data: DataSet, problem: Problem, x: Array, configurations: Ints) ->
     return studentise(under(problem, data, tau), x, tau)
 
 
-def _white(term: ProblemTerm, x: Array, n: int) -> tuple[Array, Array]:
-    """Residuals (m, d) of a term, and its whitened Jacobian over all columns (m, d, n); rows that were set aside too."""
+def _white(term: ProblemTerm, x: Array) -> tuple[Array, Array, Ints]:
+    """Residuals (m, d) of a term, its whitened Jacobian over its own columns (m, d, k), and which these are (k,); rows that were set
+    aside too."""
     assert isinstance(term, Rows)
     r, narrow, _ = term.evaluate(x, np.zeros(1, dtype=np.int64), 0, len(term.configuration))
-    j = spread(narrow[0], term.columns, n)
+    own, at = np.unique(term.columns, return_inverse=True)
+    j = spread(narrow[0], at, len(own))
     j /= term.sigma[..., None]
-    return r[0], j
+    return r[0], j, own
 
 
-def _inverse(problem: Problem, weight: list[Array], rows: list[Array]) -> Array:
-    """(J^T J + P)^-1 over the free columns, by the rows of every term, (m, d, n), and what they weigh, (m,)."""
+def _inverse(problem: Problem, weight: list[Array], rows: list[tuple[Array, Ints]]) -> Array:
+    """(J^T J + P)^-1 over the free columns, by the rows of every term, (m, d, k), with its columns, and what they weigh, (m,)."""
     a = problem.prior_root.T @ problem.prior_root
-    for w, j in zip(weight, rows, strict=True):
+    for w, (j, own) in zip(weight, rows, strict=True):
         for first in range(0, len(j), CHUNK):
             inside, some = w[first : first + CHUNK], j[first : first + CHUNK]
             if not (inside == 1).all():
                 some = some[inside > 0] * np.sqrt(inside[inside > 0])[:, None, None]
-            some = some.reshape(some.shape[0] * some.shape[1], problem.n)
-            a = a + some.T @ some
+            some = some.reshape(some.shape[0] * some.shape[1], len(own))
+            a[np.ix_(own, own)] += some.T @ some
     # Columns differ by orders of magnitude: unit diagonal before the inverse.
     size = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
     both = np.outer(size, size)

@@ -33,6 +33,7 @@ __all__ = ["Problem"]
 # Doubles per chunk of Jacobian: small enough to stay in the second-level cache.
 CHUNK = 1 << 16
 POSE = 16  # numbers
+TOGETHER = 64  # rows
 NOTHING = np.empty((0, 0))
 # What is worked out of a problem once, by what it depends on: rows (and columns), names and free columns, values and priors.
 _OF_ROWS = frozenset({"bound_terms", "_summed", "_bare", "numbers", "aside", "pairs"})
@@ -74,6 +75,19 @@ def _evaluate(term: ProblemTerm, x: Array, step: int = 1) -> Iterator[tuple[slic
     for first in range(0, max(m, 1), step * rows):
         last = min(first + rows, m)
         yield slice(first, last), term.evaluate(x, every, first, last - first)[0]
+
+
+def _evaluate_own(term: ProblemTerm, x: Array, own: Ints) -> Array:
+    """Residuals (m, d) of each row of a term at its own one of x (B, P), own (m,), NaN below 0; some rows at a time, of which most lie
+    at few of x."""
+    out = np.full(term.scale.shape, np.nan)
+    for first in range(0, len(own), TOGETHER):
+        mine = own[first : first + TOGETHER]
+        asked, at = np.unique(mine[mine >= 0], return_inverse=True)
+        rows = np.flatnonzero(mine >= 0)
+        if len(rows):
+            out[first + rows] = term.evaluate(x[asked], asked, first, len(mine))[0][at, rows]
+    return out
 
 
 @record(kw_only=True)
@@ -320,14 +334,18 @@ class Problem(Unknowns):
     def _ones(self) -> Array:
         return np.ones((1, max(self.configurations, 1)))
 
-    def residuals(self, x: Array) -> list[Residuals]:
-        """Unwhitened residuals of every term at x: (m, d) for one x (P,) or (1, P), else (B, m, d)."""
+    def residuals(self, x: Array, own: Ints | None = None) -> list[Residuals]:
+        """Unwhitened residuals of every term at x: (m, d) for one x (P,) or (1, P), else (B, m, d); (m, d) of each row at the one of x
+        that is its configuration's, own (U,), where that is told: NaN where it is below 0."""
         x = np.atleast_2d(x)
         out = []
         for term in self._bare:
-            parts = [r for _, r in _evaluate(term, x)]
-            r = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
-            value = r[0] if len(x) == 1 else r
+            if own is None:
+                parts = [r for _, r in _evaluate(term, x)]
+                r = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+                value = r[0] if len(x) == 1 else r
+            else:
+                value = _evaluate_own(term, x, own[term.configuration])
             where = term.scale, term.configuration
             out.append(Residuals(value, *where, term.group, term.kind, term.parts, term.used, term.lever, term.reading))
         return out

@@ -127,6 +127,16 @@ class Normal:
         shapes = [(many, l), (many, l, l), (many, n, l), (more, q), (more, q, q), (more, n, q), (pairs, l, q)]
         return cls(cost, g, a, *(np.zeros((batch, *shape)) for shape in shapes))
 
+    def nothing(self, batch: int) -> Normal:
+        """Nothing yet of the same blocks, for so many problems."""
+        return Normal(*(np.zeros((batch, *getattr(self, name).shape[1:])) for name in _NAMES))
+
+    def add(self, other: Normal, times: float) -> None:
+        """Adds so many times those of other rows; what one problem says is said to all."""
+        for name in _NAMES:
+            mine = getattr(self, name)
+            mine += times * getattr(other, name)
+
     def of_family(self, second: int) -> tuple[Array, Array, Array]:
         """Gradient, matrix and what it shares with the free columns, of the first (0) or second (1) family."""
         return (self.gm, self.am, self.asm) if second else (self.gl, self.al, self.asl)

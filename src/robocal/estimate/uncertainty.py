@@ -36,6 +36,7 @@ __all__ = [
 EPS = float(np.finfo(float).eps)
 SHARP = 1e-8  # of the rows: so much the number of columns may be wrong by
 LEVEL = 0.95  # of every interval and band
+MOST_KNOWN = 1 - 1e-3  # leverage: of what knows more its residual says nothing
 
 
 @record
@@ -255,16 +256,21 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
     for count in np.unique(counts):
         # Configurations with the same number of rows are treated together.
         rows = order[starts[counts == count][:, None] + np.arange(count)]
-        own = q[rows]
-        values, vectors = np.linalg.eigh(np.eye(count) - own @ np.swapaxes(own, 1, 2))
-        values = np.maximum(values, 1e-3)
-        turned = np.einsum("uab,ua->ub", vectors, r[rows])
+        part, left = q[rows], r[rows]
+        # Of more rows than columns the other components have no leverage.
+        short = part.shape[2] if part.shape[2] < count else count
+        turned, whole = np.swapaxes(part, 1, 2), short == count
+        values, vectors = np.linalg.eigh(part @ turned if whole else turned @ part)
+        known = np.minimum(values, MOST_KNOWN)
+        along = np.einsum("uab,ua->ub", vectors, left if whole else np.einsum("uak,ua->uk", part, left)) ** 2
         # |Q^T V f(w) V^T r|^2 = sum over components of (1 - w) f(w)^2 t^2, because Q Q^T = V (1 - w) V^T.
-        gentle += float(np.sum((1 - values) / values * turned**2))
-        jackknife += float(np.sum((1 - values) / values**2 * turned**2))
-        even += float(np.sum((1 - values) / values))
+        square = along * (known if whole else np.minimum(1.0, MOST_KNOWN / np.maximum(values, MOST_KNOWN)))
+        gentle += float(np.sum(square / (1 - known)))
+        jackknife += float(np.sum(square / (1 - known) ** 2))
+        even += float(np.sum(known / (1 - known)))
         # Residuals are in units of their own spread, so what all components have in common does not scatter.
-        spread += float(np.sum(2 * (1 - values - n / len(lin.r)) ** 2))
+        common = n / len(lin.r)
+        spread += float(np.sum(2 * (known - common) ** 2)) + 2 * len(rows) * (count - short) * common**2
     if gentle / n <= 1 + 3 * np.sqrt(spread) / n:
         return 1.0
     return max(jackknife / even, 1.0)

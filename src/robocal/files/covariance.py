@@ -5,8 +5,8 @@ response^T (what the fit makes of parameters that were not seen). Components of 
 axes of the parent frame. `joints` is the range in which each joint was measured, `conditions` the mean of the other
 recorded columns, `measurement` the standard deviation of a new measurement as fitted. `placed` says that no instrument
 frame was free, so that the base itself was measured. `rows` are those of the fit at its solution, whitened, over the
-names that were fitted: residuals, Jacobian, and of each the place (an index into its joint values); `drift` asks them how
-far errors follow places and time. They are absent where rows have unknowns of their own.
+names that were fitted: residuals, Jacobian, and of each the place (an index into its joint values), no more at one place than say
+something; `drift` asks them how far errors follow places and time. They are absent where rows have unknowns of their own.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from robocal.fit.fit import chosen_weights, frame_names
 from robocal.fit.limits import BASELINE_LESS
 from robocal.fit.noise import Tau, apply_noise, assess, same_tau, tau_of
 from robocal.fit.starts import search as starts
-from robocal.fit.subsample import subsample
+from robocal.fit.subsample import MANY, subsample
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, same_rows
 from robocal.measure.machine import Model
@@ -46,12 +46,13 @@ def fit_baseline(
     tuning: float | None = None,
     watch: Watch | None = None,
     near: Array | None = None,
+    whole: DataSet | None = None,
 ) -> Baseline:
     """The nominal model with frames and tool fitted to some configurations, by a loss, from `near` (1, P), else from all starts; of many
-    rows from where a part of them says that frames stand."""
+    rows from where a part of them says that frames stand, of a part of the `whole` from where that does."""
     made = build(model, data).with_weights(chosen_weights(len(data.configurations), configurations))
     tell(watch, "start")
-    x, seen, converged = _recall_or_fit(model, data, configurations, made, near)
+    x, seen, converged = _recall_or_fit(model, data, configurations, made, near, whole or data)
     if loss == "none":
         return Baseline(made, x, converged)
     first = made
@@ -73,7 +74,9 @@ def fit_baseline(
 Placed = tuple[Array, tuple[str, ...], bool]
 
 
-def _recall_or_fit(model: Model, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
+def _recall_or_fit(
+    model: Model, data: DataSet, configurations: Ints, made: Problem, near: Array | None, whole: DataSet
+) -> Placed:
     """As `_fit_frames`. Where the search for gross rows marked none, what it began with is what is asked again: what rounding leaves in
     rows moves no fit."""
     if near is not None:
@@ -81,9 +84,28 @@ def _recall_or_fit(model: Model, data: DataSet, configurations: Ints, made: Prob
     memo, key = data.configurations.memo, ("baseline", configurations.tobytes())
     known = memo.get(key)
     if known is None or known[0] is not model or not same_rows(known[1], data.observations, ("rounding",)):
-        known = memo[key] = model, data.observations, _fit_frames(model, data, configurations, made)
+        found = _fit_part(model, data, configurations, made, whole) or _fit_frames(model, data, configurations, made)
+        known = memo[key] = model, data.observations, found
     x, seen, converged = known[2]
     return np.array(x), seen, converged
+
+
+def _fit_part(model: Model, data: DataSet, configurations: Ints, made: Problem, whole: DataSet) -> Placed | None:
+    """As `_fit_frames`, of a part of many rows of all of which it is known where frames stand: from there, where the part sees the same
+    of them. What it does not see must not stay where other rows have put it. None where that is not known, or is what is asked; a
+    part of few rows looks for itself: two searches check each other."""
+    if sum(map(len, whole.observations)) <= MANY:
+        return None
+    everyone = np.arange(len(whole.configurations))
+    known = whole.configurations.memo.get(("baseline", everyone.tobytes()))
+    part = data.configurations is not whole.configurations or len(configurations) < len(everyone)
+    if not part or made.blocks or known is None or known[0] is not model:
+        return None
+    if not same_rows(known[1], whole.observations, ("rounding", "sigma", "used")):
+        return None
+    x, seen, _ = known[2]
+    found = _fit_from(model, made, np.array(x))
+    return found if found[1] == seen else None
 
 
 def _fit_from(model: Model, made: Problem, near: Array) -> Placed:
@@ -143,7 +165,9 @@ def check_baseline(model: Model, found: Baseline, other: Array) -> Baseline:
     return Baseline(found.problem, ended.x, ended.settled()) if ended.cost[0] < cost[0] else found
 
 
-def baseline(model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
+def baseline(
+    model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None, whole: DataSet | None = None
+) -> tuple[Problem, Array]:
     """The same by plain least squares: the problem over all data, and x (1, P)."""
-    found = fit_baseline(model, data, configurations, watch=watch)
+    found = fit_baseline(model, data, configurations, watch=watch, whole=whole)
     return found.problem, found.x

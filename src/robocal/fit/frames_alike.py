@@ -19,7 +19,7 @@ from robocal._types import Array
 from robocal.estimate.elimination import squares
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
-from robocal.measure.data import DataSet, Frame
+from robocal.measure.data import DataSet, Frame, same_rows
 from robocal.measure.machine import Model, freedom_of
 from robocal.parameters import FRAME_SYMBOLS
 
@@ -55,7 +55,17 @@ def frames_alone(free: Collection[str], data: DataSet) -> bool:
 
 
 def fix_frames(model: M, data: DataSet) -> tuple[M, tuple[FixedFrame, ...]]:
-    """The model with those frames of its own fixed that look like free frames of the data, and which they are."""
+    """The model with those frames of its own fixed that look like free frames of the data, and which they are: of the same model and
+    rows the same model again."""
+    memo = data.configurations.memo
+    known = memo.get("fixed frames")
+    if known is None or known[0] is not model or not same_rows(known[1], data.observations):
+        known = memo["fixed frames"] = model, data.observations, _fix(model, data)
+    fixed: tuple[M, tuple[FixedFrame, ...]] = known[2]
+    return fixed
+
+
+def _fix(model: M, data: DataSet) -> tuple[M, tuple[FixedFrame, ...]]:
     held: list[FixedFrame] = []
     table = model.table
     if freedom_of(model) is not None or not table.free:

@@ -13,7 +13,7 @@ from robocal._types import Bools, Ints
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model, freedom_of
 
-__all__ = ["ENOUGH", "subsample"]
+__all__ = ["ENOUGH", "MANY", "subsample"]
 
 MANY = 2000  # rows of one instrument and target: up to here all of them are taken at once
 ENOUGH = 1000  # and so many of more

@@ -25,6 +25,7 @@ from robocal.vision.camera import SYMBOLS, image_of, project
 __all__ = ["PIXELS", "rays"]
 
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
+FEW = 4  # problems that lack less than one in so many of what any of them has are told by what they lack
 UNDISTORT = 8  # steps; each gains a factor of the distortion
 SCALE = 5e-3  # of a printed marker or board: a printer scales, paper and glue swell
 EXPECTED = (10.0, 10.0, 10.0, 10.0, 0.1, 0.1, 0.01, 0.01, 0.1)
@@ -104,10 +105,25 @@ class PixelRows(SightRows):
         return np.asarray(-np.einsum("bmij,bmj->bmi", jp, lever))
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
+        value = self.value if len(self.value) == 1 else self.value[which]
+        if 1 < len(x) == len(weight) and len(value) == 1 and not loss.curved.any() and (x == x[0]).all():
+            # Problems that differ in their weights alone: all rows once, less what each problem lacks of them.
+            most = weight.max(axis=0, keepdims=True)
+            lack = most - weight
+            if FEW * int((lack > 0).sum()) < lack.size:
+                whole, less = out.nothing(1), out.nothing(len(x))
+                self._add(x[:1], value, most, loss, pair, whole)
+                self._add(x, value, lack, loss, pair, less)
+                out.add(whole, 1.0)
+                out.add(less, -1.0)
+                return True
+        self._add(x, value, weight, loss, pair, out)
+        return True
+
+    def _add(self, x: Array, value: Array, weight: Array, loss: Loss, pair: int, out: Normal) -> None:
         from robocal.measure._kernels import frames_of
         from robocal.measure.sights._kernels import accumulate_views
 
-        value = self.value if len(self.value) == 1 else self.value[which]
         edges, views, seat = self.sights.edges, self.sights.views, self.sights.seat
         begin = edges[views[:-1]]
         one, two, own = (np.ascontiguousarray(of[begin]) for of in (*self.local, self.pair))
@@ -131,7 +147,6 @@ class PixelRows(SightRows):
                     self.columns, one, two, own + pair, loss.kind, loss.tuning, loss.curved[some], mine.cost, mine.g, mine.a, mine.gl,
                     mine.al, mine.asl, mine.gm, mine.am, mine.asm, mine.cross,
                 )  # fmt: skip
-        return True
 
 
 def _spans(active: Bools) -> list[tuple[int, int, int]]:

@@ -153,9 +153,10 @@ def collect(
 ) -> None:
     """Puts what the rounds miss where it belongs; `factor` (rounds, terms), `own` (rounds, U)."""
     own = np.ones((len(rounds), problem.configurations)) if own is None else own
-    residuals = problem.residuals(x)
-    turn = np.full(len(split), -1)
+    turn = np.full(len(split) + 1, -1)  # the last is that of what no round holds out
     turn[rounds] = np.arange(len(rounds))
+    mine = turn[split.round_of]
+    residuals = problem.residuals(x, mine)
     # A round that had nothing to learn from knows nothing.
     able = np.asarray(split.fit[rounds].any(axis=1))
     for unit, values in out.items():
@@ -163,12 +164,9 @@ def collect(
         term = np.concatenate(
             [np.full(len(r.configuration), i) for i, r in enumerate(residuals) for *_, u in r.parts if u == unit]
         )
-        mine = split.round_of[at]
-        rows = np.flatnonzero((mine >= 0) & (turn[mine] >= 0))
-        b = turn[mine[rows]]
-        values[rows] = np.where(
-            able[b], np.atleast_2d(misses)[b, rows] * factor[b, term[rows]] * own[b, at[rows]], np.nan
-        )
+        rows = np.flatnonzero(mine[at] >= 0)
+        b = mine[at[rows]]
+        values[rows] = np.where(able[b], misses[rows] * factor[b, term[rows]] * own[b, at[rows]], np.nan)
 
 
 def terms_of(problem: Problem, names: Sequence[str]) -> tuple[Bools, Bools]:

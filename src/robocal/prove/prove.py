@@ -1,6 +1,7 @@
 """What unseen measurements prove: hold-out, k-fold and leave-one-out of one identification.
 
-A round of a hold-out is done from the beginning (`trial`): start, noise and selection know its fitted configurations only.
+A round of a hold-out is done from the beginning (`trial`): start, noise and selection know its fitted configurations only. Of many
+rows frames begin where all of them have these, as far as the fitted ones see the same of them: the same valley, found once.
 """
 
 from __future__ import annotations

@@ -143,6 +143,8 @@ def choose(
 ) -> tuple[O, DataSet]:
     """The machine and data with other free parameters and priors than their files say. Raises ModelError naming the
     nearest name."""
+    if not (free or fix or prior):
+        return opened, data  # the same object: what reading has found of this machine stands
     machine, units = opened.machine, opened.units
     table = machine.table
     frames = {f.name: f for o in data.observations for f in every_frame(o)}

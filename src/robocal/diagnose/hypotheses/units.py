@@ -14,6 +14,7 @@ from robocal.diagnose.hypotheses.reading import OtherUnit, ReadContext
 from robocal.diagnose.limits import UNIT_BETTER, UNIT_GAIN, UNIT_MISFIT, UNIT_SPARE
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import baseline, frame_names
+from robocal.fit.frames_alike import fix_frames
 from robocal.fit.misfit import errors
 from robocal.fit.repeats import NEAR, joined
 from robocal.measure.base import kind_of
@@ -82,8 +83,11 @@ def misfit(chain: Model, data: DataSet) -> float:
     and pixels are compared with their own spread. nan where there is nothing to compare, or so
     little that frames alone meet it in any unit.
     """
-    problem, x = baseline(chain, data, np.arange(len(data.configurations)))
-    if _count_measured(data, problem) < len(frame_names(chain, problem)) + UNIT_SPARE:
+    # What a fit of these data will hold tells nothing here either; only free numbers may be too many for them.
+    fitted, fixed = fix_frames(chain, data)
+    problem, x = baseline(fitted, data, np.arange(len(data.configurations)))
+    free = len(frame_names(chain, problem)) + sum(len(f.parameters) for f in fixed)
+    if _count_measured(data, problem) < free + UNIT_SPARE:
         return float("nan")
     left = {unit: errors(problem.residuals(x), unit)[0] for unit in ("m", "rad", "px")}
     unit = next((u for u, v in left.items() if len(v)), "")

@@ -23,6 +23,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
+from robocal import _scipy as scipy
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.terms import Normal, Sizes
 
@@ -178,18 +179,16 @@ class System:
 
     def _solve_band(self, s: Array, border: Array, v: Array) -> bool:
         """Solves with the band for the border and the right-hand side, then for the free columns, into v."""
-        from scipy.linalg.lapack import dpbtrf, dpbtrs, dposv
-
         base = self.base
-        band, info = dpbtrf(s.T, lower=0, overwrite_ab=1)
+        band, info = scipy.lapack.dpbtrf(s.T, lower=0, overwrite_ab=1)
         if info:
             return False
-        half, info = dpbtrs(band, np.column_stack([border[:, :base].T, v[:base]]), lower=0)
+        half, info = scipy.lapack.dpbtrs(band, np.column_stack([border[:, :base].T, v[:base]]), lower=0)
         if info:
             return False
         if self.n:
             rest = border[:, base:] - border[:, :base] @ half[:, :-1]
-            _, free, info = dposv(rest.T, v[base:] - border[:, :base] @ half[:, -1], lower=0)
+            _, free, info = scipy.lapack.dposv(rest.T, v[base:] - border[:, :base] @ half[:, -1], lower=0)
             if info:
                 return False
             v[base:] = free
@@ -199,10 +198,8 @@ class System:
 
 def _dense(s: Array, v: Array) -> bool:
     """Solves into v."""
-    from scipy.linalg.lapack import dposv
-
     # The lower triangle by rows is the upper one by columns, which LAPACK takes without a copy.
-    _, v[:], info = dposv(s.T, v, lower=0, overwrite_a=1, overwrite_b=1)
+    _, v[:], info = scipy.lapack.dposv(s.T, v, lower=0, overwrite_a=1, overwrite_b=1)
     return not info
 
 

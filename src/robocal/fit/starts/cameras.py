@@ -8,6 +8,8 @@ takes over. Source: Lu, Hager and Mjolsness, Fast and globally convergent pose e
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from robocal._types import Array, Ints
@@ -121,6 +123,7 @@ def _linear(p: Array, directions: Array, own: Ints, count: Ints) -> Array:
     return so3.project(out)
 
 
+@cache
 def _cube() -> Array:
     """The 24 rotations of a cube, (24, 3, 3)."""
     quarter = so3.exp(np.pi / 2 * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3), 2 * np.eye(3)[:1]]))
