@@ -363,3 +363,12 @@ def test_a_combination_without_terms_is_told_by_its_sentence() -> None:
     document, rows = samples.improved(20, 6)
     document["identifiability"]["combinations"] = [{"text": "j5.r has no effect", "code": Code.NO_EFFECT, "terms": []}]
     assert "j5.r has no effect" in report(samples.result(document), rows, None)
+
+
+def test_every_arrow_has_the_name_of_its_configuration() -> None:
+    document, rows = samples.improved(20, 6)
+    rows["configuration"][3] = "</script><b>"
+    drawn = arrows(rows)
+    assert drawn is not None and "</script><b>" not in drawn.svg
+    data = json.loads(re.search(r'id="arrow-data">(.*?)</script>', drawn.svg, re.S)[1])
+    assert len(data["names"]) == len(data["at"]) and "</script><b>" in data["names"]

@@ -18,7 +18,7 @@ import numpy as np
 from robocal._types import Array
 from robocal.report.numbers import plain, significant, with_decimals
 from robocal.report.sections import Figure, Mark
-from robocal.report.series import is_aside, is_held_out, numbers
+from robocal.report.series import column, is_aside, is_held_out, numbers
 from robocal.report.svg import drawing, label, num, segments
 from robocal.report.view import View
 
@@ -42,7 +42,7 @@ CONTROLS = """<div class="controls" id="arrow-controls" hidden>
 <span><button type="button" id="arrow-in" aria-label="Zoom in">+</button>
 <button type="button" id="arrow-out" aria-label="Zoom out">\u2212</button>
 <button type="button" id="arrow-reset">Reset</button></span>
-<span>Drag, or use the arrow keys, to turn; Ctrl and wheel to zoom.</span></div>"""
+<span>Drag, or use the arrow keys, to turn; Ctrl and wheel to zoom; point at an arrow for its name.</span></div>"""
 CAPTION = (
     "Left: before; right: after. Each arrow starts at the tool's predicted position and shows its error, enlarged as written "
     "below it. The panels may differ in magnification: compare the scale bars. Errors with a pattern can be corrected by a "
@@ -71,18 +71,21 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
     bounds, at = _round((corners - middle) * scale, 4), _round((rows[:, :3] - middle) * scale, 4)
     errors = (_round(rows[:, 3:6], 5), _round(rows[:, 6:], 5))
     out = held[drawn].astype(int).tolist()
+    names = [str(name) for name in np.array(column(residuals, "configuration"), dtype=object)[used][drawn]]
     magnification = (_magnify(errors[0], scale), _magnify(errors[1], scale))
     data = {
         "at": at,
         "before": errors[0],
         "after": errors[1],
         "out": out,
+        "names": names,
         "bounds": bounds,
         "scale": scale,
         "view": [VIEW.azimuth, VIEW.elevation],
         "mag": magnification,
     }
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
+    # Whatever a configuration is called, it does not end the script element.
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     pictures = [_panel(k, at, errors[k], out, bounds, scale, magnification[k]) for k in (0, 1)]
     ends = zip("xyz", *corners.tolist(), strict=True)
     box = ", ".join(f"{a} from {with_decimals(u, 0)} to {with_decimals(v, 0)}" for a, u, v in ends)
@@ -173,6 +176,7 @@ def _panel(k: int, at: Rows, errors: Rows, out: Sequence[int], bounds: Rows, sca
         f'<text data-part="bar-text" class="strong" x="14" y="{num(foot - 10)}">error of {plain(value)} mm</text>',
         f'<text data-part="mag" class="tick" text-anchor="end" x="{num(WIDE - 8)}" y="{num(foot + 4)}">'
         f"arrows × {plain(magnification)}</text>",
+        '<text data-part="said" class="strong" x="14" y="20" aria-live="polite"></text>',
     ]
     sizes = [math.hypot(*e) for e in errors]
     said = (

@@ -150,7 +150,11 @@ def _table(block: Table, heading: str) -> str:
     names = [f' data-name="{escape(c)}"' if cards else "" for c in block.columns]
     columns = [_column([row[i] for row in block.rows], i in block.right) for i in range(len(block.columns))]
     styles = block.styles or ("",) * len(block.rows)
-    titles = "".join(f'<th scope="col"{k}>{escape(c)}</th>' for c, k in zip(block.columns, kinds, strict=True))
+    # A header without a word would be read aloud as one.
+    heads = (
+        f'<th scope="col"{k}>{escape(c)}</th>' if c else "<td></td>" for c, k in zip(block.columns, kinds, strict=True)
+    )
+    titles = "".join(heads)
     head = f"<thead><tr>{titles}</tr></thead>" if any(block.columns) else ""
     body = "".join(
         _row(row, [k + n for k, n in zip(kinds, names, strict=True)], style)

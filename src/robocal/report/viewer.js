@@ -9,7 +9,7 @@
     var svg = figure.querySelector('svg[data-panel="' + key + '"]');
     var part = function (name) { return svg.querySelector('[data-part="' + name + '"]'); };
     return {svg: svg, errors: data[key], mag: data.mag[k], box: part("box"), sets: [part("0"), part("1")], bar: part("bar"),
-      barText: part("bar-text"), magText: part("mag"), names: svg.querySelectorAll(".axis-name")};
+      barText: part("bar-text"), magText: part("mag"), said: part("said"), names: svg.querySelectorAll(".axis-name")};
   });
   controls.hidden = false;
 
@@ -57,7 +57,21 @@
       p.magText.textContent = "arrows × " + Number(mag.toPrecision(2));
     });
   }
-  panels.forEach(function (p) { scene.live(p.svg, it); });
+  // The arrow whose start is nearest to the pointer, by its configuration and the size of its error.
+  function name(p, ev) {
+    var box = p.svg.getBoundingClientRect(), f = scene.axes(it.view), near = 14, said = "";
+    var x = (ev.clientX - box.left) * WIDE / box.width, y = (ev.clientY - box.top) * HIGH / box.height;
+    data.at.forEach(function (at, i) {
+      var q = flat(f, at[0], at[1], at[2]), far = Math.hypot(q[0] - x, q[1] - y), e = p.errors[i];
+      if (far < near) { near = far; said = data.names[i] + ": " + Number(Math.hypot(e[0], e[1], e[2]).toPrecision(3)) + " mm"; }
+    });
+    p.said.textContent = said;
+  }
+  panels.forEach(function (p) {
+    scene.live(p.svg, it);
+    p.svg.addEventListener("pointermove", function (ev) { name(p, ev); });
+    p.svg.addEventListener("pointerleave", function () { p.said.textContent = ""; });
+  });
   document.getElementById("arrow-length").addEventListener("input", function () { boost = Math.pow(10, Number(this.value)); it.redraw(); });
   document.getElementById("arrow-same").addEventListener("change", function () { same = this.checked; it.redraw(); });
   document.getElementById("arrow-in").addEventListener("click", function () { it.scale(1.25); });
