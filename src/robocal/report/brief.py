@@ -55,7 +55,11 @@ def unused(result: Any) -> str:
     parts += [f"{len(split.embargoed)} tied to these left out" if split.embargoed else ""]
     parts += [f"{aside} row{'' if aside == 1 else 's'} set aside" if aside else "no row set aside"]
     hidden = seen.n_free - seen.rank
-    parts += [f"{hidden} of {seen.n_free} free parameters cannot be told and stay nominal" if hidden else ""]
+    parts += [
+        f"{hidden} of {seen.n_free} free parameters cannot be told and stay nominal"
+        if hidden
+        else f"all {seen.n_free} free parameters are told"
+    ]
     return "; ".join(p for p in parts if p)
 
 
