@@ -179,7 +179,10 @@ def tiles(result: Any) -> blocks.Tiles:
         third = blocks.Tile("Joint offsets alone", "", figure(alone.after, 3), alone.unit, lines)
         return blocks.Tiles((first, second, third))
     if residuals is not result.residuals and residuals.lengths is not None:
-        return blocks.Tiles((first, second, _tile(residuals.lengths, proof, f"{name}, lengths", "")))
+        third, old = _tile(residuals.lengths, proof, f"{name}, lengths", ""), getattr(residuals.lengths, before)
+        if old is not None:
+            third = replace(third, lines=(*third.lines, f"{figure(old.mean, 3)} {residuals.lengths.unit} before"))
+        return blocks.Tiles((first, second, third))
     if not known and residuals.before is None:
         return blocks.Tiles((second, _tile(residuals, "after", "Seen by the fit", "after")))
     return blocks.Tiles((first, second, _tile(residuals, "after", "After, seen by the fit", "after")))

@@ -24,7 +24,7 @@ from robocal.report.frames import frames, place_of
 from robocal.report.heat import heat
 from robocal.report.page import page
 from robocal.report.parameter_tables import change, changed, hidden, parameters
-from robocal.report.proof import verdict
+from robocal.report.proof import PRAISED, verdict
 from robocal.report.sections import (
     Block,
     Detail,
@@ -155,13 +155,15 @@ def _summary(result: Any, said: Remarks | None, folder: Path | None) -> Iterator
     )
     first = said.messages[0] if said else None
     words = "no doubt was found" if first is None else f"{first.sentence}. {first.advice}".strip()
+    # Advice beside good news comes before what one does with it.
+    before = "first what is worth knowing says; then " if first and first.advice and status in PRAISED else ""
     pairs = (
         ("Where", where(result)),
         ("Moved most, ± 95 %", moved),
         ("Found", "; ".join(place_of(f.pose) for f in result.frames) if status == "located" else ""),
         ("Left out", unused(result)),
         ("Worth knowing", words),
-        ("Next", "; ".join(steps(result, folder, explain=True))),
+        ("Next", before + "; ".join(steps(result, folder, explain=True))),
     )
     yield Facts(tuple((name, value) for name, value in pairs if value))
 
