@@ -27,6 +27,7 @@ SIGNS = {
 UNKNOWN = ("unknown", '<path d="M12 7v6m0 4v.1"/>')
 TAGS = {"strong": "strong", "term": "dfn", "code": "code"}
 DENSE = 8  # columns of a table in smaller print
+LONG, SHOWN = 20, 12  # rows of a table that is shown whole, and of a longer one before the others are asked for
 CARDS = 4  # columns that a phone has room for; rows of more become cards
 STYLE = re.compile(r"<style>.*?</style>", re.DOTALL)
 NUMBER = re.compile(r"[+-]?\d[\d.]*(e[+-]\d+)?")
@@ -145,6 +146,7 @@ def _word(cell: Cell) -> str:
 
 
 def _table(block: Table, heading: str) -> str:
+    """A table; of a long one the first rows, and the others on request."""
     kinds = [' class="n"' if i in block.right else "" for i in range(len(block.columns))]
     cards = len(block.columns) > CARDS
     names = [f' data-name="{escape(c)}"' if cards else "" for c in block.columns]
@@ -156,19 +158,24 @@ def _table(block: Table, heading: str) -> str:
     )
     titles = "".join(heads)
     head = f"<thead><tr>{titles}</tr></thead>" if any(block.columns) else ""
-    body = "".join(
+    body = [
         _row(row, [k + n for k, n in zip(kinds, names, strict=True)], style)
         for row, style in zip(zip(*columns, strict=True), styles, strict=True)
-    )
+    ]
     label = escape(block.title or heading or block.columns[0])
     said = f"{block.title}. {block.caption}" if block.title and block.caption else block.title or block.caption
     caption = f"<caption>{escape(said)}</caption>" if said else ""
     shape = " ".join(w for w, there in (("dense", len(block.columns) > DENSE), ("cards", cards)) if there)
     dense = f' class="{shape}"' if shape else ""
-    return (
-        f'<div class="scroll" tabindex="0" role="group" aria-label="{label}"><table{dense}>{caption}{head}'
-        f"<tbody>{body}</tbody></table></div>"
-    )
+
+    def part(rows: Sequence[str], above: str) -> str:
+        inside = f"<table{dense}>{above}{head}<tbody>{''.join(rows)}</tbody></table>"
+        return f'<div class="scroll" tabindex="0" role="group" aria-label="{label}">{inside}</div>'
+
+    if len(body) <= LONG:
+        return part(body, caption)
+    rest = part(body[SHOWN:], "")
+    return f"{part(body[:SHOWN], caption)}<details><summary>{len(body) - SHOWN} more rows</summary>{rest}</details>"
 
 
 def _column(cells: Sequence[Cell], numbers: bool) -> list[str]:

@@ -88,10 +88,6 @@ def sections(made: Outcome[Validation]) -> Iterator[Section]:
     if told:
         yield Section.of("", *told)
     yield from ends(made.remarks, key="warnings")
-    rows: list[tuple[blocks.Cell, ...]] = [(str(i.file), (i.sha256, "code")) for i in found.inputs]
-    inputs = table("file", "SHA-256", rows=rows, title="Inputs")
-    recipe = blocks.Detail(lambda: (blocks.Facts((("Command", found.command),)), inputs))
-    yield Section.of("", recipe, title="Recipe", key="recipe")
     yield from ends(written=made.written)
 
 
