@@ -29,7 +29,7 @@ def test_curves_and_what_is_foretold():
 def test_words_are_not_joined():
     x = Axis("loss", np.arange(3.0), ("none", "huber", "a < b"))
     svg = curves(x, [Curve("", np.array([1.0, 2.0, 3.0]))], "after [mm]", "said", "k")
-    assert "mean before" not in svg and "a &lt; b" in svg and marks(svg, "before") == 3 + 1
+    assert "mean before" not in svg and "a &lt; b" in svg and marks(svg, "before") == 3  # no name, no mark for it
 
 
 def test_levels_of_what_is_found_and_foretold():
@@ -38,3 +38,12 @@ def test_levels_of_what_is_found_and_foretold():
     svg = levels(x, y, r, 1.1 * r, "mm", "said", "k")
     assert "1 mm" in svg and "curve p95" in svg and "nan" not in svg
     assert levels(x, y, np.full_like(r, np.nan), None, "mm", "said", "k") == ""
+
+
+def test_trials_scatter_about_their_mean_and_what_is_wanted_is_a_line():
+    x, values = Axis("poses", np.array([10.0, 20.0, 30.0])), np.array([0.9, 0.94, 0.96])
+    svg = curves(x, [Curve("", values, None, np.array([0.05, 0.02, 0.0]))], "coverage", "said", "k", (0.95, "95 %"))
+    (bars,) = re.findall(r'class="scatter" d="([^"]*)"', svg)
+    heights = [abs(float(a) - float(b)) for a, b in re.findall(r"M[\d.]+ ([\d.]+)h6m-3 0V([\d.]+)", bars)]
+    assert len(heights) == 2 and abs(heights[0] / heights[1] - 2.5) < 0.05 and ">95 %<" in svg
+    assert "scatter" not in curves(x, [Curve("", values)], "coverage", "said", "k")

@@ -72,17 +72,22 @@ class Axis:
 
 @record(eq=False)
 class Curve:
-    """One of a picture's curves: its name, its values (k,), and their prediction by theory (k,)."""
+    """One of a picture's curves: its name, its values (k,), their prediction by theory (k,), and how far single trials scatter (k,)."""
 
     name: str
     values: Array
     theory: Array | None = None
+    scatter: Array | None = None
 
 
-def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> str:
-    """A picture (SVG): values with a mark at each, predicted ones as a dotted line. Below it, the
-    difference of found and predicted ones, where there are some. Nothing ("") where no value is above zero."""
-    every = np.concatenate([np.concatenate([c.values, c.theory if c.theory is not None else []]) for c in found])
+def curves(
+    x: Axis, found: Sequence[Curve], title: str, said: str, key: str, wanted: tuple[float, str] | None = None
+) -> str:
+    """A picture (SVG): values with a mark at each, predicted ones as a dotted line, single trials as bars of one standard deviation,
+    and a line at what is wanted, with its name. Below it, the difference of found and predicted ones, where there are some. Nothing
+    ("") where no value is above zero."""
+    tops = [c.values + c.scatter for c in found if c.scatter is not None]
+    every = np.concatenate([*(c.values for c in found), *(c.theory for c in found if c.theory is not None), *tops])
     known = every[np.isfinite(every)]
     room = svg.span(v for v in known.tolist() if v > NOTHING * known.max())
     if room is None:
@@ -101,14 +106,20 @@ def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> 
     else:
         parts.append(x.below(across, bottom, HEAD))
     parts.append(line(LEFT, bottom, LEFT, HEAD, "axis"))
+    if wanted is not None:
+        level, name = wanted
+        parts += [line(LEFT, y(level), RIGHT, y(level), "mid"), label(LEFT + 4, y(level) - 4, name, "tick")]
     names = _apart([_end(c, y) for c in found])
     for i, (c, at) in enumerate(zip(found, names, strict=True)):
         shape = SHAPES[i % len(SHAPES)]
         if c.theory is not None:
             parts.append(path(x.line(across, y, c.theory), "curve p95"))
         seen = np.isfinite(c.values) & (c.values > (NOTHING * known.max() if log else -np.inf))
+        if c.scatter is not None:
+            parts.append(_bars(x, across, y, c, seen))
         parts.append(x.curve(across, y, c.values, shape, seen))
-        parts += [points([(RIGHT + 14, at - 4)], shape), label(RIGHT + 24, at, c.name, "name")]
+        if c.name:
+            parts += [points([(RIGHT + 14, at - 4)], shape), label(RIGHT + 24, at, c.name, "name")]
     height = bottom + x.label_space
     if told:
         off = []
@@ -119,6 +130,15 @@ def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> 
         parts.append(_below(x, across, off, below))
         height = below + LOWER + x.label_space
     return drawing(WIDTH, height, parts, title=title, text=said, key=key)
+
+
+def _bars(x: Axis, across: AxisScale, y: AxisScale, c: Curve, seen: Bools) -> str:
+    """How far single trials scatter about the values that are seen, as far as the panel goes."""
+    assert c.scatter is not None
+    fine = seen & (c.scatter > 0)
+    ends = np.clip([c.values[fine] - c.scatter[fine], c.values[fine] + c.scatter[fine]], y.low, y.high)
+    at = np.stack([across.many(x.values[fine]), *y.many(ends)], axis=1).tolist()
+    return path("".join(f"M{num(a - 3)} {num(b)}h6m-3 0V{num(t)}m-3 0h6" for a, b, t in at), "scatter")
 
 
 def _below(x: Axis, across: AxisScale, off: Sequence[Array], top: float) -> str:

@@ -107,6 +107,8 @@ def _csv(found: StudyOutputs) -> bytes:
 
 SHOWN = {"m": UNITS["mm"], "rad": UNITS["deg"]}
 DIGITS = 1e-9  # of the unit that is shown
+WANTED = {"coverage": (0.95, "95 %")}  # outputs of which something is wanted, and its name
+CROWD = 3  # curves: of more, bars would be one grid
 FEW = 3  # values along an axis; lines of equal error take as many of both
 
 
@@ -160,6 +162,7 @@ def pictures(found: StudyOutputs) -> Iterator[Section]:
     x = keys[axes[0]].axis
     for name, si in found.units.items():
         values, told, of = _values(found, name)
+        scatter = _scatter(found, name) if len(others) <= CROWD else None
         unit = SHOWN[si].name if si in SHOWN else ""
         theories = [t if np.isfinite(t).any() else None for t in told[points]]
         drawn: list[tuple[str, str]] = []
@@ -172,13 +175,27 @@ def pictures(found: StudyOutputs) -> Iterator[Section]:
         elif unit and np.nanmax(values, initial=0.0) < DIGITS:
             drawn.append((f"{name} ({of}): below {DIGITS:g} {unit} everywhere, what digits leave.", ""))
         else:
-            lines = [Curve(", ".join(m), values[at], t) for m, at, t in zip(others, points, theories, strict=True)]
-            said = f"{name} ({of}) against {x.title}."
+            each = zip(others, points, theories, strict=True)
+            lines = [Curve(", ".join(m), values[at], t, None if scatter is None else scatter[at]) for m, at, t in each]
+            said = f"{name} ({of}) against {x.title}." + (
+                "" if scatter is None else " Bars: one standard deviation of a trial."
+            )
             if any(t is not None for t in theories):
                 said += " Dotted: as linear theory foretells; below: by how much what was found is more."
-            drawn.append((said, curves(x, lines, f"{name}: {of}" + (f" [{unit}]" if unit else ""), said, name)))
+            drawn.append(
+                (said, curves(x, lines, f"{name}: {of}" + (f" [{unit}]" if unit else ""), said, name, WANTED.get(name)))
+            )
         blocks = (block for said, svg in drawn for block in (Text.of(said), Figure(svg) if svg else None))
         yield Section.of("", *blocks, title=f"{name}, drawn", key=f"{name}-drawn")
+
+
+def _scatter(found: StudyOutputs, name: str) -> Array | None:
+    """The standard deviation of one trial at every point, as shown; None for what is no amount, such as how many improved."""
+    si = found.units[name]
+    if si not in SHOWN and name not in WANTED:
+        return None
+    factor = 1.0 / SHOWN[si].factor if si in SHOWN else 1.0
+    return factor * np.array([s.scatter for s in found.summary(name)])
 
 
 def _values(found: StudyOutputs, name: str) -> tuple[Array, Array, str]:
