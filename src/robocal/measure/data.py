@@ -96,7 +96,7 @@ class Configurations:
         """A subset, in the given order."""
         columns = {k: v[index] for k, v in self.columns.items()}
         joints, start, digits = (None if v is None else v[index] for v in (self.joints, self.start, self.digits))
-        rows = index.tolist()  # whole numbers of Python's own, which index a tuple faster
+        rows = np.asarray(index).tolist()  # whole numbers of Python's own, which index a tuple faster
         groups = None if self.groups is None else tuple([self.groups[i] for i in rows])
         return Configurations(tuple([self.ids[i] for i in rows]), joints, columns, start, groups, digits)
 
