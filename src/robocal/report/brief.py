@@ -12,14 +12,14 @@ from robocal.remarks.remark import Message
 from robocal.report.numbers import instrument_frames
 from robocal.report.sections import Remarks, figure
 
-__all__ = ["CHANGES", "changes", "serious", "unused", "where"]
+__all__ = ["CHANGES", "changes", "first_remarks", "omissions", "range_sentence"]
 
 ROOM = 60  # words of remarks on one screen
 REMARKS = 3
 CHANGES = 5  # parameters on one screen
 
 
-def where(result: Any) -> str:
+def range_sentence(result: Any) -> str:
     """Over which range, and how far off the model may be there; "" where nothing is known of it, or the model is refused."""
     part = result.working_range
     if part is None or part.band is None or result.verdict.status == "refused":
@@ -43,7 +43,7 @@ def changes(result: Any, most: int = CHANGES) -> list[Any]:
     return [p for u in units for p in ordered[u][: share[u]]]
 
 
-def unused(result: Any) -> str:
+def omissions(result: Any) -> str:
     """What the fit did not use, and what it could not tell, in one line."""
     split, seen = result.split, result.identifiability
     aside = sum(1 for o in result.outliers if o.set_aside)
@@ -63,7 +63,7 @@ def unused(result: Any) -> str:
     return "; ".join(p for p in parts if p)
 
 
-def serious(remarks: Sequence[Message]) -> Remarks | None:
+def first_remarks(remarks: Sequence[Message]) -> Remarks | None:
     """The first remarks that say what to do, as many as one screen has room for; None where there is none."""
     kept: list[Message] = []
     room = ROOM

@@ -16,14 +16,14 @@ from typing import Any, NamedTuple
 from robocal.remarks.code import Code
 from robocal.remarks.remark import percent
 from robocal.report.arrows import arrows
-from robocal.report.brief import changes, serious, unused, where
+from robocal.report.brief import changes, first_remarks, omissions, range_sentence
 from robocal.report.compared import comparison, groups, layer, linear
 from robocal.report.error_tables import errors, outlier_blocks, tiles
 from robocal.report.fitted import fit_sections, recipe
 from robocal.report.frames import frames, place_of
 from robocal.report.heat import heat
 from robocal.report.page import page
-from robocal.report.parameter_tables import change, changed, hidden, parameters
+from robocal.report.parameter_tables import change_text, hidden, largest_changes, parameters
 from robocal.report.proof import PRAISED, verdict
 from robocal.report.sections import (
     Block,
@@ -94,14 +94,14 @@ def identification_sections(
     head = Text.of((result.robot.name, "strong"), f"   {result.method}; {facts}; {result.fit.reason}")
     # Results of earlier versions have sentences alone.
     known = result.remarks or [Sentence(w) for w in dict.fromkeys(result.warnings)]
-    said = serious([r for r in known if getattr(r, "code", "") != Code.ELSEWHERE])
+    said = first_remarks([r for r in known if getattr(r, "code", "") != Code.ELSEWHERE])
     judged = verdict(result)
     line = (Text.of((result.robot.name, "strong"), f"   {facts}"), _few(judged))
     yield Section.of("", head, judged, tiles(result), Detail(lambda: _summary(result, said, folder)), brief=line)
     rows_known = rows is not None and any(len(c) for c in rows.values())
     drawn = Detail(lambda: [arrows(rows) if rows_known and rows is not None else None])
     yield Section.of("", drawn, title="Where the errors point", key="directions", brief=())
-    moved = Detail(lambda: [] if located or result.verdict.status == "refused" else changed(result, MOVED))
+    moved = Detail(lambda: [] if located or result.verdict.status == "refused" else largest_changes(result, MOVED))
     yield Section.of("", moved, title="What changed", key="changed", brief=())
     shares = result.prediction.coverage if result.prediction else []
     told = [
@@ -112,7 +112,7 @@ def identification_sections(
     told += [p.text for p in (result.working_range, result.scale) if p is not None and p.text]
     yield errors(result, rows)
     trusted = Detail(lambda: _map(cells()))
-    less = quiet(*filter(None, [where(result)]))
+    less = quiet(*filter(None, [range_sentence(result)]))
     yield Section.of(
         "", *quiet(*told), trusted, title="Where it can be trusted", key="workspace", brief=less, folded=True
     )
@@ -151,17 +151,19 @@ def _summary(result: Any, said: Remarks | None, folder: Path | None) -> Iterator
     """What else the first screen says: where the gain holds, what moved most, what was left out, the most serious remark, what next."""
     status = result.verdict.status
     moved = (
-        "" if status in ("refused", "located") else "; ".join(f"{p.name} {change(p)}" for p in changes(result, LARGEST))
+        ""
+        if status in ("refused", "located")
+        else "; ".join(f"{p.name} {change_text(p)}" for p in changes(result, LARGEST))
     )
     first = said.messages[0] if said else None
     words = "no doubt was found" if first is None else f"{first.sentence}. {first.advice}".strip()
     # Advice beside good news comes before what one does with it.
     before = "first what is worth knowing says; then " if first and first.advice and status in PRAISED else ""
     pairs = (
-        ("Where", where(result)),
+        ("Where", range_sentence(result)),
         ("Moved most, ± 95 %", moved),
         ("Found", "; ".join(place_of(f.pose) for f in result.frames) if status == "located" else ""),
-        ("Left out", unused(result)),
+        ("Left out", omissions(result)),
         ("Worth knowing", words),
         ("Next", before + "; ".join(steps(result, folder, explain=True))),
     )

@@ -14,7 +14,7 @@ from robocal.report.numbers import instrument_frames
 from robocal.report.sections import Block, Cell, Detail, Noted, Section, Style, Table, Text, figure, quiet, table
 from robocal.report.svg import num
 
-__all__ = ["change", "changed", "hidden", "parameters"]
+__all__ = ["change_text", "hidden", "largest_changes", "parameters"]
 
 MOST = 40  # rows on a terminal
 PARTNERS = 2  # that a table for everyone names
@@ -51,7 +51,7 @@ STATUS: tuple[Cell, ...] = (
 )  # fmt: skip
 
 
-def changed(result: Any, most: int) -> list[Block]:
+def largest_changes(result: Any, most: int) -> list[Block]:
     """The parameters that moved most, and how many there are besides."""
     shown, moved = changes(result, most), len(changes(result, len(result.parameters)))
     if not shown:
@@ -76,7 +76,7 @@ def parameters(result: Any) -> Section:
     refused = result.verdict.status == "refused"
     free = [*own, *frames]
     warning = "Do not use these values: the verdict is refused; they are listed for diagnosis only."
-    brief = () if refused or result.verdict.status == "located" else changed(result, CHANGES)
+    brief = () if refused or result.verdict.status == "located" else largest_changes(result, CHANGES)
     return Section.of(
         "", Text.of((warning, "bad")) if refused else None, Detail(lambda: [Text.of(*SIGMA)]),
         _table(free, len(frames), min(len(own), MOST)) if free else None,
@@ -220,7 +220,7 @@ def _observability(result: Any) -> Iterator[Block]:
         yield blocks.Folded("Observability indices", (shown,))
 
 
-def change(p: Any) -> str:
+def change_text(p: Any) -> str:
     """How far a parameter moved, with half its 95 % interval and its unit."""
     digits = _digits(p.sigma or p.sigma_instrument)
     return f"{_decimals(p.delta, digits, True)} ± {_half(p.interval)} {p.unit}"
