@@ -216,3 +216,21 @@ def test_same_input_same_bytes_and_untouched() -> None:
 def test_is_small() -> None:
     assert len(render(*CASES["improved"]).encode()) < 200_000
     assert len(render(*samples.improved(1000, 250, angle=True)).encode()) < 700_000
+
+
+@pytest.mark.parametrize("status", ["improved", "not_improved", "refused"])
+@pytest.mark.parametrize("warned", [False, True])
+def test_no_doubt_is_said_only_of_good_news_without_a_remark(status: str, warned: bool) -> None:
+    document, rows = copy.deepcopy(CASES["improved"])
+    document["verdict"]["status"] = status
+    document["remarks"], document["warnings"] = [], ["something is odd " * 40] if warned else []
+    said = "no doubt was found" in Page(render(document, rows)).text
+    assert said == (status == "improved" and not warned)
+
+
+def test_what_was_left_out_is_counted() -> None:
+    document, rows = copy.deepcopy(CASES["improved"])
+    document["provenance"]["left_out"] = [{"file": "a.csv", "rows": [3, 4, 9], "why": "excluded"}]
+    assert "3 rows excluded" in Page(render(document, rows)).text
+    document["identifiability"]["dropped"] = []  # --keep-all
+    assert "stay nominal" not in Page(render(document, rows)).text.split("Where the errors point")[0]

@@ -54,11 +54,16 @@ def omissions(result: Any) -> str:
     ]
     parts += [f"{len(split.embargoed)} tied to these left out" if split.embargoed else ""]
     parts += [f"{aside} row{'' if aside == 1 else 's'} set aside" if aside else "no row set aside"]
-    hidden = seen.n_free - seen.rank
+    for why in ("excluded", "missing"):
+        count = sum(len(one.rows) for one in result.provenance.left_out if one.why == why)
+        parts += [f"{count} row{'' if count == 1 else 's'} {why}" if count else ""]
+    # What is kept beside others (--keep-all) does not stay nominal, though no data tell it.
+    lost, hidden = len(seen.dropped), seen.n_free - seen.rank
+    told = f"{hidden} combinations of them" if hidden else "all of them"
     parts += [
-        f"{hidden} of {seen.n_free} free parameters cannot be told and stay nominal"
-        if hidden
-        else f"all {seen.n_free} free parameters are told"
+        f"{lost} of {seen.n_free} free parameters cannot be told and stay nominal"
+        if lost
+        else f"{seen.n_free} parameters free, {told} {'cannot be told' if hidden else 'told'}"
     ]
     return "; ".join(p for p in parts if p)
 

@@ -94,10 +94,11 @@ def identification_sections(
     head = Text.of((result.robot.name, "strong"), f"   {result.method}; {facts}; {result.fit.reason}")
     # Results of earlier versions have sentences alone.
     known = result.remarks or [Sentence(w) for w in dict.fromkeys(result.warnings)]
-    said = first_remarks([r for r in known if getattr(r, "code", "") != Code.ELSEWHERE])
-    judged = verdict(result)
+    doubts = [r for r in known if getattr(r, "code", "") != Code.ELSEWHERE]
+    said, judged = first_remarks(doubts), verdict(result)
+    clear = not doubts and judged.style == "good"
     line = (Text.of((result.robot.name, "strong"), f"   {facts}"), _few(judged))
-    yield Section.of("", head, judged, tiles(result), Detail(lambda: _summary(result, said, folder)), brief=line)
+    yield Section.of("", head, judged, tiles(result), Detail(lambda: _summary(result, clear, said, folder)), brief=line)
     rows_known = rows is not None and any(len(c) for c in rows.values())
     drawn = Detail(lambda: [arrows(rows) if rows_known and rows is not None else None])
     yield Section.of("", drawn, title="Where the errors point", key="directions", brief=())
@@ -147,8 +148,9 @@ def _few(judged: VerdictBlock) -> VerdictBlock:
     return VerdictBlock(judged.word, judged.style, judged.reasons[:1], (*judged.advice[:1], *others))
 
 
-def _summary(result: Any, said: Remarks | None, folder: Path | None) -> Iterator[Block]:
-    """What else the first screen says: where the gain holds, what moved most, what was left out, the most serious remark, what next."""
+def _summary(result: Any, clear: bool, said: Remarks | None, folder: Path | None) -> Iterator[Block]:
+    """What else the first screen says: where the gain holds, what moved most, what was left out, the most serious remark or that all is
+    `clear`, and what next."""
     status = result.verdict.status
     moved = (
         ""
@@ -156,7 +158,8 @@ def _summary(result: Any, said: Remarks | None, folder: Path | None) -> Iterator
         else "; ".join(f"{p.name} {change_text(p)}" for p in changes(result, LARGEST))
     )
     first = said.messages[0] if said else None
-    words = "no doubt was found" if first is None else f"{first.sentence}. {first.advice}".strip()
+    none = "no doubt was found" if clear else ""
+    words = none if first is None else f"{first.sentence}. {first.advice}".strip()
     # Advice beside good news comes before what one does with it.
     before = "first what is worth knowing says; then " if first and first.advice and status in PRAISED else ""
     pairs = (
