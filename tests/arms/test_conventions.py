@@ -176,6 +176,35 @@ def test_one_robot_has_one_pose(convention, rng):
     np.testing.assert_allclose(described(convention).pose(q), described("mdh").pose(q), atol=1e-12)
 
 
+@pytest.mark.parametrize("convention", OTHERS)
+def test_one_robot_has_one_picture(convention, rng):
+    """The way along the axes belongs to the arm, not to the frames in which it is written; the base stands at its own origin."""
+    q = joint_values("RRRPRR", rng, 5)
+    ways = [robot.lines(q, robot.pose(q))["arm"] for robot in (described(convention), described("mdh"))]
+    np.testing.assert_allclose(*ways, atol=1e-9)
+    one = ways[0]
+    assert one.shape == (5, 14, 3) and not one[:, 0].any()
+    np.testing.assert_allclose(one[:, -1], described("mdh").pose(q)[:, :3, 3], atol=1e-12)
+    # Each piece along an axis that turns lies on it: what the joint moves behind it leaves the piece where it is.
+    turned = q.copy()
+    turned[:, 2] += 0.3
+    other = described(convention)
+    np.testing.assert_allclose(other.lines(turned, other.pose(turned))["arm"][:, :6], one[:, :6], atol=1e-9)
+
+
+def test_an_arm_whose_joints_count_with_others_is_drawn_like_one_whose_do_not(rng):
+    """What joint 2 adds to joint 3 turns about the axis of joint 3: each axis stands where it stands."""
+    made = [{"alpha": al, "a": a, "theta": th, "d": d} for al, a, th, d, _ in MDH]
+    alone = chain("mdh", "mdh", typed(made, [row[4] for row in MDH]), tool=GRIP)
+    shared = [{**row, "with": {"j2": -1.0}} if i == 2 else row for i, row in enumerate(made)]
+    both = chain("mdh", "mdh", typed(shared, [row[4] for row in MDH]), tool=GRIP)
+    q = joint_values("RRRPRR", rng, 5)
+    own = q.copy()
+    own[:, 2] -= q[:, 1]
+    np.testing.assert_allclose(both.pose(q), alone.pose(own), atol=1e-12)
+    np.testing.assert_allclose(both.lines(q, both.pose(q))["arm"], alone.lines(own, alone.pose(own))["arm"], atol=1e-9)
+
+
 def test_an_aligned_axis_is_a_plain_element():
     robot = chain("u", "urdf", [{"axis": [0, -1, 0]}, {"axis": [0, 0, 2], "type": "prismatic"}, {"axis": [1, 1, 0]}])
     driven = [e for e in robot.elements if any(t.column != "1" for t in e.terms)]

@@ -84,6 +84,8 @@ def test_predicted_lengths_and_poses_lie_within_their_bands(run):
     assert robocal("predict", sim / "run", lengths, "-o", folder / "p.csv").status == 0
     cables = read_cable(sim / "robot.yaml").robot.cables
     true, said = rows_of(lengths), rows(folder / "l.csv")
+    for page in (folder / "l.html", folder / "p.html"):
+        assert f'max="{len(true) - 1}"' in page.read_text(), "the robot is drawn at every row"
     off = np.array([[float(s[f"{c} [mm]"]) - 1e3 * t[c] for c in cables] for s, t in zip(said, true, strict=True)])
     band = np.array([[float(s[f"{c}_band [mm]"]) for c in cables] for s in said])
     assert np.mean(np.abs(off) < band) > 0.85 and band.max() < 2.0

@@ -13,9 +13,10 @@ import pytest
 from report import samples
 from report.markup import Page
 
+from robocal.prove.shape import RobotShape, ShapeLine
 from robocal.remarks.code import Code
 from robocal.report import matrix, numbers, pictures, svg
-from robocal.report.arrows import arrows
+from robocal.report.arrows import arrows, machine_rows
 from robocal.report.error_tables import _worst, errors_table
 from robocal.report.fitted import chi2_word
 from robocal.report.html import html
@@ -168,6 +169,46 @@ def test_arrows_carry_their_numbers_and_skip_rows_without() -> None:
     assert max(math.hypot(*p) for p in data["at"]) < 201
     assert "9 arrows" in drawn.svg
     assert arrows({}) is None
+
+
+def shape_of(lines, tool, instruments=()):
+    """The shape of a machine as result.json tells it, in mm."""
+    told = [ShapeLine(name=n, points=[list(map(float, p)) for p in points]) for n, points in lines]
+    seen = [ShapeLine(name=n, points=[list(map(float, p))]) for n, p in instruments]
+    return RobotShape(unit="mm", configuration="p7", lines=told, tool=list(map(float, tool)), instruments=seen)
+
+
+def test_the_machine_stands_among_its_arrows_and_far_instruments_are_pointed_at() -> None:
+    _, rows = samples.improved(10, 3)
+    box = np.array([rows[f"{a}_mm"] for a in "xyz"], dtype=float).T
+    tool = (box.min(axis=0) + box.max(axis=0)) / 2
+    way = [(0, 0, 0), (0, 0, 300), (0, 0, 300), tool]
+    drawn = arrows(rows, shape_of([("arm", way)], tool, [("near", tool + 10), ("far", tool + [0, 90000, 0])]))
+    assert drawn is not None and "The arm along the axes of its joints is drawn as found, at p7." in drawn.caption
+    data = numbers_of(drawn)
+    (robot,) = data["robots"]
+    assert len(robot["arm"]) == 1 and len(robot["arm"][0]) == 3, "points that fall on one are one"
+    # Machine and arrows share one space: the way ends at the tool, at the same scale.
+    middle = np.array(data["bounds"]).mean(axis=0)
+    np.testing.assert_allclose(robot["arm"][0][-1], middle, atol=0.1)
+    np.testing.assert_allclose(np.array(robot["arm"][0][0]) - middle, -tool * data["scale"], rtol=1e-2, atol=0.5)
+    assert [len(ray) for ray in robot["rays"]] == [1, 2] and "far, 90 m away" in drawn.svg and ">near<" in drawn.svg
+    assert max(np.linalg.norm(p) for ray in robot["rays"] for p in ray) < 201
+
+
+def test_a_machine_without_positions_is_drawn_alone_and_at_rows_with_a_slider() -> None:
+    _, rows = samples.improved(5, 0)
+    bare = {n: [None] * 5 if n.endswith("_mm") and n[0] in "xyzd" else v for n, v in rows.items()}
+    cables = [(f"c{i}", [(100 * i, 0, 0), (900 * i, 500, 800)]) for i in (-1, 1)]
+    shape = shape_of(cables, (0, 0, 10))
+    alone = arrows(bare, shape)
+    assert alone is not None and "platform with its cables" in alone.caption and "arrow-row" not in alone.svg
+    assert len(numbers_of(alone)["robots"]) == 1 and "error of" not in alone.svg
+    assert arrows(bare) is None
+    many = machine_rows([shape] * 3, ["a", "<b>", "c"], "Of 9 rows 3 can be shown.")
+    data = numbers_of(many)
+    assert len(data["robots"]) == len(data["at"]) == 3 and 'max="2"' in many.svg and "Of 9 rows" in many.caption
+    assert all(len(r["cables"]) == 2 and len(r["arm"]) == 2 for r in data["robots"]), "the platform reaches its anchors"
 
 
 @pytest.mark.parametrize("k", [1, 2, 4])

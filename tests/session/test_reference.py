@@ -29,7 +29,14 @@ def test_export_and_predict_tell_the_verdict(run, tmp_path, status, said):
     result["verdict"]["status"] = status
     (folder / "result.json").write_text(json.dumps(result))
     exported = robocal("export", str(folder), "--format", "yaml")
-    predicted = robocal("predict", str(folder), str(EXAMPLE / "data.csv"), "--json")
+    predicted = robocal("predict", str(folder), str(EXAMPLE / "data.csv"), "--json", "-o", str(tmp_path / "rows.csv"))
+    drawn, told = (tmp_path / "rows.html").read_text(), json.loads(predicted.out)
+    assert f'max="{len(told["poses"]["columns"][0]["values"]) - 1}"' in drawn and told["written"][1].endswith(
+        "rows.html"
+    )
+    there = robocal("predict", str(folder), str(EXAMPLE / "data.csv"), "-o", str(tmp_path / "rows.csv"))
+    assert there.status == 2 and "rows.csv" in there.err, "nothing is replaced without --force"
+    assert robocal("predict", str(folder), str(EXAMPLE / "data.csv"), "-o", str(tmp_path / "a.html")).status == 2
     assert exported.status == predicted.status == 0
     for text in (exported.err, predicted.err):
         assert (said in text) if said else "verdict of this run" not in text

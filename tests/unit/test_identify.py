@@ -7,17 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from sizes import size
-from unit.arm_data import TOOL, TRACKER, arm, away, measured, true_arm
+from unit.arm_data import SIX, TOOL, TRACKER, arm, away, measured, true_arm
 
 from robocal.arms.conventions import chain
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import METHODS
 from robocal.fit.options import Options
-from robocal.geometry import so3
+from robocal.geometry import se3, so3
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Observations
 from robocal.prove.identify import identify
 from robocal.remarks.code import Code
+
+
+def frame_of(table, name):
+    return se3.from_vector(np.array([[table[f"{name}.{s}"].value for s in SIX]]))[0]
 
 
 @pytest.mark.parametrize("kind", ["position", "pose"])
@@ -98,8 +102,34 @@ def test_rows_tell_what_happened_to_every_measurement():
     small = identify(arm(), measured(20))
     assert not small.rows.held_out.any() and np.isfinite(small.rows.unseen).all()
     assert small.rows.unseen.mean() == pytest.approx(small.stages[0].leave_one_out.mean)
-    data = measured(40)
-    np.testing.assert_allclose(rows.place, data.observations[0].value + rows.after[:, :3], atol=1e-12)
+    # In base coordinates, the frame of the instrument as each fit had it: that of the fit, where nothing was held out.
+    seen, base = measured(20).observations[0].value, se3.inverse(frame_of(small.table, "tracker"))
+    there = small.rows.place - small.rows.after[:, :3]
+    np.testing.assert_allclose(there, seen @ base[:3, :3].T + base[:3, 3], atol=1e-9)
+
+
+def test_two_instruments_tell_of_one_place_and_one_error():
+    """Whatever frame an instrument tells its readings in, a row says in base coordinates where the arm was and what was wrong."""
+    other = replace(TRACKER, name="camera", value=(-0.4, 0.3, 1.2, -0.6, 0.9, 2.0))
+    one, two = measured(30, sigma=1e-6), measured(30, sigma=1e-6, frame=other)
+    both = DataSet(one.configurations, (*one.observations, *two.observations))
+    rows = identify(arm(), both, Options(hold_out=0.0)).rows
+    for table in (rows.place, rows.before[:, :3]):
+        np.testing.assert_allclose(table[:30], table[30:], atol=1e-5)
+    assert np.linalg.norm(rows.before[:30, :3], axis=1).mean() > 4e-4
+
+
+def test_an_arm_is_drawn_as_it_was_found():
+    found = identify(arm(), measured(30))
+    shape = found.shape
+    at = measured(30).configurations.ids.index(shape.configuration)
+    tool = found.corrected.pose(measured(30).configurations.joints[at : at + 1])[0, :3, 3]
+    np.testing.assert_allclose(shape.tool, tool, atol=1e-12)
+    (line,) = shape.lines
+    np.testing.assert_allclose([line.points[0], line.points[-1]], [np.zeros(3), tool], atol=1e-12)
+    base = se3.inverse(frame_of(found.table, "tracker"))[:3, 3]
+    assert [s.name for s in shape.instruments] == ["tracker"]
+    np.testing.assert_allclose(shape.instruments[0].points, [base], atol=1e-12)
 
 
 # --- verdicts ---------------------------------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from robocal._record import field, record, replace
 from robocal._types import Array, Ints
 from robocal.arms.columns import ChainColumn
 from robocal.errors import ModelError, nearest, one_of
+from robocal.geometry.axes import line_along, lines_of_axes
 from robocal.geometry.gravity import GRAVITY
 from robocal.geometry.path.program import Element, Joint, Program, Term, Zero, compile_path, offset_matrix
 from robocal.geometry.path.unjointed import Whole
@@ -197,6 +198,18 @@ class Chain(Whole):
         pairs = tuple(f"{a} and {b}" for a, b in parallel)
         told = {"convention": self.convention, "pairs": pairs, "better": self.better or None}
         return (Remark.of(Code.PARALLEL_AXES, **told),)
+
+    def lines(self, joints: Array | None, poses: Array, extra: Extra = None, /) -> Mapping[str, Array]:
+        """The way from the base along its axes to the tool."""
+        q = np.array(joints, float)
+        names = self.joint_names
+        for joint, others in self.shares.items():
+            # What one joint adds to another moves the other's axis with it: each for itself has an axis of its own.
+            q[:, names.index(joint)] += sum(c * q[:, names.index(o)] for o, c in others.items() if o in names)
+        alone = self.without_shares() if self.shares else self
+        end = poses[:, :3, 3]
+        points, directions = lines_of_axes(alone.jacobian(q, extra), end)
+        return {"arm": line_along(points, directions, np.zeros_like(end), end)}
 
     @cached_property
     def anywhere(self) -> frozenset[str]:

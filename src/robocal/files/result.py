@@ -27,6 +27,7 @@ from robocal.files.parts import InputHash, Number, RemarkPart, RowsLeftOut
 from robocal.files.plain import json_text, plain
 from robocal.files.text import FORBIDDEN, forbidden_part
 from robocal.prove.frame_poses import LocatedFrame
+from robocal.prove.shape import RobotShape
 from robocal.prove.statistics import Coverage, Stages, Statistic
 from robocal.quantities import Amount, DisplayUnit, OwnUnit, Value
 
@@ -64,12 +65,13 @@ __all__ = [
 
 @record(kw_only=True)
 class RobotSummary:
-    """The robot that was identified."""
+    """The robot that was identified; `shape` is what a picture shows of it, in base coordinates."""
 
     name: str
     convention: str
     joints: int
     source: str = ""
+    shape: RobotShape | None = None
 
 
 @record(kw_only=True)

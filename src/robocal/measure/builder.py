@@ -149,6 +149,15 @@ class Builder:
         sensor = gather(lambda where: Inverse(self.tool(where, after=[own])), configuration)
         return Product(sensor, self.path(after, configuration)) if after else sensor
 
+    def instrument(self, obs: Observations, configuration: Ints) -> Carrier | None:
+        """T_base_instrument; None of one that tells base coordinates."""
+        if obs.frame is None:
+            return None
+        own = [frame_element(obs.frame.name)]
+        return (
+            self.tool(configuration, after=own) if obs.frame.mount == "tool" else Inverse(self.path(own, configuration))
+        )
+
     def split(self, obs: Observations) -> list[tuple[int, Ints]]:
         """The rows of every target, so that each group is one path; those of targets that are local blocks are one group."""
         if obs.target is None:

@@ -103,6 +103,12 @@ class Mechanism(Model, Protocol):
     def frame_points(self) -> Array:
         """Points (m, 3) of the frame between which it moves, in base coordinates; none where joints carry it."""
 
+    def lines(
+        self, joints: Array | None, poses: Array, extra: Mapping[str, ArrayLike] | None = None, /
+    ) -> Mapping[str, Array]:
+        """What a picture shows of it, by name: the points (m, k, 3) of one line at joint values (m, n), with what it carries at
+        poses (m, 4, 4), in base coordinates (m)."""
+
     @property
     def motions(self) -> Mapping[str, Mapping[str, float]]:
         """Motions of the frames in which it is described, by their common names, as rates of its parameters: its own sensors need

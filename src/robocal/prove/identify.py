@@ -38,6 +38,7 @@ from robocal.prove.offsets import OffsetsAlone, offsets_alone
 from robocal.prove.pose_from_lengths import PoseFromLengths, pose_from_lengths
 from robocal.prove.region import Holds, range_of
 from robocal.prove.results import Band, ParameterResult, RowTable, parameter_results, prediction_of, row_table
+from robocal.prove.shape import RobotShape, shape_of
 from robocal.prove.statistics import Coverage, Stages
 from robocal.prove.verdict import Verdict, verdict_of
 from robocal.remarks.remark import Remark
@@ -94,6 +95,7 @@ class Identification(Generic[M_co]):
     pose_from_lengths: PoseFromLengths | None  # on unseen configurations
     scale: Scale | None  # of the fitted lengths, all together
     frames: tuple[LocatedFrame, ...]  # where frames of the data were found
+    shape: RobotShape | None  # for pictures
     whitened_rows: WhitenedRows | None  # the rows at the solution, for a comparison with another run
 
     @property
@@ -131,5 +133,5 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         joints=range_of_joints(data.configurations), linearity=linearity_of(made), outliers=outliers(made),
         conditions=mean_conditions(data.configurations), resampled=bootstrap_of(made), holds=range_of(made), scale=common_scale(made),
         whitened_rows=whiten_fit(made), offsets=offsets_alone(made), frames=tuple(locate_frames(made)),
-        pose_from_lengths=pose_from_lengths(made),
+        pose_from_lengths=pose_from_lengths(made), shape=shape_of(made),
     )  # fmt: skip

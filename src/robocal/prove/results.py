@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.check_registry import Finding, When, check, note, once
 from robocal.diagnose.growth import move_at_end
@@ -22,6 +22,7 @@ from robocal.fit.scale import without_scales
 from robocal.geometry import so3
 from robocal.measure.base import KINDS, Rows
 from robocal.measure.base import problem as build
+from robocal.measure.builder import Builder
 from robocal.measure.data import Configurations, DataSet, Observations, fingerprints
 from robocal.measure.machine import Model
 from robocal.parameters import ParameterTable
@@ -88,8 +89,8 @@ class RowTable:
     group: tuple[str, ...]
     kind: tuple[str, ...]
     target: tuple[str, ...]
-    place: Array  # (N, 3) predicted position, NaN where the kind has none
-    before: Array  # (N, d) residual of the baseline
+    place: Array  # (N, 3) predicted position of the target, or of an instrument that the machine carries, in base coordinates, else NaN
+    before: Array  # (N, d) residual of the baseline; a vector (m) in base axes
     after: Array  # (N, d) residual of the identified model, from the fit that had not seen it when held out
     parts: tuple[tuple[tuple[int, int, str], ...], ...]
     unseen: Array  # (N,) error when not used for fitting: held out or left one out, NaN otherwise
@@ -191,12 +192,19 @@ def row_table(context: Decision[Model]) -> RowTable:
     count = [len(r.configuration) for r in before]
     outside = np.isin(configuration, held)
     place, unseen, turned = [], [], []
+    builders = [Builder(context.model, p.table, data.configurations) for p in (base.problem, part.problem)]
+    own = [i for i, _ in owners(data, part.problem)]
     marks = fingerprints(data)
     seen = dict.fromkeys(missed, 0)
-    for a, term in zip(after, part.problem.terms, strict=True):
+    for k, (b, a, term, i) in enumerate(zip(before, after, part.problem.terms, own, strict=True)):
         assert isinstance(term, Rows)
+        obs = data.observations[i]
         nothing = np.full((len(a.configuration), 3), np.nan)
-        place.append(term.predict(part.solution.x)[:, :3] if KINDS[term.kind].positional else nothing)
+        frames = [
+            _frames(builder, obs, term, x) for builder, x in zip(builders, (base.x, part.solution.x), strict=True)
+        ]
+        before[k], after[k] = (_in_base(r, frame) for r, frame in zip((b, a), frames, strict=True))
+        place.append(_place(term, part.solution.x, obs, frames[1]) if KINDS[term.kind].positional else nothing)
         left: dict[str, Array] = {}
         for _, _, u in a.parts:
             if u in missed:
@@ -213,6 +221,33 @@ def row_table(context: Decision[Model]) -> RowTable:
         unseen_turn=np.concatenate(turned), aside=np.concatenate([~t.used for t in terms]),
         mark=np.concatenate([marks[i][t.index] for i, t in owners(data, part.problem)]),
     )  # fmt: skip
+
+
+def _frames(builder: Builder, obs: Observations, term: Rows, x: Array) -> Array:
+    """T_base_instrument (m, 4, 4) of rows, one for all of them where the instrument stands still."""
+    still = obs.frame is None or obs.frame.mount == "base"
+    carrier = builder.instrument(obs, term.configuration[:1] if still else term.configuration)
+    if carrier is None or not len(term.configuration):
+        return np.eye(4)[None]
+    nothing, rows = np.full(x.shape[1], -1, dtype=np.int64), 1 if still else len(term.configuration)
+    return np.asarray(carrier.bind(nothing).pose(x, 0, rows)[0][0])
+
+
+def _in_base(r: Residuals, frame: Array) -> Residuals:
+    """The same residuals; one that is a vector (m), in base axes."""
+    at = next((slice(a, b) for a, b, unit in r.parts if unit == "m" and b - a == 3), None)
+    if at is None:
+        return r
+    value = r.value.copy()
+    value[:, at] = np.einsum("mij,mj->mi", np.broadcast_to(frame[:, :3, :3], (len(value), 3, 3)), value[:, at])
+    return replace(r, value=value)
+
+
+def _place(term: Rows, x: Array, obs: Observations, frame: Array) -> Array:
+    """Where the machine was, in base coordinates (m, 3): what the instrument saw of it, or the instrument that it carries."""
+    if obs.frame is not None and obs.frame.mount == "tool":
+        return frame[:, :3, 3]
+    return (frame[:, :3, :3] @ term.predict(x)[:, :3, None])[..., 0] + frame[:, :3, 3]
 
 
 def _repeat(words: list[str], count: list[int]) -> tuple[str, ...]:

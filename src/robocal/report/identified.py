@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from robocal.remarks.code import Code
 from robocal.remarks.remark import percent
-from robocal.report.arrows import arrows
+from robocal.report.arrows import TITLES, arrows, have_places
 from robocal.report.brief import changes, first_remarks, omissions, range_sentence
 from robocal.report.compared import comparison, groups, layer, linear
 from robocal.report.error_tables import errors, outlier_blocks, tiles
@@ -100,8 +100,9 @@ def identification_sections(
     line = (Text.of((result.robot.name, "strong"), f"   {facts}"), _few(judged))
     yield Section.of("", head, judged, tiles(result), Detail(lambda: _summary(result, clear, said, folder)), brief=line)
     rows_known = rows is not None and any(len(c) for c in rows.values())
-    drawn = Detail(lambda: [arrows(rows) if rows_known and rows is not None else None])
-    yield Section.of("", drawn, title="Where the errors point", key="directions", brief=())
+    drawn = Detail(lambda: [arrows(rows, result.robot.shape) if rows_known and rows is not None else None])
+    point = rows_known and rows is not None and have_places(rows)
+    yield Section.of("", drawn, title=TITLES[point], key="directions", brief=())
     moved = Detail(lambda: [] if located or result.verdict.status == "refused" else largest_changes(result, MOVED))
     yield Section.of("", moved, title="What changed", key="changed", brief=())
     shares = result.prediction.coverage if result.prediction else []

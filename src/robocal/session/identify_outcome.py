@@ -40,6 +40,7 @@ from robocal.prove.bootstrap import Resampled
 from robocal.prove.frame_poses import LocatedFrame
 from robocal.prove.identify import Identification
 from robocal.prove.results import ParameterResult, RowTable
+from robocal.prove.shape import RobotShape
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.session.opened import Opened
@@ -83,7 +84,13 @@ def to_result(
     name, joints = found.nominal.name, len(joints_of(found.nominal))
     method, loss = estimator(found.options.method).title, found.options.loss
     return files.Result(
-        robot=files.RobotSummary(name=name, convention=robot.file.convention, joints=joints, source=robot.file.source),
+        robot=files.RobotSummary(
+            name=name,
+            convention=robot.file.convention,
+            joints=joints,
+            source=robot.file.source,
+            shape=None if found.shape is None else to_display(RobotShape, found.shape),
+        ),
         method=method if loss == "none" else f"{method}, {loss} loss",
         verdict=to_display(files.Verdict, found.verdict, reasons=sentences(found.verdict.reasons)),
         parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],

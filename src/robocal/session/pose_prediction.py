@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from robocal.files.targets import read_targets
 from robocal.files.text import InputFile, read_text
 from robocal.geometry import so3
 from robocal.prove.place_bands import Predicted, base_motion, parameters_of, predict, sample_joints
+from robocal.prove.shape import shapes_of_rows
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -73,7 +75,7 @@ def predict_poses(folder: Path, robot: Robot, poses: Path, absolute: bool) -> Pr
     return Prediction(
         robot.name, rows, "base" if whole else "the best place of the base over the workspace",
         f"{len(rows)} poses of the tool, in base coordinates", _table(rows), notes + ("where the base stands included" if whole else shape),
-        files, tuple(warnings),
+        files, tuple(warnings), partial(shapes_of_rows, robot.chain, targets.ids, found.pose, q, conditions),
     )  # fmt: skip
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from robocal._record import record
 from robocal.estimate.uncertainty import LEVEL
 from robocal.files.parts import Document, InputHash, hashes
 from robocal.files.text import InputFile
+from robocal.prove.shape import RobotShape
 from robocal.quantities import Listing
 from robocal.remarks.remark import Remark, remark_fields
 
@@ -29,7 +31,7 @@ class PredictionDocument(Document):
 @record
 class Prediction:
     """Predicted `poses` with 95 % bands (mm, deg), in the order of the file; `relative_to` says what the bands leave out, `what` what the
-    rows are, `table` what readers see of them, and `notes` how."""
+    rows are, `table` what readers see of them, and `notes` how; `shapes` draws the machine there."""
 
     name: str
     poses: Listing
@@ -39,6 +41,7 @@ class Prediction:
     notes: str
     inputs: tuple[InputFile, ...]
     warnings: tuple[Remark, ...]
+    shapes: Callable[[], Sequence[RobotShape]]
     written: tuple[Path, ...] = ()
 
     @property

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robocal._record import record, replace
-from robocal.report.sections import Section, Text, ends, listing_table, quiet
+from robocal.report.sections import Detail, Figure, Section, Text, ends, listing_table, quiet
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch
@@ -29,7 +29,7 @@ class Options(BaseOptions):
 
     \b
     robocal predict run poses.csv
-    robocal predict run poses.csv -o predicted.csv
+    robocal predict run poses.csv -o predicted.csv   (beside it predicted.html draws the robot at every row)
     """
 
     folder: Path = arg(..., "RUN", "A run folder, as identify -o writes it.")
@@ -42,17 +42,28 @@ class Options(BaseOptions):
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Prediction]:
-    """Predicts what a CSV asks for; `output` gets the same as a CSV. Raises InputError."""
+    """Predicts what a CSV asks for; `output` gets the same as a CSV, with a page beside it. Raises InputError."""
+    from robocal.errors import FileError
     from robocal.files.display import listing_text
     from robocal.files.writing import refuse_existing, write_text
+    from robocal.report.page import page
     from robocal.session.inputs import open_machine
 
-    refuse_existing(o.output, (), o.force)
+    if o.output is not None and o.output.suffix == ".html":
+        raise FileError("the rows are written as a CSV, and the page beside it", file=o.output, expected="FILE.csv")
+    for path in () if o.output is None else (o.output, o.output.with_suffix(".html")):
+        refuse_existing(path, (), o.force)
     if watch:
         watch({"stage": "read"})
     found = open_machine(o.folder).predict(o.poses, o.absolute)
     if o.output is not None:
-        found = replace(found, written=(write_text(o.output, listing_text(found.poses)),))
+        drawn = page(found.name, sections(_outcome(found)), kind="Prediction")
+        place = o.output.with_suffix(".html")
+        found = replace(found, written=(write_text(o.output, listing_text(found.poses)), write_text(place, drawn)))
+    return _outcome(found)
+
+
+def _outcome(found: Prediction) -> Outcome[Prediction]:
     return Outcome(found, lambda: found.document, remarks=found.warnings, written=found.written)
 
 
@@ -60,9 +71,22 @@ def sections(made: Outcome[Prediction]) -> Iterator[Section]:
     """One line per pose: where, and how far that may be off."""
     found = made.result
     yield Section.of("", Text.of((found.name, "strong"), f"   {found.what}"))
-    lines = [f"... and {len(found.poses) - MOST} more; -o FILE writes all"] if len(found.poses) > MOST else []
+    yield Section.of("", Detail(lambda: _draw(found)), key="machine", brief=())
+    lines = [f"... and {len(found.poses) - MOST} more; the CSV of -o FILE has all"] if len(found.poses) > MOST else []
     right = tuple(range(1, len(found.table.columns)))
     yield Section.of("", replace(listing_table(found.table, most=MOST), right=right), *quiet(*lines, found.notes))
     yield from ends(made.remarks)
     if made.written:
-        yield Section.of("", Text.of(f"Written: {made.written[0]}"))
+        yield Section.of("", *(Text.of(f"Written: {path}") for path in made.written))
+
+
+def _draw(found: Prediction) -> Iterator[Figure]:
+    """The machine at every row, or at some of many."""
+    from robocal.files.display import to_display
+    from robocal.prove.shape import RobotShape
+    from robocal.report.arrows import machine_rows
+
+    shapes = [to_display(RobotShape, shape) for shape in found.shapes()]
+    if shapes:
+        some = f"Of {len(found.poses)} rows {len(shapes)} can be shown." if len(shapes) < len(found.poses) else ""
+        yield machine_rows(shapes, [shape.configuration for shape in shapes], some)

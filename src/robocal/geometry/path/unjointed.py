@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Self, TypeVar
+from typing import Self, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["Unjointed", "Whole"]
 
 P = TypeVar("P")
+Floats: TypeAlias = NDArray[np.float64]
 
 
 class Whole:
@@ -44,9 +45,15 @@ class Whole:
         return GRAVITY
 
     @property
-    def frame_points(self) -> NDArray[np.float64]:
+    def frame_points(self) -> Floats:
         """Points (m, 3) of the frame between which it moves: none."""
         return np.empty((0, 3))
+
+    def lines(
+        self, joints: Floats | None, poses: Floats, extra: Mapping[str, ArrayLike] | None = None, /
+    ) -> Mapping[str, Floats]:
+        """What a picture shows of it: nothing."""
+        return {}
 
 
 class Unjointed(Whole):
@@ -68,7 +75,7 @@ class Unjointed(Whole):
 
     def phi(
         self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None, program: Program | None = None, /
-    ) -> NDArray[np.float64]:
+    ) -> Floats:
         """The columns that a program reads: none."""
         return np.empty((len(np.atleast_2d(np.asarray(joints))), 0))
 

@@ -8,6 +8,7 @@ the base makes of it, the one that undoes most over all rows. Lengths are what s
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ from robocal.files.text import InputFile
 from robocal.geometry import se3
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.place_bands import motion_field
+from robocal.prove.shape import shapes_of_rows
 from robocal.quantities import Column, Listing
 from robocal.report.sections import figure
 from robocal.session.cable.calibrated import Calibrated, open_calibrated
@@ -76,7 +78,7 @@ def _lengths(ask: _Asked) -> Prediction:
     ))  # fmt: skip
     table = (Column(c, "mm", [f"{v:.3f} ± {figure(w, 2)}" for v, w in zip(*both, strict=True)]) for c, *both in own)
     what = f"{len(listing)} poses of the platform: what the sensors of its cables show"
-    return _prediction(ask, listing, rows, what=what, table=Listing((names, *table)))
+    return _prediction(ask, listing, rows, rows.values, what=what, table=Listing((names, *table)))
 
 
 def _poses(ask: _Asked) -> Prediction:
@@ -105,10 +107,12 @@ def _poses(ask: _Asked) -> Prediction:
         Column("turn_band", "deg", spin, label="± turn [deg]", figures=2),
     ))  # fmt: skip
     what = f"{len(listing)} poses of the platform, in base coordinates"
-    return _prediction(ask, listing, rows, what=what, table=listing)
+    return _prediction(ask, listing, rows, pose, what=what, table=listing)
 
 
-def _prediction(ask: _Asked, listing: Listing, rows: CableList, *, what: str, table: Listing) -> Prediction:
+def _prediction(
+    ask: _Asked, listing: Listing, rows: CableList, poses: Array, *, what: str, table: Listing
+) -> Prediction:
     run, whole = ask.run, ask.whole
     inputs = (*robot_inputs(run.file, run.place), InputFile(ask.path, rows.sha256))
     shape = "where the base stands included" if whole else "of the robot's shape: the base placed best over these rows"
@@ -116,6 +120,7 @@ def _prediction(ask: _Asked, listing: Listing, rows: CableList, *, what: str, ta
         run.robot.name, listing, "base" if whole else "the best place of the base over these rows",
         notes=f"± are 95 %, of what the calibration does not know; {shape}", inputs=inputs,
         warnings=(*run.file.warnings, *rows.warnings, *run.remarks), what=what, table=table,
+        shapes=partial(shapes_of_rows, run.robot, rows.names, poses),
     )  # fmt: skip
 
 
