@@ -11,7 +11,7 @@ from robocal._record import record
 from robocal._types import Array
 from robocal.report.numbers import significant
 
-__all__ = ["HALF", "RobotLines", "Region3D", "box_of", "place_robots", "space_around"]
+__all__ = ["HALF", "Region3D", "RobotLines", "box_of", "place_robots", "space_around"]
 
 HALF = 200.0  # px: half of the drawn space, from the middle to the farthest corner
 FARTHEST = 2.4  # radii of the measured box that a picture shows around it: beyond, arrows would be specks

@@ -19,7 +19,7 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.report.numbers import plain, significant
-from robocal.report.robot_lines import HALF, RobotLines, Region3D
+from robocal.report.robot_lines import HALF, Region3D, RobotLines
 from robocal.report.svg import drawing, label, num, polyline, segments
 from robocal.report.view import View
 

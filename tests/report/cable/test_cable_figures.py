@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import colorsys
+import json
 import re
 
 import numpy as np
@@ -18,6 +19,7 @@ from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
+from robocal.report.cable.scene_rows import SceneRows
 from robocal.report.cable.solids import courses, decimate, hull_loops, wheels
 from robocal.report.page import page
 from robocal.report.view import View, best, fit_view
@@ -248,6 +250,44 @@ def test_a_turned_scene_starts_where_the_still_one_stands() -> None:
         seen = f @ np.array(mark.attrib["data-p"].split(), float)
         xy = at + seen[:2] * [1, -1] * eye / (eye - seen[2])
         np.testing.assert_allclose(xy, [float(mark.attrib["cx"]), float(mark.attrib["cy"])], atol=0.3)
+
+
+@pytest.mark.parametrize("degrees", ["3R3T", "1R2T"])
+@pytest.mark.parametrize("wheels_too", [False, True])
+def test_a_slider_knows_where_everything_is_at_every_row(degrees: str, wheels_too: bool) -> None:
+    """turn.js takes knots of cables from `data-rows`; at the row that is drawn they give the marks that are drawn."""
+    robot = robot_of(7, degrees)
+    if wheels_too:
+        robot = robot.having(pulleys=Pulleys(np.full(7, 0.08), np.tile([0.0, 0.0, 1.0], (7, 1))))
+    poses = np.tile(robot.home, (80, 1, 1))
+    poses[:, 0, 3] += np.linspace(-0.3, 0.3, 80)
+    poses[5, 0, 3] = np.nan
+    pull = np.tile(np.linspace(*LIMITS, 7), (80, 1))
+    pull[41] = [np.nan, *pull[0, 1:]]
+    rows = SceneRows([f"<p{i}>" for i in range(80)], poses, pull, first=41)
+    root = parsed(scene(robot, poses[41], tension=pull[41], rows=rows, caption="<p41>"))
+    led = json.loads(root.attrib["data-rows"])
+    assert len(led["rows"]) <= 61 and led["rows"][led["first"]]["name"] == "<p41>" and inside(root)
+    assert "<p5>" not in {row["name"] for row in led["rows"]}
+    here = led["rows"][led["first"]]
+    assert here["states"][0] == "none" and here["notches"][0] is None and here["colours"][0] == ""
+    pieces = [m for m in root.iter() if "data-c" in m.attrib and "rope" in m.attrib["class"]]
+    assert len(pieces) == sum(led["pieces"] + len(k) // 3 - 2 for k in here["knots"])
+    for mark in pieces:
+        i, k = map(int, mark.attrib["data-c"].split())
+        knots = np.reshape(here["knots"][i], (-1, 3))
+        free = knots[0] + np.arange(led["pieces"] + 1)[:, None] / led["pieces"] * (knots[1] - knots[0])
+        every = np.concatenate([free, knots[2:]])
+        np.testing.assert_allclose(
+            np.reshape(mark.attrib["data-p"].split(), (2, 3)).astype(float), every[k : k + 2], atol=0.2
+        )
+        assert (mark.attrib.get("visibility") == "hidden") == (i == 0 and k % 2 == 1)
+    view = here["origin"], next(m for m in root.iter() if "data-o" in m.attrib).attrib["data-p"].split()
+    np.testing.assert_allclose(*(np.array(v, float) for v in view), atol=0.2)
+    other = led["rows"][0]
+    scale = float(np.ptp([row["origin"][0] for row in led["rows"]])) / 0.6
+    moved = np.array(here["knots"][3][:3]) - other["knots"][3][:3]
+    np.testing.assert_allclose(moved, scale * (poses[41] - poses[0])[:3, 3], atol=0.3)
 
 
 def test_near_marks_hide_far_ones() -> None:

@@ -5,7 +5,7 @@ Spatial robots are drawn in perspective from the side that keeps their cables ap
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -18,6 +18,7 @@ from robocal.errors import ModelError
 from robocal.report.cable.drawing import brief, figure
 from robocal.report.cable.length_unit import METRE, LengthUnit
 from robocal.report.cable.marks import Mark, draw, labels
+from robocal.report.cable.scene_rows import SceneRows, row_data, some_rows
 from robocal.report.cable.solids import courses, decimate, hull_loops, wheels
 from robocal.report.cable.surroundings import Surroundings, build_surroundings
 from robocal.report.cable.tension_colours import STATES, ColouredTensions, colour_tensions
@@ -40,6 +41,7 @@ def scene(
     surface: Boundary = None,
     poses: ArrayLike | None = None,
     ghosts: ArrayLike | None = None,
+    rows: SceneRows | None = None,
     caption: str = "",
     ruler: LengthUnit = METRE,
 ) -> str:
@@ -48,7 +50,8 @@ def scene(
     tension (m,) N, NaN for none: colours the cables, and tells slack ones and those over their limits; without it they are plain.
     surface: the boundary of a workspace, or the outline of a section. poses (n, 4, 4): where else the platform stands; the first
     1500 are drawn. ghosts (k, 4, 4): platforms in outline, their origins joined to the pose's in order: the first before it, the others
-    behind it. Numbers are in the unit of the ruler. Raises ModelError for shapes that do not fit.
+    behind it. rows: poses, the drawn one among them, through which a slider leads on a page with scripts.
+    Numbers are in the unit of the ruler. Raises ModelError for shapes that do not fit.
     """
     at = np.asarray(pose, float)
     if at.shape != (4, 4) or not np.isfinite(at).all():
@@ -61,11 +64,15 @@ def scene(
     beside = pale[:, None, :3, 3] + robot.b @ pale[:, :3, :3].swapaxes(1, 2)
     right = WIDE - (SIDE if held is not None else 0.0)
     top = 34.0 if caption else 8.0
-    others = np.concatenate([_around(surface), spots, beside.reshape(-1, 3)])
+    led = None if rows is None or len(rows.poses) < 2 else some_rows(rows)
+    reached = (
+        np.zeros((0, 3)) if led is None else (led.poses[:, None, :3, 3] + robot.b @ led.poses[:, :3, :3].swapaxes(1, 2))
+    )
+    others = np.concatenate([_around(surface), spots, beside.reshape(-1, 3), reached.reshape(-1, 3)])
     seen = build_surroundings(robot, ends, others, (0.0, top, right, HIGH), ruler)
     marks = [
-        *_platform(ends, at),
-        *_cables(robot, ends, held),
+        *_platform(robot, ends, at),
+        *_cables(robot, ends, held, led is not None),
         *_boundary(surface, behind=not seen.turns),
         *(Mark(p[None], "spot", size=1.7) for p in spots),
         *_ghosts(beside, pale[:, :3, 3], at[:3, 3]),
@@ -73,26 +80,43 @@ def scene(
     ]
     words = [(brief(name), "" if held is None else held.describe(i)) for i, name in enumerate(robot.cables)]
     parts = [
-        label(14, 22, brief(caption, 120), "strong") if caption else "",
+        label(14, 22, brief(caption, 120), "strong caption") if caption else "",
         f'<g data-part="floor">{draw(seen.floor, seen.view, ordered=False)}{seen.ticks}</g>',
         f'<g data-part="marks">{draw(marks, seen.view)}</g>',
         f'<g data-part="names">{labels(robot.a, words, seen.view, (4.0, top, right, seen.height - 22))}{seen.names}</g>',
     ]
     if held is not None:
-        legend = _legend(held, seen.height)
-        parts += [held.scale(robot.cables, WIDE - SIDE + 26, 66.0, seen.height - (130.0 if legend else 50.0)), legend]
+        parts += [held.scale(robot.cables, WIDE - SIDE + 26, *_bar_ends(held, seen.height)), _legend(held, seen.height)]
     if seen.foot:
         parts.append(label(14, seen.height - 14, seen.foot, "tick"))
     said = _describe(robot, held, surface, len(spots), len(pale), caption)
-    title, more = caption or f"{robot.name} at a pose", _camera(seen, right, top) if seen.turns else ""
+    title = caption or f"{robot.name} at a pose"
+    more = _camera(seen, right, top) if seen.turns or led is not None else ""
+    if led is not None:
+        more += row_data(robot, led, seen.view, _notch(held, seen.height))
     return figure("scene", WIDE, seen.height, parts, title=title, text=said, more=more)
+
+
+def _bar_ends(held: ColouredTensions, height: float) -> tuple[float, float]:
+    """Top and bottom of the colour scale, px."""
+    return 66.0, height - (130.0 if _legend(held, height) else 50.0)
+
+
+def _notch(held: ColouredTensions | None, height: float) -> Callable[[float], float | None]:
+    """Where a tension stands on the colour scale, px; None of one that is not known."""
+    if held is None:
+        return lambda value: None
+    top, bottom = _bar_ends(held, height)
+    return lambda value: None if np.isnan(value) else round(held.height_of(value, top, bottom), 1)
 
 
 def _camera(seen: Surroundings, right: float, top: float) -> str:
     """What turn.js needs to know."""
     v = seen.view
+    # A parallel projection stays as it is.
+    eye, still = (num(v.eye), "") if seen.turns else ("1e9", ' data-still=""')
     return (
-        f' data-eye="{num(v.eye)}" data-view="{num(v.azimuth)} {num(v.elevation)}" data-at="{num(v.at[0])} {num(v.at[1])}" '
+        f' data-eye="{eye}"{still} data-view="{num(v.azimuth)} {num(v.elevation)}" data-at="{num(v.at[0])} {num(v.at[1])}" '
         f'data-room="{num(right)} {num(seen.height)} {num(top)}"'
     )
 
@@ -105,18 +129,21 @@ def _around(surface: Boundary) -> Array:
     return np.asarray(found, float).reshape(-1, 3)
 
 
-def _platform(ends: Array, at: Array) -> Iterator[Mark]:
+def _platform(robot: CableRobot, ends: Array, at: Array) -> Iterator[Mark]:
     loops = hull_loops(ends)
-    for loop in loops:
+    where = [
+        f' data-b="{" ".join(str(int(np.linalg.norm(ends - p, axis=1).argmin())) for p in loop)}"' for loop in loops
+    ]
+    for loop, more in zip(loops, where, strict=True):
         if len(loop) > 2:
             # A plate has two sides, and the one that is seen is lit.
             shade = _shades(loop[None])[0] if len(loops) > 1 else 6
-            yield Mark(loop, f"body b{shade}", closed=True)
+            yield Mark(loop, f"body b{shade}", closed=True, more=more)
         elif len(loop) == 2:
-            yield Mark(loop, "body rod")
-    for p in ends:
-        yield Mark(p[None], "joint", size=2.4, lift=3.0)
-    yield Mark(at[None, :3, 3], "origin", size=2.2, lift=6.0)
+            yield Mark(loop, "body rod", more=more)
+    for i, p in enumerate(ends):
+        yield Mark(p[None], "joint", size=2.4, lift=3.0, more=f' data-b="{i}"')
+    yield Mark(at[None, :3, 3], "origin", size=2.2, lift=6.0, more=' data-o=""')
 
 
 def _shades(corners: Array) -> list[int]:
@@ -128,19 +155,21 @@ def _shades(corners: Array) -> list[int]:
     return found
 
 
-def _cables(robot: CableRobot, ends: Array, held: ColouredTensions | None) -> Iterator[Mark]:
+def _cables(robot: CableRobot, ends: Array, held: ColouredTensions | None, moves: bool) -> Iterator[Mark]:
     for i, (name, points) in enumerate(zip(robot.cables, courses(robot, ends), strict=True)):
         state = "plain" if held is None else held.state(i)
         colour = f' stroke="{held.colour(i)}"' if held is not None and state != "none" else ""
         hint = name if held is None else f"{name}: {held.describe(i)}"
         for k in range(len(points) - 1):
             # What carries no load is drawn with gaps.
-            if k % 2 and state in ("slack", "none"):
+            bare = bool(k % 2) and state in ("slack", "none")
+            if bare and not moves:
                 continue
-            yield Mark(points[k : k + 2], "gap", lift=-0.5)
-            yield Mark(points[k : k + 2], f"rope {state}", more=f' data-cable="{i + 1}"{colour}', hint=hint)
-    for rim in wheels(robot, ends):
-        yield Mark(rim, "pulley")
+            more = f' data-c="{i} {k}"{" visibility=" + chr(34) + "hidden" + chr(34) if bare else ""}' if moves else ""
+            yield Mark(points[k : k + 2], "gap", lift=-0.5, more=more)
+            yield Mark(points[k : k + 2], f"rope {state}", more=f'{more} data-cable="{i + 1}"{colour}', hint=hint)
+    for i, rim in enumerate(wheels(robot, ends)):
+        yield Mark(rim, "pulley", more=f' data-r="{i}"')
 
 
 def _boundary(surface: Boundary, behind: bool) -> Iterator[Mark]:

@@ -63,6 +63,10 @@ class ColouredTensions:
         known = "" if math.isnan(value) else f"{significant(value)}\u00a0N"
         return ", ".join(w for w in (known, word) if w)
 
+    def height_of(self, value: float, top: float, bottom: float) -> float:
+        """Where a tension stands on the upright scale, px."""
+        return self._along(bottom, top)(min(max(value, self.low), self.high))
+
     def scale(self, names: Sequence[str], x: float, top: float, bottom: float) -> str:
         """The colour scale upright at x (px): ticks in N, the limits where all cables share them, and a notch per cable."""
         y = self._along(bottom, top)
@@ -79,11 +83,11 @@ class ColouredTensions:
             if all(abs(y(t) - other) > 13 for other in taken):
                 parts.append(label(x + 22, y(t) + 4, tick_text(t), "tick"))
         for value, name in zip(self.values.tolist(), names, strict=True):
-            if not math.isnan(value):
-                at = y(min(max(value, self.low), self.high))
-                parts.append(
-                    f'<path class="notch" d="M{num(x - 2)} {num(at)}l-7-3.5v7z"><title>{escape(name)}</title></path>'
-                )
+            at = bottom if math.isnan(value) else self.height_of(value, top, bottom)
+            hidden = ' visibility="hidden"' if math.isnan(value) else ""
+            parts.append(
+                f'<path class="notch"{hidden} d="M{num(x - 2)} {num(at)}l-7-3.5v7z"><title>{escape(name)}</title></path>'
+            )
         return "".join(parts)
 
 

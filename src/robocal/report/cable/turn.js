@@ -1,6 +1,7 @@
 // Turns pictures of cable robots, as scene.js says. The formulas are those of view.py and marks.py.
 (function () {
   "use strict";
+  function list(el, name) { return el.hasAttribute(name) ? numbers(el.getAttribute(name)) : null; }
   function numbers(text) { return text.trim().split(/\s+/).map(Number); }
   var n = scene.n;
   document.querySelectorAll("svg[data-eye]").forEach(function (svg) {
@@ -9,9 +10,11 @@
     var marks = svg.querySelector('g[data-part="marks"]');
     var items = Array.prototype.map.call(svg.querySelectorAll("[data-p]"), function (el) {
       return {el: el, p: numbers(el.getAttribute("data-p")), lift: Number(el.getAttribute("data-lift") || 0), tag: el.tagName,
+        body: list(el, "data-b"), piece: list(el, "data-c"), rim: list(el, "data-r"), origin: el.hasAttribute("data-o"),
         closed: /z$/.test(el.getAttribute("d") || ""), wide: Number(el.getAttribute("data-w") || 0), xy: [], depth: 0,
         side: el.hasAttribute("data-n") ? numbers(el.getAttribute("data-n")) : null, sorted: el.parentNode === marks};
     });
+    var still = svg.hasAttribute("data-still"), led = svg.hasAttribute("data-rows") ? JSON.parse(svg.getAttribute("data-rows")) : null;
     var sorted = items.filter(function (i) { return i.sorted; }), words = items.filter(function (i) { return i.wide; });
 
     function seen(f) {
@@ -35,7 +38,7 @@
         }
         item.depth = 3 * sum / p.length + item.lift;
       });
-      return fit * it.zoom;
+      return still ? 1 : fit * it.zoom;
     }
     function place() {
       var right = room[0], bottom = room[1] - 22, k, i, j, gap, push, shift, most;
@@ -90,6 +93,60 @@
       marks.appendChild(all);
       place();
     }
+    // Where a piece of a cable begins (k) or ends (k + 1): along the free stretch, then from knot to knot round the pulley.
+    function point(knots, k) {
+      var c, s = Math.min(k / led.pieces, 1), from = k > led.pieces ? 3 * (k - led.pieces + 1) : 0, out = [];
+      for (c = 0; c < 3; c++) out.push(from ? knots[from + c] : knots[c] + s * (knots[3 + c] - knots[c]));
+      return out;
+    }
+    function show(row) {
+      items.forEach(function (item) {
+        if (item.body) item.p = [].concat.apply([], item.body.map(function (i) { return row.knots[i].slice(0, 3); }));
+        if (item.origin) item.p = row.origin;
+        if (item.rim) item.p = row.rims[item.rim[0]];
+        if (item.piece) {
+          var i = item.piece[0], k = item.piece[1], el = item.el, state = row.states && row.states[i];
+          item.p = point(row.knots[i], k).concat(point(row.knots[i], k + 1));
+          if (!state) return;
+          el.setAttribute("visibility", k % 2 && (state === "slack" || state === "none") ? "hidden" : "visible");
+          if (!el.hasAttribute("data-cable")) return;
+          el.setAttribute("class", "rope " + state);
+          el.setAttribute("stroke", row.colours[i] || "none");
+          if (!row.colours[i]) el.removeAttribute("stroke");
+          el.firstChild.textContent = el.firstChild.textContent.split(":")[0] + ": " + row.words[i];
+        }
+      });
+      if (row.states) {
+        words.forEach(function (w, i) {
+          var said = w.el.querySelector(".said");
+          if (said) said.textContent = row.words[i];
+        });
+        svg.querySelectorAll(".notch").forEach(function (el, i) {
+          var y = row.notches[i];
+          el.setAttribute("visibility", y === null ? "hidden" : "visible");
+          if (y !== null) el.setAttribute("d", el.getAttribute("d").replace(/^(M\S+) [-\d.]+/, "$1 " + n(y)));
+        });
+      }
+      var caption = svg.querySelector(".caption");
+      if (caption) caption.textContent = row.name;
+      it.redraw();
+    }
+    if (led) {
+      var controls = document.createElement("p"), name = document.createElement("label"), range = document.createElement("input"), told = document.createElement("output");
+      controls.className = "controls rows screen";
+      name.textContent = "Row ";
+      range.type = "range";
+      range.min = 0;
+      range.max = led.rows.length - 1;
+      range.value = led.first;
+      told.textContent = led.rows[led.first].name;
+      name.appendChild(range);
+      name.appendChild(told);
+      controls.appendChild(name);
+      svg.parentNode.parentNode.appendChild(controls);
+      range.addEventListener("input", function () { told.textContent = led.rows[range.value].name; show(led.rows[range.value]); });
+    }
+    if (still) return;
     scene.live(svg, it);
     svg.style.overflow = "hidden";
     var note = document.createElement("p");

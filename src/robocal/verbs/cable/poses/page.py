@@ -14,6 +14,7 @@ from robocal.planning.cable_poses import PoseChoice
 from robocal.report.cable.list_picture import draw_reach
 from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
+from robocal.report.cable.scene_rows import SceneRows
 from robocal.report.cable.tension_series import tensions
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
@@ -36,11 +37,17 @@ def poses_details(made: Listed) -> Iterator[Section]:
         yield _picture(made, axes)
     caption = f"X_0 and {len(shown)} poses of {some}: margin {significant(start.margin)} N at X_0"
     poses, pull = made.listing.poses[shown], start.tensions.tension[0]
-    drawn = scene(robot, start.pose, tension=pull, poses=poses, caption=caption, ruler=made.length_unit)
+    bears = made.program.tension[shown, -1]
+    rows = SceneRows(
+        [caption, *(made.names[i] for i in shown)],
+        np.concatenate([start.pose[None], poses]),
+        np.concatenate([pull[None], bears]),
+    )
+    drawn = scene(robot, start.pose, tension=pull, poses=poses, rows=rows, caption=caption, ruler=made.length_unit)
     yield part("The robot at its start", _start(made), drawn)
     names = [made.names[i] for i in shown]
     text = f"Tensions at the poses of {some} ({made.method}); at every waypoint they are within the limits too."
-    drawn = tensions(names, made.program.tension[shown, -1], robot.need("limits"), robot.cables)
+    drawn = tensions(names, bears, robot.need("limits"), robot.cables)
     yield part("What the cables bear", text, drawn)
     if made.choice is not None:
         yield part("Poses to measure", _choice(made, made.choice))

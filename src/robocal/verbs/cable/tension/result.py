@@ -26,6 +26,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
+from robocal.report.cable.scene_rows import SceneRows
 from robocal.report.cable.tension_series import tensions
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
@@ -226,9 +227,10 @@ def _places(made: Tensions) -> Iterator[Section]:
     ):
         if chosen.any():
             worst = int(np.argmin(np.where(chosen, margin, np.inf)))
-            caption = f"{made.names[worst]}: margin {significant(float(margin[worst]))} N"
+            captions = [f"{n}: margin {significant(m)} N" for n, m in zip(made.names, margin.tolist(), strict=True)]
+            caption, rows = captions[worst], SceneRows(captions, made.poses, spread.tension, worst)
             pose, pull, ruler = made.poses[worst], spread.tension[worst], made.length_unit
-            drawn = scene(made.robot, pose, tension=pull, poses=made.poses, caption=caption, ruler=ruler)
+            drawn = scene(made.robot, pose, tension=pull, poses=made.poses, rows=rows, caption=caption, ruler=ruler)
             yield part(heading, f"{caption}. {words}", drawn)
 
 
