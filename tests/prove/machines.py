@@ -150,6 +150,9 @@ class Turntable:
         program = program or compile_path(self.elements, self.table)
         return np.ascontiguousarray(np.asarray(joints, float)[:, :1] if program.columns else np.empty((len(joints), 0)))
 
+    def lines(self, joints, poses, extra=None):
+        return {"spoke": np.stack([np.zeros((len(poses), 3)), poses[:, :3, 3]], axis=1)}
+
     def remarks(self):
         return ()
 
