@@ -42,7 +42,6 @@ from robocal.session.verb_base import VerbResult
 
 __all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "summarise_groups", "verify_sources"]
 
-T = TypeVar("T")
 VIEWS = ("as measured", "relative to the first", "aligned", "aligned, another point")
 FARTHEST = 1e5  # m
 ID = "configuration.id"
@@ -63,57 +62,6 @@ class PoseSource:
             return replace(self, ids=ids)
         where = {name: row for row, name in enumerate(self.ids)}
         return replace(self, ids=ids, poses=self.poses[[where[i] for i in ids]])
-
-
-@record
-class ErrorSpread:
-    """The errors of one source in one view."""
-
-    unit: DisplayUnit
-    n: int
-    mean: Amount
-    sd: Amount | None
-    max: Amount
-
-
-@record
-class Agreed:
-    """Root mean squares of what two sources differ by, what each errs by itself (null: none left), and the two that share an error."""
-
-    unit: str
-    apart: dict[str, float]
-    own: dict[str, float]
-    shared: list[str] | None
-
-
-@record
-class PosePair(Generic[T]):
-    """The same of positions and of orientations."""
-
-    position: T
-    orientation: T
-
-
-@record(kw_only=True)
-class VerifyDocument(Document):
-    """verify.json."""
-
-    reference: str
-    poses: tuple[str, ...]
-    sources: dict[str, dict[str, PosePair[ErrorSpread]]]
-    anova: dict[str, PosePair[Anova]]
-    agreement: PosePair[Agreed] | None
-    provenance: Origin
-
-
-@record(kw_only=True)
-class SummaryDocument:
-    """What --summary prints."""
-
-    robocal: int = SCHEMA
-    groups: tuple[str, ...]
-    anova: dict[str, Anova]
-    provenance: Origin
 
 
 @record(kw_only=True, eq=False)
