@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from typing import Generic, TypeAlias, TypeVar
 
-from robocal._record import record
+from robocal._record import field, record
 from robocal.apply.verification import Anova
 from robocal.files.parts import SCHEMA, Document, Origin
 from robocal.quantities import Amount, DisplayUnit, Listing
 
-__all__ = ["Agreed", "ErrorSpread", "PosePair", "SummaryDocument", "VerifyDocument"]
+__all__ = ["Agreed", "ErrorSpread", "PosePair", "SummaryDocument", "VerifyDocument", "Views"]
 
 T = TypeVar("T")
 
@@ -43,13 +43,20 @@ class PosePair(Generic[T]):
     orientation: T
 
 
+Views: TypeAlias = dict[str, PosePair[ErrorSpread]]
+
+
 @record(kw_only=True)
 class VerifyDocument(Document):
-    """verify.json."""
+    """verify.json: errors of every source by view, of every two sources (`between`) and, where poses have a group, by group (`lists`);
+    `places` are poses that are drawn: of the reference, and how far a source is from each."""
 
     reference: str
     poses: tuple[str, ...]
-    sources: dict[str, dict[str, PosePair[ErrorSpread]]]
+    sources: dict[str, Views]
+    between: dict[str, Views] = field(default_factory=dict)
+    lists: dict[str, dict[str, Views]] = field(default_factory=dict)
+    places: Listing | None = None
     anova: dict[str, PosePair[Anova]]
     agreement: PosePair[Agreed] | None
     provenance: Origin
@@ -61,5 +68,6 @@ class SummaryDocument:
 
     robocal: int = SCHEMA
     groups: tuple[str, ...]
+    means: Listing | None = None
     anova: dict[str, Anova]
     provenance: Origin

@@ -1,5 +1,4 @@
-"""Error arrows at the tool's positions in two panels, before and after: drawn here once, turned by viewer.js in the
-browser.
+"""Error arrows at positions, in panels side by side such as before and after: drawn here once, turned by viewer.js in the browser.
 
 The view is orthographic (`view.py` has the formulas). Both sides use the same formulas and numbers, so a page without scripts,
 or on paper, shows the script's first view.
@@ -11,18 +10,20 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
+from html import escape
 from typing import TypeAlias
 
 import numpy as np
 
-from robocal._types import Array
+from robocal._record import record
+from robocal._types import Array, Bools
 from robocal.report.numbers import plain, significant, with_decimals
 from robocal.report.sections import Figure, Mark
 from robocal.report.series import column, is_aside, is_held_out, numbers
 from robocal.report.svg import drawing, label, num, segments
 from robocal.report.view import View
 
-__all__ = ["arrows"]
+__all__ = ["Panel", "arrows", "turned_arrows"]
 
 Rows: TypeAlias = Sequence[Sequence[float]]  # of three numbers
 
@@ -38,7 +39,7 @@ WHOLE = re.compile(r"\.0(?![0-9])")  # as `svg.num` leaves it out
 
 CONTROLS = """<div class="controls" id="arrow-controls" hidden>
 <label>Arrow length <input type="range" id="arrow-length" min="-1" max="1" step="0.05" value="0"></label>
-<label><input type="checkbox" id="arrow-same"> same magnification in both</label>
+<label><input type="checkbox" id="arrow-same"> same magnification in all</label>
 <span><button type="button" id="arrow-in" aria-label="Zoom in">+</button>
 <button type="button" id="arrow-out" aria-label="Zoom out">\u2212</button>
 <button type="button" id="arrow-reset">Reset</button></span>
@@ -50,10 +51,21 @@ CAPTION = (
 )
 
 
+@record(eq=False)
+class Panel:
+    """One picture of arrows: its key, a title for those who cannot see it, errors (n, 3) mm, the classes of arrows that are not and that
+    are held out, and a name that is written in it."""
+
+    key: str
+    title: str
+    errors: Array
+    marks: tuple[str, str]
+    name: str = ""
+
+
 def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
-    """Two pictures, with the numbers that viewer.js needs (JSON, safe inside a script element). Draws all rows that have a
-    position and an error before and after, but those set aside, whose arrows would leave the others no length; None when
-    there are none."""
+    """Two pictures, before and after. Draws all rows that have a position and an error before and after, but those set aside, whose arrows
+    would leave the others no length; None when there are none."""
     names = [f"{axis}_mm" for axis in "xyz"] + [f"d{axis}_{k}_mm" for k in ("before", "after") for axis in "xyz"]
     table = np.stack([numbers(residuals, name) for name in names], axis=1)
     table[~(np.abs(table) < FAR)] = np.nan
@@ -61,24 +73,37 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
     if not used.any():
         return None
     table, held = table[used], is_held_out(residuals)[used]
-    corners = np.stack([table[:, :3].min(axis=0), table[:, :3].max(axis=0)])
+    panels = (
+        Panel("before", "Error arrows of the nominal model", table[:, 3:6], ("before", "before")),
+        Panel("after", "Error arrows that remain after calibration", table[:, 6:], ("after", "held")),
+    )
     every, step = len(table), -(-len(table) // MOST)
-    drawn = np.arange(every) % step == 0  # more would be one black cloud
-    for k in (3, 6):  # but the largest error before and after is to be seen
-        drawn[np.linalg.norm(table[:, k : k + 3], axis=1).argmax()] = True
-    rows, middle, radius = table[drawn], corners.mean(axis=0), math.dist(*corners.tolist()) / 2
+    share = f"Of {every} rows one in {step} is drawn, and those with the largest errors. " if step > 1 else ""
+    caption = CAPTION.format(box=_box_text(table[:, :3]), share=share).strip()
+    names = [str(name) for name in np.array(column(residuals, "configuration"), dtype=object)[used]]
+    legend: tuple[tuple[Mark, str], ...] = (("after", "fit"), ("held", "held out (bold)")) if held.any() else ()
+    return Figure(turned_arrows(table[:, :3], panels, names, held), caption, "Where the errors point", legend)
+
+
+def turned_arrows(places: Array, panels: Sequence[Panel], names: Sequence[str], held: Bools | None = None) -> str:
+    """A picture for each panel with arrows at places (n, 3) mm, with the numbers that viewer.js needs (JSON, safe inside a script
+    element): of many rows an even selection, and the largest error of each panel."""
+    drawn = np.arange(len(places)) % -(-len(places) // MOST) == 0  # more would be one black cloud
+    for panel in panels:
+        drawn[np.linalg.norm(panel.errors, axis=1).argmax()] = True
+    corners = np.stack([places.min(axis=0), places.max(axis=0)])
+    middle, radius = corners.mean(axis=0), math.dist(*corners.tolist()) / 2
     scale = HALF / radius if radius > 0 else 1.0
-    bounds, at = _round((corners - middle) * scale, 4), _round((rows[:, :3] - middle) * scale, 4)
-    errors = (_round(rows[:, 3:6], 5), _round(rows[:, 6:], 5))
-    out = held[drawn].astype(int).tolist()
-    names = [str(name) for name in np.array(column(residuals, "configuration"), dtype=object)[used][drawn]]
-    magnification = (_magnify(errors[0], scale), _magnify(errors[1], scale))
+    bounds, at = _round((corners - middle) * scale, 4), _round((places[drawn] - middle) * scale, 4)
+    errors = [_round(panel.errors[drawn], 5) for panel in panels]
+    out = np.zeros(len(at), int).tolist() if held is None else held[drawn].astype(int).tolist()
+    magnification = [_magnify(e, scale) for e in errors]
     data = {
         "at": at,
-        "before": errors[0],
-        "after": errors[1],
+        "panels": [panel.key for panel in panels],
+        **{panel.key: e for panel, e in zip(panels, errors, strict=True)},
         "out": out,
-        "names": names,
+        "names": [name for name, used in zip(names, drawn.tolist(), strict=True) if used],
         "bounds": bounds,
         "scale": scale,
         "view": [VIEW.azimuth, VIEW.elevation],
@@ -86,16 +111,17 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
     }
     # Whatever a configuration is called, it does not end the script element.
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    pictures = [_panel(k, at, errors[k], out, bounds, scale, magnification[k]) for k in (0, 1)]
-    ends = zip("xyz", *corners.tolist(), strict=True)
-    box = ", ".join(f"{a} from {with_decimals(u, 0)} to {with_decimals(v, 0)}" for a, u, v in ends)
-    share = f"Of {every} rows one in {step} is drawn, and those with the largest errors. " if step > 1 else ""
-    svg = (
-        f'<div id="arrows"><div class="pair"><div>{pictures[0]}</div><div>{pictures[1]}</div></div>{CONTROLS}'
+    each = zip(panels, errors, magnification, strict=True)
+    pictures = "".join(f"<div>{_panel(p, at, e, out, bounds, scale, m)}</div>" for p, e, m in each)
+    return (
+        f'<div id="arrows"><div class="pair">{pictures}</div>{CONTROLS}'
         f'<script type="application/json" id="arrow-data">{text}</script></div>'
     )
-    legend: tuple[tuple[Mark, str], ...] = (("after", "fit"), ("held", "held out (bold)")) if any(out) else ()
-    return Figure(svg, CAPTION.format(box=f"{box} mm", share=share).strip(), "Where the errors point", legend)
+
+
+def _box_text(places: Array) -> str:
+    ends = zip("xyz", places.min(axis=0), places.max(axis=0), strict=True)
+    return ", ".join(f"{a} from {with_decimals(u, 0)} to {with_decimals(v, 0)}" for a, u, v in ends) + " mm"
 
 
 def _round(rows: Array, digits: int) -> list[list[float]]:
@@ -160,11 +186,11 @@ def _outside(a: tuple[float, float], b: tuple[float, float]) -> float:
     return math.hypot(x, y) + 0.05 * y
 
 
-def _panel(k: int, at: Rows, errors: Rows, out: Sequence[int], bounds: Rows, scale: float, magnification: float) -> str:
-    key = ("before", "after")[k]
-    factor = scale * magnification
+def _panel(
+    panel: Panel, at: Rows, errors: Rows, out: Sequence[int], bounds: Rows, scale: float, magnification: float
+) -> str:
+    factor, classes = scale * magnification, panel.marks
     edges, names = _box(bounds)
-    classes = (key, "held" if k else key)
     shapes = _arrows(np.array(at), np.array(errors), factor)
     bodies = [WHOLE.sub("", "".join(d for d, o in zip(shapes, out, strict=True) if o == which)) for which in (0, 1)]
     value, foot = _round_down(90 / factor), HIGH - 14  # mm, the length of the scale bar
@@ -176,13 +202,12 @@ def _panel(k: int, at: Rows, errors: Rows, out: Sequence[int], bounds: Rows, sca
         f'<text data-part="bar-text" class="strong" x="14" y="{num(foot - 10)}">error of {plain(value)} mm</text>',
         f'<text data-part="mag" class="tick" text-anchor="end" x="{num(WIDE - 8)}" y="{num(foot + 4)}">'
         f"arrows × {plain(magnification)}</text>",
-        '<text data-part="said" class="strong" x="14" y="20" aria-live="polite"></text>',
+        f'<text data-part="said" class="strong" x="14" y="20" aria-live="polite">{escape(panel.name)}</text>',
     ]
     sizes = [math.hypot(*e) for e in errors]
     said = (
         f"{len(errors)} arrows at the tool's positions, drawn {plain(magnification)} times longer than in reality; "
         f"mean length {significant(sum(sizes) / len(sizes))} mm, largest {significant(max(sizes))} mm."
     )
-    title = ("Error arrows of the nominal model", "Error arrows that remain after calibration")[k]
-    more = f' data-panel="{key}"'
-    return drawing(WIDE, HIGH, parts, title=title, text=said, key=f"arrows-{key}", cls="space", more=more)
+    more = f' data-panel="{panel.key}"'
+    return drawing(WIDE, HIGH, parts, title=panel.title, text=said, key=f"arrows-{panel.key}", cls="space", more=more)

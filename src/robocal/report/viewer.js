@@ -1,15 +1,15 @@
-// Turns the two arrow pictures, as scene.js says; buttons zoom too, a slider sets the length of the arrows.
+// Turns the pictures of arrows, as scene.js says; buttons zoom too, a slider sets the length of the arrows.
 (function () {
   "use strict";
   var holder = document.getElementById("arrow-data"), figure = document.getElementById("arrows");
   if (!holder || !figure) return;
   var data = JSON.parse(holder.textContent), controls = document.getElementById("arrow-controls");
   var WIDE = 460, HIGH = 440, n = scene.n, it = scene.state(data.view, -90, draw), boost = 1, same = false;
-  var panels = ["before", "after"].map(function (key, k) {
+  var panels = data.panels.map(function (key, k) {
     var svg = figure.querySelector('svg[data-panel="' + key + '"]');
     var part = function (name) { return svg.querySelector('[data-part="' + name + '"]'); };
     return {svg: svg, errors: data[key], mag: data.mag[k], box: part("box"), sets: [part("0"), part("1")], bar: part("bar"),
-      barText: part("bar-text"), magText: part("mag"), said: part("said"), names: svg.querySelectorAll(".axis-name")};
+      barText: part("bar-text"), magText: part("mag"), said: part("said"), name: part("said").textContent, names: svg.querySelectorAll(".axis-name")};
   });
   controls.hidden = false;
 
@@ -59,7 +59,7 @@
   }
   // The arrow whose start is nearest to the pointer, by its configuration and the size of its error.
   function name(p, ev) {
-    var box = p.svg.getBoundingClientRect(), f = scene.axes(it.view), near = 14, said = "";
+    var box = p.svg.getBoundingClientRect(), f = scene.axes(it.view), near = 14, said = p.name;
     var x = (ev.clientX - box.left) * WIDE / box.width, y = (ev.clientY - box.top) * HIGH / box.height;
     data.at.forEach(function (at, i) {
       var q = flat(f, at[0], at[1], at[2]), far = Math.hypot(q[0] - x, q[1] - y), e = p.errors[i];
@@ -70,7 +70,7 @@
   panels.forEach(function (p) {
     scene.live(p.svg, it);
     p.svg.addEventListener("pointermove", function (ev) { name(p, ev); });
-    p.svg.addEventListener("pointerleave", function () { p.said.textContent = ""; });
+    p.svg.addEventListener("pointerleave", function () { p.said.textContent = p.name; });
   });
   document.getElementById("arrow-length").addEventListener("input", function () { boost = Math.pow(10, Number(this.value)); it.redraw(); });
   document.getElementById("arrow-same").addEventListener("change", function () { same = this.checked; it.redraw(); });
