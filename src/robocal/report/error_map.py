@@ -23,6 +23,7 @@ FEWEST = 4  # places; fewer are said by the table
 FLAT = 0.05  # grid: 18 mm in 360
 LAYERS = 3
 MOST = 5000  # dots of a picture
+DENSE = 6.0  # px between dots; below it they touch
 DECADES = 1.5  # of a scale of colours: what is smaller has the first colour
 WIDEST, PLANE, LAYER = WIDTH, 400.0, 230.0  # px, the room of a panel across and up
 LEFT, TOP, BELOW, GAP = 58.0, 66.0, 44.0, 36.0
@@ -79,10 +80,13 @@ class ErrorMap:
         left, right = LEFT + (WIDTH - wide) / 2, LEFT + (WIDTH + wide) / 2
         x = AxisScale(low[across], high[across], *((right, left) if turned else (left, right)))
         y = AxisScale(low[up], high[up], top + tall, top)
-        radius = min(max(0.47 * math.sqrt(wide * tall / max(len(at), 1)), 1.3), 5.0)
+        spacing = math.sqrt(wide * tall / max(len(at), 1))
+        dense = spacing < DENSE
+        radius = max(0.6 * spacing, 1.3) if dense else min(0.47 * spacing, 5.0)
         parts = [_frame(x, y, radius)]
         dots = [f"M{num(a)} {num(b)}h0" for a, b in zip(x.many(at[:, across]), y.many(at[:, up]), strict=True)]
-        parts.append(_dots(dots, 2 * radius + 1.2, 'class="dots edge"'))
+        if not dense:  # on either paper some colours are faint
+            parts.append(_dots(dots, 2 * radius + 1.2, 'class="dots edge"'))
         steps = colour_steps(scale, errors)
         for step in np.unique(steps).tolist():  # the largest lie above
             some = [dots[i] for i in np.flatnonzero(steps == step)]

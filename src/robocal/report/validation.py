@@ -87,7 +87,7 @@ def _map(found: Any) -> Iterator[Block]:
     titles = [both[n] if len(names) > 1 else "This robot" for n in names]
     drawn = [made.picture(e, f"map-{n}", t) for n, e, t in zip(names, errors, titles, strict=True)]
     figures = [Figure(svg, "", t) for svg, t in zip(drawn, titles, strict=True)]
-    yield Pair(tuple(figures)) if len(figures) > 1 else figures[0]
+    yield Pair(tuple(figures))
     rest = (
         f" {OWN_FITTED}: the table above enlarges errors by what that took away, the pictures do not."
         if found.profiled
