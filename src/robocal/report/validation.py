@@ -40,8 +40,8 @@ FIGURES = {
     "RD": ("distance repeatability", "three standard deviations"),
 }
 MAP = (
-    "Each dot is a place of the tool in base coordinates, its colour the mean error there, each picture on its own logarithmic scale. "
-    "The first colour also has whatever is smaller. Numbers: poses in validation.json."
+    "Each dot is a place of the tool or platform in base coordinates. Its colour is the mean error of what was measured there, in each "
+    "picture on its own logarithmic scale; the first colour also has whatever is smaller. Numbers: poses in validation.json."
 )
 
 
@@ -88,10 +88,9 @@ def _map(found: Any) -> Iterator[Block]:
     drawn = [made.picture(e, f"map-{n}", t) for n, e, t in zip(names, errors, titles, strict=True)]
     figures = [Figure(svg, "", t) for svg, t in zip(drawn, titles, strict=True)]
     yield Pair(tuple(figures))
+    fitted = found.errors.this is not None and found.errors.this.profiled
     rest = (
-        f" {OWN_FITTED}: the table above enlarges errors by what that took away, the pictures do not."
-        if found.profiled
-        else ""
+        f" {OWN_FITTED}: the table above enlarges errors by what that took away, the pictures do not." if fitted else ""
     )
     yield from quiet(MAP + rest)
 

@@ -35,8 +35,8 @@ BARS = (
     "is what two sources differ by."
 )
 ARROWS = (
-    "Each arrow starts where {reference} has the position and points to where the source has it, enlarged as written below it. "
-    "Left: as measured; right: once the source is aligned."
+    "Each arrow starts where {reference} has the position and points to where the source has it, enlarged as written below it: as "
+    "measured, and once the source is aligned."
 )
 MANY = 20.0  # grid: times the smallest mean that the largest is, from where an axis is logarithmic
 WIDTH, LEFT, RIGHT, ROW = 460.0, 16.0, 446.0, 36.0  # px
