@@ -63,6 +63,7 @@ def assert_drawn(page: str, key: str, told: dict[str, dict[str, dict]], what: st
     assert np.abs(start + slope * scale(mean + sd) - [b for _, b in bars]).max() < 0.3
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("made", [cable, arm])
 def test_what_is_drawn_stands_in_the_document(made, tmp_path: Path) -> None:
     files, folder = made(tmp_path), tmp_path / "v"
@@ -74,6 +75,9 @@ def test_what_is_drawn_stands_in_the_document(made, tmp_path: Path) -> None:
         assert (
             set(document["lists"]) == {"A", "B"} and document["lists"]["A"]["arm"]["as measured"]["position"]["n"] == 15
         )
+        # Of the first pose, which is of list A, there is no motion.
+        relative = [document["lists"][g]["arm"]["relative to the first"]["position"]["n"] for g in "AB"]
+        assert relative == [14, 15]
         for what in ("position", "orientation"):
             assert_drawn(page, f"list-0-{what}", {k: of["arm"] for k, of in document["lists"].items()}, what)
     else:
