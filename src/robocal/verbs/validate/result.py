@@ -203,6 +203,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         mine = kept if other is None else refitted
         theirs = None if other is None else model_errors(other.machine, inputs.data, watch, tool=tool)
         iso = _standing(inputs, other, mine, theirs, o.distances)
+        poses = _poses(machine, inputs.data, mine, theirs)
     reasons = list(used)
     if not (mine.converged and (theirs is None or theirs.converged)):
         reasons.append(Remark.of(Code.FRAMES_NOT_CONVERGED))
@@ -235,7 +236,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         robot=inputs.opened, against=other, errors=ErrorsPart("mm", _statistic(mine, "m"), _statistic(theirs, "m")), gain=gain,
         angle=None if turn is None else ErrorsPart("deg", turn, _statistic(theirs, "rad")),
         constant=None if constant is None else constant * 1e3, frames=mine.fitted,
-        frames_against=() if theirs is None else theirs.fitted, poses=_poses(machine, inputs.data, mine, theirs), layer=layer, iso=iso,
+        frames_against=() if theirs is None else theirs.fitted, poses=poses, layer=layer, iso=iso,
         offsets=None if shifted is None else shifted.file.path, reasons=tuple(reasons), warnings=warnings, inputs=files, command=command,
     )  # fmt: skip
 
