@@ -134,4 +134,7 @@ def test_two_poses_are_drawn_too(tmp_path: Path) -> None:
         file.write_text("\n".join(file.read_text().splitlines()[:3]) + "\n")
     ran = robocal("verify", *(tmp_path / f"{n}.csv" for n in ("tracker", "robot", "camera")), "-o", tmp_path / "v")
     assert ran.status == 0, ran.err
-    assert '"panels":["source-0","source-1"]' in (tmp_path / "v" / "report.html").read_text()
+    page = (tmp_path / "v" / "report.html").read_text()
+    assert '"panels":["source-0","source-1"]' in page
+    assert robocal("report", tmp_path / "v", "-o", tmp_path / "again.html").status == 0
+    assert (tmp_path / "again.html").read_text() == page

@@ -90,7 +90,9 @@ def _map(found: Any) -> Iterator[Block]:
     yield Pair(tuple(figures))
     fitted = found.errors.this is not None and found.errors.this.profiled
     rest = (
-        f" {OWN_FITTED}: the table above enlarges errors by what that took away, the pictures do not." if fitted else ""
+        " Frames were fitted to these data: the table above enlarges errors for it, the pictures do not."
+        if fitted
+        else ""
     )
     yield from quiet(MAP + rest)
 
