@@ -167,6 +167,8 @@ def _verify(made: Data) -> None:
     made["sources"] = {s: {view: both(e) for view, e in of.items()} for s, of in made["sources"].items()}
     if made["agreement"] is not None:
         made["agreement"] = both(made["agreement"])
+    for later in ("between", "lists", "places"):
+        made.pop(later, None)
 
 
 def _require(made: Data) -> None:
@@ -203,6 +205,9 @@ def _validation(made: Data) -> None:
     (made["gain"] or {}).pop("unit", None)
     for key in [k for k in made if k.startswith("predicting_the_mean_")]:
         made["predicting_the_mean"] = made.pop(key)
+    for row in made["poses"]:
+        for axis in "xyz":
+            row.pop(f"{axis}_mm", None)
 
 
 def _compensation(made: Data) -> None:

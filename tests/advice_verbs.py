@@ -46,6 +46,20 @@ def remounted(folder):
     return first, then
 
 
+@obeyed("tool-not-stated")
+def no_tool(folder):
+    """The nominal arm, with its tool in the file and without."""
+    nominal, _, q, rng = draw()
+    files = write(folder, nominal, q, see(nominal, q, rng))
+    given = files[0].read_text()
+    edit(files[0], ("xyz: [30, -20, 110]", "xyz: [0, 0, 0]"))
+    first = robocal("validate", *files)
+    files[0].write_text(given)
+    then = robocal("validate", *files, "--json")
+    assert then.document["errors"]["this"]["mean"] < 0.5, then.said
+    return first, then
+
+
 @obeyed("no-lengths")
 def directions(folder):
     for kind in ("bearing", "position"):

@@ -1,4 +1,4 @@
-"""Simulates the measurements of this folder: python make_data.py [FOLDER].
+"""Simulates the measurements of this folder: python make_data.py [FOLDER]; with --verification FOLDER its 3600 verification points.
 
 The robot is the nominal one with the errors of Table 1 of Flitti and Segai. What the paper leaves open is chosen
 here: a grid of 7 by 8 points in x and y, the elbow up, and the hand swinging from 20 degrees behind the vertical to
@@ -60,6 +60,13 @@ def plane(columns: int, rows: int) -> np.ndarray:
     return reach(x.ravel(), y.ravel(), HEIGHT, tilt)
 
 
+def fine_plane(columns: int, rows: int) -> np.ndarray:
+    """The middles of so many cells of the measuring plane, row after row: none of them is a point of the coarse grid."""
+    x, y = ((np.arange(n) + 0.5) / n for n in (columns, rows))
+    y, x = np.meshgrid(-0.18 + 0.36 * y, 0.22 + 0.11 * x, indexing="ij")
+    return reach(x.ravel(), y.ravel(), HEIGHT, np.linspace(-20 * DEG, 20 * DEG, x.size))
+
+
 def volume(count: int) -> np.ndarray:
     """Poses anywhere within the joint limits."""
     low, high = catalog.get("rv-2aj").limits.T
@@ -93,8 +100,16 @@ def tables() -> dict[str, str]:
     return {name: table_text(data, robot, units) for name, data in sets.items()}
 
 
+def verification() -> dict[str, str]:
+    """3600 points of the plane, as many as the paper's, where the robot really is: 36 along x, 100 along y, without noise."""
+    units = Units(UNITS["mm"], UNITS["deg"])
+    return {"verification.csv": table_text(measured(fine_plane(36, 100), seed=None), catalog.get("rv-2aj"), units)}
+
+
 if __name__ == "__main__":
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
-    for name, text in tables().items():
+    more = "--verification" in sys.argv
+    places = [a for a in sys.argv[1:] if a != "--verification"]
+    folder = Path(places[0]) if places else Path(__file__).parent
+    for name, text in (verification() if more else tables()).items():
         (folder / name).write_text(text, encoding="utf-8")
         print(folder / name)

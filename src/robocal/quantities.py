@@ -56,6 +56,14 @@ class QuantityKind:
         return {"type": "function-after", "function": {"type": "no-info", "function": _or_nan}, "schema": number}
 
 
+@record
+class AnyValues:
+    """For whoever reads a document: a list of whatever stands in it."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return {"type": "list"}
+
+
 def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
@@ -109,7 +117,7 @@ class Column:
 
     name: str
     unit: str
-    values: ColumnValues
+    values: Annotated[ColumnValues, AnyValues()]
     digits: int = field(default=15, metadata=LAYOUT)
     decimals: int | None = field(default=None, metadata=LAYOUT)
     si_decimals: int | None = field(default=None, metadata=LAYOUT)

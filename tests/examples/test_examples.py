@@ -87,7 +87,7 @@ def test_command(place, capsys, folder, number, status, verdict):
 
 def test_every_command_is_tried():
     """The validation and the UR10 have tests of their own below, cable robots and studies theirs in files of their own."""
-    own = {("rv-2aj", 1), ("rv-2aj", 3), ("ur10-tracker", 0), ("ur10-tracker", 1)}
+    own = {("rv-2aj", 1), ("rv-2aj", 3), ("rv-2aj", 4), ("ur10-tracker", 0), ("ur10-tracker", 1)}
     known = {(folder, number) for folder, number, *_ in EXPECTED} | own
     folders = sorted(p.name for p in EXAMPLES.iterdir() if p.is_dir() and not p.name.startswith(("cable-", "studies")))
     for kind in READERS:
@@ -109,8 +109,32 @@ def test_rv_2aj_elsewhere(place, capsys):
     assert mean["this"] < 1.0 < 5.0 < mean["against"]
 
 
+def test_rv_2aj_at_3600_points(place, capsys):
+    """What the README says of the verification points of the paper, by the script that makes them."""
+    text = (EXAMPLES / "rv-2aj" / "README.md").read_text()
+    script, words = shlex.split(re.search(r"^python (.*)$", text, re.MULTILINE)[1])[:2]
+    assert words == "--verification" and Path(script).is_file()
+    namespace = {"__name__": "make_data", "__file__": script}
+    exec(compile(Path(script).read_text(), "make_data.py", "exec"), namespace)
+    for name, rows in namespace["verification"]().items():
+        (place / "examples" / "rv-2aj" / name).write_text(rows)
+    assert main(shlex.split(commands("rv-2aj")[0])[1:]) == 0
+    capsys.readouterr()
+    status, document = run(commands("rv-2aj")[3], capsys)
+    said = re.findall(r"^\| (?:before|after).*\| ([\d.]+) \(([\d.]+)\)", text, re.MULTILINE)
+    assert status == 0 and len(said) == 2
+    for part, (mean, most) in zip(("against", "this"), said, strict=True):
+        found = document["errors"][part]
+        assert found["n"] == 3600
+        assert found["mean"] == pytest.approx(float(mean), rel=0.05) and found["max"] == pytest.approx(
+            float(most), rel=0.05
+        )
+    page = (place / "verification" / "validation.html").read_text()
+    assert page.count("3600 places") >= 2 and "Before (against)" in page and "After (this robot)" in page
+
+
 def test_rv_2aj_program(place, capsys):
-    first, last = commands("rv-2aj")[0], commands("rv-2aj")[3]
+    first, last = commands("rv-2aj")[0], commands("rv-2aj")[4]
     assert main(shlex.split(first)[1:]) == 0
     capsys.readouterr()
     status, document = run(last, capsys)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Any, NoReturn, TypeVar
 
 from pydantic import (
@@ -22,8 +23,9 @@ from pydantic import (
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from robocal.errors import nearest, one_of
+from robocal.files.parts import SCHEMA
 from robocal.files.text import forbidden_character
-from robocal.files.yamlio import Path_, YamlDocument
+from robocal.files.yamlio import Path_, YamlDocument, read_json
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.quantities import LARGEST
 
@@ -37,6 +39,7 @@ __all__ = [
     "UnitsModel",
     "Version",
     "adapter",
+    "read_document",
     "refuse",
     "validate",
 ]
@@ -93,6 +96,16 @@ def validate(kind: type[T], document: YamlDocument, data: Any = None, at: Path_ 
         return adapter(kind).validate_python(document.data if data is None else data)
     except ValidationError as error:
         _explain(_likeliest(error.errors(include_url=False)), document, at)
+
+
+def read_document(path: Path, kind: type[T]) -> T:
+    """A document of robocal, as the verb that wrote it had it. Raises FileError, or FormatError naming line or key."""
+    document = read_json(path, "this is not a document of robocal", "an object with the key robocal")
+    version = document.data.get("robocal")
+    document.insist(
+        version == SCHEMA, "this document has another schema", ("robocal",), found=version, expected=str(SCHEMA)
+    )
+    return validate(kind, document)
 
 
 UNION = re.compile(r"[A-Z]\w*Model$|literal\[")  # what pydantic puts into a place where a value may be of several kinds

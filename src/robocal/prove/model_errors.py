@@ -6,17 +6,19 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from robocal._record import field, record
+from robocal._record import field, record, replace
 from robocal._types import Array, Ints
 from robocal.estimate.choosing.choice import choose
 from robocal.fit.baseline import fit_baseline, frame_names
 from robocal.fit.free_poses import own_poses
 from robocal.fit.misfit import errors
-from robocal.measure.data import DataSet
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model
+from robocal.measure.rows import Rows
 from robocal.progress import Watch
 
-__all__ = ["Errors", "model_errors", "tool_names"]
+__all__ = ["Errors", "model_errors", "tool_names", "tool_positions"]
 
 
 @record
@@ -30,7 +32,7 @@ class Errors:
     fitted: tuple[str, ...]
     rows: int
     values: Mapping[str, float] = field(default_factory=dict)  # of every parameter of the problem
-    posed: bool = False  # whether the poses of configurations were fitted too
+    poses: Array | None = None  # frame vectors (U, 6) of configurations whose poses were fitted too
     converged: bool = True  # whether that fit came to its end
 
     @property
@@ -64,4 +66,20 @@ def model_errors(
     position, angle = position * taken[0, position_at], angle * taken[0, angle_at]
     rows = sum(r.value.size for r in residuals)
     values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
-    return Errors(position, position_at, angle, fitted, rows, values, bool(problem.blocks), made.converged)
+    poses = x[0, problem.places[0]].reshape(-1, 6) if problem.blocks else None
+    return Errors(position, position_at, angle, fitted, rows, values, poses, made.converged)
+
+
+def tool_positions(model: Model, data: DataSet, found: Errors) -> Array:
+    """Where a model has its tool, or its platform, at every configuration, in base coordinates (U, 3); not a number where nothing
+    moves."""
+    where, count = data.configurations, len(data.configurations)
+    if model.mechanism is None:
+        return np.full((count, 3), np.nan)
+    if found.poses is not None:
+        where = replace(where, start=found.poses)
+    ideal = Observations("position", np.arange(count), np.zeros((count, 3)), np.ones((count, 3)), Frame("base frame"))
+    made = build(model, DataSet(where, (ideal,)), values={n: v for n, v in found.values.items() if n in model.table})
+    (term,) = made.terms
+    assert isinstance(term, Rows)
+    return term.predict(made.start)

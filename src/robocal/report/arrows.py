@@ -56,7 +56,7 @@ def arrows(residuals: Mapping[str, Sequence[object]], shape: Any = None) -> Figu
         Panel("after", titles[1], rows[:, 6:], ("after", "held")),
     )
     robots = () if shape is None else place_robots((shape,), space)
-    svg = draw_space(panels, rows[:, :3], told, held[drawn], space, box, robots)
+    svg = draw_space(panels, rows[:, :3], told, held[drawn], box, space, robots)
     share = f"Of {every} rows one in {step} is drawn, and those with the largest errors. " if step > 1 else ""
     legend: tuple[tuple[Mark, str], ...] = (("after", "fit"), ("held", "held out (bold)")) if held[drawn].any() else ()
     beside = f"{robots[0].caption} " if robots else ""
@@ -75,7 +75,7 @@ def machine_rows(shapes: Sequence[Any], names: Sequence[str], said: str = "") ->
     more = "The slider, or pointing at a position, shows it at another row. " if many else ""
     words = f"{robots[0].caption} {more}The box holds it: {_say(box)}. {said}"
     panel = Panel("machine", title, None, ("spots", "spots"))
-    return Figure(draw_space((panel,), at, names, held, space, box, robots), words.strip(), title)
+    return Figure(draw_space((panel,), at, names, held, box, space, robots), words.strip(), title)
 
 
 def _say(box: Array) -> str:

@@ -7,13 +7,14 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal._types import Array
 from robocal.report.numbers import significant, with_unit
 from robocal.report.series import is_word, numbers
 from robocal.report.svg import AxisScale, drawing, label, line, log_ticks, nice_ticks, num, tick_text
 
-__all__ = ["heat"]
+__all__ = ["COLOURS", "WIDTH", "colour_bar", "colour_scale", "colour_steps", "heat"]
 
 Columns = Mapping[str, Sequence[object]]
 # Ten steps of viridis (Smith and van der Walt, 2015): even in lightness, readable in grey and by every eye.
@@ -33,9 +34,9 @@ def heat(columns: Columns) -> str:
         return ""
     everything = np.concatenate(list(slices.values()))
     side = float(everything[0, 2])
-    scales = [_scale(everything[:, 3 + k]) for k in (0, 1)]
+    scales = [colour_scale(everything[:, 3 + k]) for k in (0, 1)]
     half = max(float(np.abs(everything[:, 0]).max()), 1e-9) + side
-    parts, y = [_legend(scale, LEFT + k * (WIDTH + GAP)) for k, scale in enumerate(scales)], TOP
+    parts, y = [colour_bar(scale, LEFT + k * (WIDTH + GAP)) for k, scale in enumerate(scales)], TOP
     for k, title in enumerate(QUANTITIES.values()):
         parts.append(label(LEFT + k * (WIDTH + GAP), TOP - 12, f"{title}, mm", "strong"))
     for name, cells in slices.items():
@@ -65,17 +66,22 @@ def _cells(columns: Columns, name: str) -> Array:
     return found[fine & is_word(columns, "slice", name)]
 
 
-def _scale(values: Array) -> AxisScale:
-    """From values to steps of colour, 0 to their number; four decades at most."""
+def colour_scale(values: Array, decades: float = 4.0) -> AxisScale:
+    """From values to steps of colour, 0 to their number; so many decades at most."""
     top = float(values.max())
-    low, high = (float(values[values > top * 1e-4].min()), top) if top > 0 else (1.0, 10.0)
+    low, high = (float(values[values > top * 10**-decades].min()), top) if top > 0 else (1.0, 10.0)
     return AxisScale(low, max(high, 1.2 * low), 0.0, float(len(COLOURS)), log=True)
+
+
+def colour_steps(scale: AxisScale, values: Array) -> NDArray[np.int64]:
+    """Which of the colours each value (n,) has."""
+    return np.minimum(scale.many(np.maximum(values, scale.low)).astype(np.int64), len(COLOURS) - 1)
 
 
 def _panel(name: str, cells: Array, scale: AxisScale, x: AxisScale, y: AxisScale, level: float) -> str:
     u, v, w = SLICES[name]
     across, up, side, values = cells.T
-    steps = np.minimum(scale.many(np.maximum(values, scale.low)).astype(int), len(COLOURS) - 1)
+    steps = colour_steps(scale, values)
     left, top = x.many(across - side / 2), y.many(up + side / 2)
     # A hair wider than the cell, so that no seam shows.
     wide, high = x.many(across + side / 2) - left + 0.3, y.many(up - side / 2) - top + 0.3
@@ -103,8 +109,8 @@ def _panel(name: str, cells: Array, scale: AxisScale, x: AxisScale, y: AxisScale
     return "".join(parts)
 
 
-def _legend(scale: AxisScale, left: float) -> str:
-    """A scale of colours."""
+def colour_bar(scale: AxisScale, left: float) -> str:
+    """A scale of colours, in mm."""
     step = WIDTH / len(COLOURS)
     parts = [
         f'<rect x="{num(left + i * step)}" y="2" width="{step + 0.3:.1f}" height="10" fill="{colour}"/>'

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from shlex import quote
-from typing import Any, NamedTuple
+from typing import Any
 
 from robocal.remarks.code import Code
 from robocal.remarks.remark import percent
@@ -32,6 +32,7 @@ from robocal.report.sections import (
     Figure,
     Remarks,
     Section,
+    Sentence,
     Text,
     VerdictBlock,
     Written,
@@ -49,13 +50,6 @@ HEAT = (
     "with 95 %; what was not seen counts as uncertain as expected. Each cell is a mean over random configurations that reach it; "
     "empty cells were not reached. Numbers: accuracy_map.csv."
 )
-
-
-class Sentence(NamedTuple):
-    """A remark of which only the sentence is known."""
-
-    sentence: str
-    advice: str = ""
 
 
 def report(result: Any, rows: Columns | None, cells: Columns | None, folder: Path | None = None) -> str:

@@ -18,9 +18,9 @@ from robocal.remarks.remark import Message, singular
 
 __all__ = [
     "OWN_FITTED",
-    "SPREAD", "Block", "Cell", "Detail", "Facts", "Figure", "Folded", "Mark", "Noted", "Pair", "Remarks", "Section",
+    "SPREAD", "Block", "Cell", "Detail", "Facts", "Figure", "Folded", "Mark", "Noted", "Pair", "Remarks", "Section", "Sentence",
     "Style", "Table", "Text", "Tile", "Tiles", "VerdictBlock", "Written", "ends", "figure", "listing_table",
-    "quiet", "spread", "strong", "table", "word_and_style",
+    "messages", "quiet", "spread", "strong", "table", "word_and_style",
 ]  # fmt: skip
 
 Style = Literal["", "good", "doubtful", "bad", "strong", "quiet", "strange", "title", "term", "code"]
@@ -256,6 +256,20 @@ def ends(remarks: Sequence[Message] = (), written: Sequence[Path] = (), key: str
         yield Section.of("Worth knowing", Remarks(tuple(remarks)), key=key)
     if written:
         yield Section.of("", Written(tuple(written)))
+
+
+@record
+class Sentence:
+    """A remark as a document keeps it."""
+
+    sentence: str
+    advice: str = ""
+
+
+def messages(document: Any, said: Sequence[str]) -> list[Message]:
+    """The remarks of a document that have these sentences."""
+    advice = {r["sentence"]: r.get("advice", "") for r in document.remarks}
+    return [Sentence(s, advice.get(s, "")) for s in said]
 
 
 def word_and_style(cell: Cell) -> tuple[str, Style]:

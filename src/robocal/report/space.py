@@ -19,7 +19,7 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.report.numbers import plain, significant
-from robocal.report.robot_lines import HALF, Region3D, RobotLines
+from robocal.report.robot_lines import HALF, Region3D, RobotLines, space_around
 from robocal.report.svg import drawing, label, num, polyline, segments
 from robocal.report.view import View
 
@@ -39,7 +39,7 @@ CONTROLS = """<div class="controls" id="arrow-controls" hidden>{more}
 <button type="button" id="arrow-reset">Reset</button></span>
 <span>Drag, or use the arrow keys, to turn; Ctrl and wheel to zoom; point at {mark} for its name.</span></div>"""
 LENGTH = """<label>Arrow length <input type="range" id="arrow-length" min="-1" max="1" step="0.05" value="0"></label>
-<label><input type="checkbox" id="arrow-same"> same magnification in both</label>"""
+<label><input type="checkbox" id="arrow-same"> same magnification in all</label>"""
 SLIDER = """<label>Row <input type="range" id="arrow-row" min="0" max="{last}" step="1" value="0">
 <output id="arrow-row-name">{first}</output></label>"""
 
@@ -47,28 +47,32 @@ SLIDER = """<label>Row <input type="range" id="arrow-row" min="0" max="{last}" s
 @record(eq=False)
 class Panel:
     """One picture of the positions: the errors (n, 3) mm that arrows show there, or None for a dot at each; its title, what is said of
-    it, and the classes of what was fitted and of what was held out."""
+    it, and the classes of what was fitted and of what was held out, and a name that is written in it."""
 
     key: str
     title: str
     errors: Array | None
-    classes: tuple[str, str]
+    marks: tuple[str, str]
+    name: str = ""
 
 
 def draw_space(
     panels: Sequence[Panel],
     at: Array,
     names: Sequence[str],
-    out: Bools,
-    shown: Region3D,
-    box: Array,
-    robots: Sequence[RobotLines],
+    out: Bools | None = None,
+    box: Array | None = None,
+    space: Region3D | None = None,
+    robots: Sequence[RobotLines] = (),
 ) -> str:
     """The panels side by side, with the numbers that viewer.js needs (JSON, safe inside a script element).
 
-    at (n, 3) mm are positions with names, `out` (n,) those that were held out, `box` (2, 3) mm holds them; `robots` is the machine: at
-    one of them, or at each (then a slider goes through them); none where it is not known.
+    at (n, 3) mm are positions with names, `out` (n,) those that were held out, `box` (2, 3) mm holds them, `space` is what is shown
+    around it; `robots` is the machine: at one of them, or at each (then a slider goes through them); none where it is not known.
     """
+    out = np.zeros(len(at), dtype=bool) if out is None else out
+    box = np.stack([at.min(axis=0), at.max(axis=0)]) if box is None else box
+    shown = space or space_around(box, ())
     scale = HALF / shown.radius if shown.radius > 0 else 1.0
     wide = 460.0 if len(panels) > 1 else 940.0
     bounds, places = _round((box - shown.middle) * scale, 4), _round((at - shown.middle) * scale, 4)
@@ -77,7 +81,7 @@ def draw_space(
     data = {
         "at": places,
         **errors,
-        "keys": list(errors),
+        "panels": list(errors),
         "out": out.astype(int).tolist(),
         "names": list(names),
         "bounds": bounds,
@@ -90,9 +94,9 @@ def draw_space(
     }
     # Whatever a configuration is called, it does not end the script element.
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    space = _Space(wide, places, data["out"], bounds, scale, robots[0] if robots else None)
+    drawn = _Space(wide, places, data["out"], bounds, scale, robots[0] if robots else None)
     pictures = "".join(
-        f"<div>{space.panel(p, e, m)}</div>" for p, e, m in zip(panels, errors.values(), each, strict=True)
+        f"<div>{drawn.panel(p, e, m)}</div>" for p, e, m in zip(panels, errors.values(), each, strict=True)
     )
     arrows = any(e is not None for e in errors.values())
     more = LENGTH if arrows else ""
@@ -137,7 +141,7 @@ class _Space:
         parts += [label(x, y, name, "tick axis-name", "middle") for name, x, y in names]
         parts += [] if self.robot is None else self._draw_robot(self.robot)
         parts += [
-            f'<path class="arrow {told.classes[w]}" data-part="{w}" d="{WHOLE.sub("", bodies[w])}"/>' for w in (0, 1)
+            f'<path class="arrow {told.marks[w]}" data-part="{w}" d="{WHOLE.sub("", bodies[w])}"/>' for w in (0, 1)
         ]
         parts += [
             '<path class="robot here" data-part="here" d=""/>',
@@ -145,7 +149,7 @@ class _Space:
             f'<text data-part="bar-text" class="strong" x="14" y="{num(foot - 10)}">{word}{plain(value)} mm</text>',
             f'<text data-part="mag" class="tick" text-anchor="end" x="{num(self.wide - 8)}" y="{num(foot + 4)}">'
             f"{'' if magnification is None else f'arrows × {plain(magnification)}'}</text>",
-            '<text data-part="said" class="strong" x="14" y="20" aria-live="polite"></text>',
+            f'<text data-part="said" class="strong" x="14" y="20" aria-live="polite">{escape(told.name)}</text>',
         ]
         more, key = f' data-panel="{told.key}"', f"arrows-{told.key}"
         said = self._words(errors, magnification)

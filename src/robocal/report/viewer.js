@@ -5,11 +5,11 @@
   if (!holder || !figure) return;
   var data = JSON.parse(holder.textContent), controls = document.getElementById("arrow-controls");
   var WIDE = data.wide, HIGH = 440, n = scene.n, it = scene.state(data.view, -90, draw), boost = 1, same = false, shown = 0;
-  var panels = data.keys.map(function (key, k) {
+  var panels = data.panels.map(function (key, k) {
     var svg = figure.querySelector('svg[data-panel="' + key + '"]');
     var part = function (name) { return svg.querySelector('[data-part="' + name + '"]'); };
     return {svg: svg, errors: data[key], mag: data.mag[k], box: part("box"), sets: [part("0"), part("1")], bar: part("bar"),
-      barText: part("bar-text"), magText: part("mag"), said: part("said"), names: svg.querySelectorAll(".axis-name"),
+      barText: part("bar-text"), magText: part("mag"), said: part("said"), name: part("said").textContent, names: svg.querySelectorAll(".axis-name"),
       here: part("here"),
       instruments: svg.querySelectorAll(".instrument-name")};
   });
@@ -76,7 +76,7 @@
   }
   // The arrow whose start is nearest to the pointer, by its configuration and the size of its error.
   function name(p, ev) {
-    var box = p.svg.getBoundingClientRect(), f = scene.axes(it.view), near = 14, said = "", at = -1;
+    var box = p.svg.getBoundingClientRect(), f = scene.axes(it.view), near = 14, said = p.name, at = -1;
     var x = (ev.clientX - box.left) * WIDE / box.width, y = (ev.clientY - box.top) * HIGH / box.height;
     data.at.forEach(function (p3, i) {
       var q = flat(f, p3[0], p3[1], p3[2]), far = Math.hypot(q[0] - x, q[1] - y), e = p.errors && p.errors[i];
@@ -88,7 +88,7 @@
   panels.forEach(function (p) {
     scene.live(p.svg, it);
     p.svg.addEventListener("pointermove", function (ev) { name(p, ev); });
-    p.svg.addEventListener("pointerleave", function () { p.said.textContent = ""; });
+    p.svg.addEventListener("pointerleave", function () { p.said.textContent = p.name; });
   });
   var length = document.getElementById("arrow-length"), slider = document.getElementById("arrow-row");
   function show(row) {

@@ -29,6 +29,10 @@ class UseRemarks:
         "tool of the robot's file, {after} with the tool fitted to these data",
         "If the target was mounted anew or the file says nothing of it, write its place into tool: of the robot's file.",
     )
+    TOOL_NOT_STATED = Phrase(
+        "{names} of this robot are 0 and were not fitted: a target that sits elsewhere on the tool is part of these errors",
+        "Write where the target sits into tool: of the robot's file.",
+    )
     FEW_AFTER_FRAMES = Phrase(
         "{numbers} measured numbers are too few to judge anything after {fitted} parameters of the instruments' frames "
         "were fitted",

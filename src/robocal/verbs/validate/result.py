@@ -26,19 +26,21 @@ from robocal._record import record
 from robocal.apply.iso9283 import Standard, standard
 from robocal.diagnose.limits import REMOUNT_SHARE
 from robocal.errors import FormatError
-from robocal.files.parts import Document, Origin, provenance_of
+from robocal.files.parts import provenance_of
 from robocal.files.plain import json_text
 from robocal.files.runfolder import LAYER, RESIDUALS, Run, find_run, read_layer, read_residuals
 from robocal.files.text import InputFile
+from robocal.files.validation import ErrorsPart, GainPart, ValidationDocument
 from robocal.fit.repeats import places as places_of
 from robocal.measure.base import problem
 from robocal.measure.data import DataSet, fingerprints
+from robocal.measure.machine import Model
 from robocal.prove.evidence import bootstrap_gain, constant_errors
-from robocal.prove.model_errors import Errors, model_errors, tool_names
+from robocal.prove.model_errors import Errors, model_errors, tool_names, tool_positions
 from robocal.prove.nongeometric.layer import layer_errors, layer_rows
 from robocal.prove.split import leave_one_out_rounds
 from robocal.prove.statistics import Statistic
-from robocal.quantities import Column, Listing, UnitValue, unit_value
+from robocal.quantities import Column, Listing, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, documents, sentences
 from robocal.session.arm import OpenedArm
@@ -127,46 +129,6 @@ def layer_beside(
 OFFSETS = "no --offsets: a length sensor counts from its zero, c1.l0, which `identify` finds"
 
 
-@record
-class ErrorsPart:
-    """Errors of this robot, and of the one that it is compared with."""
-
-    unit: str
-    this: Statistic | None
-    against: Statistic | None
-
-
-@record
-class GainPart:
-    """The mean reduction of the error, with its 95 % interval."""
-
-    unit: str
-    mean: float
-    low: float
-    high: float
-
-
-@record(kw_only=True)
-class ValidationDocument(Document):
-    """validation.json."""
-
-    robot: str
-    offsets: str | None
-    against: str | None
-    trusted: bool
-    reasons: list[str]
-    errors: ErrorsPart
-    angle: ErrorsPart | None
-    layer: dict[str, Any] | None
-    gain: GainPart | None
-    predicting_the_mean: UnitValue | None
-    profiled: tuple[str, ...]
-    profiled_against: tuple[str, ...]
-    iso_9283: Standard
-    poses: Listing
-    provenance: Origin
-
-
 @record(kw_only=True, eq=False)
 class Validation(VerdictResult):
     """Errors of a model, and of another one to compare with; `reasons` why they are not to be trusted."""
@@ -187,8 +149,9 @@ class Validation(VerdictResult):
     @property
     def head(self) -> dict[str, Any]:
         """The robot, and what it was compared with."""
-        facts = (("Compared with", self.against.name if self.against else ""),)
-        return {"title": self.robot.name, "kind": "Validation report", "facts": facts}
+        from robocal.report.validation import validation_head
+
+        return validation_head(self.document)
 
     def texts(self) -> Mapping[str, str | bytes]:
         """The document."""
@@ -240,6 +203,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         mine = kept if other is None else refitted
         theirs = None if other is None else model_errors(other.machine, inputs.data, watch, tool=tool)
         iso = _standing(inputs, other, mine, theirs, o.distances)
+        poses = _poses(machine, inputs.data, mine, theirs)
     reasons = list(used)
     if not (mine.converged and (theirs is None or theirs.converged)):
         reasons.append(Remark.of(Code.FRAMES_NOT_CONVERGED))
@@ -262,6 +226,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         *inputs.warnings,
         *left_out,
         *_remount(kept, refitted),
+        *(_tool_not_stated(machine, mine) if other is None else ()),
         *(() if layer is None else (Remark.of(Code.LAYER_ON_TOP, mean=Quantity(layer.mean * 1e-3)),)),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
@@ -271,7 +236,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         robot=inputs.opened, against=other, errors=ErrorsPart("mm", _statistic(mine, "m"), _statistic(theirs, "m")), gain=gain,
         angle=None if turn is None else ErrorsPart("deg", turn, _statistic(theirs, "rad")),
         constant=None if constant is None else constant * 1e3, frames=mine.fitted,
-        frames_against=() if theirs is None else theirs.fitted, poses=_poses(inputs.data, mine, theirs), layer=layer, iso=iso,
+        frames_against=() if theirs is None else theirs.fitted, poses=poses, layer=layer, iso=iso,
         offsets=None if shifted is None else shifted.file.path, reasons=tuple(reasons), warnings=warnings, inputs=files, command=command,
     )  # fmt: skip
 
@@ -285,6 +250,13 @@ def _remount(kept: Errors, refitted: Errors) -> tuple[Remark, ...]:
     shift = tuple(Quantity(float(v)) for v in moved)
     mean, after = (Quantity(float(e.position.mean()) * e.factor) for e in (kept, refitted))
     return (Remark.of(Code.TARGET_REMOUNTED, x=shift[0], y=shift[1], z=shift[2], mean=mean, after=after),)
+
+
+def _tool_not_stated(machine: Model, found: Errors) -> tuple[Remark, ...]:
+    """A file that says nothing of the tool: its whole length stands in the errors, and nothing else would say so."""
+    own = machine.table
+    unknown = all(n in own.free and own[n].value == 0 and n not in found.fitted for n in TOOL)
+    return (Remark.of(Code.TOOL_NOT_STATED, names=", ".join(TOOL)),) if unknown else ()
 
 
 def _standing(
@@ -303,7 +275,7 @@ def _statistic(e: Errors | None, unit: str) -> Statistic | None:
         return None
     values = e.position * 1e3 if unit == "m" else np.degrees(e.angle)
     values = values * e.factor if np.isfinite(e.factor) else values
-    return Statistic.of(values, profiled=bool(e.fitted) or e.posed)
+    return Statistic.of(values, profiled=bool(e.fitted) or e.poses is not None)
 
 
 def _constant(data: DataSet) -> float | None:
@@ -323,11 +295,14 @@ def _constant(data: DataSet) -> float | None:
     return float(np.linalg.norm(values - others[place], axis=1).mean())
 
 
-def _poses(data: DataSet, mine: Errors, theirs: Errors | None) -> Listing:
-    """One row per measured position: its configuration and errors in mm."""
+def _poses(machine: Model, data: DataSet, mine: Errors, theirs: Errors | None) -> Listing:
+    """One row per measured position: its configuration, where the model has the tool there in base coordinates, and errors; mm."""
     ids = data.configurations.ids
     units = [ids[unit] for unit in mine.position_at]
-    columns = [Column("configuration", "", units), Column("error", "mm", mine.position * 1e3)]
+    places = 1e3 * tool_positions(machine, data, mine)[mine.position_at]
+    columns = [Column("configuration", "", units)]
+    columns += [Column(axis, "mm", places[:, i]) for i, axis in enumerate("xyz")]
+    columns.append(Column("error", "mm", mine.position * 1e3))
     if theirs is not None and len(theirs.position) == len(mine.position):
         columns.append(Column("against", "mm", theirs.position * 1e3))
     return Listing(tuple(columns))

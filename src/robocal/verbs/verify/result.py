@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import combinations
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -29,91 +29,44 @@ from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_datasets
 from robocal.files.display import display_unit, to_display
-from robocal.files.parts import SCHEMA, Document, Origin, provenance_of
+from robocal.files.parts import provenance_of
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
 from robocal.files.units import parse_unit
+from robocal.files.verification import Agreed, ErrorSpread, PosePair, SummaryDocument, VerifyDocument, Views
 from robocal.geometry import se3
 from robocal.measure.machine import Rig
-from robocal.quantities import Amount, DisplayUnit
+from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.verb_base import VerbResult
 
 __all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "summarise_groups", "verify_sources"]
 
-T = TypeVar("T")
 VIEWS = ("as measured", "relative to the first", "aligned", "aligned, another point")
 FARTHEST = 1e5  # m
 ID = "configuration.id"
 FEWEST = 2  # poses that several files have in common
+DRAWN = 24  # poses that are drawn; of more an even selection
 
 
 @record
 class PoseSource:
-    """Poses (k, 4, 4) by id."""
+    """Poses (k, 4, 4) by id, and the group of each where there are groups."""
 
     name: str
     ids: tuple[str, ...]
     poses: Array
+    groups: tuple[str, ...] | None = None
 
     def take(self, ids: tuple[str, ...]) -> PoseSource:
         """Those of some ids, in their order."""
         if self.ids == ids:  # of the same words only one copy stays
             return replace(self, ids=ids)
         where = {name: row for row, name in enumerate(self.ids)}
-        return replace(self, ids=ids, poses=self.poses[[where[i] for i in ids]])
-
-
-@record
-class ErrorSpread:
-    """The errors of one source in one view."""
-
-    unit: DisplayUnit
-    n: int
-    mean: Amount
-    sd: Amount | None
-    max: Amount
-
-
-@record
-class Agreed:
-    """Root mean squares of what two sources differ by, what each errs by itself (null: none left), and the two that share an error."""
-
-    unit: str
-    apart: dict[str, float]
-    own: dict[str, float]
-    shared: list[str] | None
-
-
-@record
-class PosePair(Generic[T]):
-    """The same of positions and of orientations."""
-
-    position: T
-    orientation: T
-
-
-@record(kw_only=True)
-class VerifyDocument(Document):
-    """verify.json."""
-
-    reference: str
-    poses: tuple[str, ...]
-    sources: dict[str, dict[str, PosePair[ErrorSpread]]]
-    anova: dict[str, PosePair[Anova]]
-    agreement: PosePair[Agreed] | None
-    provenance: Origin
-
-
-@record(kw_only=True)
-class SummaryDocument:
-    """What --summary prints."""
-
-    robocal: int = SCHEMA
-    groups: tuple[str, ...]
-    anova: dict[str, Anova]
-    provenance: Origin
+        rows = [where[i] for i in ids]
+        groups = None if self.groups is None else tuple([self.groups[r] for r in rows])
+        return replace(self, ids=ids, poses=self.poses[rows], groups=groups)
 
 
 @record(kw_only=True, eq=False)
@@ -123,7 +76,9 @@ class PoseComparison(VerbResult):
     @property
     def head(self) -> dict[str, Any]:
         """The same of poses and of groups."""
-        return {"title": "Poses against an external instrument", "kind": "Verification"}
+        from robocal.report.verification import verification_head
+
+        return verification_head()
 
     def texts(self) -> Mapping[str, str | bytes]:
         """The document."""
@@ -138,6 +93,7 @@ class Verified(PoseComparison):
     reference: PoseSource
     sources: tuple[PoseSource, ...]
     errors: tuple[dict[str, PoseErrors], ...]
+    motions: tuple[Array | None, ...]  # of every source, that align it best
 
     @cached_property
     def anova(self) -> dict[str, PosePair[Anova]]:
@@ -149,22 +105,61 @@ class Verified(PoseComparison):
         return {v: PosePair(*(_of([getattr(e[v], what) for e in self.errors]) for what in both)) for v in views}
 
     @cached_property
-    def spreads(self) -> dict[str, dict[str, PosePair[ErrorSpread]]]:
+    def spreads(self) -> dict[str, Views]:
         """The errors of every source in every view, in mm and deg."""
+        return {s.name: _spreads(of) for s, of in zip(self.sources, self.errors, strict=True)}
+
+    @cached_property
+    def between(self) -> dict[str, Views]:
+        """What every two sources differ by."""
+        views = {VIEWS[0]: errors, VIEWS[1]: relative}
         return {
-            s.name: {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
-            for s, of in zip(self.sources, self.errors, strict=True)
+            f"{a.name} - {b.name}": _spreads({v: way(a.poses, b.poses) for v, way in views.items()})
+            for a, b in combinations(self.sources, 2)
         }
+
+    @cached_property
+    def lists(self) -> dict[str, dict[str, Views]]:
+        """The errors of every source by the groups of the reference's poses, in every view; of more groups than are drawn, none."""
+        names = list(dict.fromkeys(g for g in self.reference.groups or () if g))
+        if not 1 < len(names) <= DRAWN:
+            return {}
+        label = np.array(self.reference.groups, dtype=object)
+        out: dict[str, dict[str, Views]] = {}
+        for name in names:
+            for source, views in zip(self.sources, self.errors, strict=True):
+                rows = {v: label[len(label) - len(e.position) :] == name for v, e in views.items()}
+                some = {v: PoseErrors(e.position[rows[v]], e.orientation[rows[v]]) for v, e in views.items()}
+                out.setdefault(name, {})[source.name] = _spreads({v: e for v, e in some.items() if len(e.position)})
+        return out
+
+    @cached_property
+    def places(self) -> Listing:
+        """Some poses of the reference, and how far every source is from them as measured and aligned, in mm."""
+        count = len(self.reference.ids)
+        rows = np.unique(np.linspace(0, count - 1, min(count, DRAWN)).round().astype(int))
+        at, parts = self.reference.poses[rows], []
+        for source, motion in zip(self.sources, self.motions, strict=True):
+            for view, a in ((VIEWS[0], np.eye(4)), (VIEWS[2], motion)):
+                if a is not None:
+                    apart = (a @ source.poses[rows])[:, :3, 3] - at[:, :3, 3]
+                    parts.append((source.name, view, np.hstack([at[:, :3, 3], apart])))
+        columns = [Column("source", "", [name for name, *_ in parts for _ in rows])]
+        columns += [Column("view", "", [view for _, view, _ in parts for _ in rows])]
+        columns += [Column("id", "", [self.reference.ids[i] for _ in parts for i in rows])]
+        numbers = 1e3 * np.concatenate([p for *_, p in parts])
+        columns += [Column(n, "mm", numbers[:, i]) for i, n in enumerate(("x", "y", "z", "dx", "dy", "dz"))]
+        return Listing(tuple(columns))
 
     @cached_property
     def agreement(self) -> PosePair[Agreed] | None:
         """Of two sources and the reference, in mm and deg."""
-        if len(self.sources) != 2 or any("aligned" not in e for e in self.errors):
+        aligned = [a @ s.poses for a, s in zip(self.motions, self.sources, strict=True) if a is not None]
+        if len(self.sources) != 2 or len(aligned) != 2:
             return None
-        one, two = (align_poses(s.poses, self.reference.poses) for s in self.sources)
-        between = errors(one[1] @ self.sources[0].poses, two[1] @ self.sources[1].poses)
-        pairs = list(zip(between.rms, one[0].rms, two[0].rms, strict=True))
-        names = [*(s.name for s in self.sources), self.reference.name]
+        (one, two), between = self.sources, errors(*aligned)
+        pairs = list(zip(between.rms, *(e[VIEWS[2]].rms for e in self.errors), strict=True))
+        names = [one.name, two.name, self.reference.name]
         return PosePair(*(_agreement(agreement(p), names, unit) for p, unit in zip(pairs, ("m", "rad"), strict=True)))
 
     @property
@@ -175,6 +170,9 @@ class Verified(PoseComparison):
             reference=self.reference.name,
             poses=self.reference.ids,
             sources=self.spreads,
+            between=self.between,
+            lists=self.lists,
+            places=self.places,
             anova=self.anova,
             agreement=self.agreement,
         )  # fmt: skip
@@ -185,18 +183,23 @@ class AnovaResult(PoseComparison):
     """Groups by their means and standard deviations, and the analysis of variance of every quantity."""
 
     groups: tuple[str, ...]
+    means: Listing
     anova: dict[str, Anova]
 
     @property
     def document(self) -> SummaryDocument:
         """What --json says."""
         origin = provenance_of(self.command, self.inputs)
-        return SummaryDocument(groups=self.groups, anova=self.anova, provenance=origin)
+        return SummaryDocument(groups=self.groups, means=self.means, anova=self.anova, provenance=origin)
 
 
 def _spread(values: Array, unit: str) -> ErrorSpread:
     sd = float(values.std(ddof=1)) if len(values) > 1 else None
     return to_display(ErrorSpread, (unit, len(values), float(values.mean()), sd, float(values.max())))
+
+
+def _spreads(views: Mapping[str, PoseErrors]) -> Views:
+    return {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in views.items()}
 
 
 def _agreement(found: Agreement, names: Sequence[str], si: str) -> Agreed:
@@ -228,8 +231,10 @@ def _read(place: str) -> tuple[PoseSource, tuple[InputFile, ...], tuple[Remark, 
         message = "a position too far away for any machine"
         raise FormatError(message, file=place, key=ids[at], found=f"{away[at]:.3g} m", expected=expected)
     values, files, warnings = obs.value, reading.files, reading.warnings
+    of = reading.dataset.configurations.groups
+    groups = None if of is None else tuple([of[c] for c in obs.configuration])
     del reading, seen, obs  # what else was read of many rows goes before their poses come
-    return PoseSource(Path(place).stem, ids, se3.from_vector(values)), files, warnings
+    return PoseSource(Path(place).stem, ids, se3.from_vector(values), groups), files, warnings
 
 
 def _common(every: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
@@ -262,13 +267,14 @@ def verify_sources(reference: str, places: Sequence[str], command: str = "") -> 
     said = [r for _, _, warnings in read for r in warnings]
     if left:
         said.append(Remark.of(Code.POSES_NOT_IN_ALL, count=left, both=len(both)))
-    views = tuple(_views(s.poses, first.poses) for s in sources)
+    views, motions = zip(*(_views(s.poses, first.poses) for s in sources), strict=True)
     doubts = [d for s, e in zip(sources, views, strict=True) if (d := _doubt(s, first, e)) is not None]
     inputs = tuple(i for _, inputs, _ in read for i in inputs)
     return Verified(
         reference=first,
         sources=tuple(sources),
         errors=views,
+        motions=motions,
         warnings=tuple(said),
         reasons=tuple(doubts),
         inputs=inputs,
@@ -291,12 +297,14 @@ def _doubt(source: PoseSource, reference: PoseSource, views: Mapping[str, PoseEr
     return Remark.of(CODES[found.cause], **names, left=left, spread=spread, factor=found.factor)
 
 
-def _views(found: Array, reference: Array) -> dict[str, PoseErrors]:
-    out = {VIEWS[0]: errors(found, reference), VIEWS[1]: relative(found, reference)}
-    for view, point, least in ((VIEWS[2], False, 3), (VIEWS[3], True, 5)):
-        if len(found) >= least:
-            out[view] = align_poses(found, reference, point=point)[0]
-    return out
+def _views(found: Array, reference: Array) -> tuple[dict[str, PoseErrors], Array | None]:
+    """Errors by view, and the motion that aligns best."""
+    out, motion = {VIEWS[0]: errors(found, reference), VIEWS[1]: relative(found, reference)}, None
+    if len(found) >= 3:
+        out[VIEWS[2]], motion, _ = align_poses(found, reference)
+    if len(found) >= 5:
+        out[VIEWS[3]], *_ = align_poses(found, reference, point=True)
+    return out, motion
 
 
 def summarise_groups(place: str, command: str = "") -> AnovaResult:
@@ -317,7 +325,7 @@ def summarise_groups(place: str, command: str = "") -> AnovaResult:
             raise table.fail("a group is named twice", i, "group", found=name, expected="one row for each group")
     if len(groups) < 2:
         raise table.fail("one group alone cannot be compared", None, "group", found=len(groups), expected="2 or more")
-    found = {}
+    found, columns = {}, [Column("group", "", groups), Column("n", "", counts.astype(int))]
     for q in quantities:
         both = [f"{q}_mean", f"{q}_sd"]
         factor = [1.0 if (u := table.unit(c)) is None else parse_unit(u, file=place, column=c).factor for c in both]
@@ -325,7 +333,9 @@ def summarise_groups(place: str, command: str = "") -> AnovaResult:
             message, unit = "one of two columns has a unit", str(table.unit(both[1]))
             raise table.fail(message, None, both[1], found=unit, expected="both, or neither")
         mean, spread = (table.numbers(both) * np.array(factor)).T
+        unit = table.unit(both[0]) or ""
+        columns += [Column(c, unit, v / factor[0]) for c, v in zip(both, (mean, spread), strict=True)]
         table.insist(spread >= 0, [f"{q}_sd"], "a standard deviation is not negative", spread, expected="0 or above")
         found[q] = anova(mean.tolist(), spread.tolist(), counts.astype(int).tolist())
     read = (InputFile(Path(place), table.sha256),)
-    return AnovaResult(groups=groups, anova=found, inputs=read, command=command)
+    return AnovaResult(groups=groups, means=Listing(tuple(columns)), anova=found, inputs=read, command=command)
