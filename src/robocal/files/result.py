@@ -27,6 +27,7 @@ from robocal.files.parts import InputHash, Number, RemarkPart, RowsLeftOut
 from robocal.files.plain import json_text, plain
 from robocal.files.text import FORBIDDEN, forbidden_part
 from robocal.prove.frame_poses import LocatedFrame
+from robocal.prove.passes import Passes
 from robocal.prove.statistics import Coverage, Stages, Statistic
 from robocal.quantities import Amount, DisplayUnit, OwnUnit, Value
 
@@ -193,7 +194,8 @@ class SensorGroup:
 
 @record(kw_only=True)
 class FitReport:
-    """How the solver came to its end."""
+    """How the solver came to its end; history is the cost, passes what stood after every pass, filtered after every configuration that a
+    filter took in."""
 
     iterations: int
     reason: str
@@ -202,6 +204,8 @@ class FitReport:
     dof: Number = None
     groups: list[SensorGroup] = field(default_factory=list)
     sigma_source: str = ""
+    passes: Passes | None = None
+    filtered: Passes | None = None
 
 
 @record(kw_only=True)

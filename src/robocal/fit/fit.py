@@ -25,8 +25,9 @@ from robocal.estimate.elimination import Squares, spare_numbers, squares
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
+from robocal.estimate.trail import Trail
 from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
-from robocal.fit.estimators import estimator
+from robocal.fit.estimators import Estimate, estimator
 from robocal.fit.limits import FRAME_NEVER_TURNED, FRAME_TURNED
 from robocal.fit.noise import NoiseGroup, Tau, apply_noise, assess, noise_dof, same_tau, tau_of, under
 from robocal.fit.options import Options
@@ -75,6 +76,9 @@ class Fit:
     notes: tuple[Remark, ...] = ()
     # Scales of instruments that were known, by what they may be off.
     scale_errors: Mapping[str, float] = field(default_factory=dict)
+    # Where it stood after its passes, and a filter after its configurations.
+    passes: Trail | None = None
+    filtered: Trail | None = None
 
     @property
     def uncertainty(self) -> Uncertainty:
@@ -148,12 +152,14 @@ def fit(
         raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
     method = estimator(options.method, options.loss)
     if method.blind:
-        solution = method.run(candidate, start, options, watch).solution
+        found = method.run(candidate, start, options, watch)
+        solution = found.solution
         groups = assess(stated, candidate, solution.x, configurations, len(names))
         # A step taken blindly deserves a covariance in units of what it left behind.
         tau = tau_of(g for g in groups if g.stated is None)
         candidate = problem_at(tau)
-        return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), apply_noise(stated, tau))
+        final, data = analyse(candidate, solution.x), apply_noise(stated, tau)
+        return Fit(candidate, solution, final, tuple(groups), data, passes=found.passes)
     few, own = subsample(model, stated, configurations)
     near_by = start
     if few is not stated:  # of many rows a part says about where the soft fit of all ends
@@ -184,7 +190,8 @@ def fit(
                 found = method.run(chosen, near(chosen, begin), options, watch)
                 solution = found.solution
         if method.restarts and not solution.reasons[0].converged:
-            solution, restarted = _restart(chosen, start, solution, options), RESTARTS
+            found, restarted = _restart(chosen, start, found, options), RESTARTS
+            solution = found.solution
         groups = assess(stated, chosen, solution.x, configurations, effective_columns(chosen, solution.x))
         new = tau_of(groups)
         if same_tau(new, tau, 1e-3):
@@ -197,8 +204,9 @@ def fit(
         # The report speaks of the set that was fitted.
         final = replace(final, fitted=seen)
     return Fit(
-        chosen, solution, final, tuple(groups), apply_noise(stated, tau), restarted, found.covariance, found.notes
-    )
+        chosen, solution, final, tuple(groups), apply_noise(stated, tau), restarted, found.covariance, found.notes,
+        passes=found.passes, filtered=found.filtered,
+    )  # fmt: skip
 
 
 def frame_names(model: Model, problem: Problem) -> tuple[str, ...]:
@@ -337,7 +345,7 @@ def _large_errors(
     return new, solution.x
 
 
-def _restart(problem: Problem, start: Array, first: Solution, options: Options) -> Solution:
+def _restart(problem: Problem, start: Array, first: Estimate, options: Options) -> Estimate:
     """Deterministic multi-start around the baseline: one batch, the cheapest wins."""
     rng = np.random.default_rng(options.seed)
     x = np.repeat(start, RESTARTS, axis=0)
@@ -345,6 +353,7 @@ def _restart(problem: Problem, start: Array, first: Solution, options: Options) 
     many = least_squares(problem, moved, max_iterations=options.max_iterations)
     cost = np.where(np.isfinite(many.cost), many.cost, np.inf)
     best = int(np.argmin(cost))
-    if not cost[best] < first.cost[0]:
+    if not cost[best] < first.solution.cost[0]:
         return first
-    return least_squares(problem, many.x[[best]], max_iterations=options.max_iterations)
+    passes, most = Trail(), options.max_iterations
+    return Estimate(least_squares(problem, many.x[[best]], max_iterations=most, trail=passes), passes=passes)

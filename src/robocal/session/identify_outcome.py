@@ -90,7 +90,7 @@ def to_result(
         identifiability=_identifiability(found, robot),
         residuals=_residuals(found),
         pose_from_lengths=_pose_from_lengths(found),
-        fit=_fit(found),
+        fit=_fit(found, robot),
         split=_split(found),
         prediction=_prediction_part(found),
         working_range=_range_part(found),
@@ -160,10 +160,10 @@ def _pose_from_lengths(found: Identification[Model]) -> files.PoseFromLengths | 
     )
 
 
-def _fit(found: Identification[Model]) -> files.FitReport:
+def _fit(found: Identification[Model], robot: Opened[Any]) -> files.FitReport:
     sources = list(dict.fromkeys(g.sigma_source for g in found.groups))
     ends = describe_end(found.options.method, found.reason)[0]
-    return to_display(files.FitReport, found, reason=ends, sigma_source=", ".join(sources))
+    return to_display(files.FitReport, found, robot.units, reason=ends, sigma_source=", ".join(sources))
 
 
 def _prediction_part(found: Identification[Model]) -> evidence.Prediction | None:
