@@ -48,7 +48,7 @@ def _convergence(result: Any) -> Iterator[Block | None]:
         "The cost is half the sum of squared residuals, each divided by its sigma. A line that flattens has converged; one that "
         "still falls at the end has not."
     )
-    shown = [Figure(s, caption) for s in [pictures.convergence(costs, range(len(costs)), "cost")] if s]
+    shown = [Figure(s, caption) for s in [pictures.convergence(costs)] if s]
     if fit.passes is not None:
         errors, unit = fit.passes.greatest_error, fit.passes.unit
         svg = pictures.convergence(errors, fit.passes.after, "greatest error", unit, "greatest-error") if errors else ""

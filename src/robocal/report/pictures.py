@@ -131,8 +131,10 @@ def _scatter(
     return parts, f"{said} {_describe(series, unit)} {share}".strip()
 
 
-def convergence(values: Sequence[float], at: Sequence[int], what: str, unit: str = "", key: str = "convergence") -> str:
-    """A cost or an error after iterations `at`, logarithmic; empty text when there is no line to draw."""
+def convergence(
+    values: Sequence[float], at: Sequence[int] = (), what: str = "cost", unit: str = "", key: str = "convergence"
+) -> str:
+    """A cost or an error after iterations `at` (after each), logarithmic; empty text when there is no line to draw."""
     if len(values) < 2 or min(values) <= 0:
         return ""
     top = max(values)
@@ -140,6 +142,7 @@ def convergence(values: Sequence[float], at: Sequence[int], what: str, unit: str
     if around is None:
         return ""
     width, height, left, right, bottom, head = 460.0, 250.0, 62.0, 446.0, 206.0, 34.0
+    at = at or range(len(values))
     x = AxisScale(at[0], at[-1], left + 10, right - 8)
     y = AxisScale(*around, bottom, head, log=True)
     places = [(x(i), y(c)) for i, c in zip(at, values, strict=True)]

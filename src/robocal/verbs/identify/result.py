@@ -38,6 +38,7 @@ from robocal.prove.identify import Identification
 from robocal.prove.place_bands import TURN, between
 from robocal.prove.region import SAMPLES, region_of_limits
 from robocal.prove.split import default_hold_out, make_split
+from robocal.session.compared_rows import comparison_columns
 from robocal.session.opened import Opened
 from robocal.session.watching import Watch
 
@@ -154,24 +155,27 @@ def with_groups(
 
 def beside(
     opened: Opened[Any], data: DataSet, found: Identification[Any], o: Any, solved: tuple[Options, float], watch: Watch | None
-) -> tuple[Layer | None, dict[str, Any]]:  # fmt: skip
+) -> tuple[Layer | None, dict[str, Any], dict[str, list[Any]]]:  # fmt: skip
     """The residual layer on top of an identification and what a result says beside it, where the options of the verb ask for them: the
-    layer, and the methods side by side, in mm or deg. `solved` are the options and seconds of the identification."""
+    layer, and the methods side by side, in mm or deg; and the columns of comparison.csv. `solved` are the options and seconds of the
+    identification."""
     more: dict[str, Any] = {}
+    columns: dict[str, list[Any]] = {}
     if opened.arm is None:
-        return None, more
+        return None, more, columns
     if methods := methods_of(o.compare, o.method):
         from robocal.prove.compare import compare
 
         known = (found, solved[1])
         compared = compare(opened.machine, data, methods, solved[0], known=known, watch=watch)
-        more["comparison"] = to_display(files.Comparison, compared)
+        more["comparison"], columns = to_display(files.Comparison, compared), comparison_columns(compared)
     if not o.layer:
-        return None, more
+        return None, more, columns
     guarded = guard_layer(found, data, watch)
     reason, points = guarded.reason, 0 if guarded.layer is None else len(guarded.layer.points)
     said = {"reason": str(reason), "code": reason.code, "used": guarded.layer is not None, "n": guarded.rows}
-    return guarded.layer, more | {"layer": to_display(files.LayerSummary, guarded, points=points, **said)}
+    more["layer"] = to_display(files.LayerSummary, guarded, points=points, **said)
+    return guarded.layer, more, columns
 
 
 def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None = None) -> Guarded:
