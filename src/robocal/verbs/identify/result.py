@@ -38,7 +38,6 @@ from robocal.prove.identify import Identification
 from robocal.prove.place_bands import TURN, between
 from robocal.prove.region import SAMPLES, region_of_limits
 from robocal.prove.split import default_hold_out, make_split
-from robocal.session.compared_rows import comparison_columns
 from robocal.session.opened import Opened
 from robocal.session.watching import Watch
 
@@ -165,6 +164,7 @@ def beside(
         return None, more, columns
     if methods := methods_of(o.compare, o.method):
         from robocal.prove.compare import compare
+        from robocal.session.compared_rows import comparison_columns
 
         known = (found, solved[1])
         compared = compare(opened.machine, data, methods, solved[0], known=known, watch=watch)
