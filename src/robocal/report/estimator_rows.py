@@ -6,22 +6,22 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from robocal._types import Array, Bools
+from robocal._types import Array, Bools, Ints
 from robocal.report import svg
 from robocal.report.numbers import significant, unit_text, with_unit
 from robocal.report.sections import Figure, Mark
-from robocal.report.series import is_held_out, numbers
+from robocal.report.series import is_held_out, numbers, ordinals
 from robocal.report.svg import AxisScale, drawing, label, line, points
 
 __all__ = ["side_by_side"]
 
 Columns = Mapping[str, Sequence[object]]
 WORDS = ("configuration", "set", "group", "kind", "target", "component", "unit")
-MOST = 6  # components
-ROWS = 120  # of a panel: it is hardly wider in px
+MOST = 8  # components
+ROWS = 120  # marks of a panel: it is hardly wider in px
 WIDTH, HIGH, LEFT, HEAD, GAP, FOOT = 940.0, 84.0, 70.0, 44.0, 30.0, 40.0
 FAR = 5.0  # times the error of the best: who leaves more does not decide the scale
-TITLE = "What each leaves, by component and row"
+TITLE = "What each leaves, by component and configuration"
 MARKS: tuple[tuple[Mark, str], ...] = (
     ("after", "seen by the fit"),
     ("held", "held out"),
@@ -30,14 +30,15 @@ MARKS: tuple[tuple[Mark, str], ...] = (
 
 
 def side_by_side(columns: Columns) -> Figure | None:
-    """A panel for each component (down) and estimator (across), signed errors over the rows, of the columns of comparison.csv; None where
-    there are none."""
+    """A panel for each component (down) and estimator (across): signed errors over the configurations, from the columns of
+    comparison.csv; None where there are none."""
     methods = [name for name in columns if name not in WORDS]
     said = [f"{c}\0{u}" for c, u in zip(columns["component"], columns["unit"], strict=True)]
     shown = list(dict.fromkeys(said))[:MOST]
     if not methods or not shown:
         return None
-    values, held = {m: numbers(columns, m) for m in methods}, is_held_out(columns)
+    values, held, places = {m: numbers(columns, m) for m in methods}, is_held_out(columns), ordinals(columns)
+    last = int(places.max())
     each = (WIDTH - LEFT) / len(methods)
     parts, told, marks, most = [], [], set[str](), 0
     for row, name in enumerate(shown):
@@ -52,9 +53,9 @@ def side_by_side(columns: Columns) -> Figure | None:
         parts.append(label(4, top - 8, ", ".join(t for t in (component, unit_text(unit)) if t), "strong"))
         for column, (m, e, r) in enumerate(zip(methods, errors, rms, strict=True)):
             left = LEFT + column * each
-            x = AxisScale(0.5, len(e) + 0.5, left, left + each - 14)
+            x = AxisScale(0.5, last + 0.5, left, left + each - 14)
             parts += _grid(y, x, column == 0)
-            drawn, kinds = _marks(x, y, e, held[own])
+            drawn, kinds = _marks(x, y, places[own], e, held[own])
             parts.append(drawn)
             marks |= kinds
             size = with_unit(significant(r, 2), unit)
@@ -63,11 +64,11 @@ def side_by_side(columns: Columns) -> Figure | None:
             if row == 0:
                 parts.append(label(left, top - 26, m, "strong"))
             if row == len(shown) - 1:
-                ticks = [t for t in svg.nice_ticks(1, max(len(e), 2), 3) if 1 <= t <= len(e)]
-                parts.append(svg.count_axis(x, ticks, y.start, (left, x.end), "row"))
+                ticks = [t for t in svg.nice_ticks(1, max(last, 2), 3) if 1 <= t <= last]
+                parts.append(svg.count_axis(x, ticks, y.start, (left, x.end), "configuration"))
     height = HEAD + len(shown) * (HIGH + GAP) - GAP + FOOT
     made = drawing(WIDTH, height, parts, title=TITLE, text=f"{'; '.join(told)}.", key="estimators", cls="wide")
-    thin = f" Of {most} rows some are drawn, at even steps." if most > ROWS else ""
+    thin = f" Of {most} errors some are drawn, at even steps." if most > ROWS else ""
     caption = f"Signed errors, in the axes of the instrument, on one scale in each line; numbers: comparison.csv.{thin}"
     return Figure(made, caption, TITLE, tuple((key, word) for key, word in MARKS if key in marks))
 
@@ -81,12 +82,12 @@ def _grid(y: AxisScale, x: AxisScale, first: bool) -> list[str]:
     return parts
 
 
-def _marks(x: AxisScale, y: AxisScale, errors: Array, held: Bools) -> tuple[str, set[str]]:
+def _marks(x: AxisScale, y: AxisScale, places: Ints, errors: Array, held: Bools) -> tuple[str, set[str]]:
     """The marks of a panel, and which of them it has."""
     some = np.flatnonzero(np.isfinite(errors))
     some = some[:: max(1, -(-len(some) // ROWS))]
     far = np.abs(errors[some]) > y.high
-    at = np.stack([x.many(some + 1), y.many(np.clip(errors[some], y.low, y.high))], axis=1)
+    at = np.stack([x.many(places[some]), y.many(np.clip(errors[some], y.low, y.high))], axis=1)
     kinds = {"after": ~held[some] & ~far, "held": held[some] & ~far, "aside": far}
     return "".join(points(at[k].tolist(), key) for key, k in kinds.items() if k.any()), {
         key for key, k in kinds.items() if k.any()

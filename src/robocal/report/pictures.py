@@ -151,7 +151,7 @@ def convergence(
     if len(values) <= 60:
         parts.append(points(places, "after"))
     first, last = (with_unit(significant(v), unit) for v in (values[0], values[-1]))
-    said = f"The {what} goes from {first} to {last} in {at[-1]} iterations."
+    said = f"The {what} {'falls' if values[-1] < values[0] else 'goes'} from {first} to {last} in {at[-1]} iterations."
     return drawing(width, height, parts, title=f"{what.capitalize()} after each iteration", text=said, key=key)
 
 

@@ -26,8 +26,8 @@ def comparison_columns(compared: MethodComparison) -> dict[str, list[Any]]:
         own = (first.configuration[i], "held_out" if first.held_out[i] else "fit", first.group[i], first.kind[i])
         for start, stop, si in parts:
             unit, width = display_unit(si), stop - start
-            names = NAMES.get((si, width)) or tuple(str(k + 1) if width > 1 else "error" for k in range(width))
-            some = [k for k in range(width) if not np.isnan(first.after[i, start + k])]
+            names = NAMES.get((si, width)) or ((first.kind[i],) if width == 1 else tuple(map(str, range(1, width + 1))))
+            some = np.flatnonzero(np.isfinite(first.after[i, start:stop])).tolist()
             words += [(*own, first.target[i], names[k], unit.name) for k in some]
             at += [(i, start + k) for k in some]
             factors += [1.0 / unit.factor] * len(some)

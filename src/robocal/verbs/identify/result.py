@@ -160,8 +160,6 @@ def beside(
     identification."""
     more: dict[str, Any] = {}
     columns: dict[str, list[Any]] = {}
-    if opened.arm is None:
-        return None, more, columns
     if methods := methods_of(o.compare, o.method):
         from robocal.prove.compare import compare
         from robocal.session.compared_rows import comparison_columns
