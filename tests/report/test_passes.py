@@ -58,7 +58,7 @@ def test_passes_begin_at_nominal_and_end_at_the_result(files, method, tmp_path):
     # As many panels as the bound says, each with a value for every pass.
     lines = lines_of(svg_of(page, "passes"))
     assert len(lines) == min(PANELS, len(passes["parameters"])) and {len(at) for at in lines} == {len(passes["after"])}
-    assert (result["fit"]["filtered"] is not None) == (method == "ekf") == (svg_of(page, "filtered") is not None)
+    assert (result["fit"]["filter"] is not None) == (method == "ekf") == (svg_of(page, "filter-rows") is not None)
 
 
 @pytest.mark.parametrize("files", [ARM, pytest.param(CABLES, marks=pytest.mark.slow)])
@@ -83,18 +83,24 @@ def test_the_greatest_error_is_that_of_the_rows(files, tmp_path):
 def test_the_band_of_a_filter_ends_at_the_interval_that_is_told(files, tmp_path):
     """Of the filter alone, without further passes: its covariance is that of the result."""
     result, page, _ = ran(tmp_path, files, "--method", "ekf", "--iterations", "1")
-    known, filtered = {p["name"]: p for p in result["parameters"]}, result["fit"]["filtered"]
+    known, seen_by_filter = {p["name"]: p for p in result["parameters"]}, result["fit"]["filter"]
     split = result["split"]
     fitted = len(split["fit"]) + len(split["held_out"])  # what is handed back is fitted to everything
-    assert filtered["after"][0] == 0 and filtered["after"][-1] == fitted and len(filtered["after"]) <= 42
-    assert filtered["greatest_error"] == []
-    for p in filtered["parameters"]:
+    assert (
+        seen_by_filter["after"][0] == 0 and seen_by_filter["after"][-1] == fitted and len(seen_by_filter["after"]) <= 42
+    )
+    assert seen_by_filter["greatest_error"] == []
+    for p in seen_by_filter["parameters"]:
         low, high = known[p["name"]]["interval"]
         assert p["change"][-1] == pytest.approx(known[p["name"]]["delta"], rel=1e-9)
         assert p["band"][-1] == pytest.approx((high - low) / 2, rel=1e-6) and p["band"][0] > p["band"][-1]
-        assert len(p["band"]) == len(p["change"]) == len(filtered["after"])
-    svg = svg_of(page, "filtered")
-    assert svg.count('class="expected"') == svg.count('class="mark held"') == min(PANELS, len(filtered["parameters"]))
+        assert len(p["band"]) == len(p["change"]) == len(seen_by_filter["after"])
+    svg = svg_of(page, "filter-rows")
+    assert (
+        svg.count('class="expected"')
+        == svg.count('class="mark held"')
+        == min(PANELS, len(seen_by_filter["parameters"]))
+    )
 
 
 def test_every_estimator_stands_beside_the_others_by_component_and_configuration(tmp_path):

@@ -23,7 +23,7 @@ from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
-from robocal.estimate.trail import Trail
+from robocal.estimate.trail import Trail, keep
 from robocal.progress import Watch, tell
 
 __all__ = ["Filtered", "kalman", "stack_filter"]
@@ -145,8 +145,7 @@ def stack_filter(
     for count in range(passes + 1):
         lin = problem.linearize(x)
         history.append(0.5 * float(lin.r @ lin.r))
-        if trail is not None:
-            trail.add(count, x[0])
+        keep(trail, count, x[0])
         tell(watch, "iterate", iteration=count, cost=history[-1], active=1)
         within = tolerance is not None and bool(problem.greatest_error(x)[0] <= tolerance)
         if within or count == passes or not np.isfinite(history[-1]):

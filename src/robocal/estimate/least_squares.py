@@ -30,7 +30,7 @@ from robocal.errors import ModelError, one_of
 from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Normal
-from robocal.estimate.trail import Trail
+from robocal.estimate.trail import Trail, keep
 from robocal.progress import Watch, tell
 
 __all__ = ["METHODS", "Reason", "Solution", "least_squares"]
@@ -204,8 +204,7 @@ def _descend(
     lam[:], grow[:] = damping, GROW
     first = normal.cost.copy()
     history = [first]
-    if trail is not None:
-        trail.add(0, x[0])
+    keep(trail, 0, x[0])
     steps = Steps(problem, batch, tolerances, damping > 0.0)
     moved = (steps.step, *steps.local[: len(problem.families)])
     bounded, robust = problem.has_bounds, problem.loss != "none" and damping > 0
@@ -325,8 +324,7 @@ def _pseudo_inverse(
         lin = problem.linearize(x)
         cost = 0.5 * float(lin.r @ lin.r)
         history.append([cost])
-        if trail is not None:
-            trail.add(count, x[0])
+        keep(trail, count, x[0])
         tell(watch, "iterate", iteration=count, cost=cost, active=1)
         if not np.isfinite(cost):
             reason = Reason.NOT_FINITE

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from robocal._types import Array
 
-__all__ = ["Trail"]
+__all__ = ["Trail", "keep"]
 
 
 class Trail:
@@ -38,3 +38,9 @@ class Trail:
             even = [i for i, n in enumerate(self.at) if n % self._step == 0]
             self.at, self.x = [self.at[i] for i in even], [self.x[i] for i in even]
             self.covariance = [self.covariance[i] for i in even] if self.covariance else []
+
+
+def keep(trail: Trail | None, count: int, x: Array, covariance: Array | None = None) -> None:
+    """Tells a trail, where there is one, where it stands."""
+    if trail is not None:
+        trail.add(count, x, covariance)

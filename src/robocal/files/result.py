@@ -26,8 +26,8 @@ from robocal.files.evidence_parts import (
 from robocal.files.parts import InputHash, Number, RemarkPart, RowsLeftOut
 from robocal.files.plain import json_text, plain
 from robocal.files.text import FORBIDDEN, forbidden_part
+from robocal.prove.course import Passes
 from robocal.prove.frame_poses import LocatedFrame
-from robocal.prove.passes import Passes
 from robocal.prove.statistics import Coverage, Stages, Statistic
 from robocal.quantities import Amount, DisplayUnit, OwnUnit, Value
 
@@ -194,7 +194,7 @@ class SensorGroup:
 
 @record(kw_only=True)
 class FitReport:
-    """How the solver came to its end; history is the cost, passes what stood after every pass, filtered after every configuration that a
+    """How the solver came to its end; history is the cost, passes what stood after every pass, filter after every configuration that a
     filter took in."""
 
     iterations: int
@@ -205,7 +205,7 @@ class FitReport:
     groups: list[SensorGroup] = field(default_factory=list)
     sigma_source: str = ""
     passes: Passes | None = None
-    filtered: Passes | None = None
+    filter: Passes | None = None
 
 
 @record(kw_only=True)

@@ -48,7 +48,7 @@ class Estimate:
     covariance: Array | None = None
     notes: tuple[Remark, ...] = ()
     passes: Trail | None = None
-    filtered: Trail | None = None
+    filter: Trail | None = None
 
 
 Run = Callable[[Problem, Array, Options, Watch | None], Estimate]
@@ -110,7 +110,7 @@ def _filter(problem: Problem, start: Array, options: Options, watch: Watch | Non
     passes = Trail(first=(start[0], first.x[0]))
     if options.max_iterations == 1:
         solved = _solution(problem, first.x, history, Reason.FILTERED)
-        return Estimate(solved, first.covariance, passes=passes, filtered=rows)
+        return Estimate(solved, first.covariance, passes=passes, filter=rows)
     left, tolerance = options.max_iterations - 1, options.tolerance
     settling = Trail(first=(start[0],))
     more = least_squares(held, first.x, max_iterations=left, tolerance=tolerance, watch=watch, trail=settling)
@@ -120,7 +120,7 @@ def _filter(problem: Problem, start: Array, options: Options, watch: Watch | Non
         solved = _solution(problem, first.x, history, Reason.ITERATIONS)
         return Estimate(solved, first.covariance, (note,), passes, rows)
     history += list(more.history[1:])
-    return Estimate(_solution(problem, more.x, history, more.reasons[0]), passes=settling, filtered=rows)
+    return Estimate(_solution(problem, more.x, history, more.reasons[0]), passes=settling, filter=rows)
 
 
 def _particles(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
@@ -137,7 +137,7 @@ def _particles(problem: Problem, start: Array, options: Options, watch: Watch | 
     found = _solution(problem, cloud.mean, history, Reason.FILTERED)
     if before.passes is not None:
         before.passes.add(len(history) - 1, cloud.mean[0], last=True)
-    return Estimate(found, cloud.covariance, (*before.notes, *gaussian, *stuck), before.passes, before.filtered)
+    return Estimate(found, cloud.covariance, (*before.notes, *gaussian, *stuck), before.passes, before.filter)
 
 
 def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:

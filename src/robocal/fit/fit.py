@@ -1,7 +1,6 @@
 """One fit: how large the noise is, what can be seen above it, and the parameters.
 
-    1 noise    everything that is free, each column held softly at ten times its expected error: what remains is the
-    noise
+    1 noise    everything that is free, each column held softly at ten times its expected error; noise is what remains
     2 select   the columns that are seen above that noise; the others stay where they are
     3 fit      those columns alone, without the soft hold, by the chosen estimator, first with the noise of step 1, then
     with their own
@@ -25,7 +24,6 @@ from robocal.estimate.elimination import Squares, spare_numbers, squares
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.trail import Trail
 from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
 from robocal.fit.estimators import Estimate, estimator
 from robocal.fit.limits import FRAME_NEVER_TURNED, FRAME_TURNED
@@ -46,8 +44,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["Fit", "chosen_weights", "fit", "frame_names", "near", "search_poses_again", "soften"]
 
 SOFT_ROUNDS = 8
-# How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must
-# not
+# How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must not
 # pass errors that are merely larger than expected for noise.
 HOLD = 10.0
 CLEARLY, HOPE = 0.5, 0.75  # of tau: far less, and what may still become it
@@ -76,9 +73,7 @@ class Fit:
     notes: tuple[Remark, ...] = ()
     # Scales of instruments that were known, by what they may be off.
     scale_errors: Mapping[str, float] = field(default_factory=dict)
-    # Where it stood after its passes, and a filter after its configurations.
-    passes: Trail | None = None
-    filtered: Trail | None = None
+    estimate: Estimate | None = None  # with where it stood on its way
 
     @property
     def uncertainty(self) -> Uncertainty:
@@ -158,8 +153,8 @@ def fit(
         # A step taken blindly deserves a covariance in units of what it left behind.
         tau = tau_of(g for g in groups if g.stated is None)
         candidate = problem_at(tau)
-        final, data = analyse(candidate, solution.x), apply_noise(stated, tau)
-        return Fit(candidate, solution, final, tuple(groups), data, passes=found.passes)
+        final = analyse(candidate, solution.x)
+        return Fit(candidate, solution, final, tuple(groups), apply_noise(stated, tau), estimate=found)
     few, own = subsample(model, stated, configurations)
     near_by = start
     if few is not stated:  # of many rows a part says about where the soft fit of all ends
@@ -181,17 +176,15 @@ def fit(
     for _ in range(2):
         chosen = candidate.with_free(kept)
         found = method.run(chosen, near(chosen, begin), options, watch)
-        solution = found.solution
-        if not (solution.reasons[0].converged or options.keep_all):
+        if not (found.solution.reasons[0].converged or options.keep_all):
             other, elsewhere = choose_columns(model, candidate, start, soft, FRAME_TURNED)
             if other.basis != kept:
                 seen, kept, begin = other, other.basis, elsewhere
                 chosen = candidate.with_free(kept)
                 found = method.run(chosen, near(chosen, begin), options, watch)
-                solution = found.solution
-        if method.restarts and not solution.reasons[0].converged:
+        if method.restarts and not found.solution.reasons[0].converged:
             found, restarted = _restart(chosen, start, found, options), RESTARTS
-            solution = found.solution
+        solution = found.solution
         groups = assess(stated, chosen, solution.x, configurations, effective_columns(chosen, solution.x))
         new = tau_of(groups)
         if same_tau(new, tau, 1e-3):
@@ -204,8 +197,7 @@ def fit(
         # The report speaks of the set that was fitted.
         final = replace(final, fitted=seen)
     return Fit(
-        chosen, solution, final, tuple(groups), apply_noise(stated, tau), restarted, found.covariance, found.notes,
-        passes=found.passes, filtered=found.filtered,
+        chosen, solution, final, tuple(groups), apply_noise(stated, tau), restarted, found.covariance, found.notes, estimate=found
     )  # fmt: skip
 
 
@@ -355,5 +347,4 @@ def _restart(problem: Problem, start: Array, first: Estimate, options: Options) 
     best = int(np.argmin(cost))
     if not cost[best] < first.solution.cost[0]:
         return first
-    passes, most = Trail(), options.max_iterations
-    return Estimate(least_squares(problem, many.x[[best]], max_iterations=most, trail=passes), passes=passes)
+    return estimator("lm").run(problem, many.x[[best]], replace(options, tolerance=None), None)

@@ -34,7 +34,7 @@ def over_measurements(result: Any) -> Figure | None:
         "Change from nominal as the filter takes in one configuration after the other, in its own 95 % band (grey). At the end, "
         "the result with its interval: outside of the band, the filter linearised too far from it."
     )
-    return _figure(result, result.fit.filtered, title, told, "filtered", "configurations taken in")
+    return _figure(result, result.fit.filter, title, told, "filter-rows", "configurations taken in")
 
 
 def _figure(result: Any, found: Any, title: str, told: str, key: str, what: str) -> Figure | None:

@@ -15,7 +15,7 @@ from robocal.prove.decision import Decision
 from robocal.prove.results import components, nominal_values
 from robocal.quantities import Amount, DisplayUnit, OwnUnit
 
-__all__ = ["ParameterPasses", "Passes", "filtered_of", "passes_of"]
+__all__ = ["ParameterPasses", "Passes", "filter_passes", "passes_of"]
 
 
 @record
@@ -41,8 +41,9 @@ class Passes:
 
 def passes_of(context: Decision[Model]) -> Passes | None:
     """After each pass; None where nobody knows. Of more than a hundred some, at even steps, and the last."""
-    fit, trail = context.need_fit, context.need_fit.passes
-    if trail is None or not trail.at:
+    fit = context.need_fit
+    trail = fit.estimate and fit.estimate.passes
+    if not trail or not trail.at:
         return None
     at, x, ended = list(trail.at), list(trail.x), int(fit.solution.iterations[0])
     if at[-1] != ended:
@@ -54,23 +55,24 @@ def passes_of(context: Decision[Model]) -> Passes | None:
     return Passes(at, "m", greatest, _parameters(context, np.array(x), None))
 
 
-def filtered_of(context: Decision[Model]) -> Passes | None:
+def filter_passes(context: Decision[Model]) -> Passes | None:
     """Of a filter, after each configuration that it took in, with its own covariance as fitted, to which is added what hidden partners may
     be off by; None for methods that are none. Of more than forty some, at even steps, and the last."""
-    trail = context.need_fit.filtered
-    if trail is None or not trail.at:
+    found = context.need_fit.estimate
+    trail = found and found.filter
+    if not trail or not trail.at:
         return None
     return Passes(list(trail.at), "m", [], _parameters(context, np.array(trail.x), trail))
 
 
-def _parameters(context: Decision[Model], x: Array, filtered: Trail | None) -> list[ParameterPasses]:
+def _parameters(context: Decision[Model], x: Array, seen: Trail | None) -> list[ParameterPasses]:
     problem = context.need_fit.problem
     table, free = problem.table, problem.free
     change = x[:, : len(table)] - nominal_values(context.model, table)
     band = np.zeros((0, len(free)))
-    if filtered is not None:
+    if seen is not None:
         factor, reach = context.uncertainty.factor, quantile(context.need_fit.total.dof)
-        rows = zip(filtered.covariance, filtered.x, strict=True)
+        rows = zip(seen.covariance, seen.x, strict=True)
         known = [components(table, free, c * factor**2, values[: len(table)]) for c, values in rows]
         sigma = np.array([[k[name] for name in free] for k in known])
         band = reach * np.sqrt(sigma**2 + _hidden(context) ** 2)
