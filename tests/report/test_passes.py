@@ -145,11 +145,14 @@ def test_an_estimator_far_off_does_not_hide_the_others():
 
 
 @pytest.mark.slow
-def test_data_without_lengths_have_passes_without_a_greatest_error(tmp_path):
+def test_pixels_have_a_greatest_error_in_pixels(tmp_path):
     files = tuple(EXAMPLES / f"instruments/pixels/{name}.yaml" for name in ("robot", "data"))
-    result, page, _ = ran(tmp_path, files)
-    assert result["fit"]["passes"]["greatest_error"] == [] and svg_of(page, "greatest-error") is None
-    assert svg_of(page, "passes") is not None
+    result, page, run = ran(tmp_path, files, "--hold-out", "0")
+    passes = result["fit"]["passes"]
+    rows = list(csv.DictReader((run / "residuals.csv").read_text().splitlines()))
+    left = max(float(r["after_px"]) for r in rows if r["set_aside"] != "yes")
+    assert passes["unit"] == "px" and passes["greatest_error"][-1] == pytest.approx(left, rel=1e-6)
+    assert "greatest error, px, logarithmic" in svg_of(page, "greatest-error")
 
 
 @pytest.mark.slow

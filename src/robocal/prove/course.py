@@ -31,7 +31,7 @@ class ParameterPasses:
 @record
 class Passes:
     """What stood after `after` passes, or configurations taken in, (k,): changes of the fitted parameters, and the greatest error of any
-    measurement, which is empty where no length was measured."""
+    fitted measurement in the unit of the verdict; of configurations taken in there is none."""
 
     after: list[int]
     unit: DisplayUnit
@@ -49,10 +49,10 @@ def passes_of(context: Decision[Model]) -> Passes | None:
     if at[-1] != ended:
         at, x = [*at, ended], [*x, fit.solution.x[0]]
     try:
-        greatest = fit.problem.greatest_error(np.array(x)).tolist()
-    except ModelError:  # nothing that was measured is a length
+        greatest = fit.problem.greatest_error(np.array(x), context.unit).tolist()
+    except ModelError:  # of what the verdict is found in, nothing was fitted
         greatest = []
-    return Passes(at, "m", greatest, _parameters(context, np.array(x), None))
+    return Passes(at, context.unit, greatest, _parameters(context, np.array(x), None))
 
 
 def filter_passes(context: Decision[Model]) -> Passes | None:
@@ -62,7 +62,7 @@ def filter_passes(context: Decision[Model]) -> Passes | None:
     trail = found and found.filter
     if not trail or not trail.at:
         return None
-    return Passes(list(trail.at), "m", [], _parameters(context, np.array(trail.x), trail))
+    return Passes(list(trail.at), context.unit, [], _parameters(context, np.array(trail.x), trail))
 
 
 def _parameters(context: Decision[Model], x: Array, seen: Trail | None) -> list[ParameterPasses]:
