@@ -16,7 +16,7 @@ from robocal.report.svg import AxisScale, drawing, label, line, path, points, po
 __all__ = ["PANELS", "over_measurements", "over_passes"]
 
 PANELS, ACROSS = 12, 3  # of a picture, and side by side
-WIDTH, EACH, HIGH, HEAD, LEFT, FOOT = 940.0, 312.0, 84.0, 46.0, 54.0, 44.0
+WIDTH, EACH, HIGH, HEAD, LEFT, FOOT = 940.0, 312.0, 76.0, 46.0, 54.0, 44.0
 DOTS = 30  # points of a line: more would be a line as well
 
 
