@@ -166,3 +166,19 @@ def test_a_cable_robot_is_compared_too(tmp_path):
     rows = list(csv.DictReader((run / "comparison.csv").read_text().splitlines()))
     assert list(rows[0])[-2:] == ["lm", "ekf"] and {r["component"] for r in rows} >= {"lengths", "x", "y", "z"}
     assert ">lengths, mm</text>" in svg_of(page, "estimators")
+
+
+def test_a_document_with_numbers_missing_is_drawn_without_them(tmp_path):
+    _, _, run = ran(tmp_path, ARM, "--method", "ekf")
+    document = json.loads((run / "result.json").read_text())
+    fit = document["fit"]
+    fit["passes"]["greatest_error"][1], fit["filter"]["after"] = None, [0, 1]
+    fit["passes"]["parameters"][0]["change"].pop()
+    fit["passes"]["parameters"][1]["change"][0] = None
+    (run / "result.json").write_text(json.dumps(document))
+    done = robocal("report", run, "-o", tmp_path / "page.html")
+    assert done.status == 0, done.err
+    page = (tmp_path / "page.html").read_text()
+    assert len(lines_of(svg_of(page, "greatest-error"))[0]) == len(fit["passes"]["after"]) - 1
+    gone = {p["name"] for p in fit["passes"]["parameters"][:2]}
+    assert not any(f">{name}</text>" in svg_of(page, "passes") for name in gone) and svg_of(page, "filter-rows") is None

@@ -39,19 +39,18 @@ def _convergence(result: Any) -> Iterator[Block | None]:
     reason = f"; {fit.reason}" if fit.reason else ""
     yield Text.of(f"{fit.iterations} iteration{'' if fit.iterations == 1 else 's'}{reason}.")
     costs = [c for c in fit.history if c is not None]
-    yield (
-        Text.of((f"Last values of the cost: {', '.join(figure(c, 7) for c in costs[-5:])}.", "quiet"))
-        if costs
-        else None
-    )
+    if costs:
+        yield Text.of((f"Last values of the cost: {', '.join(figure(c, 7) for c in costs[-5:])}.", "quiet"))
     caption = (
         "The cost is half the sum of squared residuals, each divided by its sigma. A line that flattens has converged; one that "
         "still falls at the end has not."
     )
     shown = [Figure(s, caption) for s in [pictures.convergence(costs)] if s]
     if fit.passes is not None:
-        errors, unit = fit.passes.greatest_error, fit.passes.unit
-        svg = pictures.convergence(errors, fit.passes.after, "greatest error", unit, "greatest-error") if errors else ""
+        both = zip(fit.passes.greatest_error, fit.passes.after, strict=False)
+        known = [(error, count) for error, count in both if math.isfinite(error)]
+        errors, after = [e for e, _ in known], [n for _, n in known]
+        svg = pictures.convergence(errors, after, "greatest error", fit.passes.unit, "greatest-error")
         shown += [Figure(svg, "The greatest error of any measurement that was fitted.")] if svg else []
     yield Pair(tuple(shown)) if len(shown) > 1 else shown[0] if shown else None
     yield over_passes(result)

@@ -41,7 +41,7 @@ def _figure(result: Any, found: Any, title: str, told: str, key: str, what: str)
     if found is None or len(found.after) < 2:
         return None
     ended = {p.name: p for p in result.parameters if p.delta is not None}
-    known = [(p, ended[p.name]) for p in found.parameters if p.name in ended and np.isfinite(p.change).all()]
+    known = [(p, ended[p.name]) for p in found.parameters if p.name in ended and _is_whole(p, len(found.after))]
     # In errors that were expected: mm and deg cannot be compared.
     known.sort(key=lambda both: -abs(both[1].delta) / (both[1].expected or np.inf))
     chosen, parts = known[:PANELS], []
@@ -60,6 +60,11 @@ def _figure(result: Any, found: Any, title: str, told: str, key: str, what: str)
     made = drawing(WIDTH, rows * (HIGH + HEAD) + FOOT, parts, title=title, text=f"{said}.", key=key, cls="wide")
     more = f" Of {len(known)} parameters the {PANELS} that moved most are drawn; result.json has all."
     return Figure(made, told + (more if len(known) > PANELS else ""), title)
+
+
+def _is_whole(p: Any, count: int) -> bool:
+    """Whether there are as many numbers as passes: a result.json may come from anybody."""
+    return len(p.change) == count and len(p.band) in (0, count) and bool(np.isfinite([*p.change, *p.band]).all())
 
 
 def _panel(p: Any, end: Any, after: Sequence[int], x: AxisScale, top: float) -> list[str]:
