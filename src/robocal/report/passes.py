@@ -9,6 +9,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.report import svg
+from robocal.report.numbers import significant, with_unit
 from robocal.report.parameter_tables import change_text
 from robocal.report.sections import Figure
 from robocal.report.svg import AxisScale, drawing, label, line, path, points, polyline
@@ -17,6 +18,7 @@ __all__ = ["PANELS", "over_measurements", "over_passes"]
 
 PANELS, ACROSS = 12, 3  # of a picture, and side by side
 WIDTH, EACH, HIGH, HEAD, LEFT, FOOT = 940.0, 312.0, 76.0, 46.0, 54.0, 44.0
+ROOM = 28  # letters above a panel
 DOTS = 30  # points of a line: more would be a line as well
 
 
@@ -71,7 +73,10 @@ def _panel(p: Any, end: Any, after: Sequence[int], x: AxisScale, top: float) -> 
     change, band = np.array(p.change), np.array(p.band)
     y = AxisScale(*_range(change, _ends(end) if len(band) else []), top + HIGH, top)
     left, right, across = x.start - 6, x.end + 6, x.many(after).tolist()
-    parts = [label(left, top - 10, p.name, "name"), label(right, top - 10, change_text(end), "strong", "end")]
+    told = change_text(end)
+    if len(p.name) + len(told) > ROOM:
+        told = with_unit(significant(end.delta), end.unit)
+    parts = [label(left, top - 10, p.name, "name"), label(right, top - 10, told, "strong", "end")]
     if len(band):
         upper, lower = (y.many(np.clip(change + s * band, y.low, y.high)).tolist() for s in (1, -1))
         edge = [*zip(across, upper, strict=True), *zip(across[::-1], lower[::-1], strict=True)]

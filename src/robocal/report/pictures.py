@@ -137,8 +137,7 @@ def convergence(
     """A cost or an error after iterations `at` (after each), logarithmic; empty text when there is no line to draw."""
     if len(values) < 2 or min(values) <= 0:
         return ""
-    top = max(values)
-    around = svg.span(max(c, top * 1e-16) for c in values)
+    around = svg.span(values, 1e-32)  # the square of rounding
     if around is None:
         return ""
     width, height, left, right, bottom, head = 460.0, 250.0, 62.0, 446.0, 206.0, 34.0
