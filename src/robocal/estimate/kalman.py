@@ -23,6 +23,7 @@ from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
+from robocal.estimate.trail import Trail, keep
 from robocal.progress import Watch, tell
 
 __all__ = ["Filtered", "kalman", "stack_filter"]
@@ -47,8 +48,9 @@ def kalman(
     local_sigma: float = 1.0,
     passes: int = 1,
     watch: Watch | None = None,
+    trail: Trail | None = None,
 ) -> Filtered:
-    """Filters the configurations of a problem in order, starting from x (1, P) with covariance (n, n).
+    """Filters the configurations of a problem in order, starting from x (1, P) with covariance (n, n); `trail` hears of every one.
 
     The default covariance is that of the priors, or of the expected errors where no prior is stated; a local block starts at its
     prior, or anywhere within `local_sigma` of x where none is stated. Raises
@@ -65,6 +67,9 @@ def kalman(
     block_of = {configuration: block for block, configuration in _owners(problem).items()}
     vague = np.eye(size) / local_sigma
     big = np.zeros((size + n, size + n))
+    taken = 0
+    if trail is not None:
+        trail.add(0, x[0], _covariance(root))
     for configuration in range(problem.configurations):
         big[:size, :size] = _local(problem, block_of[configuration], vague) if configuration in block_of else vague
         big[size:, size:] = root
@@ -93,10 +98,22 @@ def kalman(
             x = problem.retract(x, step[None, size:], local)
             moved = target
             root = r[size : size + n, size : size + n]
+        if weight is not None:
+            taken += 1
+            if trail is not None and trail.wants(taken):
+                trail.add(taken, x[0], _covariance(root))
         every = problem.configurations
         tell(watch, "filter", configuration=configuration, configurations=every, done=configuration + 1, total=every)
-    inverse = scipy.linalg.solve_triangular(root, np.eye(n)) if n else root
-    return Filtered(x, inverse @ inverse.T)
+    known = _covariance(root)
+    if trail is not None and trail.at[-1] != taken:
+        trail.add(taken, x[0], known, last=True)
+    return Filtered(x, known)
+
+
+def _covariance(root: Array) -> Array:
+    """P (n, n) of R with R^T R = P^-1."""
+    inverse = scipy.linalg.solve_triangular(root, np.eye(len(root))) if len(root) else root
+    return np.asarray(inverse @ inverse.T)
 
 
 def stack_filter(
@@ -109,6 +126,7 @@ def stack_filter(
     passes: int = 100,
     tolerance: float | None = None,
     watch: Watch | None = None,
+    trail: Trail | None = None,
 ) -> Filtered:
     """The recursion of the seed: every pass takes all rows at once, linearised where the last one ended.
 
@@ -127,6 +145,7 @@ def stack_filter(
     for count in range(passes + 1):
         lin = problem.linearize(x)
         history.append(0.5 * float(lin.r @ lin.r))
+        keep(trail, count, x[0])
         tell(watch, "iterate", iteration=count, cost=history[-1], active=1)
         within = tolerance is not None and bool(problem.greatest_error(x)[0] <= tolerance)
         if within or count == passes or not np.isfinite(history[-1]):

@@ -30,6 +30,7 @@ from robocal.errors import ModelError, one_of
 from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Normal
+from robocal.estimate.trail import Trail, keep
 from robocal.progress import Watch, tell
 
 __all__ = ["METHODS", "Reason", "Solution", "least_squares"]
@@ -127,8 +128,9 @@ def least_squares(
     tolerance: float | None = None,
     watch: Watch | None = None,
     rivals: bool = False,
+    trail: Trail | None = None,
 ) -> Solution:
-    """Minimises the cost from x (B, P) or (P,), the table's values by default.
+    """Minimises the cost from x (B, P) or (P,), the table's values by default; `trail` hears where one problem stands on its way.
 
     `cost_tolerance` is relative: the decrease promised to the cost. `tolerance`, in m, stops where the greatest error is no larger,
     at the start too. `rivals` are starts of one problem, of which the best is wanted: far behind it none goes on.
@@ -140,13 +142,14 @@ def least_squares(
         ).x
     start = problem.start if x is None else np.array(np.atleast_2d(x), dtype=float, order="C")  # parts of it are moved
     if method in ("pinv", "lse"):
-        return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, tolerance, watch)
+        return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, tolerance, watch, trail)
     if method not in METHODS:
         raise ModelError("unknown method", found=method, **one_of(method, METHODS))
     many, tolerances = _at_once(problem, len(start)), _tolerances(cost_tolerance)
     parts = [
         _descend(
-            problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch, rivals
+            problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch, rivals,
+            trail,
         )
         for lo in range(0, max(len(start), 1), many)
     ]  # fmt: skip
@@ -188,6 +191,7 @@ def _descend(
     tolerance: float | None,
     watch: Watch | None,
     rivals: bool,
+    trail: Trail | None,
 ) -> Solution:
     """From x (B, P), which are the problems base, base + 1, ... of the batch."""
     settle, (STAY, TAKE, OUT, HOME), LOST, GROW = _settling()
@@ -200,6 +204,7 @@ def _descend(
     lam[:], grow[:] = damping, GROW
     first = normal.cost.copy()
     history = [first]
+    keep(trail, 0, x[0])
     steps = Steps(problem, batch, tolerances, damping > 0.0)
     moved = (steps.step, *steps.local[: len(problem.families)])
     bounded, robust = problem.has_bounds, problem.loss != "none" and damping > 0
@@ -256,6 +261,8 @@ def _descend(
             x[at[go]] = new[go]
             normal.put(at[go], result if len(go) == going else result.take(go))
         history.append(normal.cost.copy() if home is None else np.where(away, best, normal.cost))
+        if trail is not None:
+            trail.add(len(history) - 1, home.x[0] if home is not None and away[0] else x[0])
         if watch:
             watch({"stage": "iterate", "iteration": len(history) - 1, "cost": float(history[-1][0]), "active": going})
     else:
@@ -303,7 +310,9 @@ class _Home:
         normal.put(index, self.normal.take(index))
 
 
-def _pseudo_inverse(problem: Problem, x: Array, most: int, tolerance: float | None, watch: Watch | None) -> Solution:
+def _pseudo_inverse(
+    problem: Problem, x: Array, most: int, tolerance: float | None, watch: Watch | None, trail: Trail | None
+) -> Solution:
     if len(x) != 1 or problem.blocks:
         message = "the pseudo-inverse method solves one problem without local blocks"
         raise ModelError(message, found=f"{len(x)} problems, {problem.blocks} blocks")
@@ -315,6 +324,7 @@ def _pseudo_inverse(problem: Problem, x: Array, most: int, tolerance: float | No
         lin = problem.linearize(x)
         cost = 0.5 * float(lin.r @ lin.r)
         history.append([cost])
+        keep(trail, count, x[0])
         tell(watch, "iterate", iteration=count, cost=cost, active=1)
         if not np.isfinite(cost):
             reason = Reason.NOT_FINITE

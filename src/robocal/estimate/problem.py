@@ -356,18 +356,18 @@ class Problem(Unknowns):
             for rows, r in _evaluate(term, x, step):
                 yield term, rows, r
 
-    def greatest_error(self, x: Array) -> Array:
-        """max |y - h(x)| (B,), m, at x (B, P), of the readings that count: of whole observations, of a position the distance, of a pose its
-        place, of a range and angles the place that they tell. Raises ModelError where no reading is a length.
+    def greatest_error(self, x: Array, unit: str = "m") -> Array:
+        """max |y - h(x)| (B,) at x (B, P), of the readings in a unit that count: of whole observations, of a position the distance, of a
+        pose its place, of a range and angles the place that they tell. Raises ModelError where no reading is in it.
 
         Source: the identification algorithm of the RV-2AJ article, equation 14 (docs/references.md).
         """
         x = np.atleast_2d(x)
         worst, counted, lengths = np.zeros(len(x)), self.in_use, False
         for rows in self.residuals(x):
-            for part, (_, _, unit) in enumerate(rows.parts):
+            for part, (_, _, own) in enumerate(rows.parts):
                 some = rows.used & counted[rows.configuration]
-                if unit != "m" or not rows.reading or not some.any():
+                if own != unit or not rows.reading or not some.any():
                     continue
                 lengths = True
                 error = rows.length(part).reshape(len(x), -1)[:, some]

@@ -26,6 +26,7 @@ from robocal.files.evidence_parts import (
 from robocal.files.parts import InputHash, Number, RemarkPart, RowsLeftOut
 from robocal.files.plain import json_text, plain
 from robocal.files.text import FORBIDDEN, forbidden_part
+from robocal.prove.course import Passes
 from robocal.prove.frame_poses import LocatedFrame
 from robocal.prove.shape import RobotShape
 from robocal.prove.statistics import Coverage, Stages, Statistic
@@ -195,7 +196,8 @@ class SensorGroup:
 
 @record(kw_only=True)
 class FitReport:
-    """How the solver came to its end."""
+    """How the solver came to its end; history is the cost, passes what stood after every pass, filter after every configuration that a
+    filter took in."""
 
     iterations: int
     reason: str
@@ -204,6 +206,8 @@ class FitReport:
     dof: Number = None
     groups: list[SensorGroup] = field(default_factory=list)
     sigma_source: str = ""
+    passes: Passes | None = None
+    filter: Passes | None = None
 
 
 @record(kw_only=True)

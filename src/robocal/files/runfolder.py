@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ACCURACY",
+    "COMPARISON",
     "LAYER",
     "PARTS",
     "REPORT",
@@ -46,19 +47,21 @@ __all__ = [
     "Run",
     "accuracy_columns",
     "accuracy_text",
+    "comparison_text",
     "find_run",
     "layer_text",
     "obstacle",
     "open_run",
     "read_accuracy",
+    "read_comparison",
     "read_layer",
     "read_residuals",
     "write_run",
 ]
 
 RESULT, RESIDUALS, REPORT, ACCURACY = "result.json", "residuals.csv", "report.html", "accuracy_map.csv"
-ROBOTS, LAYER = ("calibrated.yaml", "calibrated.urdf"), "layer.json"
-PARTS = (*ROBOTS, RESIDUALS, COVARIANCE, ACCURACY, LAYER)  # what result.json records
+ROBOTS, LAYER, COMPARISON = ("calibrated.yaml", "calibrated.urdf"), "layer.json", "comparison.csv"
+PARTS = (*ROBOTS, RESIDUALS, COVARIANCE, ACCURACY, LAYER, COMPARISON)  # what result.json records
 
 
 @record
@@ -264,6 +267,24 @@ def read_accuracy(path: str | os.PathLike[str]) -> dict[str, list[Any]]:
     table = read_csv(path, separator=",")
     numbers = {name: table.numbers([name])[:, 0].tolist() for name in MAP_COLUMNS[1:]}
     return {"slice": list(table.texts("slice")), **numbers}
+
+
+# --- comparison.csv: one row per component of an observation, what is left of it by every estimator ---
+
+COMPONENT = ("configuration", "set", "group", "kind", "target", "component", "unit")  # then a column for each estimator
+
+
+def comparison_text(columns: Mapping[str, Sequence[Any]]) -> str:
+    """The text of comparison.csv."""
+    return csv_columns(tuple(columns), [_cells(values) for values in columns.values()])
+
+
+def read_comparison(path: str | os.PathLike[str]) -> dict[str, list[Any]]:
+    """The columns of a comparison.csv, None for empty cells. Raises FileError or FormatError."""
+    table = read_csv(path, separator=",")
+    words: dict[str, list[Any]] = {name: list(table.strip(table.find(name))) for name in COMPONENT}
+    methods = [name for name in table.names if name not in COMPONENT]
+    return words | {m: [_number(c, table, row, m) for row, c in enumerate(table.strip(table.find(m)))] for m in methods}
 
 
 # --- layer.json: a residual layer as plain numbers, in SI, angles in rad ---

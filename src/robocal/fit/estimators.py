@@ -23,6 +23,7 @@ from robocal._types import Array
 from robocal.errors import ModelError, look_up
 from robocal.estimate.least_squares import Reason, Solution, least_squares
 from robocal.estimate.problem import Problem
+from robocal.estimate.trail import Trail
 from robocal.fit.options import Options
 from robocal.progress import Watch
 from robocal.remarks.code import Code
@@ -32,6 +33,7 @@ __all__ = ["ESTIMATORS", "Estimate", "Estimator", "can_batch", "describe_end", "
 
 # How much wider than the expected error the filter starts where no prior is stated: it must not hold what the data know.
 WIDE = 100.0
+ROWS = 41  # configurations after which a filter's values are told: with their bands, and a picture shows no more
 LOCAL_PASSES = 3  # iterations of the update with one configuration
 # The seeds' P0 = Q = R = 1e-4 I: standard deviations of 0.01 cm and 0.01 rad.
 SEED = {"m": 1e-4, "rad": 1e-2}
@@ -40,11 +42,13 @@ SEED = {"m": 1e-4, "rad": 1e-2}
 @record
 class Estimate:
     """What an estimator found: a solution of the problem, its own covariance (n, n) where it has one that is not that of
-    the linearised solution, and what is worth knowing."""
+    the linearised solution, and what is worth knowing; where it stood after its passes, and a filter after its configurations."""
 
     solution: Solution
     covariance: Array | None = None
     notes: tuple[Remark, ...] = ()
+    passes: Trail | None = None
+    filter: Trail | None = None
 
 
 Run = Callable[[Problem, Array, Options, Watch | None], Estimate]
@@ -69,9 +73,11 @@ class Estimator:
 
 def _least_squares(method: str) -> Run:
     def run(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
-        most, tolerance = options.max_iterations, options.tolerance
-        found = least_squares(problem, start, method=method, max_iterations=most, tolerance=tolerance, watch=watch)
-        return Estimate(found)
+        most, tolerance, passes = options.max_iterations, options.tolerance, Trail()
+        found = least_squares(
+            problem, start, method=method, max_iterations=most, tolerance=tolerance, watch=watch, trail=passes
+        )
+        return Estimate(found, passes=passes)
 
     return run
 
@@ -98,18 +104,23 @@ def _filter(problem: Problem, start: Array, options: Options, watch: Watch | Non
     from robocal.estimate.kalman import kalman
 
     held, x = _filter_problem(problem, start)
-    first = kalman(held, x, passes=LOCAL_PASSES, watch=watch)
+    rows = Trail(ROWS)
+    first = kalman(held, x, passes=LOCAL_PASSES, watch=watch, trail=rows)
     history = [problem.normal(start).cost, problem.normal(first.x).cost]
+    passes = Trail(first=(start[0], first.x[0]))
     if options.max_iterations == 1:
-        return Estimate(_solution(problem, first.x, history, Reason.FILTERED), first.covariance)
-    passes = options.max_iterations - 1
-    more = least_squares(held, first.x, max_iterations=passes, tolerance=options.tolerance, watch=watch)
+        solved = _solution(problem, first.x, history, Reason.FILTERED)
+        return Estimate(solved, first.covariance, passes=passes, filter=rows)
+    left, tolerance = options.max_iterations - 1, options.tolerance
+    settling = Trail(first=(start[0],))
+    more = least_squares(held, first.x, max_iterations=left, tolerance=tolerance, watch=watch, trail=settling)
     here = held.normal(first.x).cost[0]
     if not (more.reasons[0].converged and more.cost[0] <= here * (1 + 1e-9)):
         note = Remark.of(Code.FILTER_UNSETTLED)
-        return Estimate(_solution(problem, first.x, history, Reason.ITERATIONS), first.covariance, (note,))
+        solved = _solution(problem, first.x, history, Reason.ITERATIONS)
+        return Estimate(solved, first.covariance, (note,), passes, rows)
     history += list(more.history[1:])
-    return Estimate(_solution(problem, more.x, history, more.reasons[0]))
+    return Estimate(_solution(problem, more.x, history, more.reasons[0]), passes=settling, filter=rows)
 
 
 def _particles(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
@@ -124,7 +135,9 @@ def _particles(problem: Problem, start: Array, options: Options, watch: Watch | 
     stuck = [Remark.of(Code.PARTICLES_STUCK, share=cloud.accepted)] if cloud.accepted < 0.05 else []
     history = [*before.solution.history, problem.normal(cloud.mean).cost]
     found = _solution(problem, cloud.mean, history, Reason.FILTERED)
-    return Estimate(found, cloud.covariance, (*before.notes, *gaussian, *stuck))
+    if before.passes is not None:
+        before.passes.add(len(history) - 1, cloud.mean[0], last=True)
+    return Estimate(found, cloud.covariance, (*before.notes, *gaussian, *stuck), before.passes, before.filter)
 
 
 def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
@@ -135,12 +148,21 @@ def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None)
     counted = [(t, problem.in_use[t.configuration] & t.used) for t in problem.terms]
     noise = np.concatenate([_noise(t.scale, t.parts)[c].ravel() for t, c in counted])
     most, tolerance = options.max_iterations, options.tolerance
+    passes = Trail()
     f = stack_filter(
-        problem, start, covariance=p, process=p, noise=noise, passes=most, tolerance=tolerance, watch=watch
+        problem,
+        start,
+        covariance=p,
+        process=p,
+        noise=noise,
+        passes=most,
+        tolerance=tolerance,
+        watch=watch,
+        trail=passes,
     )
     ended = Reason.ITERATIONS if np.isfinite(f.x).all() else Reason.NOT_FINITE
     reason = Reason.TOLERANCE if f.within else ended
-    return Estimate(_solution(problem, f.x, list(f.history[:, None]), reason))
+    return Estimate(_solution(problem, f.x, list(f.history[:, None]), reason), passes=passes)
 
 
 def _noise(scale: Array, parts: tuple[tuple[int, int, str], ...]) -> Array:

@@ -1,7 +1,6 @@
 """One fit: how large the noise is, what can be seen above it, and the parameters.
 
-    1 noise    everything that is free, each column held softly at ten times its expected error: what remains is the
-    noise
+    1 noise    everything that is free, each column held softly at ten times its expected error; noise is what remains
     2 select   the columns that are seen above that noise; the others stay where they are
     3 fit      those columns alone, without the soft hold, by the chosen estimator, first with the noise of step 1, then
     with their own
@@ -26,7 +25,7 @@ from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
-from robocal.fit.estimators import estimator
+from robocal.fit.estimators import Estimate, estimator
 from robocal.fit.limits import FRAME_NEVER_TURNED, FRAME_TURNED
 from robocal.fit.noise import NoiseGroup, Tau, apply_noise, assess, noise_dof, same_tau, tau_of, under
 from robocal.fit.options import Options
@@ -45,8 +44,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["Fit", "chosen_weights", "fit", "frame_names", "near", "search_poses_again", "soften"]
 
 SOFT_ROUNDS = 8
-# How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must
-# not
+# How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must not
 # pass errors that are merely larger than expected for noise.
 HOLD = 10.0
 CLEARLY, HOPE = 0.5, 0.75  # of tau: far less, and what may still become it
@@ -75,6 +73,7 @@ class Fit:
     notes: tuple[Remark, ...] = ()
     # Scales of instruments that were known, by what they may be off.
     scale_errors: Mapping[str, float] = field(default_factory=dict)
+    estimate: Estimate | None = None  # with where it stood on its way
 
     @property
     def uncertainty(self) -> Uncertainty:
@@ -148,12 +147,14 @@ def fit(
         raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
     method = estimator(options.method, options.loss)
     if method.blind:
-        solution = method.run(candidate, start, options, watch).solution
+        found = method.run(candidate, start, options, watch)
+        solution = found.solution
         groups = assess(stated, candidate, solution.x, configurations, len(names))
         # A step taken blindly deserves a covariance in units of what it left behind.
         tau = tau_of(g for g in groups if g.stated is None)
         candidate = problem_at(tau)
-        return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), apply_noise(stated, tau))
+        final = analyse(candidate, solution.x)
+        return Fit(candidate, solution, final, tuple(groups), apply_noise(stated, tau), estimate=found)
     few, own = subsample(model, stated, configurations)
     near_by = start
     if few is not stated:  # of many rows a part says about where the soft fit of all ends
@@ -175,16 +176,15 @@ def fit(
     for _ in range(2):
         chosen = candidate.with_free(kept)
         found = method.run(chosen, near(chosen, begin), options, watch)
-        solution = found.solution
-        if not (solution.reasons[0].converged or options.keep_all):
+        if not (found.solution.reasons[0].converged or options.keep_all):
             other, elsewhere = choose_columns(model, candidate, start, soft, FRAME_TURNED)
             if other.basis != kept:
                 seen, kept, begin = other, other.basis, elsewhere
                 chosen = candidate.with_free(kept)
                 found = method.run(chosen, near(chosen, begin), options, watch)
-                solution = found.solution
-        if method.restarts and not solution.reasons[0].converged:
-            solution, restarted = _restart(chosen, start, solution, options), RESTARTS
+        if method.restarts and not found.solution.reasons[0].converged:
+            found, restarted = _restart(chosen, start, found, options), RESTARTS
+        solution = found.solution
         groups = assess(stated, chosen, solution.x, configurations, effective_columns(chosen, solution.x))
         new = tau_of(groups)
         if same_tau(new, tau, 1e-3):
@@ -197,8 +197,8 @@ def fit(
         # The report speaks of the set that was fitted.
         final = replace(final, fitted=seen)
     return Fit(
-        chosen, solution, final, tuple(groups), apply_noise(stated, tau), restarted, found.covariance, found.notes
-    )
+        chosen, solution, final, tuple(groups), apply_noise(stated, tau), restarted, found.covariance, found.notes, estimate=found
+    )  # fmt: skip
 
 
 def frame_names(model: Model, problem: Problem) -> tuple[str, ...]:
@@ -337,7 +337,7 @@ def _large_errors(
     return new, solution.x
 
 
-def _restart(problem: Problem, start: Array, first: Solution, options: Options) -> Solution:
+def _restart(problem: Problem, start: Array, first: Estimate, options: Options) -> Estimate:
     """Deterministic multi-start around the baseline: one batch, the cheapest wins."""
     rng = np.random.default_rng(options.seed)
     x = np.repeat(start, RESTARTS, axis=0)
@@ -345,6 +345,6 @@ def _restart(problem: Problem, start: Array, first: Solution, options: Options) 
     many = least_squares(problem, moved, max_iterations=options.max_iterations)
     cost = np.where(np.isfinite(many.cost), many.cost, np.inf)
     best = int(np.argmin(cost))
-    if not cost[best] < first.cost[0]:
+    if not cost[best] < first.solution.cost[0]:
         return first
-    return least_squares(problem, many.x[[best]], max_iterations=options.max_iterations)
+    return estimator("lm").run(problem, many.x[[best]], replace(options, tolerance=None), None)

@@ -22,6 +22,7 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.progress import Watch, tell
 from robocal.prove.identify import Identification, identify
+from robocal.prove.results import RowTable
 from robocal.prove.statistics import Statistic
 
 __all__ = ["DEFAULT", "MethodComparison", "MethodEntry", "compare"]
@@ -32,8 +33,8 @@ DEFAULT = ("lm", "ekf", "particle", "pinv", "lse", "ekf-100")
 @record
 class MethodEntry:
     """One method: its errors (m, or the first unit that was measured), its verdict, the parameter that ends farthest from
-    the reference in the reference's sigmas, and the seconds that the whole identification took; `failed` says why there is
-    nothing."""
+    the reference in the reference's sigmas, the seconds that the whole identification took, and what it leaves of every row;
+    `failed` says why there is nothing."""
 
     method: str
     title: str
@@ -48,6 +49,7 @@ class MethodEntry:
     sigmas: float | None = None
     seconds: float | None = None
     failed: str = ""
+    rows: RowTable | None = None
 
 
 @record
@@ -124,7 +126,7 @@ def _entry(found: Identification[Model], reference: Identification[Model], title
     reason, stopped = describe_end(found.options.method, found.reason)
     return MethodEntry(
         found.options.method, title, found.verdict.status, reason, stopped, after=s.after, held_out=s.held_out,
-        leave_one_out=s.leave_one_out, k_fold=s.k_fold, farthest=farthest, sigmas=sigmas, seconds=round(seconds, 3),
+        leave_one_out=s.leave_one_out, k_fold=s.k_fold, farthest=farthest, sigmas=sigmas, seconds=round(seconds, 3), rows=found.rows,
     )  # fmt: skip
 
 

@@ -30,6 +30,7 @@ from robocal.parameters import ParameterTable
 from robocal.progress import Watch
 from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.bootstrap import Resampled, bootstrap_of
+from robocal.prove.course import Passes, filter_passes, passes_of
 from robocal.prove.decision import Decision, decide
 from robocal.prove.fit_findings import Linearity, linearity_of, outliers, unseen_coverage
 from robocal.prove.frame_poses import LocatedFrame, locate_frames
@@ -96,6 +97,8 @@ class Identification(Generic[M_co]):
     scale: Scale | None  # of the fitted lengths, all together
     frames: tuple[LocatedFrame, ...]  # where frames of the data were found
     shape: RobotShape | None  # for pictures
+    passes: Passes | None  # how the fit came about
+    filter: Passes | None  # the same of a filter, over the measurements
     whitened_rows: WhitenedRows | None  # the rows at the solution, for a comparison with another run
 
     @property
@@ -133,5 +136,5 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         joints=range_of_joints(data.configurations), linearity=linearity_of(made), outliers=outliers(made),
         conditions=mean_conditions(data.configurations), resampled=bootstrap_of(made), holds=range_of(made), scale=common_scale(made),
         whitened_rows=whiten_fit(made), offsets=offsets_alone(made), frames=tuple(locate_frames(made)),
-        pose_from_lengths=pose_from_lengths(made), shape=shape_of(made),
+        pose_from_lengths=pose_from_lengths(made), passes=passes_of(made), filter=filter_passes(made), shape=shape_of(made),
     )  # fmt: skip

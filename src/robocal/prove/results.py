@@ -33,7 +33,9 @@ from robocal.prove.region import range_of, region_of_limits
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["Band", "ParameterResult", "RowTable", "parameter_results", "prediction_of", "row_table"]
+__all__ = [
+    "Band", "ParameterResult", "RowTable", "components", "nominal_values", "parameter_results", "prediction_of", "row_table",
+]  # fmt: skip
 
 # From here on the hidden partners, not the data, decide how well a parameter is known, and it is said.
 ROUNDING = 1e-12  # tolerance: rad
@@ -110,19 +112,19 @@ def parameter_results(context: Decision[Model]) -> tuple[ParameterResult, ...]:
     )
     table, seen = fit.problem.table, fit.identifiability
     share = dict(zip(seen.names, seen.share.tolist(), strict=True))
-    start = np.array([model.table[p.name].value if p.name in model.table else p.value for p in table.rows])
+    start = nominal_values(model, table)
     values = fit.solution.x[0, : len(start)]
-    total = _components(table, *context.spread, values)
+    total = components(table, *context.spread, values)
     reach = quantile(off.dof)
     free = fit.problem.free
-    sigma = _components(table, free, u.covariance * u.factor**2, values)
+    sigma = components(table, free, u.covariance * u.factor**2, values)
     instrument: dict[str, float] = {}
     if all(obs.sigma is not None for obs in data.observations):
         # The instrument's own bars: the same columns, weighed with the stated noise alone.
         own = fit.uncertainty
         if fit.problem.loss != "none" or not fit.problem.priors or any(g.tau for g in fit.groups):
             own = uncertainty(build(model, data).with_weights(fit.problem.weights).with_free(free), fit.solution.x)
-        instrument = _components(table, free, own.covariance, values)
+        instrument = components(table, free, own.covariance, values)
     hidden: dict[str, list[str]] = {}
     for combination in seen.combinations:
         for name, _ in combination.partners:
@@ -167,7 +169,12 @@ def parameter_results(context: Decision[Model]) -> tuple[ParameterResult, ...]:
     return tuple(out)
 
 
-def _components(table: ParameterTable, names: Sequence[str], covariance: Array, values: Array) -> dict[str, float]:
+def nominal_values(model: Model, table: ParameterTable) -> Array:
+    """What every parameter of a problem is nominally, (P,): as the robot's file says, or the data's."""
+    return np.array([model.table[p.name].value if p.name in model.table else p.value for p in table.rows])
+
+
+def components(table: ParameterTable, names: Sequence[str], covariance: Array, values: Array) -> dict[str, float]:
     """Standard deviation of every free parameter from a covariance in the tangent: of a rotation vector v, whose components
     are told, by dv = Jinv(v) w; the covariance speaks of turns w."""
     out = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from robocal.report.estimator_rows import side_by_side
 from robocal.report.sections import Block, Cell, Detail, Noted, Style, Text, figure, quiet, table
 
 __all__ = ["comparison", "groups", "layer", "linear"]
 
 ERRORS = {"after": "after", "held_out": "held out", "k_fold": "every fold", "leave_one_out": "leave-one-out"}
+Columns = Mapping[str, Sequence[object]]
 SAME = "Every method had the same configurations to fit and to predict. Only errors that nothing was fitted to count."
 
 
@@ -82,31 +84,33 @@ def _steps(found: Any) -> Iterator[Block]:
     yield Text.of(said, ("" if found.curvature is None else bend, "quiet"))
 
 
-def comparison(found: Any) -> list[Block]:
-    """The estimators side by side, the models without identification below them."""
+def comparison(found: Any, rows: Columns | None = None) -> list[Block]:
+    """The estimators side by side, the models without identification below them; on pages what they leave of every row, of which `rows`
+    are the columns of comparison.csv."""
     if found is None:
         return []
     keys = [k for k in ERRORS if any(getattr(m, k) is not None for m in found.methods)]
     columns = ("method", *(ERRORS[k] for k in keys), "farthest", "sigmas", "s", "verdict", "")
     width = len(keys) + 1
-    rows: list[tuple[Cell, ...]] = []
+    cells: list[tuple[Cell, ...]] = []
     for m in found.methods:
         if m.failed:
-            rows.append((Noted(m.method, m.title), *[""] * (len(columns) - 2), (m.failed, "strange")))
+            cells.append((Noted(m.method, m.title), *[""] * (len(columns) - 2), (m.failed, "strange")))
             continue
         away = "reference" if m.method == found.reference else m.farthest
         sigmas, seconds = figure(m.sigmas, 2) if m.sigmas is not None else "", figure(m.seconds, 2)
         stop: Cell = (m.reason if m.stopped else "", "strange")
         errors = (figure(getattr(m, k)) for k in keys)
-        rows.append((Noted(m.method, m.title), *errors, away, sigmas, seconds, m.verdict.replace("_", " "), stop))
+        cells.append((Noted(m.method, m.title), *errors, away, sigmas, seconds, m.verdict.replace("_", " "), stop))
     empty = ("",) * 5
     before = (getattr(found, "before" if k == "after" else f"{k}_before") for k in keys)
-    rows.append(("frames only", *map(figure, before), *empty))
+    cells.append(("frames only", *map(figure, before), *empty))
     if found.constant is not None:
         # It was predicted where the verdict looks: in the first way of holding out.
         proof = next((k for k in keys if k != "after"), None)
-        rows.append(("predicting the mean", *(figure(found.constant) if k == proof else "" for k in keys), *empty))
-    styles: list[Style] = ["" if i < len(found.methods) else "quiet" for i in range(len(rows))]
+        cells.append(("predicting the mean", *(figure(found.constant) if k == proof else "" for k in keys), *empty))
+    styles: list[Style] = ["" if i < len(found.methods) else "quiet" for i in range(len(cells))]
     title = f"Estimators on the same split, mean error [{found.unit}]"
     right = (*range(1, width), width + 1, width + 2)
-    return [table(*columns, right=right, title=title, rows=rows, styles=styles, caption=SAME)]
+    made = table(*columns, right=right, title=title, rows=cells, styles=styles, caption=SAME)
+    return [made, Detail(lambda: [side_by_side(rows) if rows else None])]

@@ -9,6 +9,7 @@ from typing import Any
 
 from robocal.report import matrix, pictures
 from robocal.report.numbers import ranges
+from robocal.report.passes import over_measurements, over_passes
 from robocal.report.sections import Block, Cell, Detail, Facts, Figure, Folded, Pair, Section, Text, figure, table
 
 __all__ = ["fit_sections", "recipe"]
@@ -18,7 +19,7 @@ def fit_sections(result: Any) -> Iterator[Section]:
     """Convergence, correlations, sensors."""
     fit, found = result.fit, result.correlation
     yield Section.of(
-        "", Detail(lambda: _convergence(fit)), title="Convergence", key="convergence", brief=(), folded=True
+        "", Detail(lambda: _convergence(result)), title="Convergence", key="convergence", brief=(), folded=True
     )
     yield Section.of(
         "",
@@ -33,19 +34,27 @@ def fit_sections(result: Any) -> Iterator[Section]:
     )
 
 
-def _convergence(fit: Any) -> Iterator[Block]:
+def _convergence(result: Any) -> Iterator[Block | None]:
+    fit = result.fit
     reason = f"; {fit.reason}" if fit.reason else ""
     yield Text.of(f"{fit.iterations} iteration{'' if fit.iterations == 1 else 's'}{reason}.")
     costs = [c for c in fit.history if c is not None]
-    last = Text.of((f"Last values of the cost: {', '.join(figure(c, 7) for c in costs[-5:])}.", "quiet"))
+    if costs:
+        yield Text.of((f"Last values of the cost: {', '.join(figure(c, 7) for c in costs[-5:])}.", "quiet"))
     caption = (
         "The cost is half the sum of squared residuals, each divided by its sigma. A line that flattens has converged; one that "
         "still falls at the end has not."
     )
-    if svg := pictures.convergence(costs):
-        yield Pair((Figure(svg, caption), last))
-    elif costs:
-        yield last
+    shown = [Figure(s, caption) for s in [pictures.convergence(costs)] if s]
+    if fit.passes is not None:
+        both = zip(fit.passes.greatest_error, fit.passes.after, strict=False)
+        known = [(error, count) for error, count in both if math.isfinite(error)]
+        errors, after = [e for e, _ in known], [n for _, n in known]
+        svg = pictures.convergence(errors, after, "greatest error", fit.passes.unit, "greatest-error")
+        shown += [Figure(svg, "The greatest error of any measurement that was fitted.")] if svg else []
+    yield Pair(tuple(shown)) if len(shown) > 1 else shown[0] if shown else None
+    yield over_passes(result)
+    yield over_measurements(result)
 
 
 def _correlation(found: Any) -> Iterator[Block]:

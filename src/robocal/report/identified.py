@@ -52,14 +52,21 @@ HEAT = (
 )
 
 
-def report(result: Any, rows: Columns | None, cells: Columns | None, folder: Path | None = None) -> str:
-    """The text of report.html of a result, with the columns of its residuals.csv and accuracy_map.csv; `folder`: where they are kept."""
+def report(
+    result: Any,
+    rows: Columns | None,
+    cells: Columns | None,
+    folder: Path | None = None,
+    compared: Columns | None = None,
+) -> str:
+    """The text of report.html of a result, with the columns of its residuals.csv, accuracy_map.csv and comparison.csv; `folder`: where
+    they are kept."""
     joints = str(result.robot.joints or "")
     facts = (
         ("Convention", result.robot.convention), ("Joints", joints), ("Computed", _moment(result.provenance.started)),
     )  # fmt: skip
     name, version = result.robot.name or "Unnamed robot", result.provenance.version
-    sections = identification_sections(result, rows, lambda: cells, folder)
+    sections = identification_sections(result, rows, lambda: cells, folder, compared)
     return page(name, sections, kind="Calibration report", facts=facts, made=version)
 
 
@@ -76,9 +83,10 @@ def identification_sections(
     rows: Columns | None = None,
     cells: Callable[[], Columns | None] = lambda: None,
     folder: Path | None = None,
+    compared: Columns | None = None,
 ) -> Iterator[Section]:
-    """The whole story of one identification; `rows` are the columns of residuals.csv, `cells` makes those of accuracy_map.csv, and
-    `folder` is where they are kept."""
+    """The whole story of one identification; `rows` are the columns of residuals.csv, `cells` makes those of accuracy_map.csv, `compared`
+    are those of comparison.csv, and `folder` is where they are kept."""
     split, located = result.split, result.verdict.status == "located"
     facts = f"{len(split.fit)} configurations"
     if split.held_out:
@@ -123,7 +131,7 @@ def identification_sections(
         (groups(result.groups_tried), "Beyond geometry", "beyond", None),
         (layer(result.layer), "Residual layer", "layer", None),
         (linear(result.linearity), "How linear it was", "linearity", ()),
-        (comparison(result.comparison), "Other estimators on the same measurements", "comparison", None),
+        (comparison(result.comparison, compared), "Other estimators on the same measurements", "comparison", None),
     ):
         if part:
             yield Section.of("", *part, title=title, key=key, brief=brief, folded=True)

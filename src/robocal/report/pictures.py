@@ -131,24 +131,27 @@ def _scatter(
     return parts, f"{said} {_describe(series, unit)} {share}".strip()
 
 
-def convergence(costs: Sequence[float]) -> str:
-    """The cost after each iteration, logarithmic; empty text when there is no line to draw."""
-    if len(costs) < 2 or min(costs) <= 0:
+def convergence(
+    values: Sequence[float], at: Sequence[int] = (), what: str = "cost", unit: str = "", key: str = "convergence"
+) -> str:
+    """A cost or an error after iterations `at` (after each), logarithmic; empty text when there is no line to draw."""
+    if len(values) < 2 or min(values) <= 0:
         return ""
-    top = max(costs)
-    around = svg.span(max(c, top * 1e-16) for c in costs)
+    around = svg.span(values, 1e-32)  # the square of rounding
     if around is None:
         return ""
     width, height, left, right, bottom, head = 460.0, 250.0, 62.0, 446.0, 206.0, 34.0
-    x = AxisScale(0, len(costs) - 1, left + 10, right - 8)
+    at = at or range(len(values))
+    x = AxisScale(at[0], at[-1], left + 10, right - 8)
     y = AxisScale(*around, bottom, head, log=True)
-    at = [(x(i), y(c)) for i, c in enumerate(costs)]
-    parts = [left_axis(y, left, right, "cost, logarithmic")]
-    parts += [svg.count_axis(x, x.ticks, bottom, (left, right), "iteration"), path(polyline(at), "curve")]
-    if len(costs) <= 60:
-        parts.append(points(at, "after"))
-    said = f"The cost falls from {significant(costs[0])} to {significant(costs[-1])} in {len(costs) - 1} iterations."
-    return drawing(width, height, parts, title="Cost after each iteration", text=said, key="convergence")
+    places = [(x(i), y(c)) for i, c in zip(at, values, strict=True)]
+    parts = [left_axis(y, left, right, ", ".join(t for t in (what, unit_text(unit), "logarithmic") if t))]
+    parts += [svg.count_axis(x, x.ticks, bottom, (left, right), "iteration"), path(polyline(places), "curve")]
+    if len(values) <= 60:
+        parts.append(points(places, "after"))
+    first, last = (with_unit(significant(v), unit) for v in (values[0], values[-1]))
+    said = f"The {what} {'falls' if values[-1] < values[0] else 'goes'} from {first} to {last} in {at[-1]} iterations."
+    return drawing(width, height, parts, title=f"{what.capitalize()} after each iteration", text=said, key=key)
 
 
 def before_after(residuals: Mapping[str, Sequence[object]]) -> str:

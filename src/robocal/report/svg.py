@@ -164,13 +164,14 @@ def log_ticks(low: float, high: float) -> list[float]:
     return inside[:: max(1, math.ceil(len(inside) / 8))]
 
 
-def span(values: Iterable[float]) -> tuple[float, float] | None:
-    """A range on a logarithmic axis that holds all positive values with some air; never narrower than half a decade."""
+def span(values: Iterable[float], share: float = 1e-9) -> tuple[float, float] | None:
+    """A range on a logarithmic axis that holds all positive values with some air, down to a share of the largest; never narrower than
+    half a decade."""
     positive = [v for v in values if v > 0]
     if not positive:
         return None
     least, most = (min(max(v, 1e-200), 1e200) for v in (min(positive), max(positive)))
-    low, high = max(least, most * 1e-9) / 1.25, most * 1.25
+    low, high = max(least, most * share) / 1.25, most * 1.25
     if high / low < 3.2:
         middle = math.sqrt(low * high)
         low, high = middle / 1.8, middle * 1.8

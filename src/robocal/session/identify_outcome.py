@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal._record import record, replace
+from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.apply.accuracy import accuracy_map
 from robocal.errors import ModelError
@@ -25,10 +25,12 @@ from robocal.files.display import outlier, to_display
 from robocal.files.parts import unique_remarks
 from robocal.files.runfolder import (
     ACCURACY,
+    COMPARISON,
     LAYER,
     RESIDUAL_COLUMNS,
     accuracy_columns,
     accuracy_text,
+    comparison_text,
     layer_text,
     write_run,
 )
@@ -57,7 +59,7 @@ NOTHING = 1e-9  # tolerance: m; two models that differ by rounding are one, and 
 @record
 class IdentifyOutcome:
     """What an identification came to: the result, its residuals by column, and the model in SI; `left_out` are numbers
-    that the calibrated robot file cannot hold."""
+    that the calibrated robot file cannot hold, `compared` what other estimators leave of every row, by column."""
 
     result: files.Result
     residuals: dict[str, list[Any]]
@@ -66,6 +68,7 @@ class IdentifyOutcome:
     written: tuple[Path, ...] = ()
     left_out: tuple[str, ...] = ()
     layer: Layer | None = None
+    compared: dict[str, list[Any]] = field(default_factory=dict)
 
     @property
     def improved(self) -> bool:
@@ -97,7 +100,7 @@ def to_result(
         identifiability=_identifiability(found, robot),
         residuals=_residuals(found),
         pose_from_lengths=_pose_from_lengths(found),
-        fit=_fit(found),
+        fit=_fit(found, robot),
         split=_split(found),
         prediction=_prediction_part(found),
         working_range=_range_part(found),
@@ -167,10 +170,10 @@ def _pose_from_lengths(found: Identification[Model]) -> files.PoseFromLengths | 
     )
 
 
-def _fit(found: Identification[Model]) -> files.FitReport:
+def _fit(found: Identification[Model], robot: Opened[Any]) -> files.FitReport:
     sources = list(dict.fromkeys(g.sigma_source for g in found.groups))
     ends = describe_end(found.options.method, found.reason)[0]
-    return to_display(files.FitReport, found, reason=ends, sigma_source=", ".join(sources))
+    return to_display(files.FitReport, found, robot.units, reason=ends, sigma_source=", ".join(sources))
 
 
 def _prediction_part(found: Identification[Model]) -> evidence.Prediction | None:
@@ -323,10 +326,12 @@ def save(outcome: IdentifyOutcome, folder: Path) -> IdentifyOutcome:
         result = replace(result, warnings=warnings, remarks=remarks)
         outcome = replace(outcome, result=result, left_out=rendered.left_out)
     cells = map_columns(outcome.identification)
-    page = report(outcome.result, outcome.residuals, cells, folder)
+    page = report(outcome.result, outcome.residuals, cells, folder, outcome.compared)
     name = "calibrated.urdf" if outcome.robot.file.format == "urdf" else "calibrated.yaml"
     more = _knowledge_files(outcome.identification, cells)
     if outcome.layer is not None:
         more[LAYER] = layer_text(outcome.layer)
+    if outcome.compared:
+        more[COMPARISON] = comparison_text(outcome.compared)
     written = write_run(folder, outcome.result, rendered.text, outcome.residuals, page, robot_name=name, more=more)
     return replace(outcome, written=written)

@@ -74,7 +74,7 @@ class Opened(Generic[M]):
 
     noun: ClassVar[str] = "machine"
     # Choices of one identification that only an arm has: its joints are driven, bend and ripple.
-    lacks: ClassVar[tuple[str, ...]] = ("groups", "layer", "compare", "region", "base", "tip")
+    lacks: ClassVar[tuple[str, ...]] = ("groups", "layer", "region", "base", "tip")
 
     @property
     def name(self) -> str:

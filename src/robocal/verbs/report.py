@@ -17,7 +17,7 @@ PAGES = {"validation.json": "validation.html", "verify.json": "report.html"}
 
 @record
 class Options(BaseOptions):
-    """Write a page again: report.html of a run folder, from result.json, residuals.csv and accuracy_map.csv; or that of a folder of
+    """Write a page again: report.html of a run folder, from result.json and the tables beside it; or that of a folder of
     `validate` or `verify`, from validation.json or verify.json."""
 
     folder: Path = arg(..., "RUN", "A run folder, or the folder of a validation or a verification.")
@@ -38,15 +38,24 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Pa
 
 def _page_of_run(folder: Path) -> str:
     from robocal.errors import FileError
-    from robocal.files.runfolder import ACCURACY, RESIDUALS, open_run, read_accuracy, read_residuals
+    from robocal.files.runfolder import (
+        ACCURACY,
+        COMPARISON,
+        RESIDUALS,
+        open_run,
+        read_accuracy,
+        read_comparison,
+        read_residuals,
+    )
     from robocal.report.identified import report
 
     found = open_run(folder)
-    rows, cells = found.part(RESIDUALS), found.part(ACCURACY)
+    rows, cells, methods = found.part(RESIDUALS), found.part(ACCURACY), found.part(COMPARISON)
     if rows is None:
         raise FileError("this run has no residuals", file=folder, expected=RESIDUALS)
     accuracy = None if cells is None else read_accuracy(cells)
-    return report(found.result, read_residuals(rows), accuracy, folder)
+    compared = None if methods is None else read_comparison(methods)
+    return report(found.result, read_residuals(rows), accuracy, folder, compared)
 
 
 def _page_of(place: Path) -> str:

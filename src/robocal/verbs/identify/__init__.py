@@ -209,11 +209,11 @@ def identify_machine(o: Options, solver: Solver, watch: Watch | None, command: s
     with computable(*(i.file for i in every)):
         opened, more = with_groups(opened, data, o.groups, options, watch)
         found = identify(opened.machine, data, options, watch)
-        layer, parts = beside(opened, data, found, o, (options, timed.seconds), watch)
+        layer, parts, compared = beside(opened, data, found, o, (options, timed.seconds), watch)
     said = (*inputs.warnings, *(remark for file in read for remark in file.remarks))
     recipe = recipe_of(found, o.record, command, every, timed, inputs.reading.left_out)
     result = replace(to_result(found, opened, recipe, said), **more, **parts)
-    return IdentifyOutcome(result, residual_columns(found), found, opened, layer=layer)
+    return IdentifyOutcome(result, residual_columns(found), found, opened, layer=layer, compared=compared)
 
 
 def sections(made: Outcome[Identified]) -> Iterator[Section]:
@@ -222,5 +222,6 @@ def sections(made: Outcome[Identified]) -> Iterator[Section]:
     from robocal.session.identify_outcome import map_columns
 
     found: Identified = made.result
-    yield from identification_sections(found.result, found.residuals, lambda: map_columns(found.identification))
+    cells, rows = lambda: map_columns(found.identification), found.residuals
+    yield from identification_sections(found.result, rows, cells, compared=found.compared)
     yield closing_section(found.result, made.written, found.left_out)

@@ -154,24 +154,26 @@ def with_groups(
 
 def beside(
     opened: Opened[Any], data: DataSet, found: Identification[Any], o: Any, solved: tuple[Options, float], watch: Watch | None
-) -> tuple[Layer | None, dict[str, Any]]:  # fmt: skip
+) -> tuple[Layer | None, dict[str, Any], dict[str, list[Any]]]:  # fmt: skip
     """The residual layer on top of an identification and what a result says beside it, where the options of the verb ask for them: the
-    layer, and the methods side by side, in mm or deg. `solved` are the options and seconds of the identification."""
+    layer, and the methods side by side, in mm or deg; and the columns of comparison.csv. `solved` are the options and seconds of the
+    identification."""
     more: dict[str, Any] = {}
-    if opened.arm is None:
-        return None, more
+    columns: dict[str, list[Any]] = {}
     if methods := methods_of(o.compare, o.method):
         from robocal.prove.compare import compare
+        from robocal.session.compared_rows import comparison_columns
 
         known = (found, solved[1])
         compared = compare(opened.machine, data, methods, solved[0], known=known, watch=watch)
-        more["comparison"] = to_display(files.Comparison, compared)
+        more["comparison"], columns = to_display(files.Comparison, compared), comparison_columns(compared)
     if not o.layer:
-        return None, more
+        return None, more, columns
     guarded = guard_layer(found, data, watch)
     reason, points = guarded.reason, 0 if guarded.layer is None else len(guarded.layer.points)
     said = {"reason": str(reason), "code": reason.code, "used": guarded.layer is not None, "n": guarded.rows}
-    return guarded.layer, more | {"layer": to_display(files.LayerSummary, guarded, points=points, **said)}
+    more["layer"] = to_display(files.LayerSummary, guarded, points=points, **said)
+    return guarded.layer, more, columns
 
 
 def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None = None) -> Guarded:
