@@ -82,7 +82,9 @@ def _recipe(made: Mapping[str, Any]) -> str:
 def _drop_title(section: Section, title: str) -> Section:
     """The first section of a page without the title, which stands above it."""
     match section.blocks:
-        case (Text(parts=((word, "strong"), str(rest))) as line, *others) if word == title:
+        case (Text(parts=((word, "strong"), str(rest))) as line, *others) if title == word or title.startswith(
+            f"{word}: "
+        ):
             return replace(section, blocks=(replace(line, parts=(rest.strip(),)), *others))
     return section
 

@@ -29,8 +29,8 @@ def draw_reach(
     box: PoseBox | None = None,
     ruler: LengthUnit = METRE,
 ) -> str:
-    """The picture (SVG) of a list in the plane of two axes: targets X_r red, poses X_j blue crosses, the start X_0, the box Z where it is given, and the outline
-    of the workspace where it is."""
+    """The picture (SVG) of a list in the plane of two axes: targets X_r red, poses X_j blue crosses, the start X_0, and where they
+    are given the box Z and the outline of the workspace."""
     start = listing.start[:3, 3]
     wished, found = (start + listing.translation)[:MOST], listing.poses[:MOST, :3, 3]
     z = None if box is None else _box(start, box, axes)
@@ -73,13 +73,12 @@ def _legend(at: Plane, listing: PoseList, space: bool, z: bool) -> str:
         rows.append((f'<path class="space line" d="M{num(x)} {num(y + 22 * len(rows))}h16"/>', "workspace"))
     parts = [mark + label(x + 24, y + 22 * k + 4, word, "name") for k, (mark, word) in enumerate(rows)]
     y += 22 * len(rows) + 16
-    parts.append(label(x, y, f"{_percent(listing.reach_share)} % of targets", "strong"))
-    parts.append(label(x, y + 19, f"reached of {len(listing.fraction)};", "tick"))
-    parts.append(label(x, y + 37, "other motions ended", "tick"))
+    parts.append(label(x, y, f"{_percent(listing.reach_share)} % reached", "strong"))
+    parts.append(label(x, y + 19, f"of {len(listing.fraction)} targets; others ended", "tick"))
     for k, word in enumerate(LIMITS[1:]):
         count = int((listing.limit == k + 1).sum())
         if count or word != "cable-pulley":
-            parts.append(label(x, y + 56 + 18 * k, f"{count} by {WHY[word]}", "tick"))
+            parts.append(label(x, y + 38 + 18 * k, f"{count} by {WHY[word]}", "tick"))
     return "".join(parts)
 
 

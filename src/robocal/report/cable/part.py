@@ -10,12 +10,7 @@ __all__ = ["part"]
 
 
 def part(
-    heading: str,
-    text: str = "",
-    figure: str = "",
-    table: Sequence[Sequence[str]] = (),
-    *,
-    folded: bool = False,
+    heading: str, text: str = "", figure: str = "", table: Sequence[Sequence[str]] = (), *, folded: bool = False
 ) -> Section:
     """A section of paragraphs (parted by empty lines), a picture of this folder, and a table whose first row is the header (none
     where all its cells are empty); `folded`: what a page shows on request."""

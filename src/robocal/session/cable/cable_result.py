@@ -64,7 +64,11 @@ class CableResult(VerbResult):
         are left out."""
         *found, after = told
         assumed = self.robot.assumed
-        much = f"{len(assumed)} values of the robot's file, not measured; what was found depends on them" if assumed else ""
+        much = (
+            f"{len(assumed)} values of the robot's file, not measured; what was found depends on them"
+            if assumed
+            else ""
+        )
         known = " ".join(f"{full_text(r)}" for r in remarks)
         pairs = (*found, ("Assumed", much), ("Worth knowing", known), after)
         return Detail(lambda: [Facts(tuple((name, words) for name, words in pairs if words))])

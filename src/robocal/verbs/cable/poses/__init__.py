@@ -92,7 +92,9 @@ def sections(made: Outcome[Listed]) -> Iterator[Section]:
     near: tuple[Text, ...] = ()
     if k >= 0:
         gap, names = found.length_unit.short(found.start.gap), f"{robot.cables[k]} and {robot.cables[l]}"
-        near = quiet(f"at the start (X_0) {names} pass with {gap} between them; capacity margin {figure(found.start.margin)} N")
+        near = quiet(
+            f"at the start (X_0) {names} pass with {gap} between them; capacity margin {figure(found.start.margin)} N"
+        )
     why = quiet(found.why_short) if found.why_short else ()
     yield Section.of("", Text.of((robot.name, "strong"), head), *why, *near, Detail(lambda: _answer(made)))
     rows = ((STOPPED_BY[name], str(count), figure(100 * count / n, 3)) for name, count in found.limits.items())

@@ -29,15 +29,16 @@ def poses_answer(made: Listed) -> Detail:
     """What a page says first: what was asked, what the list is worth, what next."""
     count, choice = len(made.names), made.choice
     asked = f"{count} poses that the platform reaches from its start and leaves again, within tension limits and without a contact"
-    found = f"{count} poses; each is on a straight way from the start towards a target drawn at random, {100 * made.margin:g} % of what is free"
+    much = f"{100 * made.margin:g} % of what is free"
+    found = f"{count} poses; each is on a straight way from the start towards a target drawn at random, {much}"
     best, program = "", "program.csv drives to each pose and back"
     if choice is not None:
         asked += f", and the {len(choice.chosen)} best of them to measure"
         what = next(iter(choice.expected["chosen"]))
         rms = {who: significant(1e3 * choice.expected[who][what]) for who in ("chosen", "random", "all")}
         best = (
-            f"after a calibration the {EXPECTED_OF[what]} are expected within {rms['chosen']} mm rms, {rms['random']} mm from as many poses "
-            f"at random, {rms['all']} mm from all {count}"
+            f"after a calibration the {EXPECTED_OF[what]} are expected within {rms['chosen']} mm rms, {rms['random']} mm from as many "
+            f"poses at random, {rms['all']} mm from all {count}"
         )
         program = "program.csv drives to the chosen poses and back"
     after = f"{program}; measure there, then robocal identify {made.place} LENGTHS POSES"
