@@ -175,7 +175,8 @@ def _table(block: Table, heading: str) -> str:
     if len(body) <= LONG:
         return part(body, caption)
     rest = part(body[SHOWN:], "")
-    return f"{part(body[:SHOWN], caption)}<details><summary>{len(body) - SHOWN} more rows</summary>{rest}</details>"
+    more = f'<details class="rest"><summary>{len(body) - SHOWN} more rows</summary>{rest}</details>'
+    return f"{part(body[:SHOWN], caption)}{more}"
 
 
 def _column(cells: Sequence[Cell], numbers: bool) -> list[str]:

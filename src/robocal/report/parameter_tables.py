@@ -151,17 +151,25 @@ def hidden(result: Any) -> Section:
     """What the data cannot tell, in words, and how well the rest is seen."""
     seen = result.identifiability
     alone = [c for c in seen.combinations if c.code == Code.NO_EFFECT and c.terms]
-    lines = [c.text for c in seen.combinations if c not in alone]
+    lines = [(c.text, _sum(c)) for c in seen.combinations if c not in alone]
     if alone:
-        lines.append(f"no effect on these measurements: {', '.join(c.terms[0].name for c in alone)}")
+        lines.append((f"no effect on these measurements: {', '.join(c.terms[0].name for c in alone)}", ""))
     title = "What these measurements cannot tell"
     heading = f"{title} ({seen.rank} of {seen.n_free} free parameters are seen)"
     words = "They keep their nominal values; those of an instrument, what the nominal robot gives it."
     stay = quiet(words, indent=2) if lines else ()
     shown = heading if seen.combinations or seen.dropped else ""
     detail = Detail(lambda: _observability(result))
-    told = (Text.of(line, indent=2) for line in lines)
-    return Section.of(shown, *told, *stay, detail, title=title, key="identifiability", brief=(), folded=True)
+    told = table("what cannot be told", "as a sum", rows=lines, detail=(1,)) if lines else None
+    return Section.of(shown, told, *stay, detail, title=title, key="identifiability", brief=(), folded=True)
+
+
+def _sum(combination: Any) -> str:
+    """A combination of several parameters as the sum of them that has no effect."""
+    if len(combination.terms) < 2:
+        return ""
+    told = (f"{figure(t.coefficient, 3)} × {t.name}" for t in combination.terms if t.coefficient is not None)
+    return ", ".join(told)
 
 
 def _dropped(result: Any) -> Table:
@@ -195,13 +203,7 @@ def _observability(result: Any) -> Iterator[Block]:
         yield _dropped(result)
     else:
         yield Text.of("Nothing was dropped: every free parameter was kept.")
-    parts = [
-        (c.text, ", ".join(f"{figure(t.coefficient, 3)} × {t.name}" for t in c.terms if t.coefficient is not None))
-        for c in seen.combinations
-        if len(c.terms) > 1
-    ]
-    if parts:
-        yield blocks.Folded("The same as sums of parameters", (table("what cannot be parted", "as a sum", rows=parts),))
+    if any(len(c.terms) > 1 for c in seen.combinations):
         yield Text.of(
             "Such a ", ("combination", "term"),
             " says what hides a parameter: only the sum of these effects can be seen, not each of them. Measuring something else "

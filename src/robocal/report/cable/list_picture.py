@@ -74,7 +74,7 @@ def _legend(at: Plane, listing: PoseList, space: bool, z: bool) -> str:
     parts = [mark + label(x + 24, y + 22 * k + 4, word, "name") for k, (mark, word) in enumerate(rows)]
     y += 22 * len(rows) + 16
     parts.append(label(x, y, f"{_percent(listing.reach_share)} % reached", "strong"))
-    parts.append(label(x, y + 19, f"of {len(listing.fraction)} targets; others ended", "tick"))
+    parts.append(label(x, y + 19, f"of {len(listing.fraction)}; others ended", "tick"))
     for k, word in enumerate(LIMITS[1:]):
         count = int((listing.limit == k + 1).sum())
         if count or word != "cable-pulley":
