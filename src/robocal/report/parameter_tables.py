@@ -19,6 +19,7 @@ __all__ = ["change_text", "hidden", "largest_changes", "parameters"]
 MOST = 40  # rows on a terminal
 PARTNERS = 2  # that a table for everyone names
 UNSHOWN = (6, 7, 8, 10)  # columns for specialists: sigmas, the share of the data, the status
+CHANGED = (2, 3, 4, 5, 6, 7, 8)  # columns of what was fitted
 FITTED = ("identified", "prior")
 COUNTED = {
     "identified": "identified",
@@ -80,7 +81,7 @@ def parameters(result: Any) -> Section:
     return Section.of(
         "", Text.of((warning, "bad")) if refused else None, Detail(lambda: [Text.of(*SIGMA)]),
         _table(free, len(frames), min(len(own), MOST)) if free else None,
-        blocks.Folded(f"{len(fixed)} fixed", (_table(fixed, 0, None),)) if fixed else None,
+        blocks.Folded(f"{len(fixed)} fixed", (_table(fixed, 0, None, CHANGED),)) if fixed else None,
         *quiet(*lines), Detail(lambda: [Text.of(*STATUS)]), title="Parameters", key="parameters", brief=brief, folded=True,
     )  # fmt: skip
 
