@@ -202,7 +202,7 @@ def _tile(residuals: Any, key: str, name: str, mark: Mark) -> blocks.Tile:
     more = (("rms", s.rms), ("95 %", s.p95), ("max", s.max))
     count = f" of {s.n} unseen {'poses' if whose else 'measurements'}" if key.removesuffix("_before") in PROOFS else ""
     lines = (
-        f"mean error{whose}{angle}{count}{f', {blocks.OWN_FITTED}' if s.profiled else ''}",
+        f"mean error{whose}{count}{angle}{f', {blocks.OWN_FITTED}' if s.profiled else ''}",
         " · ".join(f"{k} {figure(v, 3)}" for k, v in more if math.isfinite(v)),
     )
     return blocks.Tile(name, mark, figure(s.mean, 3), residuals.unit, lines)
