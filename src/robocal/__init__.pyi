@@ -110,7 +110,7 @@ def compensate(
     targets: A CSV whose headers carry units (poses, positions, joints), or a YAML beside it.
     nominal: The model of the controller; a run folder contains it.
     tool: Tool of both models: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; own: each model has its own.
-    output: Write compensated.csv and compensation.json here.
+    output: Write compensated.csv, compensation.json and compensation.html here.
     force: Replace files that exist.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.

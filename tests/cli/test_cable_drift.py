@@ -67,7 +67,10 @@ def test_the_anchor_that_moved_is_named(cell, tmp_path):
     assert json.loads((out / "drift.json").read_text())["compared"] == found["compared"]
     read = [Path(i["file"]).name for i in found["provenance"]["inputs"]]
     assert read == ["calibrated.yaml", "covariance.json"] * 3
-    assert "c6" in (out / "report.html").read_text()
+    # The page answers first: which anchor moved since which run, and what to do.
+    first = (out / "report.html").read_text().partition("<h2")[0]
+    assert "same/run: none, as far as these runs can tell; moved/run: c6" in first, first
+    assert "<dt>Next</dt>" in first and "calibrate again" in first
 
 
 def test_the_terminal_says_it(cell):

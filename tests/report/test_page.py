@@ -13,7 +13,8 @@ import pytest
 from report import samples
 from report.markup import Page
 
-from robocal.report.identified import report
+from robocal.report.identified import identification_sections, report
+from robocal.report.page import embed
 
 SECTIONS = ("errors", "parameters", "identifiability", "convergence", "correlation", "groups", "warnings", "recipe")
 CASES = {
@@ -234,3 +235,26 @@ def test_what_was_left_out_is_counted() -> None:
     assert "3 rows excluded" in Page(render(document, rows)).text
     document["identifiability"]["dropped"] = []  # --keep-all
     assert "stay nominal" not in Page(render(document, rows)).text.split("Where the errors point")[0]
+
+
+def test_paper_opens_the_fold_in_two_columns_and_a_notebook_hears_nothing_of_paper() -> None:
+    document, rows = CASES["improved"]
+    text = render(document, rows)
+    printed = text[text.index("@media print") : text.index("</style>")]
+    assert "details::details-content" in printed and "columns: 2" in printed and "table-header-group" in printed
+    shown = embed(list(identification_sections(samples.result(document), rows)), "run")
+    assert "<style>" in shown and "@page" not in shown and "@media print" not in shown
+
+
+def test_what_hides_a_parameter_and_what_was_fixed_are_said_once() -> None:
+    document, rows = copy.deepcopy(CASES["improved"][0]), CASES["improved"][1]
+    document["parameters"].append({**document["parameters"][0], "name": "j9.gain", "status": "fixed", "delta": None})
+    text = render(document, rows)
+    hidden = text[text.index('id="identifiability"') :].partition("</section>")[0]
+    told = [c["text"] for c in document["identifiability"]["combinations"] if len(c["terms"]) > 1]
+    assert told and all(hidden.count(f">{line}<") == 1 for line in told)
+    # Nothing but its value and its status is known of what was not fitted.
+    fixed = re.search(r"<summary>\d+ fixed</summary>.*?</table>", text, re.S)
+    assert fixed and "j9.gain" in fixed[0] and re.findall(r'scope="col"[^>]*>([^<]*)<', fixed[0]) == [
+        "parameter", "nominal", "unit", "status",
+    ]  # fmt: skip

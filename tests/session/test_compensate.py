@@ -109,7 +109,7 @@ def test_a_run_folder_knows_its_nominal_robot_and_keeps_the_order(run: Path) -> 
     ran = robocal("compensate", run / "run", run / "t.csv", "-o", run / "out")
     assert ran.status == 0 and "1 of 3 targets cannot be reached" in ran.err and "branch" in ran.err
     assert "2 ok, 1 unreachable" in ran.out
-    assert files(run / "out") == {"compensated.csv", "compensation.json"}
+    assert files(run / "out") == {"compensated.csv", "compensation.json", "compensation.html"}
     robocal("compensate", run / "run", run / "t.csv", "-o", run / "out").assert_refused("compensated.csv", "--force")
     assert robocal("compensate", run / "run", run / "t.csv", "-o", run / "out", "--force").status == 0
     rows = table((run / "out" / "compensated.csv").read_text(encoding="utf-8"))

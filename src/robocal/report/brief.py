@@ -20,11 +20,28 @@ CHANGES = 5  # parameters on one screen
 
 
 def range_sentence(result: Any) -> str:
-    """Over which range, and how far off the model may be there; "" where nothing is known of it, or the model is refused."""
-    part = result.working_range
-    if part is None or part.band is None or result.verdict.status == "refused":
+    """Over which range, and how far off the model may be there; "" where nothing is known of it, or the model is refused. Beside
+    errors in pixels or angles: in which lengths the correction is known, and which are not."""
+    part, status = result.working_range, result.verdict.status
+    if status == "located":
+        return _where_located(result)
+    if part is None or part.band is None or status == "refused":
         return ""
-    return f"over the {part.name} the model may be off by {figure(part.band, 3)} {part.unit} rms, noise apart"
+    text = f"over the {part.name} the model may be off by {figure(part.band, 3)} {part.unit} rms, noise apart"
+    if result.residuals.unit == part.unit or not part.moved:
+        return text
+    much = f"and differs by {figure(part.moved, 3)} {part.unit} from the nominal one"
+    return f"{text}, {much}; measured in {result.residuals.unit}, the error before is not known in {part.unit}"
+
+
+def _where_located(result: Any) -> str:
+    """Where frames that were located hold: at what was measured, and how well readings are predicted beyond."""
+    split, beyond = result.split, result.prediction
+    text = f"at the {len(split.fit) + len(split.held_out)} configurations that were measured"
+    if beyond is None:
+        return text
+    much = f"{figure(beyond.mean, 3)} {beyond.unit}"
+    return f"{text}; over the {beyond.region} a reading is predicted within {much} on average (one standard deviation)"
 
 
 def changes(result: Any, most: int = CHANGES) -> list[Any]:

@@ -96,7 +96,8 @@ def unseen(result: Any) -> Table | None:
         and result.verdict.status != "refused"
     ):
         ends = (figure(alone.before, 3), figure(alone.after, 3))
-        rows.append((f"joint offsets alone [{alone.unit}]", *ends, "", "", str(alone.n)))
+        how = "" if alone.how == SEEN[proof] else f", {alone.how}"
+        rows.append((f"joint offsets alone{how} [{alone.unit}]", *ends, "", "", str(alone.n)))
     return table(SEEN[proof], "before", "after", "95 %", "max", "n", right=range(1, 6), rows=rows) if rows else None
 
 
@@ -175,7 +176,9 @@ def tiles(result: Any) -> blocks.Tiles:
         second = replace(second, lines=(*second.lines, *filter(None, [factor])))
     alone = result.offsets
     if alone is not None and alone.after is not None:
-        lines = (f"mean error, {figure(alone.before, 3)} {alone.unit} before", f"{alone.how}, n {alone.n}")
+        told = f"mean error of {alone.n} unseen measurements"
+        each = "each predicted from all others" if alone.how == "leave-one-out" else alone.how
+        lines = (f"{told}, {each}", f"{figure(alone.before, 3)} {alone.unit} before, of the same")
         third = blocks.Tile("Joint offsets alone", "", figure(alone.after, 3), alone.unit, lines)
         return blocks.Tiles((first, second, third))
     if residuals is not result.residuals and residuals.lengths is not None:
@@ -197,8 +200,9 @@ def _tile(residuals: Any, key: str, name: str, mark: Mark) -> blocks.Tile:
     angle = "" if turn is None else f", and {figure(turn.mean, 3)} {residuals.angle.unit}"
     whose = " of the position from lengths" if hasattr(residuals, "lengths") else ""
     more = (("rms", s.rms), ("95 %", s.p95), ("max", s.max))
+    count = f" of {s.n} unseen {'poses' if whose else 'measurements'}" if key.removesuffix("_before") in PROOFS else ""
     lines = (
-        f"mean error{whose}{angle}{f', {blocks.OWN_FITTED}' if s.profiled else ''}",
+        f"mean error{whose}{count}{angle}{f', {blocks.OWN_FITTED}' if s.profiled else ''}",
         " · ".join(f"{k} {figure(v, 3)}" for k, v in more if math.isfinite(v)),
     )
     return blocks.Tile(name, mark, figure(s.mean, 3), residuals.unit, lines)

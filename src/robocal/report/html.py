@@ -9,7 +9,7 @@ from typing import assert_never
 
 from robocal.report import sections as blocks
 from robocal.report.numbers import MISSING, align, power_of_ten
-from robocal.report.sections import Block, Cell, Detail, Mark, Noted, Section, Table, word_and_style
+from robocal.report.sections import Block, Cell, Mark, Noted, Section, Table, word_and_style
 
 __all__ = ["html"]
 
@@ -41,14 +41,11 @@ def html(sections: Iterable[Section], key: str = "part") -> str:
 
 
 def _section(name: str, section: Section) -> str:
-    # On paper, what fits a page stays on one.
-    long = any(isinstance(b, Detail) or (isinstance(b, Table) and len(b.rows) >= 20) for b in section.blocks)
-    whole = "" if long else ' class="whole"'
     heading = section.title or section.heading
     told = f' id="{name}" aria-labelledby="{name}-title"' if heading else ""
     head = [f'<h2 id="{name}-title">{escape(heading)}</h2>'] if heading else []
     body = list(_blocks(section.blocks, heading))
-    return "\n".join([f"<section{told}{whole}>", *head, *body, "</section>"]) if body else ""
+    return "\n".join([f"<section{told}>", *head, *body, "</section>"]) if body else ""
 
 
 def _blocks(found: Iterable[Block | None], heading: str = "") -> Iterator[str]:
@@ -175,7 +172,8 @@ def _table(block: Table, heading: str) -> str:
     if len(body) <= LONG:
         return part(body, caption)
     rest = part(body[SHOWN:], "")
-    return f"{part(body[:SHOWN], caption)}<details><summary>{len(body) - SHOWN} more rows</summary>{rest}</details>"
+    more = f'<details class="rest"><summary>{len(body) - SHOWN} more rows</summary>{rest}</details>'
+    return f"{part(body[:SHOWN], caption)}{more}"
 
 
 def _column(cells: Sequence[Cell], numbers: bool) -> list[str]:

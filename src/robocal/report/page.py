@@ -63,7 +63,7 @@ def page(
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n<meta name="color-scheme" content="light dark">\n'
         f'<meta name="robots" content="noindex">\n<link rel="icon" href="data:,">\n<title>{escape(kind)}: {name}</title>\n'
-        f"<style>\n{_style(first + body)}</style>\n</head>\n<body>\n<main>\n"
+        f"<style>\n{_style(first + body)}{_asset('print.css')}</style>\n</head>\n<body>\n<main>\n"
         f'<header>\n<p class="eyebrow">{escape(kind)}</p>\n<h1>{name}</h1>\n{head}</header>\n{first}\n{body}\n'
         f"<footer>{_recipe(recipe or {})}Made by robocal{f' {escape(made)}' if made else ''}. This page is complete in itself and "
         f"contacts nothing.</footer>\n</main>\n{ends}</body>\n</html>\n"
@@ -82,7 +82,9 @@ def _recipe(made: Mapping[str, Any]) -> str:
 def _drop_title(section: Section, title: str) -> Section:
     """The first section of a page without the title, which stands above it."""
     match section.blocks:
-        case (Text(parts=((word, "strong"), str(rest))) as line, *others) if word == title:
+        case (Text(parts=((word, "strong"), str(rest))) as line, *others) if title == word or title.startswith(
+            f"{word}: "
+        ):
             return replace(section, blocks=(replace(line, parts=(rest.strip(),)), *others))
     return section
 

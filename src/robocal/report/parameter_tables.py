@@ -19,6 +19,7 @@ __all__ = ["change_text", "hidden", "largest_changes", "parameters"]
 MOST = 40  # rows on a terminal
 PARTNERS = 2  # that a table for everyone names
 UNSHOWN = (6, 7, 8, 10)  # columns for specialists: sigmas, the share of the data, the status
+CHANGED = (2, 3, 4, 5, 6, 7, 8)  # columns of what was fitted
 FITTED = ("identified", "prior")
 COUNTED = {
     "identified": "identified",
@@ -80,7 +81,7 @@ def parameters(result: Any) -> Section:
     return Section.of(
         "", Text.of((warning, "bad")) if refused else None, Detail(lambda: [Text.of(*SIGMA)]),
         _table(free, len(frames), min(len(own), MOST)) if free else None,
-        blocks.Folded(f"{len(fixed)} fixed", (_table(fixed, 0, None),)) if fixed else None,
+        blocks.Folded(f"{len(fixed)} fixed", (_table(fixed, 0, None, CHANGED),)) if fixed else None,
         *quiet(*lines), Detail(lambda: [Text.of(*STATUS)]), title="Parameters", key="parameters", brief=brief, folded=True,
     )  # fmt: skip
 
@@ -151,17 +152,25 @@ def hidden(result: Any) -> Section:
     """What the data cannot tell, in words, and how well the rest is seen."""
     seen = result.identifiability
     alone = [c for c in seen.combinations if c.code == Code.NO_EFFECT and c.terms]
-    lines = [c.text for c in seen.combinations if c not in alone]
+    lines = [(c.text, _sum(c)) for c in seen.combinations if c not in alone]
     if alone:
-        lines.append(f"no effect on these measurements: {', '.join(c.terms[0].name for c in alone)}")
+        lines.append((f"no effect on these measurements: {', '.join(c.terms[0].name for c in alone)}", ""))
     title = "What these measurements cannot tell"
     heading = f"{title} ({seen.rank} of {seen.n_free} free parameters are seen)"
     words = "They keep their nominal values; those of an instrument, what the nominal robot gives it."
     stay = quiet(words, indent=2) if lines else ()
     shown = heading if seen.combinations or seen.dropped else ""
     detail = Detail(lambda: _observability(result))
-    told = (Text.of(line, indent=2) for line in lines)
-    return Section.of(shown, *told, *stay, detail, title=title, key="identifiability", brief=(), folded=True)
+    told = table("what cannot be told", "as a sum", rows=lines, detail=(1,)) if lines else None
+    return Section.of(shown, told, *stay, detail, title=title, key="identifiability", brief=(), folded=True)
+
+
+def _sum(combination: Any) -> str:
+    """A combination of several parameters as the sum of them that has no effect."""
+    if len(combination.terms) < 2:
+        return ""
+    told = (f"{figure(t.coefficient, 3)} × {t.name}" for t in combination.terms if t.coefficient is not None)
+    return ", ".join(told)
 
 
 def _dropped(result: Any) -> Table:
@@ -195,13 +204,7 @@ def _observability(result: Any) -> Iterator[Block]:
         yield _dropped(result)
     else:
         yield Text.of("Nothing was dropped: every free parameter was kept.")
-    parts = [
-        (c.text, ", ".join(f"{figure(t.coefficient, 3)} × {t.name}" for t in c.terms if t.coefficient is not None))
-        for c in seen.combinations
-        if len(c.terms) > 1
-    ]
-    if parts:
-        yield blocks.Folded("The same as sums of parameters", (table("what cannot be parted", "as a sum", rows=parts),))
+    if any(len(c.terms) > 1 for c in seen.combinations):
         yield Text.of(
             "Such a ", ("combination", "term"),
             " says what hides a parameter: only the sum of these effects can be seen, not each of them. Measuring something else "

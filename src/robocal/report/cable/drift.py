@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from robocal.remarks.remark import sentences
-from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
+from robocal.report.sections import Cell, Detail, Facts, Section, Style, Text, ends, figure, quiet, table
 
 __all__ = ["drift_sections"]
 
@@ -15,14 +15,14 @@ __all__ = ["drift_sections"]
 def drift_sections(found: Any, written: Sequence[Path] = ()) -> Iterator[Section]:
     """What moved, cable by cable, and how all of them scatter; `found` are the calibrations side by side."""
     words = f"   {len(found.all)} calibrations, the first: {found.all[0].place}"
-    yield Section.of("", Text.of((found.robot.name, "strong"), words))
+    yield Section.of("", Text.of((found.robot.name, "strong"), words), Detail(lambda: [_answer(found)]))
     if found.reasons:
         yield Section.of("", *(Text.of(reason) for reason in sentences(found.reasons)))
     for n, (place, one) in enumerate(found.compared, 1):
         yield _table(n, found.labels[place], one)
     s = found.scattered
     scatters = {
-        "a component of an anchor (3.39)": s.component,
+        "a component of an anchor": s.component,
         "an anchor": s.point,
         "a zero": s.zero,
         "a component, each frame brought onto the mean by a motion": s.moved,
@@ -34,9 +34,30 @@ def drift_sections(found: Any, written: Sequence[Path] = ()) -> Iterator[Section
     size = ", ".join(f"{1e2 * float(v):+.2g} %" for v in s.size)
     yield Section.of(
         "", table("scatter about the mean of all, rms", "mm", right=(1,), rows=rows), *quiet(f"size of each beside the mean: {size}"),
-        title="How the calibrations scatter", key="scatter",
+        title="How the calibrations scatter", key="scatter", folded=True,
     )  # fmt: skip
     yield from ends(found.remarks, written)
+
+
+def _answer(found: Any) -> Facts:
+    """What a page says first."""
+    names = [found.labels[c.place] for c in found.all]
+    moved = [
+        f"{found.labels[place]}: {', '.join(one.cables_moved) or 'none, as far as these runs can tell'}"
+        for place, one in found.compared
+    ]
+    told = "; ".join(moved) or "nothing: there are no two runs to compare"
+    again = any(one.cables_moved for _, one in found.compared)
+    later = (
+        "calibrate again after what moved is fixed; until then use the latest run"
+        if again
+        else "keep the calibration that is in use"
+    )
+    after = (
+        later if found.compared else "robocal identify ROBOT LENGTHS POSES -o RUN makes the runs that can be compared"
+    )
+    asked = f"which frame anchors moved between {names[0]} and {', '.join(names[1:])}"
+    return Facts((("Asked", asked), ("Moved", told), ("Next", after)))
 
 
 def _table(n: int, place: str, one: Any) -> Section:

@@ -29,8 +29,8 @@ def draw_reach(
     box: PoseBox | None = None,
     ruler: LengthUnit = METRE,
 ) -> str:
-    """The picture (SVG) of a list in the plane of two axes: X_r red, X_j blue crosses, X_0, the box Z where it is given, and the outline
-    of the workspace where it is."""
+    """The picture (SVG) of a list in the plane of two axes: targets X_r red, poses X_j blue crosses, the start X_0, and where they
+    are given the box Z and the outline of the workspace."""
     start = listing.start[:3, 3]
     wished, found = (start + listing.translation)[:MOST], listing.poses[:MOST, :3, 3]
     z = None if box is None else _box(start, box, axes)
@@ -48,10 +48,10 @@ def draw_reach(
     parts.append(path(circles(at.flat(wished).tolist(), 0.75 * size), "wished"))
     parts.append(path(crosses(at.flat(found).tolist(), size), "found"))
     x, y = at.flat(start).tolist()[0]
-    parts += [path(crosses([(x, y)], 6.0), "home"), label(x + 10, y + 4, "X₀", "strong halo-text")]
+    parts += [path(crosses([(x, y)], 6.0), "home"), label(x + 10, y + 4, "start", "strong halo-text")]
     parts.append(_legend(at, listing, outline is not None, z is not None))
-    said = f"{len(listing.fraction)} poses; {_percent(listing.reach_share)} % of those wished for were reached all the way."
-    title = f"Poses wished for and poses found, plane {'xyz'[axes[0]]}{'xyz'[axes[1]]}"
+    said = f"{len(listing.fraction)} poses; {_percent(listing.reach_share)} % of their targets were reached."
+    title = f"Targets and poses, plane {'xyz'[axes[0]]}{'xyz'[axes[1]]}"
     return figure("reached", at.width, at.height, parts, title=title, text=said)
 
 
@@ -65,16 +65,16 @@ def _box(start: Array, box: PoseBox, axes: tuple[int, int]) -> Array:
 
 def _legend(at: Plane, listing: PoseList, space: bool, z: bool) -> str:
     x, y = at.x.end + 24, at.y.end + 8
-    rows = [(path(circles([(x + 8, y)], 2.6), "wished"), "X_r, wished for")]
-    rows.append((path(crosses([(x + 8, y + 22)], 3.4), "found"), "X_j, found"))
+    rows = [(path(circles([(x + 8, y)], 2.6), "wished"), "targets")]
+    rows.append((path(crosses([(x + 8, y + 22)], 3.4), "found"), "poses"))
     if z:
-        rows.append((f'<path class="zbox" d="M{num(x)} {num(y + 22 * len(rows))}h16"/>', "box Z"))
+        rows.append((f'<path class="zbox" d="M{num(x)} {num(y + 22 * len(rows))}h16"/>', "box of targets"))
     if space:
-        rows.append((f'<path class="space line" d="M{num(x)} {num(y + 22 * len(rows))}h16"/>', "workspace W"))
+        rows.append((f'<path class="space line" d="M{num(x)} {num(y + 22 * len(rows))}h16"/>', "workspace"))
     parts = [mark + label(x + 24, y + 22 * k + 4, word, "name") for k, (mark, word) in enumerate(rows)]
     y += 22 * len(rows) + 16
     parts.append(label(x, y, f"{_percent(listing.reach_share)} % reached", "strong"))
-    parts.append(label(x, y + 19, f"of {len(listing.fraction)}; the others ended", "tick"))
+    parts.append(label(x, y + 19, f"of {len(listing.fraction)}; others ended", "tick"))
     for k, word in enumerate(LIMITS[1:]):
         count = int((listing.limit == k + 1).sum())
         if count or word != "cable-pulley":

@@ -9,14 +9,16 @@ from robocal.report.sections import Figure, Section, Table, Text
 __all__ = ["part"]
 
 
-def part(heading: str, text: str = "", figure: str = "", table: Sequence[Sequence[str]] = ()) -> Section:
+def part(
+    heading: str, text: str = "", figure: str = "", table: Sequence[Sequence[str]] = (), *, folded: bool = False
+) -> Section:
     """A section of paragraphs (parted by empty lines), a picture of this folder, and a table whose first row is the header (none
-    where all its cells are empty)."""
+    where all its cells are empty); `folded`: what a page shows on request."""
     paragraphs = (Text.of(p.strip()) for p in text.split("\n\n") if p.strip())
     header, *rows = table or [()]
     right = tuple(j for j in range(len(header)) if rows and all(_number(r[j]) for r in rows))
     shown = Table(tuple(header), tuple(map(tuple, rows)), right) if table else None
-    return Section.of(heading, *paragraphs, Figure(figure) if figure else None, shown)
+    return Section.of(heading, *paragraphs, Figure(figure) if figure else None, shown, folded=folded)
 
 
 def _number(cell: str) -> bool:

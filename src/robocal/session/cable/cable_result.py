@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from shlex import quote
 from typing import Any, ClassVar, TypeVar
 
 from robocal._record import record
@@ -12,7 +13,7 @@ from robocal.files.parts import CableDocument
 from robocal.remarks.remark import Remark, full_text
 from robocal.report.cable.length_unit import LengthUnit
 from robocal.report.cable.part import part
-from robocal.report.sections import Section
+from robocal.report.sections import Detail, Facts, Section
 from robocal.session.cable.statics_options import cable_document
 from robocal.session.verb_base import VerbResult
 
@@ -53,8 +54,27 @@ class CableResult(VerbResult):
         """What its page has room for."""
         yield from ()
 
+    @property
+    def place(self) -> str:
+        """The robot's file as the next command names it."""
+        return quote(str(self.inputs[0].file)) if self.inputs else "ROBOT"
+
+    def answer(self, *told: tuple[str, str], remarks: Iterable[Remark] = ()) -> Detail:
+        """What a page says first: what was asked, what came out, what is assumed, what next, the last of `told`; pairs without words
+        are left out."""
+        *found, after = told
+        assumed = self.robot.assumed
+        much = (
+            f"{len(assumed)} values of the robot's file, not measured; what was found depends on them"
+            if assumed
+            else ""
+        )
+        known = " ".join(f"{full_text(r)}" for r in remarks)
+        pairs = (*found, ("Assumed", much), ("Worth knowing", known), after)
+        return Detail(lambda: [Facts(tuple((name, words) for name, words in pairs if words))])
+
     def method_part(self, words: str, remarks: Iterable[Remark] = ()) -> Section:
         """How a page says that its result was worked out, and what of the robot was assumed."""
         assumed = ", ".join(self.robot.assumed)
         assumption = f"Assumed, not measured: {assumed}. The result depends on it." if assumed else ""
-        return part("How it was worked out", "\n\n".join([words, assumption, *map(full_text, remarks)]))
+        return part("How it was worked out", "\n\n".join([words, assumption, *map(full_text, remarks)]), folded=True)

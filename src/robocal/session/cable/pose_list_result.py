@@ -122,14 +122,18 @@ def _doubts(listing: PoseList, noise: MeasurementNoise, o: Any, file: CableFile)
 
 # LIMITS, and the groups of `PoseChoice.expected`, in words.
 STOPPED_BY: Mapping[str, str] = MappingProxyType({
-    "box": "nothing: X_r was reached",
+    "box": "nothing: the target was reached",
     "statics": "the tension limits",
     "cable-cable": "two cables that would touch",
     "cable-platform": "a cable that would touch the platform",
     "cable-pulley": "an anchor that would reach its pulley",
 })  # fmt: skip
+WHY_SHORT = (
+    "no failure: targets may lie beyond what the robot can do, so that motions end at its limits, where a calibration learns most; each "
+    "pose of the list is reached and left again"
+)
 EXPECTED_OF: Mapping[str, str] = MappingProxyType({
-    "a": "frame anchors a", "b": "platform anchors b", "l0": "zeros of lengths", "position": "platform's position",
+    "a": "frame anchors", "b": "platform anchors", "l0": "zeros of lengths", "position": "platform's position",
 })  # fmt: skip
 
 
@@ -238,12 +242,17 @@ class Listed(CableResult):
     def note(self) -> str:
         """One line on the whole list."""
         stopped = ", ".join(f"{STOPPED_BY[name]} {count}" for name, count in self.limits.items() if count)
-        return f"{len(self.names)} poses, {self.reached} % of the box Z reached; stopped by {stopped}"
+        return f"{len(self.names)} poses; {self.reached}; motions ended by: {stopped}"
 
     @property
     def reached(self) -> str:
-        """How much of Z, in per cent."""
-        return figure(100 * self.listing.reach_share)
+        """How many targets were reached, in words."""
+        return f"{figure(100 * self.listing.reach_share, 2)} % of the targets reached"
+
+    @property
+    def why_short(self) -> str:
+        """Why motions that end before their targets are no failure; nothing where none does."""
+        return WHY_SHORT if self.listing.reach_share < 1 else ""
 
     @property
     def document(self) -> ListDocument:

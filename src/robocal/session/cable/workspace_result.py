@@ -172,6 +172,11 @@ class Workspace(CableResult):
         return ("z-",) if floor else ()
 
     @property
+    def cut_text(self) -> str:
+        """These sides in words."""
+        return ", ".join(f"{side[0]} is {'least' if side[1] == '-' else 'greatest'}" for side in self.cut)
+
+    @property
     def document(self) -> WorkspaceDocument:
         """What workspace.json holds."""
         made, size = self.grid, self.size
@@ -261,10 +266,9 @@ class Workspace(CableResult):
     def details(self) -> Iterator[Section]:
         """What a page has room for: the robot, sections with margins, what was demanded, how it was worked out."""
         robot, demand, ruler = self.robot, self.demand, self.length_unit
-        yield part("What belongs to it", _explanation(self))
         if self.boundary is not None:
-            yield _picture(robot, demand, self.boundary, ruler)
-        for name, line in self.sections.items():
+            yield _picture(robot, demand, self.boundary, ruler, _explanation(self))
+        for k, (name, line) in enumerate(self.sections.items()):
             axes = ("xyz".index(name[0]), "xyz".index(name[1]))
             across = 3 - sum(axes)
             level = ruler.text(float(line.start[across]))
@@ -274,15 +278,18 @@ class Workspace(CableResult):
                 f"exact boundary seen from there. Area within it: {significant(line.area, 4)} m²{where}."
             )
             drawn = section(robot, [line], _sheet(self, line.start, axes), axes, ruler=ruler, closure=demand.closure)
-            yield part(f"Section {name}", text, drawn)
+            yield part(f"Section {name}", text, drawn, folded=k > 0)
         if not self.sections and not demand.closure:
             text = "Nothing is held: colours say by how much, at least, the cables fail. The middle layer of the grid."
             axes = (robot.axes[0], robot.axes[1])
             yield part("The grid", text, section(robot, [], self.grid, axes, ruler=ruler))
-        yield part("What was demanded", _words(demand, ruler), table=_demand_rows(demand))
+        yield part("What was demanded", _words(demand, ruler), table=_demand_rows(demand), folded=True)
         model = "Straight cables" + ("" if robot.pulleys is None else " over pulleys")
         limits = "" if demand.closure else f"; limits {limits_text(robot.need('limits'))}"
         yield self.method_part(f"{model}, what they weigh left out{limits}.")
+
+
+MARGIN = "The margin, in the sections, is the size of the smallest disturbance that the cables could not balance."
 
 
 def _explanation(made: Workspace) -> str:
@@ -291,21 +298,19 @@ def _explanation(made: Workspace) -> str:
         if made.demand.closure
         else "A position of the platform's origin belongs to the workspace when tensions within the limits balance everything demanded."
     )
-    where = [f"{side[0]} is {'least' if side[1] == '-' else 'greatest'}" for side in made.cut]
-    return text + (f" It is cut off by the box where {', '.join(where)}." if where else "")
+    return text + (f" It is cut off by the box where {made.cut_text}." if made.cut else "")
 
 
-def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline, ruler: LengthUnit) -> Section:
+def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline, ruler: LengthUnit, before: str) -> Section:
     """The robot where the rays start, with the least tensions for the first orientation and wrench and the greatest mass."""
     pose, heading = se3.compose(demand.rotations[0], boundary.start), "The robot and its workspace"
-    place = f"The platform where the rays start, {ruler.point(boundary.start)}"
-    turn = "" if isinstance(boundary, Outline) else " Drag to turn."
+    place = f"{before}\n\nThe platform where the rays start, {ruler.point(boundary.start)}"
     if demand.closure:
-        return part(heading, f"{place}.{turn}", scene(robot, pose, surface=boundary, ruler=ruler))
+        return part(heading, f"{place}.", scene(robot, pose, surface=boundary, ruler=ruler))
     mass = float(demand.masses.max())
     wrench = gravity_wrench(pose[None], mass, robot.com, demand.gravity) + demand.extra[:1]
     pull = distribute(structure_of(robot, pose[None]), wrench[:, list(robot.axes)], robot.need("limits")).tension[0]
-    text = f"{place}, with {significant(mass, 4)} kg: the least tensions that hold it.{turn}"
+    text = f"{place}, with {significant(mass, 4)} kg: the least tensions that hold it. {MARGIN}"
     return part(heading, text, scene(robot, pose, tension=pull, surface=boundary, ruler=ruler))
 
 

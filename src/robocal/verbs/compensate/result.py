@@ -98,6 +98,11 @@ class Compensated(VerbResult):
         """One row per target."""
         return listing_text(self.listing), self.listing
 
+    @property
+    def head(self) -> dict[str, Any]:
+        """The robot and what the page is of."""
+        return {"title": f"{self.robot.name}: corrected targets", "kind": "Compensation"}
+
     def texts(self) -> Mapping[str, str | bytes]:
         """The list, and the document."""
         return {"compensated.csv": self.printed[0], "compensation.json": json_text(self.document)}

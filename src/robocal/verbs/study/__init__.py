@@ -141,6 +141,6 @@ def sections(made: Outcome[StudyOutputs]) -> Iterator[Section]:
         yield Section.of(
             "", replace(listing_table(shown), right=tuple(range(len(varied), len(shown.columns)))),
             *quiet("rms and mean over trials, scatter: standard deviation of one trial; lost: trials without it, not among these"),
-            title=name, key=name,
+            title=f"{name} in numbers", key=name, folded=True,
         )  # fmt: skip
     yield from ends(made.remarks, made.written)

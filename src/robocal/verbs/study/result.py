@@ -186,7 +186,7 @@ def pictures(found: StudyOutputs) -> Iterator[Section]:
                 (said, curves(x, lines, f"{name}: {of}" + (f" [{unit}]" if unit else ""), said, name, WANTED.get(name)))
             )
         blocks = (block for said, svg in drawn for block in (Text.of(said), Figure(svg) if svg else None))
-        yield Section.of("", *blocks, title=f"{name}, drawn", key=f"{name}-drawn")
+        yield Section.of("", *blocks, title=name, key=f"{name}-drawn")
 
 
 def _scatter(found: StudyOutputs, name: str) -> Array | None:

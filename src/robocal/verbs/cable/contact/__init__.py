@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robocal._record import record
-from robocal.report.sections import Section, Text, ends, listing_table
+from robocal.report.sections import Detail, Section, Text, ends, listing_table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, details, run_verb
@@ -64,7 +64,7 @@ def sections(made: Outcome[Motions]) -> Iterator[Section]:
     stopped = np.flatnonzero(~found.legs.whole).tolist()
     count = len(found.legs.whole)
     words = f"   {count - len(stopped)} of {count} motions can be gone to their end"
-    yield Section.of("", Text.of((found.robot.name, "strong"), words))
+    yield Section.of("", Text.of((found.robot.name, "strong"), words), Detail(lambda: [found.first_answer]))
     if stopped:
         more = f"and {len(stopped) - SHOWN} more; --json and -o have all" if len(stopped) > SHOWN else ""
         rows = listing_table(found.table_listing.take(stopped), most=SHOWN)

@@ -26,7 +26,7 @@ from robocal.remarks.remark import Remark
 from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
 from robocal.report.numbers import significant
-from robocal.report.sections import Section
+from robocal.report.sections import Detail, Section
 from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.start import clearance_of
 from robocal.session.cable.statics_options import mass_of, robot_inputs, robot_with_limits
@@ -89,22 +89,39 @@ class Motions(CableResult):
         """The motions, and the document."""
         return {"legs.csv": listing_text(self.table_listing), "contact.json": json_text(self.document)}
 
+    @property
+    def first_answer(self) -> Detail:
+        """What a page says first."""
+        whole, count = int(self.legs.whole.sum()), len(self.legs.whole)
+        kind = f"{count} straight motion{'' if count == 1 else 's'} from {'the first pose' if self.from_first else 'pose to pose'}"
+        tensions = " and within the tension limits" if self.demand is not None else ""
+        stopped = np.flatnonzero(~self.legs.whole)
+        ends, after = "", f"robocal cable inverse {self.place} POSES (the lengths of this path)"
+        if len(stopped):
+            first, last, free, why = next(self.table_listing.take(stopped[:1].tolist()).rows).values()
+            ends = f"{first} to {last}, after {significant(100 * free)} % of its way: {why}"
+            after = "another path, or other poses between; then this once more"
+        return self.answer(
+            ("Asked", f"whether {kind} can be gone without a contact{tensions}"), ("Found", f"{whole} of {count} can be gone to their end"),
+            ("First stop", ends), ("Next", after),
+        )  # fmt: skip
+
     def details(self) -> Iterator[Section]:
         """Pictures of the motions that cannot be gone to their end, or of the last one; every motion; how it was worked out."""
         stopped, count = np.flatnonzero(~self.legs.whole), len(self.legs.whole)
         shown = stopped[:DRAWN] if len(stopped) else np.array([count - 1])
         more = f" The first {DRAWN} of {len(stopped)} are drawn." if len(stopped) > DRAWN else ""
         for number, i in enumerate(shown.tolist()):
-            yield _drawn(self, i, more if number == 0 else "")
+            yield _drawn(self, i, more if number == 0 else "", folded=number > 1)
         said = "The share of every motion that can be gone, 0 to 1, and what ends it."
         said += f" The first {MOST} motions; {count - MOST} more are in legs.csv." if count > MOST else ""
         every = list(self.table_listing.rows)[:MOST]
         rows = [[r["from"], r["to"], significant(r["free"]), r["ends by"] or "–"] for r in every]
-        yield part("Motion by motion", said, table=[["from", "to", "free share", "ends by"], *rows])
+        yield part("Motion by motion", said, table=[["from", "to", "free share", "ends by"], *rows], folded=True)
         words = "The platform's origin goes straight and it turns about one axis; contacts are certain between the poses too."
         if self.demand is not None:
             words += f" {significant(float(self.demand.masses.max()))} kg is held, without acceleration."
-        yield self.method_part(words, self.remarks)
+        yield self.method_part(words)
 
 
 def path_of(o: Any, command: str = "") -> Motions:
@@ -134,7 +151,7 @@ def path_of(o: Any, command: str = "") -> Motions:
     )  # fmt: skip
 
 
-def _drawn(made: Motions, i: int, more: str) -> Section:
+def _drawn(made: Motions, i: int, more: str, folded: bool) -> Section:
     """Where a motion ends, between where it starts and where it was to go."""
     first, last, free, why = next(made.table_listing.take([i]).rows).values()
     at, shown = made.legs.end_poses[i], np.stack([made.legs.starts[i], made.legs.ends[i]])
@@ -142,7 +159,7 @@ def _drawn(made: Motions, i: int, more: str) -> Section:
     caption, pull = f"{first} to {last}: {ends}", _tension(made, at)
     picture = scene(made.robot, at, tension=pull, ghosts=shown, caption=caption, ruler=made.length_unit)
     text = f"The motion {ends}. In outline: where it starts, and where it was to end.{more}"
-    return part(f"From {first} to {last}", text, picture)
+    return part(f"From {first} to {last}", text, picture, folded=folded)
 
 
 def _tension(made: Motions, at: NDArray[np.float64]) -> NDArray[np.float64] | None:

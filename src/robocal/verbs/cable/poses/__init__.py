@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from robocal._record import record
 from robocal.cables.tension_choice import METHOD
-from robocal.report.sections import Section, Text, ends, figure, quiet, table
+from robocal.report.sections import Block, Detail, Section, Text, ends, figure, quiet, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, run_verb
@@ -88,17 +88,27 @@ def sections(made: Outcome[Listed]) -> Iterator[Section]:
 
     found = made.result
     n, robot, (k, l) = len(found.names), found.robot, found.start.nearest
-    head = f"   {n} poses, {found.reached} % of the box Z reached, mu {found.margin:g}"
+    head = f"   {n} poses, {found.reached}, each motion used to {100 * found.margin:g} % (mu)"
     near: tuple[Text, ...] = ()
     if k >= 0:
         gap, names = found.length_unit.short(found.start.gap), f"{robot.cables[k]} and {robot.cables[l]}"
-        near = quiet(f"at X_0 {names} pass with {gap} between them; capacity margin {figure(found.start.margin)} N")
-    yield Section.of("", Text.of((robot.name, "strong"), head), *near)
+        near = quiet(
+            f"at the start (X_0) {names} pass with {gap} between them; capacity margin {figure(found.start.margin)} N"
+        )
+    why = quiet(found.why_short) if found.why_short else ()
+    yield Section.of("", Text.of((robot.name, "strong"), head), *why, *near, Detail(lambda: _answer(made)))
     rows = ((STOPPED_BY[name], str(count), figure(100 * count / n, 3)) for name, count in found.limits.items())
-    yield Section.of("", table("stopped by", "motions", "share [%]", right=(1, 2), rows=rows))
+    yield Section.of("", table("motions ended by", "motions", "share [%]", right=(1, 2), rows=rows))
     if found.choice is not None:
         yield _chosen(found.choice, n)
     yield from ends(written=made.written)
+
+
+def _answer(made: Outcome[Listed]) -> Iterator[Block]:
+    """What a page says first."""
+    from robocal.verbs.cable.poses.page import poses_answer
+
+    yield poses_answer(made.result)
 
 
 def _noise_text(noise: Any) -> str:

@@ -26,7 +26,7 @@ from robocal.quantities import Column, Listing, UnitValue, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.report.cable.part import part
-from robocal.report.sections import Section, Text, ends, figure, listing_table, table
+from robocal.report.sections import Detail, Section, Text, ends, figure, listing_table, table
 from robocal.report.sweep import contours
 from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.statics_options import robot_inputs
@@ -156,9 +156,13 @@ class Required(CableResult):
 
     def details(self) -> Iterator[Section]:
         """Cable by cable, lines of equal error, and how it was worked out."""
-        said = f"One standard deviation of what {self.requirement.estimator} finds, in mm."
-        yield Section.of("Cable by cable", Text.of(said), listing_table(in_units(self.sigmas, Units())))
-        for (one, two), curves in self.curves.items():
+        said = (
+            f"One standard deviation of what {self.requirement.estimator} finds, in mm: the components of the frame anchor (ax, ay, az), "
+            "and the zero of the length (l0)."
+        )
+        listed = listing_table(in_units(self.sigmas, Units()))
+        yield Section.of("Cable by cable", Text.of(said), listed, folded=True)
+        for k, ((one, two), curves) in enumerate(self.curves.items()):
             drawn = [(_with_unit(v, self.of), c * [1 / SHOWN[one].factor, 1 / SHOWN[two].factor]) for v, c in curves]
             axes = (f"{NOISES[one]} [{SHOWN[one].name}]", f"{NOISES[two]} [{SHOWN[two].name}]")
             text = (
@@ -166,7 +170,7 @@ class Required(CableResult):
                 f"{SENTENCE[self.of]} is what stands on it."
             )
             heading = f"Noise of {NOISES[one]} and of {NOISES[two]}"
-            yield part(heading, text, contours(drawn, axes, text, f"{one}-{two}"))
+            yield part(heading, text, contours(drawn, axes, text, f"{one}-{two}"), folded=k > 0)
         yield self.method_part(
             "To first order in the noise, around the robot as its file has it; straight cables. It holds while the noise is small against "
             "the spread of the poses."
@@ -247,13 +251,26 @@ def require_summary(made: Required, written: tuple[Path, ...]) -> Iterator[Secti
     noises = ((name, getattr(r.noise, name)) for name in NOISES)
     noise = ", ".join(f"{NOISES[name]} {_with_unit(value, name)}" for name, value in noises if value)
     head = f"   {len(r.design.poses)} poses; standard deviations: {noise}"
-    yield Section.of("", Text.of((made.robot.name, "strong"), head))
+    yield Section.of("", Text.of((made.robot.name, "strong"), head), Detail(lambda: [_answer(made)]))
     rows = [(name, *(figure(SHOWN[w].from_si(getattr(e, w))) for w in WHAT)) for name, e in made.errors.items()]
     columns = ("expected error, rms", "anchors [mm]", "zeros [mm]", "position [mm]", "orientation [deg]")
     yield Section.of("", table(*columns, right=(1, 2, 3, 4), rows=rows))
     if made.needs is not None and made.accuracy is not None:
         yield Section.of("", *map(Text.of, _requirement_lines(made, made.accuracy, made.needs)))
     yield from ends(made.remarks, written)
+
+
+def _answer(made: Required) -> Detail:
+    """What a page says first."""
+    r, error = made.requirement, getattr(made.errors[made.requirement.estimator], made.of)
+    wanted = "how well" if made.accuracy is None else f"whether within {_with_unit(made.accuracy, made.of)} rms"
+    asked = f"{wanted} {SENTENCE[made.of]} is known after a calibration from {len(r.design.poses)} poses"
+    found = f"{_with_unit(error, made.of)} rms is expected"
+    after = f"measure these poses, then robocal identify {made.place} LENGTHS POSES"
+    if made.needs is not None:
+        found += f": {'enough' if made.trusted else 'too much'}. {made.needs['poses']} poses like these would do"
+        after = after if made.trusted else "one of the ways below"
+    return made.answer(("Asked", asked), ("Found", found), ("Next", after))
 
 
 def _requirement_lines(made: Required, accuracy: float, needs: dict[str, Any]) -> Iterator[str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from robocal._record import record
 from robocal.cables.tension_choice import METHOD, POWER
-from robocal.report.sections import Section, Text, Written, figure, listing_table
+from robocal.report.sections import Detail, Section, Text, Written, figure, listing_table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, details, run_verb
@@ -61,7 +61,7 @@ def sections(made: Outcome[Tensions]) -> Iterator[Section]:
     found = made.result
     spread, names = found.spread, found.names
     head = f"   {int(spread.feasible.sum())} of {len(names)} poses are held, method {spread.method}, {figure(found.mass)} kg"
-    yield Section.of("", Text.of((found.robot.name, "strong"), head))
+    yield Section.of("", Text.of((found.robot.name, "strong"), head), Detail(lambda: [found.first_answer]))
     if found.tension_range:
         yield Section.of("", listing_table(found.tensions_by_cable))
     if names:

@@ -29,7 +29,7 @@ from robocal.report.cable.scene import scene
 from robocal.report.cable.scene_rows import SceneRows
 from robocal.report.cable.tension_series import tensions
 from robocal.report.numbers import significant
-from robocal.report.sections import Section
+from robocal.report.sections import Detail, Section
 from robocal.session.cable import statics_options as statics
 from robocal.session.cable.cable_result import CableResult
 
@@ -196,12 +196,46 @@ class Tensions(CableResult):
         """The list, and the document."""
         return {"tensions.csv": self.printed[0], "tension.json": json_text(self.document)}
 
+    @property
+    def first_answer(self) -> Detail:
+        """What a page says first."""
+        held, count, how = self.spread.feasible, len(self.names), METHODS[self.spread.method]
+        asked = f"tensions that hold the platform at {count} poses, {significant(self.mass)} kg; of all that do, {how}"
+        found = f"{int(held.sum())} of {count} poses are held"
+        borne, least = self.tension_range, ""
+        if borne:
+            low, high = significant(float(borne["least"].min())), significant(float(borne["greatest"].max()))
+            found += f", by {low} to {high} N; the limits are {statics.limits_text(self.spread.limits)}"
+            floor = borne["greatest"] <= self.spread.limits[:, 0] * (1 + NOTHING)
+            idle = [c for c, at in zip(self.robot.cables, floor.tolist(), strict=True) if at]
+            if idle and self.spread.method == "norm":
+                least = f"{', '.join(idle)} at every pose: no failure, the method pulls no more than it takes"
+        lost = (
+            ""
+            if held.all()
+            else f"{int((~held).sum())} poses: within the limits the cables cannot balance the load there"
+        )
+        after = "less payload, other limits (--limits) or other poses, then this once more" if lost else ""
+        after = after or f"robocal cable inverse {self.place} tensions.csv (the lengths of these cables, stretched)"
+        worst = int(self.margin.argmin()) if count else 0
+        spare = (
+            f"{significant(float(self.margin[worst]))} N at {self.names[worst]}. {LEAST}" if count and not lost else ""
+        )
+        told = (
+            ("Asked", asked),
+            ("Found", found),
+            ("Not held", lost),
+            ("At the least limit", least),
+            ("Least margin", spare),
+        )
+        return self.answer(*told, ("Next", after), remarks=self.warnings)
+
     def details(self) -> Iterator[Section]:
         """What a page has room for: pictures, every pose, how it was worked out."""
         shown = tensions(self.names, self.spread.tension, self.spread.limits, self.robot.cables)
         yield part("What the cables bear", _summary(self.spread), shown)
         yield from _places(self)
-        yield part("Pose by pose", _caption(len(self.names)), table=_table(self))
+        yield part("Pose by pose", _caption(len(self.names)), table=_table(self), folded=True)
         yield self.method_part(_how(self), self.warnings)
 
 

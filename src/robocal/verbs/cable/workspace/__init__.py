@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robocal._record import record
-from robocal.report.sections import Section, Text, ends, figure, table
+from robocal.report.sections import Detail, Facts, Section, Text, ends, figure, table
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, details, run_verb
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["Options", "details", "run", "sections"]
 
 FILES = ("workspace.json", "workspace.csv", "outlines.csv", "report.html")
+SQUARED = {"m3": "m³", "m2": "m²"}
 MESHES = ("surface.ply", "surface.stl")  # of a spatial robot
 
 
@@ -93,7 +94,8 @@ def sections(made: Outcome[Workspace]) -> Iterator[Section]:
     def span(sides: Any) -> str:
         return "   ".join(f"{a} {at([low])} to {at([high])}" for a, (low, high) in zip("xyz", sides, strict=True))
 
-    yield Section.of("", Text.of((result.robot.name, "strong"), f"   {_demand_text(result.demand)}"))
+    first = Text.of((result.robot.name, "strong"), f"   {_demand_text(result.demand)}")
+    yield Section.of("", first, Detail(lambda: [_answer(made)]))
     counts = " x ".join(str(n) for n in grid.cells if n > 1)
     rows = [("grid", figure(grid.size.value), f"{counts} cells, {100 * grid.share_of_box:.1f} % of the box")]
     if rays is not None:
@@ -101,32 +103,55 @@ def sections(made: Outcome[Workspace]) -> Iterator[Section]:
         if rays.difference is not None:
             start += f", {100 * rays.difference:+.2f} %"
         rows.append(("rays", figure(rays.size.value), start))
-    yield Section.of("", table("volume" if unit == "m3" else "area", unit, "", right=(1,), rows=rows))
-    lines = [f"box: {span(result.box)} {length.name}  ({result.how})"]
+    yield Section.of("", table("volume" if unit == "m3" else "area", SQUARED[unit], "", right=(1,), rows=rows))
+    pairs = [("box", f"{span(result.box)} {length.name}  ({result.how})")]
     if found.extent is not None and found.centre is not None and found.best is not None:
-        cut = f"; cut off by the box at {', '.join(found.reaches_box)}" if found.reaches_box else ""
-        lines += [
-            f"held: {span(found.extent.value)} {length.name}, centre {at(found.centre.value)}{cut}",
+        cut = f"; cut off by the box where {result.cut_text}" if result.cut else ""
+        name, value = _best(found.best, force)
+        pairs += [
+            ("held", f"{span(found.extent.value)} {length.name}, centre {at(found.centre.value)}{cut}"),
             *_spares(found, force),
             *_even(found, length, max(result.robot.axes) > 2),
-            f"{_best(found.best, force)} at {at(found.best.position.value)} {length.name}",
+            (name, f"{value} at {at(found.best.position.value)} {length.name}"),
         ]
     held = "held" if home.held else "not held"
-    lines.append(f"X_0, the mean of the frame anchors, {at(home.position.value)} {length.name}: {held}")
-    yield Section.of("", *map(Text.of, lines))
+    pairs.append((f"the mean of the frame anchors (X_0), {at(home.position.value)} {length.name}", held))
+    yield Section.of("", Facts(tuple(pairs)))
     yield from ends(made.remarks, made.written)
 
 
-def _spares(found: Shape, force: Unit) -> Iterator[str]:
+def _answer(made: Outcome[Workspace]) -> Detail:
+    """What a page says first."""
+    result, found = made.result, made.result.document
+    length, force, unit = result.file.units.length, result.file.units.force, result.unit
+    asked = f"where the platform can be held: {_demand_text(result.demand)}"
+    what = "nowhere in the box"
+    if (extent := found.extent) is not None:
+        ends = zip("xyz", extent.value, strict=True)
+        span = ", ".join(f"{a} {length.from_si(lo):.4g} to {length.from_si(hi):.4g}" for a, (lo, hi) in ends if hi > lo)
+        size = found.grid.size.value if found.rays is None else found.rays.size.value
+        what = f"{figure(size)} {SQUARED[unit]}: {span} {length.name}"
+    cut = f"where {result.cut_text} the search ended, not the strength of the cables" if result.cut else ""
+    spare = (
+        ""
+        if found.best is None
+        else " ".join(_best(found.best, force)) + "; at the border 0, which is what a border is"
+    )
+    after = f"robocal cable poses {result.place} -n 500 --choose 20 -o list (poses to calibrate with)"
+    told = (("Asked", asked), ("Found", what), ("Cut off", cut), ("To spare", spare), ("Next", after))
+    return result.answer(*told)
+
+
+def _spares(found: Shape, force: Unit) -> Iterator[tuple[str, str]]:
     """Margins and possible accelerations of the held cells."""
     for spread, title, unit in ((found.margin, "margin", force), (found.acceleration, "possible acceleration", None)):
         if spread is not None and spread.greatest < float("inf"):
             values = (spread.least, spread.greatest, spread.median)
             least, greatest, median = (figure(v if unit is None else unit.from_si(v), 3) for v in values)
-            yield f"{title}: {least} to {greatest} {'m/s2' if unit is None else unit.name}, median {median}"
+            yield title, f"{least} to {greatest} {'m/s2' if unit is None else unit.name}, median {median}"
 
 
-def _even(found: WorkspaceDocument, length: Unit, turns: bool) -> Iterator[str]:
+def _even(found: WorkspaceDocument, length: Unit, turns: bool) -> Iterator[tuple[str, str]]:
     """Tension factors and condition numbers of the held cells."""
     factor, condition, closed = found.tension_factor, found.condition, found.closed_share
     if factor is None or condition is None or closed is None:
@@ -134,19 +159,19 @@ def _even(found: WorkspaceDocument, length: Unit, turns: bool) -> Iterator[str]:
     if closed > 0:
         spread = f"{figure(factor.least, 3)} to {figure(factor.greatest, 3)}, median {figure(factor.median, 3)}"
         some = "" if closed == 1 else f"; {100 * closed:.3g} % of the held cells are wrench-closed"
-        yield f"tension factor: {spread}{some}"
+        yield "tension factor", f"{spread}{some}"
     else:
-        yield "tension factor: 0, no held cell is wrench-closed: weight keeps the cables taut"
+        yield "tension factor", "0, no held cell is wrench-closed: weight keeps the cables taut"
     if condition.least < float("inf"):
         most = figure(condition.greatest, 3) if condition.greatest < float("inf") else "infinite"
         over = f" (moments over {length.from_si(found.demand['length'].value):.4g} {length.name})" if turns else ""
-        yield f"condition number: {figure(condition.least, 3)} to {most}, median {figure(condition.median, 3)}{over}"
+        yield "condition number", f"{figure(condition.least, 3)} to {most}, median {figure(condition.median, 3)}{over}"
 
 
-def _best(best: Spot, force: Unit) -> str:
+def _best(best: Spot, force: Unit) -> tuple[str, str]:
     if best.margin is None:
-        return f"greatest tension factor: {figure(best.tension_factor, 3)}"
-    return f"greatest margin: {figure(force.from_si(best.margin.value))} {force.name}"
+        return "greatest tension factor", figure(best.tension_factor, 3)
+    return "greatest margin", f"{figure(force.from_si(best.margin.value))} {force.name}"
 
 
 def _demand_text(demand: Demand) -> str:
