@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -66,7 +67,7 @@ def _figure(result: Any, found: Any, title: str, told: str, key: str, what: str)
 
 def _is_whole(p: Any, count: int) -> bool:
     """Whether there are as many numbers as passes: a result.json may come from anybody."""
-    return len(p.change) == count and len(p.band) in (0, count) and bool(np.isfinite([*p.change, *p.band]).all())
+    return len(p.change) == count and len(p.band) in (0, count) and all(map(math.isfinite, (*p.change, *p.band)))
 
 
 def _panel(p: Any, end: Any, after: Sequence[int], x: AxisScale, top: float) -> list[str]:
@@ -81,8 +82,12 @@ def _panel(p: Any, end: Any, after: Sequence[int], x: AxisScale, top: float) -> 
         upper, lower = (y.many(np.clip(change + s * band, y.low, y.high)).tolist() for s in (1, -1))
         edge = [*zip(across, upper, strict=True), *zip(across[::-1], lower[::-1], strict=True)]
         parts.append(path(polyline(edge, closed=True), "expected"))
-    for t in svg.nice_ticks(y.low, y.high, 3):
-        parts += [line(left, y(t), right, y(t), "grid"), label(left - 6, y(t) + 4, svg.tick_text(t), "tick", "end")]
+    ticks = svg.nice_ticks(y.low, y.high, 3)
+    for t, height in zip(ticks, y.many(ticks).tolist(), strict=True):
+        parts += [
+            line(left, height, right, height, "grid"),
+            label(left - 6, height + 4, svg.tick_text(t), "tick", "end"),
+        ]
     parts.append(line(left, top + HIGH, right, top + HIGH, "axis"))
     places = [*zip(across, y.many(change).tolist(), strict=True)]
     parts.append(path(polyline(places), "curve"))

@@ -144,7 +144,7 @@ def convergence(
     at = at or range(len(values))
     x = AxisScale(at[0], at[-1], left + 10, right - 8)
     y = AxisScale(*around, bottom, head, log=True)
-    places = [(x(i), y(c)) for i, c in zip(at, values, strict=True)]
+    places = [*zip(x.many(at).tolist(), y.many(values).tolist(), strict=True)]
     parts = [left_axis(y, left, right, ", ".join(t for t in (what, unit_text(unit), "logarithmic") if t))]
     parts += [svg.count_axis(x, x.ticks, bottom, (left, right), "iteration"), path(polyline(places), "curve")]
     if len(values) <= 60:
