@@ -27,7 +27,7 @@ __all__ = ["Panel", "draw_space"]
 
 Rows: TypeAlias = Sequence[Sequence[float]]  # of three numbers
 
-HIGH = 440.0
+WIDE, HIGH = 460.0, 440.0
 LONG = 34.0  # the 90th percentile of arrows is drawn this long
 AZIMUTH, ELEVATION = -55.0, 24.0
 BARBED = "M%.1f %.1fL%.1f %.1fM%.1f %.1fL%.1f %.1fL%.1f %.1f"
@@ -74,7 +74,6 @@ def draw_space(
     box = np.stack([at.min(axis=0), at.max(axis=0)]) if box is None else box
     shown = space or space_around(box, ())
     scale = HALF / shown.radius if shown.radius > 0 else 1.0
-    wide = 460.0 if len(panels) > 1 else 940.0
     bounds, places = _round((box - shown.middle) * scale, 4), _round((at - shown.middle) * scale, 4)
     errors = {p.key: None if p.errors is None else _round(p.errors, 5) for p in panels}
     each = [None if e is None else _magnify(e, scale) for e in errors.values()]
@@ -86,7 +85,6 @@ def draw_space(
         "names": list(names),
         "bounds": bounds,
         "scale": scale,
-        "wide": wide,
         "view": [AZIMUTH, ELEVATION],
         "mag": each,
         "robots": [{part: [_round(v, 4) for v in lines] for part, lines in _parts(r)} for r in robots],
@@ -94,7 +92,7 @@ def draw_space(
     }
     # Whatever a configuration is called, it does not end the script element.
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    drawn = _Space(wide, places, data["out"], bounds, scale, robots[0] if robots else None)
+    drawn = _Space(places, data["out"], bounds, scale, robots[0] if robots else None)
     pictures = "".join(
         f"<div>{drawn.panel(p, e, m)}</div>" for p, e, m in zip(panels, errors.values(), each, strict=True)
     )
@@ -102,9 +100,9 @@ def draw_space(
     more = LENGTH if arrows else ""
     if len(robots) > 1:
         more += SLIDER.format(last=len(robots) - 1, first=escape(names[0]))
-    pair = ' class="pair"' if len(panels) > 1 else ""
+    pair = "pair" if len(panels) > 1 else "alone"
     return (
-        f'<div id="arrows"><div{pair}>{pictures}</div>{CONTROLS.format(more=more, mark="an arrow" if arrows else "a position")}'
+        f'<div id="arrows"><div class="{pair}">{pictures}</div>{CONTROLS.format(more=more, mark="an arrow" if arrows else "a position")}'
         f'<script type="application/json" id="arrow-data">{text}</script></div>'
     )
 
@@ -113,7 +111,6 @@ def draw_space(
 class _Space:
     """What all panels share: positions (px about the middle), what was held out, the box, px per mm, the machine."""
 
-    wide: float
     at: Rows
     out: Sequence[int]
     bounds: Rows
@@ -122,7 +119,7 @@ class _Space:
 
     @property
     def view(self) -> View:
-        return View(AZIMUTH, ELEVATION, np.zeros(3), (self.wide / 2, HIGH / 2 - 14))
+        return View(AZIMUTH, ELEVATION, np.zeros(3), (WIDE / 2, HIGH / 2 - 14))
 
     def flat(self, points: Array) -> Array:
         """Points (n, 3) on the page, (n, 2)."""
@@ -147,13 +144,13 @@ class _Space:
             '<path class="robot here" data-part="here" d=""/>',
             f'<path class="axis bar-line" data-part="bar" d="M14 {num(foot)}m0-4v8m0-4h{num(value * factor)}m0-4v8"/>',
             f'<text data-part="bar-text" class="strong" x="14" y="{num(foot - 10)}">{word}{plain(value)} mm</text>',
-            f'<text data-part="mag" class="tick" text-anchor="end" x="{num(self.wide - 8)}" y="{num(foot + 4)}">'
+            f'<text data-part="mag" class="tick" text-anchor="end" x="{num(WIDE - 8)}" y="{num(foot + 4)}">'
             f"{'' if magnification is None else f'arrows × {plain(magnification)}'}</text>",
             f'<text data-part="said" class="strong" x="14" y="20" aria-live="polite">{escape(told.name)}</text>',
         ]
         more, key = f' data-panel="{told.key}"', f"arrows-{told.key}"
         said = self._words(errors, magnification)
-        return drawing(self.wide, HIGH, parts, title=told.title, text=said, key=key, cls="space", more=more)
+        return drawing(WIDE, HIGH, parts, title=told.title, text=said, key=key, cls="space", more=more)
 
     def _words(self, errors: Rows | None, magnification: float | None) -> str:
         if not errors or magnification is None:
@@ -197,7 +194,7 @@ class _Space:
 
     def _outside(self, a: tuple[float, float], b: tuple[float, float]) -> float:
         """How far out an edge lies, the lower of two equal ones first."""
-        x, y = (a[0] + b[0]) / 2 - self.wide / 2, (a[1] + b[1]) / 2 - HIGH / 2 + 14
+        x, y = (a[0] + b[0]) / 2 - WIDE / 2, (a[1] + b[1]) / 2 - HIGH / 2 + 14
         return math.hypot(x, y) + 0.05 * y
 
     def _draw_robot(self, robot: RobotLines) -> list[str]:
@@ -208,7 +205,7 @@ class _Space:
             d = "".join(polyline(self.flat(v).tolist()) + ("h0" if len(v) == 1 else "") for v in lines)
             out.append(f'<path class="robot {part}" data-part="{part}" d="{d}"/>')
         for (x, y), name in zip(self.flat(robot.ends).tolist(), robot.names, strict=True):
-            side = "end" if x > self.wide / 2 else "start"  # towards the middle: the ray leads away from it
+            side = "end" if x > WIDE / 2 else "start"  # towards the middle: the ray leads away from it
             out.append(label(x + (-9 if side == "end" else 9), y + 4, name, "name instrument-name", side))
         return out
 

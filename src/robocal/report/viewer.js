@@ -4,7 +4,7 @@
   var holder = document.getElementById("arrow-data"), figure = document.getElementById("arrows");
   if (!holder || !figure) return;
   var data = JSON.parse(holder.textContent), controls = document.getElementById("arrow-controls");
-  var WIDE = data.wide, HIGH = 440, n = scene.n, it = scene.state(data.view, -90, draw), boost = 1, same = false, shown = 0;
+  var WIDE = 460, HIGH = 440, n = scene.n, it = scene.state(data.view, -90, draw), boost = 1, same = false, shown = 0;
   var panels = data.panels.map(function (key, k) {
     var svg = figure.querySelector('svg[data-panel="' + key + '"]');
     var part = function (name) { return svg.querySelector('[data-part="' + name + '"]'); };
