@@ -58,18 +58,18 @@ def validation_sections(found: Any) -> Iterator[Section]:
     if found.reasons:
         advice = tuple(dict.fromkeys(m.advice for m in messages(found, found.reasons) if m.advice))
         head.append(blocks.VerdictBlock("not to be trusted", "bad", tuple(found.reasons), advice))
-    yield Section.of("", *head)
-    yield Section.of("", *_errors(found), title="Errors of single measurements", key="errors")
-    yield Section.of("", Detail(lambda: _map(found)), title="Where the errors are", key="map", brief=())
-    if found.iso_9283:
-        more = Detail(lambda: _standing(found.iso_9283, found.against is not None))
-        yield Section.of("", *_standard(found.iso_9283), more, title=str(found.iso_9283["standard"]), key="standard")
     told = list(_frame_blocks(found))
     worst = sorted(found.poses.rows, key=lambda p: -p["error"])[:3]
     if len(found.poses) > 3:
         told += quiet("worst: " + ", ".join(f"{p['configuration']} {figure(p['error'], 3)} mm" for p in worst))
-    if told:
-        yield Section.of("", *told)
+    yield Section.of("", *head, *told)
+    yield Section.of("", *_errors(found), title="Errors of single measurements", key="errors")
+    yield Section.of("", Detail(lambda: _map(found)), title="Where the errors are", key="map", brief=())
+    if found.iso_9283:
+        name = str(found.iso_9283["standard"])
+        yield Section.of("", *_standard(found.iso_9283), title=name, key="standard")
+        more = Detail(lambda: _standing(found.iso_9283, found.against is not None))
+        yield Section.of("", more, title=f"{name}: place by place", key="places", brief=(), folded=True)
     yield from ends(messages(found, found.warnings), key="warnings")
 
 
@@ -193,4 +193,4 @@ def _picture(rows: Sequence[Document]) -> str:
     parts = [axes(x, y, "commanded distance, mm", "|AD|, mm")]
     parts += [points([(x(u), y(v)) for u, v in at[key]], key) for key in ("before", "after")]
     said = "; ".join(f"{key}: {len(p)} pairs" for key, p in at.items() if p)
-    return drawing(640, 260, parts, title="Distance accuracy", text=said, key="distance")
+    return drawing(640, 260, parts, title="Distance accuracy", text=said, key="distance", cls="wide")
