@@ -166,6 +166,11 @@ class Evidence:
             otherwise = Quantity(mean, self.unit) if np.isfinite(mean) else None
         code = Code.GAIN_PROVEN if low > 0 else Code.GAIN_NOT_PROVEN
         amounts = {"gain": Quantity(gain, self.unit), "low": ends[0], "high": ends[1]}
-        return Gain(
-            Remark.of(code, what=self.what, **amounts, how=self.kind, aside=aside, otherwise=otherwise), bool(low > 0)
-        )
+        # Where other means stand beside it, whose mean this is, is said with its own numbers.
+        means = {
+            k: Quantity(float(v.mean()), self.unit)
+            for k, v in (("before", self.before), ("after", self.after))
+            if self.what
+        }
+        told = {"what": self.what, **means, **amounts, "how": self.kind, "aside": aside, "otherwise": otherwise}
+        return Gain(Remark.of(code, **told), bool(low > 0))

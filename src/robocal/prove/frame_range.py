@@ -24,7 +24,7 @@ from robocal.prove.decision import Decision
 
 __all__ = ["FRAME", "frame_is_known", "poses_within", "shape_of_lengths"]
 
-FRAME = "middle of the frame"
+FRAME = f"inner {100 * FRAME_RANGE:.0f} % of the frame"
 TINY = 1e-12  # tolerance: of a column that is none
 
 

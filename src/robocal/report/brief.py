@@ -16,7 +16,7 @@ __all__ = ["CHANGES", "changes", "first_remarks", "omissions", "range_sentence"]
 
 ROOM = 60  # words of remarks on one screen
 REMARKS = 3
-CHANGES = 5  # parameters on one screen
+CHANGES = 4  # parameters on one screen
 
 
 def range_sentence(result: Any) -> str:
@@ -25,23 +25,33 @@ def range_sentence(result: Any) -> str:
     part, status = result.working_range, result.verdict.status
     if status == "located":
         return _where_located(result)
-    if part is None or part.band is None or status == "refused":
+    if status == "refused":
+        return "nowhere: nothing is proven of a model that is refused"
+    if part is None or part.band is None:
         return ""
-    text = f"over the {part.name} the model may be off by {figure(part.band, 3)} {part.unit} rms, noise apart"
+    text = f"over the {part.name}, wherever the robot stands"
+    if part.chance is not None and status == "improved":
+        text += f": better than nominal with {_sure(1.0 - part.chance)}"
+    text += f"; off by {figure(part.band, 3)} {part.unit} rms, noise apart"
     if result.residuals.unit == part.unit or not part.moved:
         return text
     much = f"and differs by {figure(part.moved, 3)} {part.unit} from the nominal one"
     return f"{text}, {much}; measured in {result.residuals.unit}, the error before is not known in {part.unit}"
 
 
+def _sure(chance: float) -> str:
+    """A probability in percent, never rounded up to certainty."""
+    return "over 99.9 %" if chance > 0.999 else f"{100 * chance:.3g} %"
+
+
 def _where_located(result: Any) -> str:
     """Where frames that were located hold: at what was measured, and how well readings are predicted beyond."""
     split, beyond = result.split, result.prediction
-    text = f"at the {len(split.fit) + len(split.held_out)} configurations that were measured"
+    text = f"tested at the {len(split.held_out) or len(split.fit)} unseen of {len(split.fit) + len(split.held_out)} configurations"
     if beyond is None:
         return text
     much = f"{figure(beyond.mean, 3)} {beyond.unit}"
-    return f"{text}; over the {beyond.region} a reading is predicted within {much} on average (one standard deviation)"
+    return f"{text}; over the {beyond.region} a reading is predicted to {much} (one standard deviation)"
 
 
 def changes(result: Any, most: int = CHANGES) -> list[Any]:

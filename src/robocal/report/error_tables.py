@@ -170,7 +170,8 @@ def tiles(result: Any) -> blocks.Tiles:
     name, before = PROOFS.get(proof, ""), f"{proof}_before"
     known = bool(proof) and getattr(residuals, before) is not None
     first = _tile(residuals, before if known else "before", f"{name}, before" if known else "Before", "before")
-    second = _tile(residuals, proof, f"{name}, after" if proof else "Held out", "held")
+    lacks = proof and not known and residuals.before is None  # nothing said where frames are before they were found
+    second = _tile(residuals, proof, f"{name}{'' if lacks else ', after'}" if proof else "Held out", "held")
     if known and result.verdict.status in PRAISED:
         factor = times_smaller(getattr(residuals, before).mean, getattr(residuals, proof).mean)
         second = replace(second, lines=(*second.lines, *filter(None, [factor])))
@@ -187,6 +188,11 @@ def tiles(result: Any) -> blocks.Tiles:
             third = replace(third, lines=(*third.lines, f"{figure(old.mean, 3)} {residuals.lengths.unit} before"))
         return blocks.Tiles((first, second, third))
     if not known and residuals.before is None:
+        second = (
+            replace(second, lines=(*second.lines, "no error before: nothing said where the frames are"))
+            if lacks
+            else second
+        )
         return blocks.Tiles((second, _tile(residuals, "after", "Seen by the fit", "after")))
     return blocks.Tiles((first, second, _tile(residuals, "after", "After, seen by the fit", "after")))
 

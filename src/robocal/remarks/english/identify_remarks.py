@@ -12,13 +12,15 @@ class IdentificationRemarks:
 
     # --- the verdict ---
     GAIN_PROVEN = Phrase(
-        "the mean error[ of {what}] on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})[; gross rows "
+        "the mean error[ of {what} ({before:.4g~} to {after:.4g})] on unseen poses "
+        "falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})[; gross rows "
         "that are not counted: {aside}][; with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     )
     FRAMES_LOCATED = Phrase(
-        "{names}: unseen poses are met within {left:.3g} rms ({how}), and 95 % of the errors[ at the {place}] stay below {told:.3g}",
-        "Copy the poses of these frames, with their sigma.",
+        "{names}: unseen poses are met within {left:.3g} rms ({how}), and 95 % of all errors[ at the {place}] are expected "
+        "below {told:.3g}",
+        "Copy the poses of these frames, with their sigma, to whatever works with them.",
     )
     FRAMES_NOT_EXPLAINED = Phrase(
         "{names}: unseen poses are missed by {left:.3g} rms ({how}), {times:.1f} times what the noise and the making of the robot allow "
@@ -39,7 +41,8 @@ class IdentificationRemarks:
         "simulate), or measure the real one.",
     )
     GAIN_NOT_PROVEN = Phrase(
-        "the mean error[ of {what}] on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} "
+        "the mean error[ of {what} ({before:.4g~} to {after:.4g})] on unseen poses "
+        "does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} "
         "({how})[; gross rows that are not counted: {aside}][; with them it is {otherwise:.4g}]",
         "If the residual is far above the stated noise, an input is wrong: correct it first. Otherwise the unseen configurations do "
         "not decide: measure more of them. Or accept that the nominal model is already as good as these measurements can show.",
@@ -322,15 +325,15 @@ class IdentificationRemarks:
         "Trust the held-out errors, not the error bars.",
     )
     BAND_UNCHECKED = Phrase(
-        "the bands were not checked: no set was held out as a whole",
+        "the prediction bands (95 %) were not checked: no set was held out as a whole",
         "Hold out a part of the configurations (--hold-out 0.2).",
     )
     BAND_PROFILED = Phrase(
-        "the bands were not checked: the pose of each held-out configuration is estimated from the same rows that are to be predicted; "
-        "the error that counts is the residual there, enlarged for the pose"
+        "the prediction bands (95 %) were not checked: each held-out pose comes from the rows to be predicted; the residual there "
+        "counts, enlarged for the pose"
     )
     BAND_BLIND = Phrase(
-        "the bands were not checked: all held-out rows depend on {names}, and no fitted row does",
+        "the prediction bands (95 %) were not checked: all held-out rows depend on {names}, and no fitted row does",
         "Hold out configurations whose places and targets appear in other configurations too.",
     )
     ELSEWHERE = Phrase(
