@@ -25,7 +25,7 @@ SAID = {
     "cables and tracker": (
         r"mean error of the position from lengths of 20 unseen poses",
         r"mean error of all readings \(68\.57 to 2\.675 mm\) on unseen poses falls by 65\.9 mm",
-        r"inner 70 % of the frame, wherever the robot stands: better than nominal with over 99\.9 %; off by 2\.84 mm",
+        r"inner 70 % of the frame, wherever its base stands: better than nominal with over 99\.9 %; off by 2\.84 mm",
     ),
     "refused": (r"Where\s+nowhere",),
     "corners": (r"differs by 0\.\d+ mm from the nominal one; measured in px, the error before is not known in mm",),

@@ -29,7 +29,7 @@ def range_sentence(result: Any) -> str:
         return "nowhere: nothing is proven of a model that is refused"
     if part is None or part.band is None:
         return ""
-    text = f"over the {part.name}, wherever the robot stands"
+    text = f"over the {part.name}, wherever its base stands"
     if part.chance is not None and status == "improved":
         text += f": better than nominal with {_sure(1.0 - part.chance)}"
     text += f"; off by {figure(part.band, 3)} {part.unit} rms, noise apart"
