@@ -8,9 +8,9 @@
 
 Of many rows both stages begin on a part (`thin`); the last robust fit, and what is said of every row, are of all of them.
 A row that was set aside at one stage comes back at the next one where it fits. Where every sigma is stated, the soft fit by which
-the noise is assessed is looked at first: if it leaves no more than that, and no row near six sigma, no robust fit would set one aside. Constraints (a known
-distance between sockets) are never gross: nothing read them. Rows stay in the data, unused: they weigh nothing, and are predicted
-like all others.
+the noise is assessed is looked at first: if it leaves no more than that, and no row near six sigma, no robust fit would set one aside.
+Constraints (a known distance between sockets) are never gross: nothing read them. Rows stay in the data, unused: they weigh nothing,
+and are predicted like all others.
 
 The leak, and how it is closed. A fit may set aside what does not fit it among the rows that it is fitted to; if it were asked
 which *held-out* rows are gross, it would dismiss its own failures. So each round of a proof looks for gross rows among
