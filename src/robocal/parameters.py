@@ -249,8 +249,8 @@ class ParameterTable:
         """The same table with other values: by name, or an array of shape (P,)."""
         if isinstance(values, Mapping):
             return self._of(self._change("value", {n: float(v) for n, v in values.items()}), same=_VALUELESS)
-        each = np.asarray(values, float).tolist()
-        return self._of([_replace(p, value=v) for p, v in zip(self.rows, each, strict=True)], same=_VALUELESS)
+        each = zip(self.rows, np.asarray(values, float).tolist(), strict=True)
+        return self._of([p if p.value == v else _replace(p, value=v) for p, v in each], same=_VALUELESS)
 
     def with_free(self, names: Iterable[str]) -> ParameterTable:
         """The same table with exactly these names free."""

@@ -12,8 +12,8 @@ from sizes import size
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import effective_columns, uncertainty
-from robocal.fit.fit import soften
 from robocal.fit.noise import apply_noise, assess
+from robocal.fit.soft_fit import soften
 from robocal.measure.base import problem
 
 SEEDS = range(5)

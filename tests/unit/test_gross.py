@@ -12,6 +12,8 @@ from unit.test_outliers import FAST, spoiled
 
 from robocal.diagnose.gross import _fit_within_noise, set_aside, share, sift
 from robocal.estimate.least_squares import Reason
+from robocal.fit.baseline import baseline
+from robocal.fit.fit import fit
 from robocal.fit.options import Options
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
@@ -84,6 +86,22 @@ def test_a_plain_fit_within_the_noise_finds_no_other_rows_gross(size):
     assert (_fit_within_noise(arm(), data, np.arange(60)) is None) == (size > 5.0)
     unstated = replace(data, observations=(replace(data.observations[0], sigma=None),))
     assert _fit_within_noise(arm(), unstated, np.arange(60)) is None
+
+
+@pytest.mark.parametrize("size", [0.0, 7.0, 300.0])
+@pytest.mark.parametrize("loss", ["none", "tukey"])
+def test_what_the_search_knows_of_the_noise_changes_no_fit(loss, size):
+    """The fit takes the rounds of the noise over where it asks the same of the same rows, and of no others."""
+    data, model, everyone = measured(60), arm(), np.arange(60)
+    off = size * float(data.observations[0].sigma[0, 0])
+    data = spoiled(data, {7: off, 22: -off})
+    clean, start = set_aside(model, data, everyone), baseline(model, data, everyone)[1]
+    alone = replace(clean, configurations=replace(clean.configurations, columns=dict(clean.configurations.columns)))
+    assert clean.configurations.memo and not alone.configurations.memo
+    one, other = (fit(model, d, everyone, Options(loss=loss), start) for d in (clean, alone))
+    assert np.array_equal(one.solution.x, other.solution.x)
+    assert one.groups == other.groups
+    assert np.array_equal(one.identifiability.fitted.x, other.identifiability.fitted.x)
 
 
 @pytest.mark.parametrize("loss", ["none", "huber", "cauchy", "tukey"])

@@ -20,10 +20,10 @@ from robocal.diagnose.segments.robust_model import _inverse_root
 from robocal.diagnose.segments.running_sums import RunningSums
 from robocal.estimate.priors._kernels import held_by
 from robocal.estimate.terms import spread
-from robocal.fit.fit import EXACT, NEAR
 from robocal.fit.noise import apply_noise, under
 from robocal.fit.repeats import NEAR as PLACE
 from robocal.fit.repeats import joined
+from robocal.fit.soft_fit import EXACT, NEAR
 from robocal.geometry.path.program import Element, Term, compile_path
 from robocal.measure import reach as reaching
 from robocal.measure.base import problem

@@ -17,8 +17,8 @@ from robocal.estimate.uncertainty import effective_columns, uncertainty
 from robocal.fit import baseline as baselines
 from robocal.fit import subsample
 from robocal.fit.baseline import fit_baseline, renew_baseline
-from robocal.fit.fit import soften
 from robocal.fit.noise import apply_noise
+from robocal.fit.soft_fit import soften
 from robocal.fit.subsample import ENOUGH, MANY
 from robocal.fit.subsample import subsample as thinned
 from robocal.measure.base import problem

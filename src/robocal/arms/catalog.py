@@ -13,7 +13,7 @@ from robocal.arms.chain import Chain
 from robocal.arms.conventions import chain
 from robocal.errors import look_up
 
-__all__ = ["get", "names"]
+__all__ = ["LIMITS", "get", "names"]
 
 Rows = list[dict[str, object]]
 DEG = math.pi / 180.0
@@ -32,6 +32,25 @@ KUKA = "KUKA LBR iiwa 14 R820 specification: 360, 420, 400, 126 mm to the media 
 ABB = "ABB IRB 120 product specification: 290, 270, 70, 302, 72 mm and working range; beta because axes 2 and 3 are parallel"
 
 
+def _turns(*degrees: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    return tuple((low * DEG, high * DEG) for low, high in degrees)
+
+
+_WIDE = (-2.8973, 2.8973)
+# The makers' joint limits in rad, of the arms for which they are published.
+LIMITS: dict[str, tuple[tuple[float, float], ...]] = {
+    "rv-2aj": _turns((-150, 150), (-60, 120), (-110, 120), (-90, 90), (-200, 200)),
+    "ur10": _turns(*[(-360.0, 360.0)] * 6),
+    "panda": (_WIDE, (-1.7628, 1.7628), _WIDE, (-3.0718, -0.0698), _WIDE, (-0.0175, 3.7525), _WIDE),
+    "fr3": (
+        (-2.7437, 2.7437), (-1.7837, 1.7837), (-2.9007, 2.9007), (-3.0421, -0.1518),
+        (-2.8065, 2.8065), (0.5445, 4.5169), (-3.0159, 3.0159),
+    ),
+    "iiwa-14": _turns((-170, 170), (-120, 120), (-170, 170), (-120, 120), (-170, 170), (-120, 120), (-175, 175)),
+    "irb-120": _turns((-165, 165), (-110, 110), (-110, 70), (-160, 160), (-120, 120), (-400, 400)),
+}  # fmt: skip
+
+
 def names() -> tuple[str, ...]:
     """The names that `get` knows."""
     return tuple(_ARMS)
@@ -45,7 +64,7 @@ def get(name: str) -> Chain:
 def _rows(
     symbols: str, unit: float, table: Sequence[Sequence[float]], limits: Sequence[tuple[float, float]] = ()
 ) -> Rows:
-    """Rows from a printed table: lengths in `unit` m, angles and limits in degrees."""
+    """Rows from a printed table: lengths in `unit` m, angles in degrees; limits in rad."""
     words = symbols.split()
     angle = {"theta", "alpha", "beta"}
     out: Rows = []
@@ -53,15 +72,14 @@ def _rows(
         row: dict[str, object] = {"name": f"j{i + 1}"}
         row.update({w: v * (DEG if w in angle else unit) for w, v in zip(words, line, strict=True)})
         if limits:
-            row["limits"] = tuple(v * DEG for v in limits[i])
+            row["limits"] = limits[i]
         out.append(row)
     return out
 
 
 def _rv_2aj() -> Chain:
     table = [(0, 0, 0, 300), (-90, 0, -90, 0), (0, 250, 0, 0), (0, 160, 90, 0), (90, 0, 0, 0)]
-    limits = [(-150, 150), (-60, 120), (-110, 120), (-90, 90), (-200, 200)]
-    rows, meta = _rows("alpha d theta r", MM, table, limits), {"flange": (0.0, 0.0, 0.072, 0.0, 0.0, 0.0)}
+    rows, meta = _rows("alpha d theta r", MM, table, LIMITS["rv-2aj"]), {"flange": (0.0, 0.0, 0.072, 0.0, 0.0, 0.0)}
     return chain("Mitsubishi RV-2AJ", "khalil-hayati", rows, source=MITSUBISHI, meta=meta)
 
 
@@ -115,7 +133,7 @@ def _ur10() -> Chain:
         (0, 0.1273, 0, 90), (0, 0, -0.612, 0), (0, 0, -0.5723, 0),
         (0, 0.163941, 0, 90), (0, 0.1157, 0, -90), (0, 0.0922, 0, 0),
     ]  # fmt: skip
-    rows = _rows("theta d a alpha", 1.0, table, [(-360, 360)] * 6)
+    rows = _rows("theta d a alpha", 1.0, table, LIMITS["ur10"])
     return chain("Universal Robots UR10", "dh-hayati", rows, source=UNIVERSAL)
 
 
@@ -124,24 +142,8 @@ def _franka(name: str, limits: Sequence[tuple[float, float]]) -> Chain:
         (0, 0, 0, 0.333), (-90, 0, 0, 0), (90, 0, 0, 0.316), (90, 0.0825, 0, 0),
         (-90, -0.0825, 0, 0.384), (90, 0, 0, 0), (90, 0.088, 0, 0),
     ]  # fmt: skip
-    rows = _rows("alpha a theta d", 1.0, table)
-    for row, pair in zip(rows, limits, strict=True):
-        row["limits"] = pair
+    rows = _rows("alpha a theta d", 1.0, table, limits)
     return chain(name, "mdh", rows, tool=(0, 0, 0.107, 0, 0, 0), source=FRANKA)
-
-
-def _panda() -> Chain:
-    wide = (-2.8973, 2.8973)
-    limits = [wide, (-1.7628, 1.7628), wide, (-3.0718, -0.0698), wide, (-0.0175, 3.7525), wide]
-    return _franka("Franka Emika Panda", limits)
-
-
-def _fr3() -> Chain:
-    limits = [
-        (-2.7437, 2.7437), (-1.7837, 1.7837), (-2.9007, 2.9007), (-3.0421, -0.1518),
-        (-2.8065, 2.8065), (0.5445, 4.5169), (-3.0159, 3.0159),
-    ]  # fmt: skip
-    return _franka("Franka Research 3", limits)
 
 
 def _iiwa_14() -> Chain:
@@ -149,8 +151,7 @@ def _iiwa_14() -> Chain:
         (0, 0, 0, 360), (-90, 0, 0, 0), (90, 0, 0, 420), (90, 0, 0, 0),
         (-90, 0, 0, 400), (-90, 0, 0, 0), (90, 0, 0, 126),
     ]  # fmt: skip
-    limits = [(-170, 170), (-120, 120), (-170, 170), (-120, 120), (-170, 170), (-120, 120), (-175, 175)]
-    return chain("KUKA LBR iiwa 14 R820", "mdh", _rows("alpha a theta d", MM, table, limits), source=KUKA)
+    return chain("KUKA LBR iiwa 14 R820", "mdh", _rows("alpha a theta d", MM, table, LIMITS["iiwa-14"]), source=KUKA)
 
 
 def _irb_120() -> Chain:
@@ -158,8 +159,7 @@ def _irb_120() -> Chain:
         (0, 290, 0, -90), (-90, 0, 270, 0), (0, 0, 70, -90),
         (0, 302, 0, 90), (0, 0, 0, -90), (180, 72, 0, 0),
     ]  # fmt: skip
-    limits = [(-165, 165), (-110, 110), (-110, 70), (-160, 160), (-120, 120), (-400, 400)]
-    return chain("ABB IRB 120", "dh-hayati", _rows("theta d a alpha", MM, table, limits), source=ABB)
+    return chain("ABB IRB 120", "dh-hayati", _rows("theta d a alpha", MM, table, LIMITS["irb-120"]), source=ABB)
 
 
 _ARMS: dict[str, Callable[[], Chain]] = {
@@ -170,8 +170,8 @@ _ARMS: dict[str, Callable[[], Chain]] = {
     "small-arm-camera": lambda: _small("small arm with a camera, seen from the marker", _CAMERA),
     "small-arm-probe": lambda: _small("small arm with an ultrasound probe, seen from the camera", _PROBE),
     "ur10": _ur10,
-    "panda": _panda,
-    "fr3": _fr3,
+    "panda": lambda: _franka("Franka Emika Panda", LIMITS["panda"]),
+    "fr3": lambda: _franka("Franka Research 3", LIMITS["fr3"]),
     "iiwa-14": _iiwa_14,
     "irb-120": _irb_120,
 }

@@ -7,10 +7,10 @@
                 group and unit are set aside; the fit is repeated without them until the same rows stay out
 
 Of many rows both stages begin on a part (`thin`); the last robust fit, and what is said of every row, are of all of them.
-A row that was set aside at one stage comes back at the next one where it fits. Where every sigma is stated, a plain fit is looked at
-first: if it leaves no more than that noise, and no row near six sigma, no robust fit would set one aside. Constraints (a known
-distance between sockets) are never gross: nothing read them. Rows stay in the data, unused: they weigh nothing, and are predicted
-like all others.
+A row that was set aside at one stage comes back at the next one where it fits. Where every sigma is stated, the soft fit by which
+the noise is assessed is looked at first: if it leaves no more than that, and no row near six sigma, no robust fit would set one aside.
+Constraints (a known distance between sockets) are never gross: nothing read them. Rows stay in the data, unused: they weigh nothing,
+and are predicted like all others.
 
 The leak, and how it is closed. A fit may set aside what does not fit it among the rows that it is fitted to; if it were asked
 which *held-out* rows are gross, it would dismiss its own failures. So each round of a proof looks for gross rows among
@@ -37,19 +37,19 @@ from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns
 from robocal.fit.baseline import Baseline, baseline, frame_names
-from robocal.fit.fit import NEAR, Fit, chosen_weights, search_poses_again, soften
+from robocal.fit.fit import Fit, chosen_weights, search_poses_again
 from robocal.fit.noise import Tau, assess, owners, same_tau, tau_of, under
+from robocal.fit.soft_fit import NEAR, find_noise, recall_rounds, soften, tries_noise
 from robocal.fit.subsample import subsample
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Model, freedom_of
+from robocal.measure.machine import Model
 from robocal.progress import Watch, tell
 
 __all__ = ["Sifted", "neither", "set_aside", "share", "sift"]
 
 ROUNDS = 8  # grid
 SETTLED = 0.05  # tolerance: of a robust sigma: so well it need be known here
-FEW_ROWS = 2000  # grid: of so many rows a plain fit is looked at
 # tolerance: standard deviations: a robust fit and a plain one of such noise predict no row so differently that it would be six
 CALM = 5.0
 LEVER = 0.9  # tolerance: leverage of a row from which on it does, for the others hardly know it
@@ -92,34 +92,34 @@ class Sifted:
 
 def set_aside(model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None) -> DataSet:
     """The data with the gross rows among those of some configurations marked as not used."""
-    if (x := _fit_within_noise(model, data, configurations)) is None:
+    every = mark_used(data, [np.ones(len(o), dtype=bool) for o in data.observations])
+    if (found := _fit_within_noise(model, every, configurations)) is None:
         return sift(model, data, configurations, watch).data
     tell(watch, "gross")
-    every = tuple(np.ones(len(o), dtype=bool) for o in data.observations)
-    made = _GrossSearch(model, data, configurations).problem_at({}, every, "none")
-    return mark_used(add_rounding(model, data, made, x), every)
+    return add_rounding(model, every, *found)
 
 
-def _fit_within_noise(model: Model, data: DataSet, configurations: Ints) -> Array | None:
-    """Where a soft fit of everything free ends, x (1, P), if it leaves the stated noise and no row that may be gross; None where one may,
-    and where a look at few rows would not tell: of many rows some are far by chance, and poses of their own follow a gross one."""
-    stated = all(o.sigma is not None for o in data.observations)
-    if not stated or freedom_of(model) or sum(map(len, data.observations)) > FEW_ROWS:
+def _fit_within_noise(model: Model, data: DataSet, configurations: Ints) -> tuple[Problem, Array] | None:
+    """The problem of data with every row, and where a soft fit of everything free ends, x (1, P), if it leaves the stated noise and no
+    row that may be gross; None where one may, and where a look at few rows would not tell: of many rows some are far by chance, and
+    poses of their own follow a gross one."""
+    if not tries_noise(model, data):
         return None
-    search = _GrossSearch(model, data, configurations)
     start = baseline(model, data, configurations)[1]
-    every = tuple(np.ones(len(o), dtype=bool) for o in data.observations)
-    made = search.problem_at({}, every, "none")
-    soft = soften(made, start)
-    ended = least_squares(soft, start, cost_tolerance=NEAR)
-    if tau_of(assess(data, made, ended.x, configurations, effective_columns(soft, ended.x, ended))):
+    fitted = chosen_weights(len(data.configurations), configurations)
+    made = build(model, data).with_weights(fitted)
+    tau, x = find_noise(
+        made, data, configurations, start, start, recall_rounds(model, data, configurations, start), little=True
+    )
+    if tau:
         return None
-    away, fitted = studentise(soft, ended.x), chosen_weights(len(data.configurations), configurations)[0] > 0
+    soft = soften(made, start)
+    away = studentise(soft, x)
     for term, d, h in zip(soft.terms, away.distance, away.leverage, strict=True):
-        mine = fitted[term.configuration]
+        mine = fitted[0, term.configuration] > 0
         if (d[mine] > CALM).any() or (h[mine] > LEVER).any():
             return None
-    return ended.x
+    return made, x
 
 
 def sift(model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None) -> Sifted:

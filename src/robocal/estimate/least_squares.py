@@ -129,11 +129,13 @@ def least_squares(
     watch: Watch | None = None,
     rivals: bool = False,
     trail: Trail | None = None,
+    creep: float = 0.0,
 ) -> Solution:
     """Minimises the cost from x (B, P) or (P,), the table's values by default; `trail` hears where one problem stands on its way.
 
     `cost_tolerance` is relative: the decrease promised to the cost. `tolerance`, in m, stops where the greatest error is no larger,
-    at the start too. `rivals` are starts of one problem, of which the best is wanted: far behind it none goes on.
+    at the start too. `rivals` are starts of one problem, of which the best is wanted: far behind it none goes on. `creep`, of the
+    cost: once a step has failed, one that brings less is the last.
     """
     if x is None and problem.loss == "tukey":
         # What lies far off counts for nothing by Tukey's loss, and before the first iteration that may be everything.
@@ -150,6 +152,7 @@ def least_squares(
         _descend(
             problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch, rivals,
             trail,
+            creep,
         )
         for lo in range(0, max(len(start), 1), many)
     ]  # fmt: skip
@@ -192,6 +195,7 @@ def _descend(
     watch: Watch | None,
     rivals: bool,
     trail: Trail | None,
+    creep: float,
 ) -> Solution:
     """From x (B, P), which are the problems base, base + 1, ... of the batch."""
     settle, (STAY, TAKE, OUT, HOME), LOST, GROW = _settling()
@@ -212,6 +216,7 @@ def _descend(
     home: _Home | None = None
     bent = np.zeros(batch, dtype=np.bool_)  # near the end the curvature of a loss counts: weights alone would creep on
     fails = False  # whether any step ever did
+    bumps = np.zeros(batch, dtype=np.bool_)  # whether one of each did
     while len(history) <= most:
         if tolerance is not None:
             _stop_within(problem, x, tolerance, away, reason)
@@ -251,6 +256,7 @@ def _descend(
             at = np.arange(batch) if at is None else at
             failed[at[move == TAKE]] = 0.0
             first_fails = at[(move == STAY) | (move == OUT)]
+            bumps[first_fails] = True
             failed[first_fails] = np.abs(steps.step[first_fails] / problem.scales).max(axis=1, initial=0.0)
             if (move == OUT).any():
                 home = home or _Home(x, normal)
@@ -263,6 +269,9 @@ def _descend(
         history.append(normal.cost.copy() if home is None else np.where(away, best, normal.cost))
         if trail is not None:
             trail.add(len(history) - 1, home.x[0] if home is not None and away[0] else x[0])
+        if creep and fails:
+            gain = history[-2] - history[-1]
+            reason[(reason == _RUNNING) & bumps & (gain > 0) & (gain < creep * history[-1])] = int(Reason.ITERATIONS)
         if watch:
             watch({"stage": "iterate", "iteration": len(history) - 1, "cost": float(history[-1][0]), "active": going})
     else:

@@ -135,8 +135,7 @@ def _matrix(value: object) -> bool:
     return isinstance(value, list) and bool(value) and isinstance(value[0], list)
 
 
-def _plain(value: object) -> str:
-    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+_plain = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
 
 
 def read_covariance(path: str | os.PathLike[str]) -> Knowledge:

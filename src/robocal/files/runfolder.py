@@ -19,7 +19,7 @@ from pydantic import Field, FiniteFloat
 from robocal._record import record, replace
 from robocal.errors import FileError, InputError, nearest
 from robocal.files.covariance import COVARIANCE
-from robocal.files.csvtable import CsvTable, csv_columns, csv_text, read_csv
+from robocal.files.csvtable import CsvTable, csv_columns, read_csv
 from robocal.files.encoding import encode
 from robocal.files.plain import plain
 from robocal.files.result import Result, read_result
@@ -249,17 +249,19 @@ MAP_COLUMNS = ("slice", "x_mm", "y_mm", "z_mm", "side_mm", "nominal_error_mm", "
 
 def accuracy_columns(found: AccuracyMap) -> dict[str, list[Any]]:
     """The columns of accuracy_map.csv."""
-    rows: list[tuple[Any, ...]] = []
+    out: dict[str, list[Any]] = {name: [] for name in MAP_COLUMNS}
     for s in found.slices:
-        numbers = 1e3 * np.column_stack([s.centre, np.full(len(s.centre), s.side), s.error, s.band])
-        rows += [(s.name, *row, int(n)) for row, n in zip(numbers.tolist(), s.count, strict=True)]
-    return {name: [row[at] for row in rows] for at, name in enumerate(MAP_COLUMNS)}
+        many = len(s.centre)
+        numbers = 1e3 * np.column_stack([s.centre, np.full(many, s.side), s.error, s.band])
+        for column, values in zip(out.values(), ([s.name] * many, *numbers.T.tolist(), s.count.tolist()), strict=True):
+            column += values
+    return out
 
 
 def accuracy_text(columns: dict[str, list[Any]]) -> str:
     """The text of accuracy_map.csv."""
-    rows = zip(*(columns[name] for name in MAP_COLUMNS), strict=True)
-    return csv_text(MAP_COLUMNS, ([f"{v:.6g}" if isinstance(v, float) else v for v in row] for row in rows))
+    each = ([f"{v:.6g}" if isinstance(v, float) else str(v) for v in columns[name]] for name in MAP_COLUMNS)
+    return csv_columns(MAP_COLUMNS, list(each))
 
 
 def read_accuracy(path: str | os.PathLike[str]) -> dict[str, list[Any]]:

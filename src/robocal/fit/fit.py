@@ -11,7 +11,7 @@ missing partners, hide them, and so confirm itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -32,6 +32,16 @@ from robocal.fit.options import Options
 from robocal.fit.place_noise import visit_again, weigh_visits
 from robocal.fit.repeats import places
 from robocal.fit.scale import InstrumentScales, add_scales, scales_of
+from robocal.fit.soft_fit import (
+    CLEARLY,
+    CREEPING,
+    NEAR,
+    find_large_errors,
+    find_noise,
+    recall_rounds,
+    soften,
+    tries_noise,
+)
 from robocal.fit.subsample import subsample
 from robocal.geometry import so3
 from robocal.measure.base import problem as build
@@ -41,19 +51,8 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch, tell
 from robocal.remarks.remark import Remark
 
-__all__ = ["Fit", "chosen_weights", "fit", "frame_names", "near", "search_poses_again", "soften"]
+__all__ = ["Fit", "chosen_weights", "fit", "frame_names", "near", "search_poses_again"]
 
-SOFT_ROUNDS = 8
-# How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must not
-# pass errors that are merely larger than expected for noise.
-HOLD = 10.0
-CLEARLY, HOPE = 0.5, 0.75  # of tau: far less, and what may still become it
-# Where a fit ends whose noise alone is asked. Along a curved valley it would creep on for a hundred steps, and they bring less
-# than the hundredth to which that is known.
-STEPS, CREEPING = 100, 20  # steps: elsewhere it has come to its end long before
-NEAR = 1e-4  # of the cost, promised by the next step: rows that are far are far by then
-EXACT = 1e-10  # where one ends whose numbers are told
-ROUGH = 1e-3  # where a fit may be given up: a hundred such steps do not bring CLEARLY what is not near HOPE
 RESTARTS = 8
 NO_NOISE = 5.0  # sigma: what leaves more may have begun in the wrong place
 ELSEWHERE, SCATTER = 4, 0.5  # sets of poses that are tried then, and how far they scatter, of where each began alone
@@ -141,8 +140,7 @@ def fit(
     def problem_at(tau: Tau) -> Problem:
         return under(first, stated, tau)
 
-    candidate = problem_at({})
-    names = candidate.free
+    candidate, names = first, first.free
     if not names:
         raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
     method = estimator(options.method, options.loss)
@@ -155,13 +153,15 @@ def fit(
         candidate = problem_at(tau)
         final = analyse(candidate, solution.x)
         return Fit(candidate, solution, final, tuple(groups), apply_noise(stated, tau), estimate=found)
-    few, own = subsample(model, stated, configurations)
-    near_by = start
-    if few is not stated:  # of many rows a part says about where the soft fit of all ends
-        part = begin_with(few, own)
-        _, near_by = _noise(lambda tau: under(part, few, tau), few, own, start, start)
-    tau, soft = _noise(problem_at, stated, configurations, start, near_by)
-    tau, soft = _large_errors(problem_at, stated, configurations, start, tau, soft)
+    few, some = subsample(model, stated, configurations)
+    near_by, rounds, creep = start, None, 0.0
+    if options.loss == "none" and options.priors and tries_noise(model, stated):
+        rounds = recall_rounds(model, stated, configurations, start)
+    elif few is not stated:  # of many rows a part says about where the soft fit of all ends
+        creep = NEAR if options.loss == "none" else 0.0
+        _, near_by = find_noise(begin_with(few, some), few, some, start, start, creep=creep)
+    tau, soft = find_noise(first, stated, configurations, start, near_by, rounds, creep=creep)
+    tau, soft = find_large_errors(first, stated, configurations, start, tau, soft)
     tell(watch, "noise", groups=len(tau))
     candidate = problem_at(tau)
     if visit_again(stated, configurations):
@@ -250,11 +250,6 @@ def near(problem: Problem, start: Array) -> Array:
     return least_squares(problem.with_loss("huber"), start).x if problem.loss == "tukey" else start
 
 
-def soften(problem: Problem, start: Array) -> Problem:
-    """The problem with every free column held at x (1, P), HOLD times as softly as its expected error."""
-    return problem.soften(start, HOLD)
-
-
 def search_poses_again(problem: Problem, x: Array) -> Array:
     """x (1, P), or x with other poses of the configurations, where a soft fit of everything free ends far cheaper from there: held at a
     nominal robot that is decimetres off, a pose may be cheaper upside down, or beyond the frame, and would stay so.
@@ -287,54 +282,6 @@ def _cheaper(problem: Problem, many: Array) -> tuple[Array, float]:
     best = int(np.argmin(cost))
     best = best if cost[best] < CLEARLY * cost[0] else 0
     return many[[best]], float(cost[best])
-
-
-def _noise(
-    posed: Callable[[Tau], Problem], stated: DataSet, configurations: Ints, start: Array, begin: Array
-) -> tuple[Tau, Array]:
-    """tau of every group when everything free may explain the data, softly held at the start and fitted from `begin`, (1, P) each; and
-    where that fit ended."""
-    made = posed({})
-    # What is begun with has used up a degree of freedom for every number that it moved.
-    moved = int((begin[0, made.index] != made.start[0, made.index]).sum())
-    tau, x = tau_of(assess(stated, made, begin, configurations, moved)), begin
-    for _ in range(SOFT_ROUNDS):
-        made = posed(tau)
-        soft = soften(made, start)
-        # Where rows are weighed anew at every step, the way is longer without being a valley.
-        ended = least_squares(soft, x, max_iterations=CREEPING if soft.loss == "none" else STEPS)
-        x = ended.x
-        # A column counts as far as the data, not the hold, decide it.
-        columns = effective_columns(soft, x, ended)
-        before, tau = tau, tau_of(assess(stated, made, x, configurations, columns))
-        if same_tau(tau, before, 0.01):
-            break
-    return tau, x
-
-
-def _large_errors(
-    posed: Callable[[Tau], Problem], stated: DataSet, configurations: Ints, start: Array, tau: Tau, soft: Array
-) -> tuple[Tau, Array]:
-    """The noise once more without any hold, if that leaves far less: one length typed wrong by a decimal is no noise.
-
-    Free is what would be seen under the stated noise alone (a tenth of a millimetre where none is stated).
-    """
-    if not tau:
-        return tau, soft
-    made = posed({})
-    kept = choose(made, start).basis
-    chosen = made.with_free(kept)
-    if not kept or made.numbers[configurations].sum() < 2 * len(kept):
-        return tau, soft
-    # Without a hold the way may lead along a valley in short steps: it is gone to its end where its beginning leaves less.
-    for tolerance, share in ((ROUGH, HOPE), (EXACT, CLEARLY)):
-        solution = least_squares(chosen, start, cost_tolerance=tolerance)
-        if not np.isfinite(solution.cost[0]):
-            return tau, soft
-        new = tau_of(assess(stated, chosen, solution.x, configurations, len(kept)))
-        if not all(new.get(k, 0.0) < share * t for k, t in tau.items()):
-            return tau, soft
-    return new, solution.x
 
 
 def _restart(problem: Problem, start: Array, first: Estimate, options: Options) -> Estimate:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array, Bools
+from robocal.estimate.terms import spread
 from robocal.geometry.path.program import compile_path
 from robocal.measure.builder import Builder
 from robocal.measure.data import Configurations
@@ -35,12 +36,11 @@ def reach(
     for first in range(0, m, CHUNK):
         some = slice(first, min(first + CHUNK, m))
         count = some.stop - first
-        ids = tuple(map(str, range(first, some.stop)))
-        where = Configurations(ids, q[some], {k: v[some] for k, v in recorded.items()})
+        where = Configurations(("",) * count, q[some], {k: v[some] for k, v in recorded.items()})
         carrier = Builder(machine, machine.table, where).tool(np.arange(count)).bind(column_of)
         pose, jacobian, _ = carrier.pose(machine.table.values[None], 0, count, turn)
         poses[some] = pose[0]
-        jacobians[some, :, carrier.columns] = jacobian[0]
+        jacobians[some] = spread(jacobian[0], carrier.columns, len(names))
     return poses, jacobians
 
 
@@ -51,9 +51,10 @@ def places_by_joints(machine: Mechanism, joints: Array) -> Array:
     elements = [replace(e, terms=tuple(t for t in e.terms if t.column in alone)) for e in machine.elements]
     program = compile_path(elements, machine.table)
     x, places = machine.table.values[None], np.empty((len(joints), 3))
+    own = [names_of(machine).index(c) for c in program.columns]
     for first in range(0, len(joints), CHUNK):
         some = slice(first, first + CHUNK)
-        phi = machine.phi(joints[some], None, program)[None]
+        phi = np.take(joints[some], own, axis=1)[None]
         places[some] = program.run(x, phi, trig=program.cosines(phi, rough=True))[0][0, :, :3, 3]
     return places
 

@@ -157,7 +157,9 @@ def trial(context: Context[Model], data: DataSet, split: Split, k: int) -> Trial
     local = folds.local_names(model, base)
     # Rows of a frame that nobody fitted (a new placement) are near nothing yet: they are profiled, and counted.
     ((names, _),) = folds.alike(base, one, local)
-    known_to_fit = np.asarray(~folds.terms_of(base, names)[0].any(axis=0))
+    known_to_fit = np.ones(len(base.terms), dtype=bool)
+    if names:
+        known_to_fit = np.asarray(~folds.terms_of(base, names)[0].any(axis=0))
     judged = zip(aside, base.terms, known_to_fit, strict=True)
     aside = tuple(a & np.isin(t.configuration, held) & k for a, t, k in judged)
     base, part = base.without(aside), replace(part, problem=part.problem.without(aside))

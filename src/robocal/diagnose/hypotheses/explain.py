@@ -83,9 +83,12 @@ def assess_misfit(chain: Mechanism, data: DataSet) -> Doubt | None:
     reach = reach_of(chain, stated)
     if reach > limits.ARM_LONGEST:  # of an arm in another unit, what was read has the right size
         reach = min(reach, limits.REACH_OF_SPREAD * float(stated.spread[0]))
+    asks = limits.MISFIT_ASKS * reach
     with np.errstate(all="ignore"):
-        left = min(left_softly(chain, stated), float(fit_trials(chain, stated).left[0]))
-        if left <= limits.MISFIT_ASKS * reach:
+        # Most data ask for nothing as soon as frames stand.
+        left = float(fit_trials(chain, stated, enough=asks).left[0])
+        left = left if left <= asks else min(left, left_softly(chain, stated))
+        if left <= asks:
             return None
         lost = _rms_without_mastering(chain, stated, left)
         return Doubt(rows, left, lost, reach, few=stated.places < limits.HYPOTHESIS_PLACES)

@@ -63,13 +63,17 @@ def reach_of(chain: Mechanism, trials: Sights) -> float:
     return max(float(np.linalg.norm(places, axis=1).max()), 0.05)
 
 
-def fit_trials(chain: Mechanism, trials: Sights, held: SoftPrior | None = None, rounds: int = ROUNDS) -> TrialOutcome:
-    """Every trial after frames, things and, with `held`, the arm were fitted."""
+def fit_trials(
+    chain: Mechanism, trials: Sights, held: SoftPrior | None = None, rounds: int = ROUNDS, enough: float = -np.inf
+) -> TrialOutcome:
+    """Every trial after frames, things and, with `held`, the arm were fitted, or when none leaves more than is `enough` (m)."""
     state = _State(chain, trials, held)
     state.start()
     best = state.left()
     zeros, values = state.zeros.copy(), state.theta.copy()
     for _ in range(rounds):
+        if (best <= enough).all():
+            break
         state.step()
         left = state.left()
         better = left < best

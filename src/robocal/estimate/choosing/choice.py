@@ -137,9 +137,9 @@ def _pivot(r: Array, tolerance: Array) -> tuple[list[int], list[int]]:
     return order[:count].tolist(), order[count:].tolist()
 
 
-def _shares(kept: Array, asked: Array) -> Array:
-    """What the kept columns have of those asked, (k, a), by least squares."""
-    q, r = np.linalg.qr(kept)
+def _shares(kept: Array, asked: Array, parts: tuple[Array, Array] | None) -> Array:
+    """What the kept columns have of those asked, (k, a), by least squares; `parts` are Q and R of the kept ones, where they are known."""
+    q, r = np.linalg.qr(kept) if parts is None else parts
     pivots = np.abs(np.diag(r))
     if len(r) and pivots.min() > STRUCTURAL * pivots.max():
         return np.asarray(np.linalg.solve(r, q.T @ asked))
@@ -157,13 +157,14 @@ def _exchange_for_preferred(
     kept, left = list(kept), list(left)
     size = np.linalg.norm(scaled, axis=0)
     shares: Array | None = None
+    parts: tuple[Array, Array] | None = None
     asked = sorted(left, key=lambda i: -int(preference[i]))
     for number, wanted in enumerate(asked):
         rivals = [k for k in kept if preference[k] < preference[wanted] and k not in sure]
         if not rivals or size[wanted] <= tolerance[wanted]:
             continue
         if shares is None:
-            shares = _shares(scaled[:, kept], scaled[:, asked])
+            shares = _shares(scaled[:, kept], scaled[:, asked], parts)
         effect = dict(zip(kept, np.abs(shares[:, number]) * size[kept], strict=True))
         for rival in sorted(rivals, key=lambda k: (preference[k], -effect[k])):
             if effect[rival] < PARTNER * max(effect.values()):
@@ -173,7 +174,7 @@ def _exchange_for_preferred(
             q, r = np.linalg.qr(scaled[:, new])
             missed = scaled[:, rest] - q @ (q.T @ scaled[:, rest])
             if abs(r[-1, -1]) > tolerance[wanted] and (np.linalg.norm(missed, axis=0) <= tolerance[rest]).all():
-                kept, left, shares = new, rest, None
+                kept, left, shares, parts = new, rest, None, (q, r)
                 break
     return kept, left
 

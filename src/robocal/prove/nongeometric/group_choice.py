@@ -88,10 +88,11 @@ class _Race:
             wide, found = candidates(model, sought)
             self.labels = [(j, k) for j, each in found.items() for k in each]
         configurations = np.arange(len(data.configurations))
-        data = set_aside(fix_groups(model), data, configurations)
-        start = baseline(fix_groups(model), data, configurations)[1]
+        geometry = fix_groups(model)
+        data = set_aside(geometry, data, configurations)
+        start = baseline(geometry, data, configurations)[1]
         # Whatever is entered or not, the noise is that of the geometry, and only what is left of it is followed.
-        part = fit(fix_groups(model), data, configurations, options, start)
+        part = fit(geometry, data, configurations, options, start)
         members = {g.name: tuple(p for p in g.parameters if p not in bound) for g in wide.groups}
         self.members = {name: own for name, own in members.items() if name in self.groups}
         added = [p for each in self.members.values() for p in each]
