@@ -44,6 +44,7 @@ SETTLED = 1e-6
 ORTHOGONAL, STILL = 1e-13, 1e-15
 # Of several starts, one that costs so many times what another ended with, after so many iterations, leads elsewhere.
 WORSE, PATIENCE = 10.0, 20
+SURE = 1e-2  # how far below the tolerance the promise that follows a last step is
 LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
 
@@ -127,11 +128,13 @@ def least_squares(
     tolerance: float | None = None,
     watch: Watch | None = None,
     rivals: bool = False,
+    trust: bool = False,
 ) -> Solution:
     """Minimises the cost from x (B, P) or (P,), the table's values by default.
 
     `cost_tolerance` is relative: the decrease promised to the cost. `tolerance`, in m, stops where the greatest error is no larger,
-    at the start too. `rivals` are starts of one problem, of which the best is wanted: far behind it none goes on.
+    at the start too. `rivals` are starts of one problem, of which the best is wanted: far behind it none goes on. `trust` takes a last
+    step without looking where it leads, where it and the one before say that nothing follows: cost and normal equations are of before.
     """
     if x is None and problem.loss == "tukey":
         # What lies far off counts for nothing by Tukey's loss, and before the first iteration that may be everything.
@@ -146,7 +149,8 @@ def least_squares(
     many, tolerances = _at_once(problem, len(start)), _tolerances(cost_tolerance)
     parts = [
         _descend(
-            problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch, rivals
+            problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch, rivals,
+            trust,
         )
         for lo in range(0, max(len(start), 1), many)
     ]  # fmt: skip
@@ -188,6 +192,7 @@ def _descend(
     tolerance: float | None,
     watch: Watch | None,
     rivals: bool,
+    trust: bool,
 ) -> Solution:
     """From x (B, P), which are the problems base, base + 1, ... of the batch."""
     settle, (STAY, TAKE, OUT, HOME), LOST, GROW = _settling()
@@ -196,7 +201,7 @@ def _descend(
     normal = problem.normal(x, everyone)
     reason, iterations = np.zeros(batch, dtype=np.int64), np.zeros(batch, dtype=np.int64)
     # failed: how long the last step was that did not lower the cost, in expected errors
-    lam, grow, predicted, best, failed = [np.zeros(batch) for _ in range(5)]
+    lam, grow, predicted, best, failed, before = [np.zeros(batch) for _ in range(6)]
     lam[:], grow[:] = damping, GROW
     first = normal.cost.copy()
     history = [first]
@@ -222,6 +227,12 @@ def _descend(
             away[lost], reason[lost] = False, _RUNNING
             lam[lost], grow[lost] = np.maximum(lam[lost], 1e-9) * GROW, 2 * GROW
             continue
+        if trust and not (fails or bounded or robust):  # promises fall at least as fast as before
+            last = (reason == _RUNNING) & (predicted**2 <= SURE * tolerances[0] * normal.cost * before)
+            before, going = np.array(predicted), going - int(last.sum())
+            if last.any():
+                x[last] = problem.retract(x[last], *(m[last] for m in moved))
+                iterations[last], reason[last] = iterations[last] + 1, int(Reason.COST)
         if not going:
             break
         at = None if going == batch else (reason == _RUNNING).nonzero()[0]
