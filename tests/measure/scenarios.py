@@ -88,16 +88,17 @@ def made(machine, obs, rng, m, *, local_targets=(), free=None, error=0.05):
     return built.with_free(wanted)
 
 
-def pixels(m, frame, targets):
+def pixels(m, frame, targets, many=4):
     square = 0.06 * np.array([[-1.0, 1, 0], [1, 1, 0], [1, -1, 0.3], [-1, -1, 0]])
-    point = np.tile(square, (m * len(targets), 1))
+    size = np.linspace(0.2, 1, -(-many // 4))[:, None, None]  # squares in squares
+    point = np.tile((size * square if many > 4 else square).reshape(-1, 3)[:many], (m * len(targets), 1))
     return observations(
         "pixels",
         m,
         0.1,
         frame,
         targets,
-        4,
+        many,
         extra={"point": point},
         options={"camera": "lens", "intrinsics": CAMERA, "free": ()},
     )
@@ -358,6 +359,9 @@ SCENARIOS = {
     "pixels/arm, camera on the base": lambda rng: made(arm(), [pixels(3, EYE, (BALL,))], rng, 3),
     "pixels/arm, several targets": lambda rng: made(
         arm(), [pixels(3, EYE, (BALL, replace(BALL, name="corner")))], rng, 3
+    ),
+    "pixels/arm, more points than are projected at once": lambda rng: made(
+        arm(), [pixels(3, EYE, (BALL,), 131)], rng, 3
     ),
     "pixels/arm, camera in hand": lambda rng: made(arm(), [pixels(3, HAND, TAGS)], rng, 3),
     "pixels/arm, markers eliminated": lambda rng: made(

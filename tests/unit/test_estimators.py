@@ -12,7 +12,7 @@ from unit.arm_data import arm, measured
 from robocal.arms import catalog
 from robocal.cli.guard import complete
 from robocal.errors import ModelError
-from robocal.estimate.least_squares import Reason
+from robocal.estimate.solution import Reason
 from robocal.fit.estimators import ESTIMATORS, can_batch, estimator
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise

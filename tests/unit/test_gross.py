@@ -11,7 +11,7 @@ from unit.arm_data import arm, measured
 from unit.test_outliers import FAST, spoiled
 
 from robocal.diagnose.gross import _fit_within_noise, set_aside, share, sift
-from robocal.estimate.least_squares import Reason
+from robocal.estimate.solution import Reason
 from robocal.fit.baseline import baseline
 from robocal.fit.fit import fit
 from robocal.fit.options import Options

@@ -8,7 +8,9 @@ from unit.plain_terms import Plain, curved, linear, plain_problem, scipy_solutio
 
 from robocal.errors import Cancelled, ModelError
 from robocal.estimate import least_squares as module
-from robocal.estimate.least_squares import METHODS, Reason, least_squares
+from robocal.estimate.least_squares import METHODS, least_squares
+from robocal.estimate.problem import Problem
+from robocal.estimate.solution import Reason
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -61,6 +63,29 @@ def test_of_rivals_one_far_behind_the_best_goes_no_further():
     assert together.cost[0] == apart.cost[0] and together.cost[1] > module.WORSE * together.cost[0]
     near = least_squares(p, np.array([[0.0], [1e-3]]), rivals=True)
     assert near.reasons[1].converged
+
+
+def test_a_last_step_that_is_trusted_ends_where_it_does(rng, monkeypatch):
+    """Rounds of a batch end at the same numbers with fewer evaluations; where steps fail, every one is looked at."""
+    truth, fn, jac = curved(rng, noise=1e-3)
+    p = plain_problem(Plain(fn, jac, (30, 1)), truth).with_weights(1.0 - np.eye(30)[:6])
+    asked, normal = [], Problem.normal
+
+    def count(self, x, *more):
+        asked[-1] += len(x)
+        return normal(self, x, *more)
+
+    monkeypatch.setattr(Problem, "normal", count)
+    for away, fewer in ((0.01, True), (3.0, False)):
+        start = np.repeat(truth[None] + away, 6, axis=0)
+        asked += [0]
+        looked = least_squares(p, start)
+        asked += [0]
+        trusted = least_squares(p, start, trust=True)
+        assert (asked[-1] < asked[-2]) is fewer
+        np.testing.assert_allclose(trusted.x, looked.x, rtol=1e-9)
+        np.testing.assert_array_equal(trusted.reason, looked.reason)
+        np.testing.assert_array_equal(trusted.iterations, looked.iterations)
 
 
 @pytest.mark.parametrize("loss", ["none", "huber", "tukey"])

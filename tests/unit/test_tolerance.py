@@ -13,8 +13,9 @@ from trials import joints, observations, perturbed
 
 from robocal.errors import ModelError
 from robocal.estimate.choosing.choice import choose
-from robocal.estimate.least_squares import Reason, least_squares
+from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
+from robocal.estimate.solution import Reason
 from robocal.files.robot import open_robot
 from robocal.fit.estimators import ESTIMATORS, can_batch
 from robocal.fit.options import Options

@@ -84,7 +84,8 @@ class _Task:
     """Residual and Jacobian of chosen targets."""
 
     def __init__(self, chain: Chain, point: Array, turn: Array | None, extra: Extra) -> None:
-        self.chain, self.point, self.turn = chain, point, turn
+        self.chain, self.point = chain, np.ascontiguousarray(point)
+        self.turn = None if turn is None else np.ascontiguousarray(turn)
         self.entries = chain.program.joint_entries(chain.joint_names)
         self.theta = chain.table.values[None]
         self.extra = {k: np.broadcast_to(np.asarray(v, float), (len(point),)) for k, v in (extra or {}).items()}
@@ -114,16 +115,16 @@ class _Task:
         """r (k, d), J (k, d, n), position (k, 3) or its error (k,), angle (k,) at q (k, n) for targets `which` (k,)."""
         phi = self.chain.phi(q, {k: v[which] for k, v in self.extra.items()})
         t, jac = self.chain.program.run(self.theta, phi[None], self.entries, q.shape[1])
-        p, r, j = t[0, :, :3, 3], t[0, :, :3, :3], jac[0]
-        gap = p - self.point[which]
-        size = np.linalg.norm(gap, axis=1)
-        at = p if seen else size
+        p, j, angle = t[0, :, :3, 3], jac[0], np.zeros(len(q))
+        gap, at = p - self.point[which], p
         if self.turn is not None:
-            w = so3.log(r @ np.swapaxes(self.turn[which], 1, 2))
-            turning = self.reach * (so3.left_jacobian_inverse(w) @ j[:, 3:])
-            both = np.concatenate([gap, self.reach * w], axis=1)
-            return both, np.concatenate([j[:, :3], turning], axis=1), at, np.linalg.norm(w, axis=1)
-        return gap, j[:, :3], at, np.zeros(len(q))
+            from robocal.geometry._kernels import pose_gaps
+
+            gap = np.empty((len(q), 6))
+            pose_gaps(t[0], j, self.point, self.turn, which, self.reach, gap, angle)
+        if not seen:
+            at = np.linalg.norm(gap[:, :3], axis=1)
+        return gap, j[:, : gap.shape[1]], at, angle
 
 
 def _search(task: _Task, start: ArrayLike | None, restarts: int) -> Reached:

@@ -20,6 +20,7 @@ from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.diagnose.check_registry import Context, Finding, check_fit_twice, doubt, once, refuse
 from robocal.diagnose.limits import NUMBER_SHARE, NUMBER_SIGMA
+from robocal.estimate.elimination import triangle
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
@@ -81,21 +82,21 @@ def score(j: Array, r: Array, scales: Array, c: Array, taken: float = 0) -> Scor
     (n,), where local blocks, and visits that tell nothing new, have `taken` so many; None where nothing is left, or can be told."""
     # The fitted ones are held softly: otherwise all could shrink to a point with the number, and nothing would be left.
     soft = np.diag(1 / (HOLD * scales))
-    q, _ = np.linalg.qr(np.vstack([j, soft]))
-    r, c = (np.concatenate([a, np.zeros((len(soft), *a.shape[1:]))]) for a in (r, c))
-    over = c - q @ (q.T @ c)
-    size, whole = (np.linalg.norm(a, axis=0) for a in (over, c))
+    n, k = j.shape[1], c.shape[1]
+    root = triangle(np.vstack([np.column_stack([j, c, r]), np.pad(soft, ((0, 0), (0, k + 1)))]))
+    over = root[n:, n:]  # of the further columns and of the residuals, what the fitted ones leave
+    size, whole = (np.linalg.norm(a, axis=0) for a in (over[:, :k], c))
     size = np.where(size > HIDDEN * whole, size, np.inf)
-    along = np.where(np.isfinite(size), -(over.T @ r) / size, 0.0)
-    left, dof = float(r @ r), len(j) - q.shape[1] - taken - 1
+    along = np.where(np.isfinite(size), -(over[:, :k].T @ over[:, k]) / size, 0.0)
+    left, dof = float(r @ r), len(j) - n - taken - 1
     if not left > 0 or dof < 1:
         return None
     share = along**2 / left
     t = np.sqrt(dof * share / np.maximum(1 - share, 1e-12))
     i = int(np.argmax(t))
     change = float(along[i] / size[i])
-    addends = over[:, i] * (r - q @ (q.T @ r) + over[:, i] * change)
-    return Score(i, change, float(t[i]), float(share[i]), addends[: len(j)])
+    column, rest = (np.column_stack([c[:, i], r]) - j @ np.linalg.solve(root[:n, :n], root[:n, [n + i, n + k]])).T
+    return Score(i, change, float(t[i]), float(share[i]), column * (rest + column * change))
 
 
 def _shared(own: Mapping[str, tuple[Observations, Parameter]], held: Sequence[str]) -> list[tuple[str, ...]]:

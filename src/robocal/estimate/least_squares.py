@@ -18,103 +18,37 @@ Powell, Lemarechal and Pedersen, The watchdog technique (1982).
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import IntEnum
-from functools import cache, cached_property, partial
-from typing import Self
+from functools import cache, partial
 
 import numpy as np
 
-from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError, one_of
 from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
+from robocal.estimate.solution import Reason, Solution
 from robocal.estimate.terms import Normal
 from robocal.estimate.trail import Trail, keep
 from robocal.progress import Watch, tell
 
-__all__ = ["METHODS", "Reason", "Solution", "least_squares"]
+__all__ = ["METHODS", "least_squares"]
 
 METHODS = ("lm", "gauss-newton", "pinv", "lse")
 EPS = float(np.finfo(float).eps)
 NEAR = 0.02  # of the cost: what the last step lowered it by when curvature begins to count
 ROUGH = 1e-3  # of the cost: where Huber's loss hands over to Tukey's
 AT_ONCE = 1 << 19  # numbers of normal equations that are kept while a batch moves: more would leave the cache
-SETTLED = 1e-6
 # Where a descent ends, besides the decrease: the largest cosine between the residual and a column, a step over the expected error.
 ORTHOGONAL, STILL = 1e-13, 1e-15
 # Of several starts, one that costs so many times what another ended with, after so many iterations, leads elsewhere.
 WORSE, PATIENCE = 10.0, 20
+SURE = 1e-2  # how far below the tolerance the promise that follows a last step is
 LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
-
-
-class Reason(IntEnum):
-    """Why an iteration stopped, and the same in words for people."""
-
-    text: str
-
-    RUNNING = 0, "still running"
-    # The model promises no decrease that could be told from rounding.
-    COST = 1, "converged: no further decrease"
-    # The residual is orthogonal to every column.
-    GRADIENT = 2, "converged: gradient is zero"
-    # The step is below the resolution of x.
-    STEP = 3, "converged: step is zero"
-    ITERATIONS = 4, "stopped: too many iterations"
-    # No damping makes the matrix positive definite.
-    SINGULAR = 5, "stopped: singular"
-    # The cost at the start is not a number.
-    NOT_FINITE = 6, "stopped: the residuals are not finite"
-    STALLED = 7, "stopped: no step lowers the cost"
-    # No iteration was asked for.
-    FILTERED = 8, "every configuration was taken in"
-    TOLERANCE = 9, "stopped: the greatest error is within the tolerance"
-
-    def __new__(cls, number: int, text: str = "") -> Self:
-        made = int.__new__(cls, number)
-        made._value_, made.text = number, text
-        return made
-
-    @property
-    def converged(self) -> bool:
-        """Whether the result is a minimum, or all that was asked for."""
-        return self in (Reason.COST, Reason.GRADIENT, Reason.STEP, Reason.FILTERED, Reason.TOLERANCE)
 
 
 # Plain integers: looking an enum up costs more than a small solve.
 _RUNNING = int(Reason.RUNNING)
 _MINIMUM = (int(Reason.COST), int(Reason.GRADIENT), int(Reason.STEP))
-
-
-@record
-class Solution:
-    """Where a solver ended: x (B, P), cost (B,), iterations (B,), reason (B,), history of costs (iterations + 1, B)
-    and the normal equations, of parts of the batch; those of robust losses are computed on request."""
-
-    x: Array
-    cost: Array
-    iterations: Ints
-    reason: Ints
-    history: Array
-    parts: tuple[Normal | Callable[[], Normal], ...]
-
-    @cached_property
-    def normal(self) -> Normal:
-        """The normal equations of the whole batch."""
-        parts = [p if isinstance(p, Normal) else p() for p in self.parts]
-        return parts[0] if len(parts) == 1 else Normal.concatenate(parts)
-
-    @property
-    def reasons(self) -> tuple[Reason, ...]:
-        """The reasons as an enum."""
-        return tuple(Reason(int(r)) for r in self.reason)
-
-    def settled(self, which: int = 0) -> bool:
-        """Whether one of the problems came to its end, or so near it that the last iteration lowered the cost by less than `SETTLED`
-        of it: along a valley whose residuals are large, steps stay short for hundreds of iterations."""
-        last = self.history[-2:, which]
-        near = len(last) > 1 and last[0] - last[1] <= SETTLED * last[1]
-        return self.reasons[which].converged or (self.reason[which] == Reason.ITERATIONS and bool(near))
 
 
 def least_squares(
@@ -130,12 +64,14 @@ def least_squares(
     rivals: bool = False,
     trail: Trail | None = None,
     creep: float = 0.0,
+    trust: bool = False,
 ) -> Solution:
     """Minimises the cost from x (B, P) or (P,), the table's values by default; `trail` hears where one problem stands on its way.
 
     `cost_tolerance` is relative: the decrease promised to the cost. `tolerance`, in m, stops where the greatest error is no larger,
     at the start too. `rivals` are starts of one problem, of which the best is wanted: far behind it none goes on. `creep`, of the
-    cost: once a step has failed, one that brings less is the last.
+    cost: once a step has failed, one that brings less is the last. `trust` takes a last step without looking where it leads, where it
+    and the one before say that nothing follows: cost and normal equations are of before.
     """
     if x is None and problem.loss == "tukey":
         # What lies far off counts for nothing by Tukey's loss, and before the first iteration that may be everything.
@@ -153,6 +89,7 @@ def least_squares(
             problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch, rivals,
             trail,
             creep,
+            trust,
         )
         for lo in range(0, max(len(start), 1), many)
     ]  # fmt: skip
@@ -196,6 +133,7 @@ def _descend(
     rivals: bool,
     trail: Trail | None,
     creep: float,
+    trust: bool,
 ) -> Solution:
     """From x (B, P), which are the problems base, base + 1, ... of the batch."""
     settle, (STAY, TAKE, OUT, HOME), LOST, GROW = _settling()
@@ -204,7 +142,7 @@ def _descend(
     normal = problem.normal(x, everyone)
     reason, iterations = np.zeros(batch, dtype=np.int64), np.zeros(batch, dtype=np.int64)
     # failed: how long the last step was that did not lower the cost, in expected errors
-    lam, grow, predicted, best, failed = [np.zeros(batch) for _ in range(5)]
+    lam, grow, predicted, best, failed, before = [np.zeros(batch) for _ in range(6)]
     lam[:], grow[:] = damping, GROW
     first = normal.cost.copy()
     history = [first]
@@ -232,6 +170,12 @@ def _descend(
             away[lost], reason[lost] = False, _RUNNING
             lam[lost], grow[lost] = np.maximum(lam[lost], 1e-9) * GROW, 2 * GROW
             continue
+        if trust and not (fails or bounded or robust):  # promises fall at least as fast as before
+            last = (reason == _RUNNING) & (predicted**2 <= SURE * tolerances[0] * normal.cost * before)
+            before, going = np.array(predicted), going - int(last.sum())
+            if last.any():
+                x[last] = problem.retract(x[last], *(m[last] for m in moved))
+                iterations[last], reason[last] = iterations[last] + 1, int(Reason.COST)
         if not going:
             break
         at = None if going == batch else (reason == _RUNNING).nonzero()[0]

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -215,17 +216,23 @@ class Residuals:
         return np.asarray(np.linalg.norm(value, axis=-1))
 
 
-def spread(narrow: Array, columns: Ints, n: int) -> Array:
-    """The Jacobian of a term (m, d, k) over all n columns: the k-th feeds columns[k], and two may feed one."""
+def spread(narrow: Array, columns: Ints, n: int, out: Array | None = None) -> Array:
+    """The Jacobian of a term (m, d, k) over all n columns: the k-th feeds columns[k], and two may feed one. `out` (m, d, n), of zeros,
+    takes it where that is told."""
     if len(columns) == n and (columns == np.arange(n)).all():
+        if out is not None:
+            out[:] = narrow
         return narrow
-    dense = np.zeros((*narrow.shape[:2], n))
-    if len(set(columns.tolist())) == len(columns):
-        dense[..., columns] = narrow
-        return dense
-    for i, column in enumerate(columns):
-        dense[..., column] += narrow[..., i]
-    return dense
+    out = np.zeros((*narrow.shape[:2], n)) if out is None else out
+    if len(set(columns.tolist())) < len(columns):
+        for i, column in enumerate(columns):
+            out[..., column] += narrow[..., i]
+        return out
+    # Columns that lie together are written together.
+    ends = np.flatnonzero(np.append(True, np.append(np.diff(columns) != 1, True))).tolist()
+    for lo, hi in pairwise(ends if len(columns) else ()):
+        out[..., columns[lo] : columns[lo] + hi - lo] = narrow[..., lo:hi]
+    return out
 
 
 def pieces(term: ProblemTerm, batch: int, local: int, most: int) -> list[tuple[int, int, int, int]]:
@@ -244,6 +251,7 @@ def pieces(term: ProblemTerm, batch: int, local: int, most: int) -> list[tuple[i
 
 
 HERE = np.zeros(1, dtype=np.int64)
+ROWS = 1 << 18  # numbers of a Jacobian that are made at once
 
 
 def whiten_rows(
@@ -254,38 +262,46 @@ def whiten_rows(
     groups = sorted({t.group for t in terms})
     size, extra = ([*(f.size for f in families), 0, 0])[:2]
     many = families[1].count if extra else 0
-    parts: list[tuple[Array, ...]] = []
-    count = 0
-    for term in terms:
-        d = term.scale.shape[1]
-        keep = chosen[term.configuration] & term.used
-        # One configuration's rows lie together: only their span is evaluated.
-        first, last = (np.flatnonzero(keep)[[0, -1]] + [0, 1]) if keep.any() else (0, min(1, len(keep)))
-        r, jac, jloc = term.evaluate(x, HERE, int(first), int(last - first))
-        scale = term.scale[keep] * np.sqrt(weight[term.configuration[keep]])[:, None]
-        # Of many rows every copy of the Jacobian costs as much as the Jacobian: where all count, none is made.
-        inside = slice(None) if keep[first:last].all() else keep[first:last]
-        dense = spread(jac[0][inside], term.columns, n)
-        dense *= scale[..., None]
-        one, two = (block[keep] for block in term.local)
-        cut = jloc.shape[3] - extra if term.touches[1] else jloc.shape[3]
-        wide = np.zeros((len(dense), d, size))
-        if cut:
-            wide[:] = jloc[0][inside][..., :cut] * scale[..., None]
-        second = np.zeros((len(dense), d, many, extra))
-        rows = np.flatnonzero(two >= 0)
-        if len(rows):
-            second[rows, :, two[rows]] = (jloc[0][inside][..., cut:] * scale[..., None])[rows]
-        observation, each = count + np.arange(len(dense)), len(dense) * d
-        count += len(dense)
-        jacobians = dense.reshape(each, n), wide.reshape(each, size)
-        of_rows = np.repeat([one, term.configuration[keep], observation], d, axis=1)
-        alike = np.full(each, groups.index(term.group)), np.full(each, term.reading)
-        parts.append(((r[0][inside] * scale).ravel(), *jacobians, *of_rows, *alike, second.reshape(each, many * extra)))
-    whole = parts[0] if len(parts) == 1 else tuple(np.concatenate(p) for p in zip(*parts, strict=True))
+    keeps = [chosen[t.configuration] & t.used for t in terms]
+    whole = sum(int(keep.sum()) * t.scale.shape[1] for t, keep in zip(terms, keeps, strict=True))
+    # Of many rows every copy of the Jacobian costs as much as the Jacobian: it is made where it stays, some rows at a time.
+    r, j, jl, jm = np.empty(whole), np.zeros((whole, n)), np.zeros((whole, size)), np.zeros((whole, many * extra))
+    of_rows, group, reading = (
+        np.empty((3, whole), dtype=np.int64),
+        np.empty(whole, dtype=np.int64),
+        np.empty(whole, bool),
+    )
+    end, count = 0, 0
+    for term, keep in zip(terms, keeps, strict=True):
+        m, d = term.scale.shape
+        step = max(1, ROWS // (d * (len(term.columns) + size + extra + 1)))
+        for first in range(0, m, step):
+            inside = keep[first : first + step]
+            some = int(inside.sum())
+            if not some:
+                continue
+            value, jac, jloc = term.evaluate(x, HERE, first, len(inside))
+            at, rows = slice(end, end + some * d), first + np.flatnonzero(inside)
+            scale = term.scale[rows] * np.sqrt(weight[term.configuration[rows]])[:, None]
+            value, jac, jloc = ((v[0] if some == len(inside) else v[0][inside]) for v in (value, jac, jloc))
+            np.multiply(value, scale, out=r[at].reshape(some, d))
+            jac *= scale[..., None]
+            spread(jac, term.columns, n, j[at].reshape(some, d, n))
+            one, two = (block[rows] for block in term.local)
+            cut = jloc.shape[2] - extra if term.touches[1] else jloc.shape[2]
+            if cut:
+                jl[at].reshape(some, d, size)[:] = jloc[..., :cut] * scale[..., None]
+            met = np.flatnonzero(two >= 0)
+            if len(met):
+                second = jm[at].reshape(some, d, many, extra)
+                second[met, :, two[met]] = (jloc[..., cut:] * scale[..., None])[met]
+            of_rows[:, at] = np.repeat([one, term.configuration[rows], np.arange(count, count + some)], d, axis=1)
+            group[at], reading[at] = groups.index(term.group), term.reading
+            end, count = end + some * d, count + some
     held = [None if f.prior is None else f.prior.rows(b)[1][0] for f, b in zip(families, blocks, strict=True)]
     hold, own = ([*held, None, None])[:2]
-    return replace(Linear(*whole), hold=hold, keep=None if own is None else _diagonal(own))
+    one, where, observation = of_rows
+    return Linear(r, j, jl, one, where, observation, group, reading, jm, hold, None if own is None else _diagonal(own))
 
 
 def _diagonal(blocks: Array) -> Array:

@@ -25,8 +25,8 @@ from robocal import _scipy as scipy
 from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.estimate.elimination import Squares, beside_blocks, eliminate, reducible, reweight, squares, triangle
-from robocal.estimate.least_squares import Solution
 from robocal.estimate.problem import Problem
+from robocal.estimate.solution import Solution
 from robocal.estimate.terms import Linear
 
 __all__ = [

@@ -21,8 +21,9 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.errors import ModelError, look_up
-from robocal.estimate.least_squares import Reason, Solution, least_squares
+from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
+from robocal.estimate.solution import Reason, Solution
 from robocal.estimate.trail import Trail
 from robocal.fit.options import Options
 from robocal.progress import Watch

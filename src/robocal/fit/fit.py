@@ -22,8 +22,9 @@ from robocal.errors import ModelError
 from robocal.estimate.choosing.choice import STRUCTURAL, Choice, choose
 from robocal.estimate.elimination import Squares, spare_numbers, squares
 from robocal.estimate.identifiability import Identifiability, analyse
-from robocal.estimate.least_squares import Solution, least_squares
+from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
+from robocal.estimate.solution import Solution
 from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
 from robocal.fit.estimators import Estimate, estimator
 from robocal.fit.limits import FRAME_NEVER_TURNED, FRAME_TURNED

@@ -67,9 +67,12 @@ def scales_of(
     if not told.any():
         return None
     c, sigma = c[:, told], np.array([stated[g] for g in groups])[told]
-    _, left = beside_blocks(replace(lin, j=np.hstack([lin.j, c])))
     n, m, scale = every.n, c.shape[1], every.scales
-    root = triangle(np.column_stack([left[:, :n] * scale, left[:, n:], lin.r]))
+    whole = np.column_stack([lin.j, c, lin.r])
+    if every.blocks:
+        whole[:, :-1] = beside_blocks(replace(lin, j=whole[:, :-1]))[1]
+    root = triangle(whole)
+    root[:, :n] *= scale
     prior = np.diag(np.concatenate([np.ones(n), 1 / sigma]))
     # The last columns of a triangle are what the others leave of them.
     alone = triangle(np.vstack([root[:, : n + m], prior]))[n:, n:]

@@ -159,6 +159,28 @@ def left_inverse(w, out):
 
 
 @kernel
+def pose_gaps(t, jac, point, turn, which, reach, gap, angle):
+    """gap (m, 6) <- (p - p*, reach log(R R*^T)) of frames t (m, 4, 4) from point (M, 3) and turn (M, 3, 3), number which (m,), angle (m,)
+    <- that of the turn; the angular rows of jac (m, 6, n) become those of gap."""
+    both, inverse, w = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    for m in range(t.shape[0]):
+        r, goal, j = t[m], turn[which[m]], jac[m]
+        for i in range(3):
+            gap[m, i] = r[i, 3] - point[which[m], i]
+            for k in range(3):
+                both[i, k] = r[i, 0] * goal[k, 0] + r[i, 1] * goal[k, 1] + r[i, 2] * goal[k, 2]
+        vector_from_rotation(both, w)
+        left_inverse(w, inverse)
+        angle[m] = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+        for i in range(3):
+            gap[m, 3 + i] = reach * w[i]
+        for k in range(jac.shape[2]):
+            x, y, z = reach * j[3, k], reach * j[4, k], reach * j[5, k]
+            for i in range(3):
+                j[3 + i, k] = inverse[i, 0] * x + inverse[i, 1] * y + inverse[i, 2] * z
+
+
+@kernel
 def nearest_rotation(m, a, v, out):
     """out (3, 3) <- the rotation nearest to m (9,), which has the largest sum R_ij M_ij: that of the quaternion that is the widest
     axis of a symmetric matrix, found by Jacobi's turns. a and v (4, 4) are work space. Source: Horn (1987)."""

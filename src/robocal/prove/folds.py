@@ -74,7 +74,7 @@ def unseen(
             factor = np.ones((len(some), len(problem.terms)))
             found = start
             if shared:
-                solved = least_squares(part, start)
+                solved = least_squares(part, start, trust=True)
                 found = solved.x
                 ended = np.array([r.converged for r in solved.reasons])
                 again = np.flatnonzero(_open(part, solved.normal.a))

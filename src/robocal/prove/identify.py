@@ -18,7 +18,7 @@ from robocal.diagnose.scale import Scale, common_scale
 from robocal.diagnose.scatter import WhitenedRows, whiten_fit
 from robocal.errors import ModelError
 from robocal.estimate.identifiability import Identifiability
-from robocal.estimate.least_squares import Reason
+from robocal.estimate.solution import Reason
 from robocal.estimate.uncertainty import Total
 from robocal.fit.baseline import baseline, frame_names
 from robocal.fit.estimators import can_batch

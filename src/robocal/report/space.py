@@ -218,7 +218,9 @@ def _parts(robot: RobotLines) -> list[tuple[str, list[Array]]]:
 
 def _round(rows: Array, digits: int) -> list[list[float]]:
     """The same numbers with so many significant digits."""
-    return [[float(f"{v:.{digits}g}") for v in row] for row in rows.tolist()]
+    told = (f"%.{digits}g " * rows.size) % tuple(rows.ravel().tolist())
+    rounded: list[list[float]] = np.array(told.split(), dtype=float).reshape(rows.shape).tolist()
+    return rounded
 
 
 def _magnify(errors: Rows, scale: float) -> float:

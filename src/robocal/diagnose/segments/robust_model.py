@@ -25,6 +25,7 @@ from robocal.fit.noise import median
 __all__ = ["SegmentFit", "SegmentModel", "spread"]
 
 GRID = 48
+GLANCE = 64  # rows from one to the next that is looked at before all of them are
 CLIP = 3.0  # robust standard deviations from which on a row pulls no harder
 ROUNDS = 4
 EPS = 1e-12  # tolerance: of the largest eigenvalue
@@ -79,6 +80,7 @@ class SegmentModel:
         self, runs: list[RowSequence], jacobian: list[Array], own: list[Ints], info: Array, products: list[Array]
     ) -> None:
         self.runs, self.jacobian, self.own, self.info, self.products = runs, jacobian, own, info, products
+        self.felt: dict[Candidate, tuple[Array, Ints]] = {}
         self.weight = [r.share for r in runs]
         self.unit = [np.ones(r.residual.shape[1]) for r in runs]
         self._solve()
@@ -159,8 +161,11 @@ class SegmentModel:
     def evidence(self, found: SegmentFit) -> float:
         """2 log of the likelihood ratio of a segment, where nobody knows the noise of any unit: the gain itself, of many rows."""
         i = self.runs.index(found.run)
-        answer = self.root[self.own[i]] @ (found.sums.answer(1, 2).T @ found.unexplained)
-        then = self.left[i] - (found.column @ found.unexplained - self.jacobian[i] @ answer) / self.unit[i]
+        pull = (found.sums.cross[2] - found.sums.cross[1]).T @ found.unexplained
+        answer = self.root[self.own[i]] @ (self.root[self._felt(i, found.candidate)[1]].T @ pull)
+        moved = self.jacobian[i] @ -answer
+        moved[found.a : found.b] += found.candidate.column[found.a : found.b] @ found.unexplained
+        then = self.left[i] - moved / self.unit[i]
         squares = (self.weight[i] @ left**2 for left in (self.left[i], then))
         before, after = ([float(v[p:r].sum()) for p, r, _ in found.run.parts] for v in squares)
         fall = (
@@ -219,13 +224,27 @@ class SegmentModel:
         return RunningSums.at((0, first, last, len(c.rows)), *self._rows(run, c))
 
     def _rows(self, run: RowSequence, c: Candidate) -> tuple[Array, Array, Array, Array, Array]:
-        """The rows of a candidate: its columns, what is left, weights (k, d) by their units, the Jacobian (k, d, m), and the root."""
+        """The rows of a candidate: its columns, what is left, weights (k, d) by their units, the Jacobian (k, d, m) of what they feel,
+        and a root (m, .) of that."""
         i, rows = self.runs.index(run), c.rows
         # Of what all rows see no copy is made.
         some: slice | Ints = slice(None) if len(rows) == len(self.weight[i]) else rows
         unit = self.unit[i]
         left, weight = self.left[i][some] * unit, self.weight[i][some, None] / unit**2
-        return c.column[some], left, weight, self.jacobian[i][some], self.root[self.own[i]]
+        jacobian, own = self._felt(i, c)
+        root = self.root[own]
+        if root.shape[1] > len(own):  # any root of the same will do
+            root = np.asarray(np.linalg.qr(root.T, mode="r")).T
+        return c.column[some], left, weight, jacobian, root
+
+    def _felt(self, i: int, c: Candidate) -> tuple[Array, Ints]:
+        """Of the rows of a candidate, the Jacobian (k, d, m) of the columns that they feel, and which these are, (m,)."""
+        if c not in self.felt:
+            jacobian = self.jacobian[i] if len(c.rows) == len(self.weight[i]) else self.jacobian[i][c.rows]
+            felt = jacobian[::GLANCE].any(axis=(0, 1))
+            felt = felt if felt.all() else jacobian.any(axis=(0, 1))
+            self.felt[c] = jacobian if felt.all() else jacobian[..., felt], self.own[i][felt]
+        return self.felt[c]
 
 
 def _fit(run: RowSequence, c: Candidate, rows: tuple[int, int], sums: RunningSums, ends: tuple[int, int]) -> SegmentFit:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 
@@ -40,10 +41,10 @@ class Candidate:
     plain: Plain | None = None
     origin: list[tuple[str, int]] | None = None
 
-    @property
+    @cached_property
     def rows(self) -> Ints:
         """The rows that would have seen it."""
-        return np.flatnonzero((self.column != 0).any(axis=(1, 2)))
+        return np.flatnonzero(self.column.any(axis=(1, 2)))
 
 
 @record(eq=False)

@@ -20,9 +20,10 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
-from robocal.estimate.least_squares import Solution, least_squares
+from robocal.estimate.least_squares import least_squares
 from robocal.estimate.losses import Loss
 from robocal.estimate.problem import Problem
+from robocal.estimate.solution import Solution
 from robocal.estimate.terms import Normal, ProblemTerm
 
 __all__ = ["ENOUGH", "Correlated", "Generalised", "correlate_rows", "generalised_least_squares"]

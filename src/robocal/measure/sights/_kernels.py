@@ -2,44 +2,38 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from robocal._jit import kernel
-from robocal.estimate._kernels import LANES, add_shared_columns, kept, products, robust
-
-
-@kernel
-def project_point(x, y, z, f, uv, jp, ji):
-    """Pixels uv (2,) of a point in camera coordinates, jp (2, 3) and ji (2, 9): `vision.camera.project` for one point."""
-    fx, fy, k1, k2, p1, p2, k3 = f[0], f[1], f[4], f[5], f[6], f[7], f[8]
-    iz = 1.0 / z
-    x, y = x * iz, y * iz
-    xx, yy, xy = x * x, y * y, x * y
-    r2 = xx + yy
-    d = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-    slope = k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3)  # of d with respect to r2
-    xd = x * d + 2.0 * p1 * xy + p2 * (r2 + 2.0 * xx)
-    yd = y * d + p1 * (r2 + 2.0 * yy) + 2.0 * p2 * xy
-    a = d + 2.0 * xx * slope + 2.0 * p1 * y + 6.0 * p2 * x
-    b = 2.0 * xy * slope + 2.0 * p1 * x + 2.0 * p2 * y
-    c = d + 2.0 * yy * slope + 6.0 * p1 * y + 2.0 * p2 * x
-    uv[0], uv[1] = fx * xd + f[2], fy * yd + f[3]
-    jp[0, 0], jp[0, 1], jp[0, 2] = fx * a * iz, fx * b * iz, -fx * iz * (a * x + b * y)
-    jp[1, 0], jp[1, 1], jp[1, 2] = fy * b * iz, fy * c * iz, -fy * iz * (b * x + c * y)
-    ji[0, 0], ji[0, 1], ji[0, 2], ji[0, 3] = xd, 0.0, 1.0, 0.0
-    ji[1, 0], ji[1, 1], ji[1, 2], ji[1, 3] = 0.0, yd, 0.0, 1.0
-    ji[0, 4], ji[0, 5], ji[0, 8] = fx * x * r2, fx * x * r2 * r2, fx * x * r2 * r2 * r2
-    ji[1, 4], ji[1, 5], ji[1, 8] = fy * y * r2, fy * y * r2 * r2, fy * y * r2 * r2 * r2
-    ji[0, 6], ji[0, 7] = 2.0 * fx * xy, fx * (r2 + 2.0 * xx)
-    ji[1, 6], ji[1, 7] = fy * (r2 + 2.0 * yy), 2.0 * fy * xy
+from robocal.estimate._kernels import LANES, add_shared_columns, products
+from robocal.measure.sights.points._kernels import (
+    BY_U,
+    BY_V,
+    LX,
+    SIZE,
+    TILE,
+    UX,
+    VX,
+    WIDE,
+    U,
+    V,
+    X,
+    Y,
+    Z,
+    answer,
+    bend_points,
+    move_points,
+    place_points,
+    project_points,
+    whiten_points,
+)
 
 
 @kernel
 def congruence(h, c, both, half, out, g, gout):
-    """out <- [G 0; 0 1]^T h [G 0; 0 1], gout <- [G 0; 0 1]^T g: from six motions of a frame and c numbers of an instrument to what
-    moves the frame, G = both (6, q); h (6 + c, 6 + c) and out (q + c, q + c) lower triangles, half (6, q) is work space."""
+    """Adds [G 0; 0 1]^T h [G 0; 0 1] to out and [G 0; 0 1]^T g to gout: from six motions of a frame and c numbers of an instrument to what
+    moves the frame, G = both (6, q); h (6 + c, 6 + c) and out (q + c, q + c) lower triangles, with some of the upper one; half (6, q)
+    is work space."""
     # Sums over the six motions are written out: one pass over contiguous columns each.
     q = both.shape[1]
     m0, m1, m2, m3, m4, m5 = both[0], both[1], both[2], both[3], both[4], both[5]
@@ -53,17 +47,17 @@ def congruence(h, c, both, half, out, g, gout):
     for p in range(q):
         a0, a1, a2, a3, a4, a5 = m0[p], m1[p], m2[p], m3[p], m4[p], m5[p]
         row = out[p]
-        for k in range(p + 1):
-            row[k] = a0 * n0[k] + a1 * n1[k] + a2 * n2[k] + a3 * n3[k] + a4 * n4[k] + a5 * n5[k]
-        gout[p] = a0 * g[0] + a1 * g[1] + a2 * g[2] + a3 * g[3] + a4 * g[4] + a5 * g[5]
+        for k in range(min(q, p // 8 * 8 + 8)):  # beyond the diagonal, to the end of what is added at once
+            row[k] += a0 * n0[k] + a1 * n1[k] + a2 * n2[k] + a3 * n3[k] + a4 * n4[k] + a5 * n5[k]
+        gout[p] += a0 * g[0] + a1 * g[1] + a2 * g[2] + a3 * g[3] + a4 * g[4] + a5 * g[5]
     for p in range(c):
         a0, a1, a2, a3, a4, a5 = h[6 + p, 0], h[6 + p, 1], h[6 + p, 2], h[6 + p, 3], h[6 + p, 4], h[6 + p, 5]
         row = out[q + p]
         for k in range(q):
-            row[k] = a0 * m0[k] + a1 * m1[k] + a2 * m2[k] + a3 * m3[k] + a4 * m4[k] + a5 * m5[k]
+            row[k] += a0 * m0[k] + a1 * m1[k] + a2 * m2[k] + a3 * m3[k] + a4 * m4[k] + a5 * m5[k]
         for k in range(p + 1):
-            row[q + k] = h[6 + p, 6 + k]
-        gout[q + p] = g[6 + p]
+            row[q + k] += h[6 + p, 6 + k]
+        gout[q + p] += g[6 + p]
 
 
 @kernel
@@ -71,31 +65,33 @@ def evaluate_sights(t, jac, jloc, sight, first, point, intrinsics, own, r, out, 
     """r (B, m, 2) <- the pixels at which points are seen, out (B, m, 2, k + c) and local (B, m, 2, l) <- their Jacobians by what moves
     the frames, t (B, S, 4, 4), jac (B, S, 6, k), jloc (B, S, 6, l), and by c numbers of the instrument; row i is point first + i, and
     sight (m,) its frame."""
-    k, nl, c = jac.shape[3], jloc.shape[3], own.shape[0]
-    uv, jp, ji = np.empty(2), np.empty((2, 3)), np.zeros((2, 9))
+    k, nl, c, m = jac.shape[3], jloc.shape[3], own.shape[0], r.shape[1]
+    w, heap = np.ones(SIZE), np.empty(6 * WIDE)
     for b in range(r.shape[0]):
-        for i in range(r.shape[1]):
-            f, j, jl = t[b, sight[i]], jac[b, sight[i]], jloc[b, sight[i]]
-            x, y, z = point[first + i, 0], point[first + i, 1], point[first + i, 2]
-            lx = f[0, 0] * x + f[0, 1] * y + f[0, 2] * z
-            ly = f[1, 0] * x + f[1, 1] * y + f[1, 2] * z
-            lz = f[2, 0] * x + f[2, 1] * y + f[2, 2] * z
-            project_point(lx + f[0, 3], ly + f[1, 3], lz + f[2, 3], intrinsics[b], uv, jp, ji)
-            for e in range(2):
-                r[b, i, e] = uv[e]
-                # d point = v + w x lever, so d uv = jp v + (lever x jp) w row by row.
-                a0, a1, a2 = jp[e, 0], jp[e, 1], jp[e, 2]
-                a3, a4, a5 = ly * a2 - lz * a1, lz * a0 - lx * a2, lx * a1 - ly * a0
-                row = out[b, i, e]
-                for p in range(k):
-                    row[p] = a0 * j[0, p] + a1 * j[1, p] + a2 * j[2, p] + a3 * j[3, p] + a4 * j[4, p] + a5 * j[5, p]
-                for p in range(c):
-                    row[k + p] = ji[e, own[p]]
-                row = local[b, i, e]
-                for p in range(nl):
-                    row[p] = (
-                        a0 * jl[0, p] + a1 * jl[1, p] + a2 * jl[2, p] + a3 * jl[3, p] + a4 * jl[4, p] + a5 * jl[5, p]
-                    )
+        for lo in range(0, m, TILE):
+            n = min(TILE, m - lo)
+            for i in range(n):
+                f, at = t[b, sight[lo + i]], point[first + lo + i]
+                for e in range(3):
+                    w[LX + e * TILE + i] = f[e, 0] * at[0] + f[e, 1] * at[1] + f[e, 2] * at[2]
+                    w[X + e * TILE + i] = w[LX + e * TILE + i] + f[e, 3]
+            project_points(w, n, intrinsics[b])
+            for i in range(n):
+                r[b, lo + i, 0], r[b, lo + i, 1] = w[U + i], w[V + i]
+            for p in range(c):
+                for i in range(n):
+                    out[b, lo + i, 0, k + p], out[b, lo + i, 1, k + p] = answer(own[p], w, i, intrinsics[b])
+            for e in range(2 if k + nl > 0 else 0):
+                move_points(n, w[BY_U:], w[VX if e else UX :], w[LX:], heap)
+                for i in range(n):
+                    a0, a1, a2 = heap[i], heap[WIDE + i], heap[2 * WIDE + i]
+                    a3, a4, a5 = heap[3 * WIDE + i], heap[4 * WIDE + i], heap[5 * WIDE + i]
+                    row, j = out[b, lo + i, e], jac[b, sight[lo + i]]
+                    for p in range(k):
+                        row[p] = a0 * j[0, p] + a1 * j[1, p] + a2 * j[2, p] + a3 * j[3, p] + a4 * j[4, p] + a5 * j[5, p]
+                    row, j = local[b, lo + i, e], jloc[b, sight[lo + i]]
+                    for p in range(nl):
+                        row[p] = a0 * j[0, p] + a1 * j[1, p] + a2 * j[2, p] + a3 * j[3, p] + a4 * j[4, p] + a5 * j[5, p]
 
 
 @kernel
@@ -114,12 +110,9 @@ def accumulate_views(
     batch, m = t.shape[0], t.shape[1]
     k, nl, c = jac.shape[3], jloc.shape[3], own.shape[0]
     shared, q, size = k + c, k + nl, 6 + c
-    uv, jp, ji = np.empty(2), np.empty((2, 3)), np.zeros((2, 9))
-    lanes = (size + LANES - 1) // LANES * LANES
-    most = 0
-    for s in range(views[first], views[first + m]):
-        most = max(most, edges[s + 1] - edges[s])
-    heap, h, gs = np.zeros((lanes, 2 * most)), np.empty((lanes, lanes)), np.empty(size)
+    lanes = (size + LANES) // LANES * LANES  # the motions, the numbers of the camera, and the residuals behind them
+    w, rows, flat = np.ones(SIZE), np.empty(TILE, np.int64), np.zeros(lanes * WIDE)
+    heap, h, gs, there = flat.reshape(lanes, WIDE), np.empty((lanes, lanes)), np.empty(size), np.empty((3, 4))
     whole, gv = np.empty((lanes, lanes)), np.empty(size)
     both, half = np.empty((6, q)), np.empty((6, q))
     out, gout = np.empty((q + c, q + c)), np.empty(q + c)
@@ -134,21 +127,20 @@ def accumulate_views(
         np.zeros((free.shape[0], 6, shared)),
     )
     carried, turned = np.zeros((6, 6)), np.empty((size, 6))
-    # The frame's shared columns, then the instrument's, then those of local blocks: where each lies in `out`.
-    at = np.empty(shared, np.int64)
-    for i in range(k):
-        at[i] = i
-    for i in range(c):
-        at[k + i] = q + i
     for b in range(batch):
         wb = b if weight.shape[0] > 1 else 0
         vb = b if value.shape[0] > 1 else 0
         small_a[:] = 0.0
         small_g[:] = 0.0
+        out[:] = 0.0
+        gout[:] = 0.0
         own_g[:] = 0.0
         own_a[:] = 0.0
         wide[:] = 0.0
         for v in range(m):
+            heavy = weight[wb, configuration[edges[views[first + v]]]]  # a view is one of one configuration
+            if heavy == 0.0:
+                continue
             whole[:] = 0.0
             gv[:] = 0.0
             f = t[b, v]
@@ -161,51 +153,44 @@ def accumulate_views(
             for s in range(views[first + v], views[first + v + 1]):
                 h[:] = 0.0
                 gs[:] = 0.0
-                waiting = 0
                 d = seats[b, seat[s]]
-                for i in range(edges[s], edges[s + 1]):
-                    w = weight[wb, configuration[i]]
-                    if w == 0.0 or (scale[i, 0] == 0.0 and scale[i, 1] == 0.0):
+                for i in range(3):
+                    for p in range(4):
+                        there[i, p] = f[i, 0] * d[0, p] + f[i, 1] * d[1, p] + f[i, 2] * d[2, p]
+                after, some = edges[s], 0
+                while after < edges[s + 1]:
+                    n = 0
+                    while after < edges[s + 1] and n < TILE:
+                        if scale[after, 0] != 0.0 or scale[after, 1] != 0.0:
+                            rows[n] = after
+                            n += 1
+                        after += 1
+                    place_points(rows, n, point, there, f, w)
+                    # Several are projected at once: what stands behind the last is no point of this sight, but finite.
+                    full = (n + LANES - 1) // LANES * LANES if n else 0
+                    for i in range(n, full):
+                        w[X + i], w[Y + i], w[Z + i] = w[X + n - 1], w[Y + n - 1], w[Z + n - 1]
+                    project_points(w, full, intrinsics[b])
+                    cost[b] += 0.5 * heavy * whiten_points(rows, n, value[vb], scale, heavy, loss, tuning, curved[b], w)
+                    if q + c == 0 and not loose[seat[s]]:
                         continue
-                    x = d[0, 0] * point[i, 0] + d[0, 1] * point[i, 1] + d[0, 2] * point[i, 2] + d[0, 3]
-                    y = d[1, 0] * point[i, 0] + d[1, 1] * point[i, 1] + d[1, 2] * point[i, 2] + d[1, 3]
-                    z = d[2, 0] * point[i, 0] + d[2, 1] * point[i, 1] + d[2, 2] * point[i, 2] + d[2, 3]
-                    lx = f[0, 0] * x + f[0, 1] * y + f[0, 2] * z
-                    ly = f[1, 0] * x + f[1, 1] * y + f[1, 2] * z
-                    lz = f[2, 0] * x + f[2, 1] * y + f[2, 2] * z
-                    project_point(lx + f[0, 3], ly + f[1, 3], lz + f[2, 3], intrinsics[b], uv, jp, ji)
-                    r0, r1 = (uv[0] - value[vb, i, 0]) * scale[i, 0], (uv[1] - value[vb, i, 1]) * scale[i, 1]
-                    rho, slope = robust(loss, tuning, r0 * r0 + r1 * r1)
-                    cost[b] += 0.5 * w * rho
-                    w *= slope
-                    if w == 0.0 or (q + c == 0 and not loose[seat[s]]):
-                        continue
-                    root = math.sqrt(w)
-                    for e in range(2):
-                        u = root * scale[i, e]
-                        jx, jy, jz = u * jp[e, 0], u * jp[e, 1], u * jp[e, 2]
-                        heap[0, waiting], heap[1, waiting], heap[2, waiting] = jx, jy, jz
-                        heap[3, waiting] = ly * jz - lz * jy
-                        heap[4, waiting] = lz * jx - lx * jz
-                        heap[5, waiting] = lx * jy - ly * jx
-                        for p in range(c):
-                            heap[6 + p, waiting] = u * ji[e, own[p]]
-                        u = root * (r1 if e else r0)
-                        for p in range(size):
-                            gs[p] += heap[p, waiting] * u
-                        waiting += 1
-                    share = kept(loss, tuning, r0 * r0 + r1 * r1) if curved[b] else 1.0
-                    if share < 1.0:
-                        u = (1.0 - share) / (r0 * r0 + r1 * r1)
-                        for p in range(size):
-                            x = u * (r0 * heap[p, waiting - 2] + r1 * heap[p, waiting - 1])
-                            heap[p, waiting - 2] -= x * r0
-                            heap[p, waiting - 1] -= x * r1
-                if not waiting:
+                    move_points(n, w[BY_U:], w[UX:], w[LX:], flat)
+                    move_points(n, w[BY_V:], w[VX:], w[LX:], flat[n:])
+                    for p in range(c):
+                        for i in range(n):
+                            x, y = answer(own[p], w, i, intrinsics[b])
+                            heap[6 + p, i], heap[6 + p, n + i] = w[BY_U + i] * x, w[BY_V + i] * y
+                    for i in range(n):
+                        heap[size, i], heap[size, n + i] = w[U + i], w[V + i]
+                    if curved[b]:
+                        bend_points(w, n, heap, gs)
+                    products(heap, 2 * n, h)
+                    some += n
+                if some == 0:
                     continue
-                products(heap, waiting, h)
-                seen += waiting
+                seen += some
                 for i in range(size):
+                    gs[i] += h[size, i]
                     gv[i] += gs[i]
                     for p in range(i + 1):
                         whole[i, p] += h[i, p]
@@ -224,11 +209,13 @@ def accumulate_views(
                                     asm[b, two[first + v], free[seat[s], o], j - cut] += total
             if not seen or q + c == 0:
                 continue
+            if nl > 0:
+                out[:] = 0.0
+                gout[:] = 0.0
             congruence(whole, c, both, half, out, gv, gout)
-            for p in range(shared):
-                small_g[p] += gout[at[p]]
-                for o in range(p + 1):
-                    small_a[p, o] += out[at[p], at[o]]
+            if nl == 0:
+                continue
+            add_shared(k, nl, c, out, gout, small_a, small_g)
             if cut > 0:
                 add_sight_block(one[first + v], k, cut, c, out, gout, columns, gl[b], al[b], asl[b])
             if nl > cut:
@@ -238,10 +225,24 @@ def accumulate_views(
                     for p in range(cut):
                         for o in range(nl - cut):
                             here[p, o] += out[k + cut + o, k + p]
+        if nl == 0:  # nothing was told to blocks view by view
+            add_shared(k, nl, c, out, gout, small_a, small_g)
         add_shared_columns(columns, small_g, small_a, g[b], a[b])
         for s in range(free.shape[0]):
             if loose[s]:
                 add_seat_columns(free[s], columns, own_g[s], own_a[s], wide[s], g[b], a[b])
+
+
+@kernel
+def add_shared(k, nl, c, out, gout, small_a, small_g):
+    """Adds the columns of a frame, k of `out`, and of an instrument, c behind nl of local blocks, to those that are shared."""
+    for p in range(k + c):
+        at = p if p < k else p + nl
+        small_g[p] += gout[at]
+        for o in range(min(p + 1, k)):
+            small_a[p, o] += out[at, o]
+        for o in range(k, p + 1):
+            small_a[p, o] += out[at, nl + o]
 
 
 @kernel
@@ -261,20 +262,26 @@ def add_seat(f, d, h, gs, both, k, c, carried, turned, g, a, wide):
         carried[0, 3 + p] = py * f[2, p] - pz * f[1, p]
         carried[1, 3 + p] = pz * f[0, p] - px * f[2, p]
         carried[2, 3 + p] = px * f[1, p] - py * f[0, p]
+    for i in range(6):
+        for j in range(i):
+            h[j, i] = h[i, j]
     for i in range(6 + c):
+        b0, b1, b2, b3, b4, b5 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4], h[i, 5]
         for o in range(6):
-            total = 0.0
-            for j in range(6):
-                total += h[max(i, j), min(i, j)] * carried[j, o]
-            turned[i, o] = total
-    for o in range(6):
-        for j in range(6):
+            turned[i, o] = (
+                b0 * carried[0, o]
+                + b1 * carried[1, o]
+                + b2 * carried[2, o]
+                + b3 * carried[3, o]
+                + b4 * carried[4, o]
+                + b5 * carried[5, o]
+            )
+    for j in range(6):
+        for o in range(6):
             g[o] += carried[j, o] * gs[j]
-        for p in range(o + 1):
-            for j in range(6):
-                a[o, p] += carried[j, o] * turned[j, p]
-        row = wide[o]
+    for o in range(6):
         b0, b1, b2, b3, b4, b5 = turned[0, o], turned[1, o], turned[2, o], turned[3, o], turned[4, o], turned[5, o]
+        row = wide[o]
         for p in range(k):
             row[p] += (
                 b0 * both[0, p]
@@ -286,6 +293,23 @@ def add_seat(f, d, h, gs, both, k, c, carried, turned, g, a, wide):
             )
         for p in range(c):
             row[k + p] += turned[6 + p, o]
+        b0, b1, b2, b3, b4, b5 = (
+            carried[0, o],
+            carried[1, o],
+            carried[2, o],
+            carried[3, o],
+            carried[4, o],
+            carried[5, o],
+        )
+        for p in range(6):
+            a[o, p] += (
+                b0 * turned[0, p]
+                + b1 * turned[1, p]
+                + b2 * turned[2, p]
+                + b3 * turned[3, p]
+                + b4 * turned[4, p]
+                + b5 * turned[5, p]
+            )
 
 
 @kernel

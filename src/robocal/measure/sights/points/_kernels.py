@@ -1,0 +1,120 @@
+"""Points of one frame before a camera: their pixels, what motions of the frame and numbers of the camera do to these, and what a loss makes
+of them; a tile of points at a time, so that several are computed at once."""
+
+from __future__ import annotations
+
+import math
+
+from robocal._jit import kernel
+from robocal.estimate._kernels import kept, robust
+
+TILE = 64  # points that are projected at once
+# Where the numbers of a tile lie: points in the camera's axes and seen from the origin of their frame, pixels, their derivatives,
+# what multiplies these, and the share that a loss keeps. Constants: so the compiler sees that no two of them meet.
+X, Y, Z, LX, LY, LZ, U, V, UX, UY, UZ, VX, VY, VZ, BY_U, BY_V, SHARE, FLAT_X, FLAT_Y = (TILE * i for i in range(19))
+SIZE, WIDE = 19 * TILE, 2 * TILE
+
+
+@kernel
+def project_points(w, n, f):
+    """The pixels of n points of a tile w, with derivatives by x, y and z: `vision.camera.project`, several points at once."""
+    fx, fy, cx, cy, k1, k2, p1, p2, k3 = f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8]
+    for i in range(n):
+        iz = 1.0 / w[Z + i]
+        x, y = w[X + i] * iz, w[Y + i] * iz
+        w[FLAT_X + i], w[FLAT_Y + i] = x, y
+        xx, yy, xy = x * x, y * y, x * y
+        r2 = xx + yy
+        d = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        slope = k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3)  # of d with respect to r2
+        a = d + 2.0 * xx * slope + 2.0 * p1 * y + 6.0 * p2 * x
+        b = 2.0 * xy * slope + 2.0 * p1 * x + 2.0 * p2 * y
+        c = d + 2.0 * yy * slope + 6.0 * p1 * y + 2.0 * p2 * x
+        w[U + i] = fx * (x * d + 2.0 * p1 * xy + p2 * (r2 + 2.0 * xx)) + cx
+        w[V + i] = fy * (y * d + p1 * (r2 + 2.0 * yy) + 2.0 * p2 * xy) + cy
+        u, v = fx * iz, fy * iz
+        w[UX + i], w[UY + i], w[UZ + i] = u * a, u * b, -u * (a * x + b * y)
+        w[VX + i], w[VY + i], w[VZ + i] = v * b, v * c, -v * (b * x + c * y)
+
+
+@kernel
+def answer(number, w, i, f):
+    """The derivatives of the two pixels of point i of a tile by one of the nine numbers f of a camera."""
+    x, y = w[FLAT_X + i], w[FLAT_Y + i]
+    r2 = x * x + y * y
+    if number < 4:
+        if number > 1:
+            return (1.0, 0.0) if number == 2 else (0.0, 1.0)
+        d = 1.0 + r2 * (f[4] + r2 * (f[5] + r2 * f[8]))
+        if number == 0:
+            return x * d + 2.0 * f[6] * x * y + f[7] * (r2 + 2.0 * x * x), 0.0
+        return 0.0, y * d + f[6] * (r2 + 2.0 * y * y) + 2.0 * f[7] * x * y
+    if number == 6:
+        return 2.0 * f[0] * x * y, f[1] * (r2 + 2.0 * y * y)
+    if number == 7:
+        return f[0] * (r2 + 2.0 * x * x), 2.0 * f[1] * x * y
+    power = r2 if number == 4 else (r2 * r2 if number == 5 else r2 * r2 * r2)
+    return f[0] * x * power, f[1] * y * power
+
+
+@kernel
+def place_points(rows, n, point, there, f, w):
+    """The tile w of n points, rows (n,): where `there` (3, 4) has them, seen from the origin of the frame f, in the axes of the camera."""
+    a0, a1, a2, a3 = there[0, 0], there[0, 1], there[0, 2], there[0, 3]
+    b0, b1, b2, b3 = there[1, 0], there[1, 1], there[1, 2], there[1, 3]
+    c0, c1, c2, c3 = there[2, 0], there[2, 1], there[2, 2], there[2, 3]
+    fx, fy, fz = f[0, 3], f[1, 3], f[2, 3]
+    for i in range(n):
+        x, y, z = point[rows[i], 0], point[rows[i], 1], point[rows[i], 2]
+        lx, ly, lz = a0 * x + a1 * y + a2 * z + a3, b0 * x + b1 * y + b2 * z + b3, c0 * x + c1 * y + c2 * z + c3
+        w[LX + i], w[LY + i], w[LZ + i] = lx, ly, lz
+        w[X + i], w[Y + i], w[Z + i] = lx + fx, ly + fy, lz + fz
+
+
+@kernel
+def move_points(n, by, slope, lever, out):
+    """What motions (v, w) of their frame do to one pixel of n points, times `by`: six columns, out[0], out[WIDE] and so on, of its slope
+    by x, y and z, and of the levers."""
+    for i in range(n):
+        # d point = v + w x lever, so d uv = jp v + (lever x jp) w.
+        x, y, z = by[i] * slope[i], by[i] * slope[TILE + i], by[i] * slope[2 * TILE + i]
+        lx, ly, lz = lever[i], lever[TILE + i], lever[2 * TILE + i]
+        out[i], out[WIDE + i], out[2 * WIDE + i] = x, y, z
+        out[3 * WIDE + i], out[4 * WIDE + i], out[5 * WIDE + i] = ly * z - lz * y, lz * x - lx * z, lx * y - ly * x
+
+
+@kernel
+def whiten_points(rows, n, value, scale, heavy, loss, tuning, curved, w):
+    """What n points of a tile w, rows (n,), cost twice: their pixels become whitened residuals, times the root of the weight `heavy` and of
+    that of the loss, as what multiplies derivatives has it too."""
+    total = 0.0
+    for i in range(n):
+        one, two = scale[rows[i], 0], scale[rows[i], 1]
+        x, y = (w[U + i] - value[rows[i], 0]) * one, (w[V + i] - value[rows[i], 1]) * two
+        rho, slope = robust(loss, tuning, x * x + y * y)
+        total += rho
+        root = math.sqrt(heavy * slope)
+        if root == 0.0:  # forgotten: it may lie anywhere, behind the camera too
+            x, y, w[FLAT_X + i], w[FLAT_Y + i] = 0.0, 0.0, 0.0, 0.0
+            for e in range(6):
+                w[UX + e * TILE + i] = 0.0
+        w[U + i], w[V + i], w[BY_U + i], w[BY_V + i] = root * x, root * y, root * one, root * two
+        if curved:
+            w[SHARE + i] = kept(loss, tuning, x * x + y * y)
+    return total
+
+
+@kernel
+def bend_points(w, n, heap, g):
+    """Adds to g what n points of a tile w pull, and takes from their rows, columns of `heap`, what the curvature of the loss takes from the
+    matrix alone (`estimate._kernels.shorten`); the residuals, behind them, say no more."""
+    size = g.shape[0]
+    for i in range(n):
+        x, y = w[U + i], w[V + i]
+        less = (1.0 - w[SHARE + i]) / (x * x + y * y) if w[SHARE + i] < 1.0 and x * x + y * y > 0.0 else 0.0
+        for p in range(size):
+            along = heap[p, i] * x + heap[p, n + i] * y
+            g[p] += along
+            heap[p, i] -= less * along * x
+            heap[p, n + i] -= less * along * y
+        heap[size, i] = heap[size, n + i] = 0.0
