@@ -39,6 +39,11 @@ LONG = 24  # numbers in a row; longer lists are condensed
 # A pattern of COMMAND: PATH, and why it differs on purpose.
 INTENDED: dict[str, str] = {
     r": \S*\bframes\[": "New: frames of instruments and targets in both directions.",
+    r": \S*\brobot\.shape": "New: what a picture shows of the machine.",
+    r": \S*\bfit\.(passes|filter)": "New: where a fit stood on its way.",
+    r": \S*residuals\.csv\.(|d)[xyz]_": "Positions and errors are told in base coordinates.",
+    r"^compensate .*compensation\.html": "New: a page.",
+    r"^(validate|verify) .*: \S*(poses\[|places|lists|between|means)": "New: where errors are, and of which list.",
     r": \S*pose_from_lengths": "New: the first figure of a cable robot, none for arms.",
     r"^identify pixels/": "How far a marker's scale may be off enters sigmas.",
     r"^identify perfect/": "Folds are the default where a held-out fifth is likely to lose a gain.",

@@ -116,7 +116,7 @@ class Decision(Context[M_co]):
             kind=proof.split.how, stated=float(np.sqrt(3) * stated[0]) if stated else None, unit=unit,
             everything=proof.errors(unit, everything=True) if proof.aside[unit].any() else None,
             located=after[counted & np.isin(owner, absolute_observations(self.need_data))],
-            what="all readings" if freedom_of(self.model) and len({t.kind for t in base.terms}) > 1 else None,
+            what="readings" if freedom_of(self.model) else None, mixed=len({t.kind for t in base.terms}) > 1,
         )  # fmt: skip
 
     @cached_property

@@ -118,7 +118,8 @@ class Evidence:
 
     `kind` names how they were held out, `blind` whether nothing was seen above the noise. `constant` is what predicting the mean
     misses of those that have one, `located` what the identified model misses of the same (None: `after`). `everything` are both
-    errors of all rows, and which of them count, where gross ones were left out. `what` has these errors, where it is not the tool.
+    errors of all rows, and which of them count, where gross ones were left out. `what` has these errors, where it is not the tool;
+    `mixed`: of several kinds.
     """
 
     before: Array
@@ -134,6 +135,7 @@ class Evidence:
     everything: tuple[Array, Array, NDArray[np.bool_]] | None = None
     located: Array | None = None
     what: str | None = None
+    mixed: bool = False
 
     @property
     def there(self) -> Array:
@@ -166,11 +168,10 @@ class Evidence:
             otherwise = Quantity(mean, self.unit) if np.isfinite(mean) else None
         code = Code.GAIN_PROVEN if low > 0 else Code.GAIN_NOT_PROVEN
         amounts = {"gain": Quantity(gain, self.unit), "low": ends[0], "high": ends[1]}
-        # Where other means stand beside it, whose mean this is, is said with its own numbers.
-        means = {
-            k: Quantity(float(v.mean()), self.unit)
-            for k, v in (("before", self.before), ("after", self.after))
-            if self.what
-        }
-        told = {"what": self.what, **means, **amounts, "how": self.kind, "aside": aside, "otherwise": otherwise}
+        told = {"what": self.what, **amounts, "how": self.kind, "aside": aside, "otherwise": otherwise}
+        if self.what and self.mixed:  # other means stand beside it: whose this is, is said with its own numbers
+            told |= {"what": f"all {self.what}"}
+            told |= {
+                k: Quantity(float(v.mean()), self.unit) for k, v in (("before", self.before), ("after", self.after))
+            }
         return Gain(Remark.of(code, **told), bool(low > 0))

@@ -12,7 +12,7 @@ class IdentificationRemarks:
 
     # --- the verdict ---
     GAIN_PROVEN = Phrase(
-        "the mean error[ of {what} ({before:.4g~} to {after:.4g})] on unseen poses "
+        "the mean error[ of {what}][ ({before:.4g~} to {after:.4g})] on unseen poses "
         "falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})[; gross rows "
         "that are not counted: {aside}][; with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
@@ -41,7 +41,7 @@ class IdentificationRemarks:
         "simulate), or measure the real one.",
     )
     GAIN_NOT_PROVEN = Phrase(
-        "the mean error[ of {what} ({before:.4g~} to {after:.4g})] on unseen poses "
+        "the mean error[ of {what}][ ({before:.4g~} to {after:.4g})] on unseen poses "
         "does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} "
         "({how})[; gross rows that are not counted: {aside}][; with them it is {otherwise:.4g}]",
         "If the residual is far above the stated noise, an input is wrong: correct it first. Otherwise the unseen configurations do "
@@ -279,7 +279,7 @@ class IdentificationRemarks:
     PLACE_OPEN = Phrase(
         "only the shape is better known: no measurement shows where the coordinates of base and platform lie; absolute poses may be "
         "further off than before",
-        "Measure some poses with an instrument as well. Or place the corrected robot by known points before you trust absolute poses.",
+        "Measure some poses with an instrument too. Or place the robot by known points before you trust absolute poses.",
     )
     ERRORS_FOLLOW = Phrase(
         "{group}: errors follow those measured just before, more than similar poses explain ({share:.0%} of their squares, z = "
