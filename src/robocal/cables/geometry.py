@@ -156,13 +156,10 @@ class CableRobot(Unjointed):
         """Its frame anchors: between them the platform moves."""
         return self.a
 
-    def lines(
-        self, joints: Array | None, poses: Array, extra: Mapping[str, ArrayLike] | None = None, /
-    ) -> Mapping[str, Array]:
+    def lines(self, joints: Array | None, poses: Array, extra: object = None, /) -> Mapping[str, Array]:
         """Each cable from its platform anchor to its frame anchor."""
         ends = poses[:, None, :3, 3] + self.b @ poses[:, :3, :3].swapaxes(1, 2)
-        pairs = np.stack([ends, np.broadcast_to(self.a, ends.shape)], axis=2)
-        return {c: pairs[:, i] for i, c in enumerate(self.cables)}
+        return {c: np.stack([ends[:, i], 0 * ends[:, i] + self.a[i]], axis=1) for i, c in enumerate(self.cables)}
 
     @property
     def b(self) -> Array:

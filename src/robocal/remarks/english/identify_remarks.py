@@ -12,9 +12,8 @@ class IdentificationRemarks:
 
     # --- the verdict ---
     GAIN_PROVEN = Phrase(
-        "the mean error[ of {what}][ ({before:.4g~} to {after:.4g})] on unseen poses "
-        "falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})[; gross rows "
-        "that are not counted: {aside}][; with them it is {otherwise:.4g}]",
+        "the mean error[ of {what}][ ({before:.4g~} to {after:.4g})] on unseen poses falls by {gain:.4g}, 95 % "
+        "interval {low:.4g~} to {high:.4g} ({how})[; gross rows that are not counted: {aside}][; with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     )
     FRAMES_LOCATED = Phrase(
@@ -29,8 +28,7 @@ class IdentificationRemarks:
         "joints. If the robot itself is off, identify it too: leave out --free.",
     )
     EXACT = Phrase(
-        "exact to the digits given: the residual on unseen poses is {left:.2g} rms; rounding to the digits of the data gives "
-        "{digits:.2g}",
+        "exact to the digits given: unseen poses are missed by {left:.2g} rms; rounding to the digits of the data gives {digits:.2g}",
         "No instrument and no robot is that good: these measurements or joint values were computed. A simulation without noise "
         "proves the model and the poses. Only real measurements show what the real robot does.",
     )
@@ -41,9 +39,9 @@ class IdentificationRemarks:
         "simulate), or measure the real one.",
     )
     GAIN_NOT_PROVEN = Phrase(
-        "the mean error[ of {what}][ ({before:.4g~} to {after:.4g})] on unseen poses "
-        "does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} "
-        "({how})[; gross rows that are not counted: {aside}][; with them it is {otherwise:.4g}]",
+        "the mean error[ of {what}][ ({before:.4g~} to {after:.4g})] on unseen poses does not fall significantly: "
+        "{gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})[; gross rows that are not counted: {aside}][; with them it is "
+        "{otherwise:.4g}]",
         "If the residual is far above the stated noise, an input is wrong: correct it first. Otherwise the unseen configurations do "
         "not decide: measure more of them. Or accept that the nominal model is already as good as these measurements can show.",
     )
