@@ -89,7 +89,7 @@ def _place(shape: Any, space: Region3D, scale: float) -> RobotLines:
             way = at / away
             rays.append(np.stack([0.8 * reach * way, reach * way]))
             names.append(f"{told.name}, {significant(away / scale / 1e3, 2)} m away")
-        ends.append(rays[-1][0])
+        ends.append(rays[-1][-1])
     what = "platform with its cables" if cables else "arm along the axes of its joints"
     caption = f"The {what} is drawn as found, at {shape.configuration}."
     return RobotLines(

@@ -205,8 +205,9 @@ class _Space:
             d = "".join(polyline(self.flat(v).tolist()) + ("h0" if len(v) == 1 else "") for v in lines)
             out.append(f'<path class="robot {part}" data-part="{part}" d="{d}"/>')
         for (x, y), name in zip(self.flat(robot.ends).tolist(), robot.names, strict=True):
-            side = "end" if x > WIDE / 2 else "start"  # towards the middle: the ray leads away from it
-            out.append(label(x + (-9 if side == "end" else 9), y + 4, name, "name instrument-name", side))
+            # Beyond the end of a ray, so that the name lies on neither ray nor machine.
+            side, below = ("end" if x > WIDE / 2 else "start"), y > HIGH / 2 - 14
+            out.append(label(x, y + (16 if below else -8), name, "name instrument-name", side))
         return out
 
 

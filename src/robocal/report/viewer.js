@@ -63,8 +63,8 @@
       }
       (data.ends[shown] || []).forEach(function (end, i) {
         var q = flat(f, end[0], end[1], end[2]), left = q[0] > WIDE / 2, text = p.instruments[i];
-        text.setAttribute("x", n(q[0] + (left ? -9 : 9)));
-        text.setAttribute("y", n(q[1] + 4));
+        text.setAttribute("x", n(q[0]));
+        text.setAttribute("y", n(q[1] + (q[1] > HIGH / 2 - 14 ? 16 : -8)));
         text.setAttribute("text-anchor", left ? "end" : "start");
       });
       if (data.robots.length > 1) p.here.setAttribute("d", line(f, [data.at[shown]]));
