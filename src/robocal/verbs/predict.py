@@ -45,7 +45,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Pr
     """Predicts what a CSV asks for; `output` gets the same as a CSV, with a page beside it. Raises InputError."""
     from robocal.errors import FileError
     from robocal.files.display import listing_text
-    from robocal.files.writing import refuse_existing, write_text
+    from robocal.files.writing import refuse_existing, write_files
     from robocal.report.page import page
     from robocal.session.inputs import open_machine
 
@@ -58,8 +58,8 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Pr
     found = open_machine(o.folder).predict(o.poses, o.absolute)
     if o.output is not None:
         drawn = page(found.name, sections(_outcome(found)), kind="Prediction")
-        place = o.output.with_suffix(".html")
-        found = replace(found, written=(write_text(o.output, listing_text(found.poses)), write_text(place, drawn)))
+        texts = {o.output.name: listing_text(found.poses), o.output.with_suffix(".html").name: drawn}
+        found = replace(found, written=write_files(o.output.parent, texts))
     return _outcome(found)
 
 
