@@ -180,16 +180,29 @@ def test_one_robot_has_one_pose(convention, rng):
 def test_one_robot_has_one_picture(convention, rng):
     """The way along the axes belongs to the arm, not to the frames in which it is written; the base stands at its own origin."""
     q = joint_values("RRRPRR", rng, 5)
-    ways = [robot.lines(q, robot.pose(q))["arm"] for robot in (described(convention), described("mdh"))]
-    np.testing.assert_allclose(*ways, atol=1e-9)
+    ways = [robot.lines(q, robot.pose(q))[""] for robot in (described(convention), described("mdh"))]
     one = ways[0]
-    assert one.shape == (5, 14, 3) and not one[:, 0].any()
+    np.testing.assert_allclose(one[:, 2:], ways[1][:, 2:], atol=1e-9)
+    assert one.shape == (5, 14, 3)
+    base = [described(convention).table[f"base.{s}"].value for s in "xyz"]
+    np.testing.assert_allclose(one[:, 0], np.tile(base, (5, 1)), atol=1e-12)
     np.testing.assert_allclose(one[:, -1], described("mdh").pose(q)[:, :3, 3], atol=1e-12)
     # Each piece along an axis that turns lies on it: what the joint moves behind it leaves the piece where it is.
     turned = q.copy()
     turned[:, 2] += 0.3
     other = described(convention)
-    np.testing.assert_allclose(other.lines(turned, other.pose(turned))["arm"][:, :6], one[:, :6], atol=1e-9)
+    np.testing.assert_allclose(other.lines(turned, other.pose(turned))[""][:, :6], one[:, :6], atol=1e-9)
+
+
+def test_a_gantry_is_drawn_slide_by_slide():
+    """Three slides across one another: each piece is as long as its joint has gone, and ends where the next begins."""
+    robot = chain("gantry", "urdf", [{"axis": a, "type": "prismatic"} for a in ([1, 0, 0], [0, 1, 0], [0, 0, 1])])
+    q = np.array([[0.3, -0.2, 0.5]])
+    (way,) = robot.lines(q, robot.pose(q))[""]
+    np.testing.assert_allclose(
+        way[[0, 2, 4, 6]], [[0, 0, 0], [0.3, 0, 0], [0.3, -0.2, 0], [0.3, -0.2, 0.5]], atol=1e-12
+    )
+    np.testing.assert_allclose(way[-1], robot.pose(q)[0, :3, 3], atol=1e-12)
 
 
 def test_an_arm_whose_joints_count_with_others_is_drawn_like_one_whose_do_not(rng):
@@ -202,7 +215,7 @@ def test_an_arm_whose_joints_count_with_others_is_drawn_like_one_whose_do_not(rn
     own = q.copy()
     own[:, 2] -= q[:, 1]
     np.testing.assert_allclose(both.pose(q), alone.pose(own), atol=1e-12)
-    np.testing.assert_allclose(both.lines(q, both.pose(q))["arm"], alone.lines(own, alone.pose(own))["arm"], atol=1e-9)
+    np.testing.assert_allclose(both.lines(q, both.pose(q))[""], alone.lines(own, alone.pose(own))[""], atol=1e-9)
 
 
 def test_an_aligned_axis_is_a_plain_element():

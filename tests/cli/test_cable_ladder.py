@@ -83,6 +83,13 @@ def test_predicted_lengths_and_poses_lie_within_their_bands(run):
     assert robocal("predict", sim / "run", poses, "-o", folder / "l.csv").status == 0
     assert robocal("predict", sim / "run", lengths, "-o", folder / "p.csv").status == 0
     cables = read_cable(sim / "robot.yaml").robot.cables
+    wrong = folder / "wrong.csv"
+    heads, *body = [line for line in lengths.read_text().splitlines() if not line.startswith("#")]
+    wrong.write_text(
+        "\n".join([heads, body[0], ",".join([body[1].split(",")[0], *(["0.1"] * heads.count("["))])]) + "\n"
+    )
+    doubted = robocal("predict", sim / "run", wrong)
+    assert doubted.status == 3 and "the residual of its lengths is" in doubted.said, "lengths that no pose explains are told"
     true, said = rows_of(lengths), rows(folder / "l.csv")
     for page in (folder / "l.html", folder / "p.html"):
         assert f'max="{len(true) - 1}"' in page.read_text(), "the robot is drawn at every row"

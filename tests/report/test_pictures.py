@@ -183,10 +183,14 @@ def test_the_machine_stands_among_its_arrows_and_far_instruments_are_pointed_at(
     box = np.array([rows[f"{a}_mm"] for a in "xyz"], dtype=float).T
     tool = (box.min(axis=0) + box.max(axis=0)) / 2
     way = [(0, 0, 0), (0, 0, 300), (0, 0, 300), tool]
-    drawn = arrows(rows, shape_of([("arm", way)], tool, [("near", tool + 10), ("far", tool + [0, 90000, 0])]))
+    drawn = arrows(rows, shape_of([("", way)], tool, [("near", tool + 10), ("far", tool + [0, 90000, 0])]))
     assert drawn is not None and "The arm along the axes of its joints is drawn as found, at p7." in drawn.caption
     data = numbers_of(drawn)
     (robot,) = data["robots"]
+    assert "in base coordinates" in drawn.caption and "fitted to the same row" not in drawn.caption
+    plain = arrows(rows)
+    assert plain is not None and "base coordinates" not in plain.caption, "an earlier version told them otherwise"
+    assert arrows(rows, RobotShape(unit="mm", configuration="p7", lines=[], tool=[0.0, 0.0, 0.0])) is not None
     assert len(robot["arm"]) == 1 and len(robot["arm"][0]) == 3, "points that fall on one are one"
     # Machine and arrows share one space: the way ends at the tool, at the same scale.
     middle = np.array(data["bounds"]).mean(axis=0)

@@ -15,7 +15,7 @@ from robocal.estimate.least_squares import METHODS
 from robocal.fit.options import Options
 from robocal.geometry import se3, so3
 from robocal.measure.base import synthesise
-from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.prove.identify import identify
 from robocal.remarks.code import Code
 
@@ -117,6 +117,22 @@ def test_two_instruments_tell_of_one_place_and_one_error():
     for table in (rows.place, rows.before[:, :3]):
         np.testing.assert_allclose(table[:30], table[30:], atol=1e-5)
     assert np.linalg.norm(rows.before[:30, :3], axis=1).mean() > 4e-4
+
+
+def test_a_camera_on_the_tool_tells_the_error_of_the_tool_and_not_of_what_it_sees():
+    """Its readings say where a board stands in it; the arrow is the camera's own: where the model has it less where it was."""
+    board = Frame("board", (0.2, 0.1, 0.6, 0.3, -0.2, 0.5))
+    eye = Frame("eye", (0.02, 0.01, 0.05, 0.1, 0.2, -0.3), mount="tool")
+    truth = true_arm(names=("j2.d", "j3.d"))  # lengths alone: the camera is turned as the model says
+    on_board = np.zeros(40, dtype=int)
+    data = measured(40, truth=truth, kind="pose", sigma=1e-7, frame=eye, targets=(board,), target=on_board, known=True)
+    found = identify(arm(), data, Options(hold_out=0.0))
+    rows, mount = found.rows, se3.from_vector(np.array([eye.value]))[0]
+    begun = arm().with_values({n: found.baseline[n].value for n in arm().table.names})  # the tool is fitted beforehand
+    true, nominal = (robot.pose(data.configurations.joints) @ mount for robot in (truth, begun))
+    np.testing.assert_allclose(rows.before[:, :3], (nominal - true)[:, :3, 3], atol=1e-6)
+    np.testing.assert_allclose(rows.place, true[:, :3, 3], atol=1e-5)
+    assert np.linalg.norm(rows.before[:, :3], axis=1).mean() > 2e-4
 
 
 def test_an_arm_is_drawn_as_it_was_found():

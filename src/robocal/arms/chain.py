@@ -200,7 +200,7 @@ class Chain(Whole):
         return (Remark.of(Code.PARALLEL_AXES, **told),)
 
     def lines(self, joints: Array | None, poses: Array, extra: Extra = None, /) -> Mapping[str, Array]:
-        """The way from the base along its axes to the tool."""
+        """The way from the base along its axes to the tool, without a name."""
         q = np.array(joints, float)
         names = self.joint_names
         for joint, others in self.shares.items():
@@ -209,7 +209,8 @@ class Chain(Whole):
         alone = self.without_shares() if self.shares else self
         end = poses[:, :3, 3]
         points, directions = lines_of_axes(alone.jacobian(q, extra), end)
-        return {"arm": line_along(points, directions, np.zeros_like(end), end)}
+        base = [self.table[n].value if (n := f"base.{s}") in self.table else 0.0 for s in "xyz"]
+        return {"": line_along(points, directions, np.broadcast_to(np.array(base), end.shape), end)}
 
     @cached_property
     def anywhere(self) -> frozenset[str]:

@@ -37,7 +37,9 @@ def line_along(points: Array, directions: Array, start: Array, end: Array) -> Ar
         d, p = directions[:, i], np.where(np.isnan(points[:, i]), here, points[:, i])
         here = p + np.sum((here - p) * d, axis=1, keepdims=True) * d
         way.append(here)
-        if i + 1 < count:
+        if np.isnan(points[:, i]).any():  # a slide goes as far along as what comes behind the slides asks
+            reach = np.sum((_behind(points, directions, i, here, end) - here) * d, axis=1)
+        elif i + 1 < count:
             e, q = directions[:, i + 1], np.where(np.isnan(points[:, i + 1]), here, points[:, i + 1])
             cosine = np.sum(d * e, axis=1)
             across = 1.0 - cosine**2
@@ -48,3 +50,12 @@ def line_along(points: Array, directions: Array, start: Array, end: Array) -> Ar
         here = here + reach[:, None] * d
         way.append(here)
     return np.stack([*way, end], axis=1)
+
+
+def _behind(points: Array, directions: Array, slide: int, here: Array, end: Array) -> Array:
+    """The point (m, 3) nearest to `here` on the next axis that turns, or the end where none does."""
+    for i in range(slide + 1, points.shape[1]):
+        p, d = points[:, i], directions[:, i]
+        if not np.isnan(p).any():
+            return np.asarray(p + np.sum((here - p) * d, axis=1, keepdims=True) * d)
+    return end

@@ -210,7 +210,9 @@ def row_table(context: Decision[Model]) -> RowTable:
         frames = [
             _frames(builder, obs, term, x) for builder, x in zip(builders, (base.x, part.solution.x), strict=True)
         ]
-        before[k], after[k] = (_in_base(r, frame) for r, frame in zip((b, a), frames, strict=True))
+        # An instrument on the tool sees what stands still: where that seems too far, the machine is not far enough.
+        sign = -1.0 if obs.frame is not None and obs.frame.mount == "tool" and KINDS[term.kind].positional else 1.0
+        before[k], after[k] = (_in_base(r, sign, frame) for r, frame in zip((b, a), frames, strict=True))
         place.append(_place(term, part.solution.x, obs, frames[1]) if KINDS[term.kind].positional else nothing)
         left: dict[str, Array] = {}
         for _, _, u in a.parts:
@@ -240,13 +242,13 @@ def _frames(builder: Builder, obs: Observations, term: Rows, x: Array) -> Array:
     return np.asarray(carrier.bind(nothing).pose(x, 0, rows)[0][0])
 
 
-def _in_base(r: Residuals, frame: Array) -> Residuals:
-    """The same residuals; one that is a vector (m), in base axes."""
+def _in_base(r: Residuals, sign: float, frame: Array) -> Residuals:
+    """The same residuals; one that is a vector (m), in base axes and times a sign."""
     at = next((slice(a, b) for a, b, unit in r.parts if unit == "m" and b - a == 3), None)
     if at is None:
         return r
     value = r.value.copy()
-    value[:, at] = np.einsum("mij,mj->mi", np.broadcast_to(frame[:, :3, :3], (len(value), 3, 3)), value[:, at])
+    value[:, at] = sign * np.einsum("mij,mj->mi", np.broadcast_to(frame[:, :3, :3], (len(value), 3, 3)), value[:, at])
     return replace(r, value=value)
 
 

@@ -23,7 +23,7 @@ MOST = 300  # rows of a picture
 
 @record(kw_only=True)
 class ShapeLine:
-    """A line through points (k, 3), or what stands at one point, by its name."""
+    """A line through points (k, 3), or what stands at one point, by its name; the way along an arm has none."""
 
     name: str
     points: list[list[Value]]
@@ -73,7 +73,7 @@ def shapes_of_rows(
     """The shape of a machine at rows with these names, where its tool or platform is at poses (m, 4, 4) and its joints at (m, n); rows
     whose pose is not known are left out, and of many some are taken, as evenly as can be."""
     known = np.flatnonzero(np.isfinite(poses).all(axis=(1, 2)))
-    some = known[:: max(1, -(-len(known) // MOST))]
+    some = known[np.unique(np.linspace(0, len(known) - 1, min(MOST, len(known))).round().astype(int))]
     here = {k: np.broadcast_to(np.asarray(v, float), len(poses))[some] for k, v in (extra or {}).items()}
     found = moving.lines(None if joints is None else joints[some], poses[some], here)
     each = [(name, points.tolist()) for name, points in found.items()]

@@ -22,9 +22,14 @@ TITLES = ("The machine as found", "Where the errors point")
 ROWS = "The machine at every row"
 PLACE = tuple(f"{axis}_mm" for axis in "xyz")
 CAPTION = (
-    "Left: before; right: after. Each arrow starts where the machine was and shows its error, enlarged as written below it, in base "
-    "coordinates. The panels may differ in magnification: compare the scale bars. Errors with a pattern can be corrected by a "
+    "Left: before; right: after. Each arrow starts where the machine was and shows its error, scaled as written below it{frame}. "
+    "{fitted}The panels may differ in magnification: compare the scale bars. Errors with a pattern can be corrected by a "
     "model; what remains should look random. The box holds all positions: {box}. {robot}{share}"
+)
+
+
+FITTED = (
+    "The pose of the platform was fitted to the same row: arrows show what that leaves, less than errors from lengths. "
 )
 
 
@@ -36,6 +41,8 @@ def have_places(residuals: Mapping[str, Sequence[object]]) -> bool:
 def arrows(residuals: Mapping[str, Sequence[object]], shape: Any = None) -> Figure | None:
     """Two pictures. Draws all rows that have a position and an error before and after, but those set aside, whose arrows would leave the
     others no length. `shape`: that of result.json, the machine itself, drawn alone where there are none; None when there is neither."""
+    if shape is not None and not (shape.lines and all(line.points for line in shape.lines)):
+        shape = None  # somebody's own result.json
     names = [*PLACE, *(f"d{axis}_{k}_mm" for k in ("before", "after") for axis in "xyz")]
     table = np.stack([numbers(residuals, name) for name in names], axis=1)
     table[~(np.abs(table) < FAR)] = np.nan
@@ -59,8 +66,11 @@ def arrows(residuals: Mapping[str, Sequence[object]], shape: Any = None) -> Figu
     svg = draw_space(panels, rows[:, :3], told, held[drawn], box, space, robots)
     share = f"Of {every} rows one in {step} is drawn, and those with the largest errors. " if step > 1 else ""
     legend: tuple[tuple[Mark, str], ...] = (("after", "fit"), ("held", "held out (bold)")) if held[drawn].any() else ()
-    beside = f"{robots[0].caption} " if robots else ""
-    return Figure(svg, CAPTION.format(box=_say(box), robot=beside, share=share).strip(), TITLES[1], legend)
+    words = {"box": _say(box), "share": share, "robot": "", "frame": "", "fitted": ""}
+    if robots:  # results of earlier versions have no machine, and tell errors as each instrument does
+        words |= {"robot": f"{robots[0].caption} ", "frame": ", in base coordinates"}
+        words |= {"fitted": FITTED} if any(line.name for line in shape.lines) else {}
+    return Figure(svg, CAPTION.format(**words).strip(), TITLES[1], legend)
 
 
 def machine_rows(shapes: Sequence[Any], names: Sequence[str], said: str = "") -> Figure:

@@ -72,10 +72,8 @@ def _place(shape: Any, space: Region3D, scale: float) -> RobotLines:
     lines = [(np.array(line.points) - space.middle) * scale for line in shape.lines]
     tool = (np.array(shape.tool) - space.middle) * scale
     reach = space.radius * scale
-    driven = [
-        _simplify(line, NEAR * reach) for line, told in zip(lines, shape.lines, strict=True) if told.name == "arm"
-    ]
-    cables = [line for line, told in zip(lines, shape.lines, strict=True) if told.name != "arm"]
+    driven = [_simplify(line, NEAR * reach) for line, told in zip(lines, shape.lines, strict=True) if not told.name]
+    cables = [line for line, told in zip(lines, shape.lines, strict=True) if told.name]
     spokes = [np.stack([tool, line[0]]) for line in cables]
     joints = np.concatenate([*(line[1:-1] for line in driven), *cables, np.empty((0, 3))])
     rays, ends, names = [], [], []

@@ -157,7 +157,7 @@ class _Space:
             return f"{len(self.at)} positions. {self.robot.caption if self.robot else ''}".strip()
         sizes = [math.hypot(*e) for e in errors]
         return (
-            f"{len(errors)} arrows at the tool's positions, drawn {plain(magnification)} times longer than in reality; "
+            f"{len(errors)} arrows at the tool's positions, drawn {plain(magnification)} times as long as in reality; "
             f"mean length {significant(sum(sizes) / len(sizes))} mm, largest {significant(max(sizes))} mm."
         )
 

@@ -42,6 +42,7 @@ class Prediction:
     inputs: tuple[InputFile, ...]
     warnings: tuple[Remark, ...]
     shapes: Callable[[], Sequence[RobotShape]]
+    trusted: bool = True
     written: tuple[Path, ...] = ()
 
     @property

@@ -49,7 +49,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Pr
     from robocal.report.page import page
     from robocal.session.inputs import open_machine
 
-    if o.output is not None and o.output.suffix == ".html":
+    if o.output is not None and o.output.suffix.lower() == ".html":
         raise FileError("the rows are written as a CSV, and the page beside it", file=o.output, expected="FILE.csv")
     for path in () if o.output is None else (o.output, o.output.with_suffix(".html")):
         refuse_existing(path, (), o.force)
@@ -64,7 +64,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Pr
 
 
 def _outcome(found: Prediction) -> Outcome[Prediction]:
-    return Outcome(found, lambda: found.document, remarks=found.warnings, written=found.written)
+    return Outcome(found, lambda: found.document, found.trusted, remarks=found.warnings, written=found.written)
 
 
 def sections(made: Outcome[Prediction]) -> Iterator[Section]:
@@ -88,5 +88,9 @@ def _draw(found: Prediction) -> Iterator[Figure]:
 
     shapes = [to_display(RobotShape, shape) for shape in found.shapes()]
     if shapes:
-        some = f"Of {len(found.poses)} rows {len(shapes)} can be shown." if len(shapes) < len(found.poses) else ""
+        some = (
+            f"Of {len(found.poses)} rows {len(shapes)} are drawn, as evenly as can be."
+            if len(shapes) < len(found.poses)
+            else ""
+        )
         yield machine_rows(shapes, [shape.configuration for shape in shapes], some)

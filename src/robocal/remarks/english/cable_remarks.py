@@ -210,7 +210,7 @@ class CableRemarks:
     )
     LENGTHS_LEFT = Phrase(
         "{pose}: the residual of its lengths is {left:.3g}",
-        "--sigma states what residual is expected. Check the unit of the lengths.",
+        "Check the unit of the lengths and the order of the cables. --sigma of robocal cable forward states what residual is expected.",
     )
     NOT_HELD = Phrase(
         "{pose}: no tensions within the limits hold it; {missing} is missing", "Choose another pose, load or limits."

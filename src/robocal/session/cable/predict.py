@@ -29,8 +29,10 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.place_bands import motion_field
 from robocal.prove.shape import shapes_of_rows
 from robocal.quantities import Column, Listing
+from robocal.remarks.remark import Remark
 from robocal.report.sections import figure
 from robocal.session.cable.calibrated import Calibrated, open_calibrated
+from robocal.session.cable.pose_doubts import pose_doubts
 from robocal.session.cable.statics_options import name_row, robot_inputs
 from robocal.session.prediction import Prediction
 
@@ -87,7 +89,8 @@ def _poses(ask: _Asked) -> Prediction:
     rows = read_cable_lengths(ask.path, robot)
     read = run.gains.lengths(robot, rows.values)
     with name_row(ask.path, rows):
-        pose = forward(robot, read).pose
+        found = forward(robot, read)
+    pose, doubts = found.pose, tuple(pose_doubts(rows.names, found, None))
     axes = list(robot.axes)
     slope, by_number = _slopes(ask, pose, rows.values)
     moved = np.full((len(pose), len(axes), by_number.shape[2]), np.nan)
@@ -107,11 +110,18 @@ def _poses(ask: _Asked) -> Prediction:
         Column("turn_band", "deg", spin, label="± turn [deg]", figures=2),
     ))  # fmt: skip
     what = f"{len(listing)} poses of the platform, in base coordinates"
-    return _prediction(ask, listing, rows, pose, what=what, table=listing)
+    return _prediction(ask, listing, rows, pose, what=what, table=listing, doubts=doubts)
 
 
 def _prediction(
-    ask: _Asked, listing: Listing, rows: CableList, poses: Array, *, what: str, table: Listing
+    ask: _Asked,
+    listing: Listing,
+    rows: CableList,
+    poses: Array,
+    *,
+    what: str,
+    table: Listing,
+    doubts: tuple[Remark, ...] = (),
 ) -> Prediction:
     run, whole = ask.run, ask.whole
     inputs = (*robot_inputs(run.file, run.place), InputFile(ask.path, rows.sha256))
@@ -119,7 +129,7 @@ def _prediction(
     return Prediction(
         run.robot.name, listing, "base" if whole else "the best place of the base over these rows",
         notes=f"± are 95 %, of what the calibration does not know; {shape}", inputs=inputs,
-        warnings=(*run.file.warnings, *rows.warnings, *run.remarks), what=what, table=table,
+        warnings=(*run.file.warnings, *rows.warnings, *run.remarks, *doubts), what=what, table=table, trusted=not doubts,
         shapes=partial(shapes_of_rows, run.robot, rows.names, poses),
     )  # fmt: skip
 

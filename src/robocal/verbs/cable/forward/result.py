@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,15 +18,13 @@ from robocal.files.parts import CableDocument
 from robocal.files.text import InputFile
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
+from robocal.remarks.remark import Remark
 from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.calibrated import open_calibrated
+from robocal.session.cable.pose_doubts import pose_doubts
 from robocal.session.cable.statics_options import name_row, robot_inputs, tensions_of
 
 __all__ = ["Poses", "find_poses"]
-
-UNSTATED = 0.01  # m; more than a length is off by in any robot whose noise nobody stated
-UNLIKELY = 1e-6  # of the chi-squared of what is left: once in a million poses
 
 
 @record(kw_only=True)
@@ -106,29 +103,6 @@ def find_poses(o: Any, command: str = "") -> Poses:
         said = (*said, Remark.of(Code.CALIBRATION_CARRIED, run=o.robot))
     return Poses(
         file=file, names=rows.names, solution=found, cautions=calibrated.cautions,
-        warnings=(*file.warnings, *rows.warnings, *said, *calibrated.remarks), reasons=tuple(_doubts(rows.names, found, si.sigma)),
+        warnings=(*file.warnings, *rows.warnings, *said, *calibrated.remarks), reasons=tuple(pose_doubts(rows.names, found, si.sigma)),
         inputs=(*robot_inputs(file, o.robot), InputFile(Path(o.lengths), rows.sha256)), command=command,
     )  # fmt: skip
-
-
-def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> Iterator[Remark]:
-    """Poses that were not found, are not the only ones, or do not fit their lengths."""
-    from scipy.stats import chi2
-
-    spare = found.residual.shape[1] - found.covariance.shape[1]
-    for i, name in enumerate(names):
-        r = found.residual[i]
-        if not np.isfinite(r).all():
-            yield Remark.of(Code.NO_POSE, pose=name)
-            continue
-        if not found.converged[i]:
-            yield Remark.of(Code.SEARCH_UNENDED, pose=name)
-        if np.isnan(found.covariance[i]).any() and (sigma is not None or spare > 0):
-            yield Remark.of(Code.SINGULAR_POSE, pose=name)
-        if found.solutions[i] > 1:
-            yield Remark.of(Code.SEVERAL_POSES, pose=name, count=int(found.solutions[i]))
-        if sigma is not None and spare > 0 and chi2.sf((r @ r) / sigma**2, spare) < UNLIKELY:
-            rms = Quantity(float(np.sqrt((r @ r) / spare)))
-            yield Remark.of(Code.LENGTHS_UNEXPLAINED, pose=name, left=rms, expected=Quantity(sigma))
-        if sigma is None and (left := np.sqrt((r @ r) / len(r))) > UNSTATED:
-            yield Remark.of(Code.LENGTHS_LEFT, pose=name, left=Quantity(float(left)))
