@@ -274,6 +274,10 @@ LIKE_TURNS = limit(0.5, "of their spread", "The same of orientations.")
 LIKE_TURNS_LEAST = limit(math.radians(3.0), "rad", "The same of orientations that hardly differ.")
 LIKE_EXPLAINS = limit(0.3, "of what is left", "A cause leaves less.")
 SINGULAR_BELOW = limit(0.01, "ratio of singular values", "About 1.5 deg from a stretched wrist: small errors ask for large turns.")
+LENGTHS_UNLIKELY = limit(1e-6, "chance",
+    "Of what a pose leaves of its lengths, by the stated noise: once in a million poses.", "tests/cables/test_forward.py")
+LENGTHS_UNSTATED = limit(0.01, "m",
+    "What a pose may leave of its lengths (rms) where no noise is stated: no robot's are off by more.", "tests/cli/test_cable_ladder.py")
 LEAP = limit(0.2, "rad or m", "A larger correction of a joint is another branch, or stands near a singular pose.")
 
 

@@ -32,7 +32,7 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.remark import Remark
 from robocal.report.sections import figure
 from robocal.session.cable.calibrated import Calibrated, open_calibrated
-from robocal.session.cable.pose_doubts import pose_doubts
+from robocal.session.cable.pose_remarks import pose_remarks
 from robocal.session.cable.statics_options import name_row, robot_inputs
 from robocal.session.prediction import Prediction
 
@@ -90,7 +90,7 @@ def _poses(ask: _Asked) -> Prediction:
     read = run.gains.lengths(robot, rows.values)
     with name_row(ask.path, rows):
         found = forward(robot, read)
-    pose, doubts = found.pose, tuple(pose_doubts(rows.names, found, None))
+    pose, doubts = found.pose, tuple(pose_remarks(rows.names, found, None))
     axes = list(robot.axes)
     slope, by_number = _slopes(ask, pose, rows.values)
     moved = np.full((len(pose), len(axes), by_number.shape[2]), np.nan)

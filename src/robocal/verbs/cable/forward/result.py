@@ -21,7 +21,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.calibrated import open_calibrated
-from robocal.session.cable.pose_doubts import pose_doubts
+from robocal.session.cable.pose_remarks import pose_remarks
 from robocal.session.cable.statics_options import name_row, robot_inputs, tensions_of
 
 __all__ = ["Poses", "find_poses"]
@@ -103,6 +103,6 @@ def find_poses(o: Any, command: str = "") -> Poses:
         said = (*said, Remark.of(Code.CALIBRATION_CARRIED, run=o.robot))
     return Poses(
         file=file, names=rows.names, solution=found, cautions=calibrated.cautions,
-        warnings=(*file.warnings, *rows.warnings, *said, *calibrated.remarks), reasons=tuple(pose_doubts(rows.names, found, si.sigma)),
+        warnings=(*file.warnings, *rows.warnings, *said, *calibrated.remarks), reasons=tuple(pose_remarks(rows.names, found, si.sigma)),
         inputs=(*robot_inputs(file, o.robot), InputFile(Path(o.lengths), rows.sha256)), command=command,
     )  # fmt: skip

@@ -7,16 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.cables.forward import Forward
+from robocal.diagnose.limits import LENGTHS_UNLIKELY, LENGTHS_UNSTATED
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["pose_doubts"]
-
-UNSTATED = 0.01  # m; more than a length is off by in any robot whose noise nobody stated
-UNLIKELY = 1e-6  # of the chi-squared of what is left: once in a million poses
+__all__ = ["pose_remarks"]
 
 
-def pose_doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> Iterator[Remark]:
+def pose_remarks(names: tuple[str, ...], found: Forward, sigma: float | None) -> Iterator[Remark]:
     """Poses that were not found, are not the only ones, or do not fit their lengths."""
     from scipy.stats import chi2
 
@@ -32,8 +30,8 @@ def pose_doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> 
             yield Remark.of(Code.SINGULAR_POSE, pose=name)
         if found.solutions[i] > 1:
             yield Remark.of(Code.SEVERAL_POSES, pose=name, count=int(found.solutions[i]))
-        if sigma is not None and spare > 0 and chi2.sf((r @ r) / sigma**2, spare) < UNLIKELY:
+        if sigma is not None and spare > 0 and chi2.sf((r @ r) / sigma**2, spare) < LENGTHS_UNLIKELY:
             rms = Quantity(float(np.sqrt((r @ r) / spare)))
             yield Remark.of(Code.LENGTHS_UNEXPLAINED, pose=name, left=rms, expected=Quantity(sigma))
-        if sigma is None and (left := np.sqrt((r @ r) / len(r))) > UNSTATED:
+        if sigma is None and (left := np.sqrt((r @ r) / len(r))) > LENGTHS_UNSTATED:
             yield Remark.of(Code.LENGTHS_LEFT, pose=name, left=Quantity(float(left)))
