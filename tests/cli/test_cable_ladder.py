@@ -89,7 +89,9 @@ def test_predicted_lengths_and_poses_lie_within_their_bands(run):
         "\n".join([heads, body[0], ",".join([body[1].split(",")[0], *(["0.1"] * heads.count("["))])]) + "\n"
     )
     doubted = robocal("predict", sim / "run", wrong)
-    assert doubted.status == 3 and "the residual of its lengths is" in doubted.said, "lengths that no pose explains are told"
+    assert doubted.status == 3 and "the residual of its lengths is" in doubted.said, (
+        "lengths that no pose explains are told"
+    )
     true, said = rows_of(lengths), rows(folder / "l.csv")
     for page in (folder / "l.html", folder / "p.html"):
         assert f'max="{len(true) - 1}"' in page.read_text(), "the robot is drawn at every row"
