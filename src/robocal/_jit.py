@@ -22,7 +22,7 @@ import gc
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any, ParamSpec, TypeVar, overload
 
@@ -302,5 +302,11 @@ def _store() -> Store | None:
     """The folder for the kernels as they are now."""
     # What changes the machine code without changing the sources, and is not in numba's own key.
     settings = f"{np.__version__} {config.BOUNDSCHECK}"
-    found = sorted(Path(folder, "_kernels.py") for folder, _, names in os.walk(_ROOT) if "_kernels.py" in names)
-    return find_store(_ROOT, [_real_path(__file__), *found], settings, numba.__version__)
+    return find_store(_ROOT, [_real_path(__file__), *sorted(_kernel_files())], settings, numba.__version__)
+
+
+def _kernel_files() -> Iterator[Path]:
+    for folder, below, names in os.walk(_ROOT):
+        below[:] = [name for name in below if name != "__pycache__"]
+        if "_kernels.py" in names:
+            yield Path(folder, "_kernels.py")

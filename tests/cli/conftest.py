@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import functools
 from pathlib import Path
 
 import pytest
@@ -19,9 +18,7 @@ def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def one_app(monkeypatch: pytest.MonkeyPatch) -> None:
     """Builds the command line once: a third of the time of a small run."""
-    import typer
-
     from robocal.cli import app
 
-    built = functools.cache(lambda: typer.main.get_command(app.build()))()
-    monkeypatch.setattr(app, "build", lambda words: built)
+    built = app.build()
+    monkeypatch.setattr(app, "build", lambda: built)

@@ -69,11 +69,9 @@ def commands(page):
 
 
 def verbs():
-    import typer.main
-
     from robocal.cli.app import build
 
-    return typer.main.get_command(build())
+    return build()
 
 
 @pytest.mark.parametrize("page", [p for p in NAMES if commands(p)])

@@ -12,7 +12,7 @@ import pytest
 
 import robocal
 
-HEAVY = ("cv2", "matplotlib", "numba", "numpy", "plotly", "pydantic", "rich", "scipy", "typer")
+HEAVY = ("click", "cv2", "matplotlib", "numba", "numpy", "plotly", "pydantic", "rich", "scipy")
 
 
 def modules() -> list[str]:

@@ -1,4 +1,4 @@
-"""The application: its verbs in the order of the help, each made a command of typer from its options, and what it hands back taken
+"""The application: its verbs in the order of the help, each made a command of click from its options, and what it hands back taken
 to terminal and exit status.
 
     verbs/NAME.py: Options, run(options, watch, command) -> Outcome, sections(outcome), and details(outcome) for pages
@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Annotated, Any
+from typing import Any
 
-import typer
+import click
 
 from robocal.cli.guard import DONE, UNTRUSTED, complain
 from robocal.cli.terminal import Terminal, command_line
@@ -46,73 +47,104 @@ CABLES = """Cable-driven parallel robots: lengths, poses, tensions, workspaces, 
 robocal new cable writes a file to start from."""
 
 
-def build(words: Sequence[str] = (*VERBS, *COMMAND_NAMES.values(), *CABLE)) -> typer.Typer:
-    """The application for a command line: only the verbs that it names are read, the others have but their line of help."""
-    app = typer.Typer(
-        help=HELP,
-        no_args_is_help=True,
-        add_completion=False,
-        rich_markup_mode=None,
-        pretty_exceptions_enable=False,
-        context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+Task = Callable[[], int]
+CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+ANYWHERE = {
+    "debug": "Show tracebacks. Accepted anywhere.",
+    "timings": "Say where the time went. Accepted anywhere.",
+    "verbose": "Say all that a page would. Accepted anywhere.",
+}
+
+
+def build() -> click.Group:
+    """The application; a verb is read when a command line names it."""
+    version = click.Option(
+        ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_version, help="Print the version."
     )
-    app.callback()(_root)
-    _verbs(app, VERBS, "", words)
-    group = typer.Typer(help=CABLES, no_args_is_help=True, rich_markup_mode=None)
-    _verbs(group, CABLE, "cable.", words)
-    app.add_typer(group, name="cable", short_help="Cable-driven parallel robots.")
-    return app
+    heard = [click.Option([f"--{n}"], is_flag=True, expose_value=False, help=h) for n, h in ANYWHERE.items()]
+    cables = _Group("cable", _Verbs(CABLE, "cable."), CABLES)
+    verbs = _Verbs(VERBS, "", {"cable": (cables, "Cable-driven parallel robots.")})
+    return _Group("robocal", verbs, HELP, [version, *heard])
 
 
-def _verbs(app: typer.Typer, verbs: Mapping[str, str], under: str, words: Sequence[str]) -> None:
-    for name, short in verbs.items():
-        word = COMMAND_NAMES.get(name, name)
-        app.command(word, short_help=short)(command(under + name) if word in words else _unread)
+class _Verbs(Mapping[str, click.Command]):
+    """Commands by their words, in the order of the help; each is made when it is asked for."""
+
+    def __init__(
+        self, verbs: Mapping[str, str], under: str, groups: Mapping[str, tuple[click.Command, str]] | None = None
+    ) -> None:
+        self._paths = {COMMAND_NAMES.get(name, name): under + name for name in verbs}
+        self._made = {word: made for word, (made, _) in (groups or {}).items()}
+        self.lines = dict(zip(self._paths, verbs.values(), strict=True))
+        self.lines |= {word: line for word, (_, line) in (groups or {}).items()}
+
+    def __getitem__(self, word: str) -> click.Command:
+        if word not in self._made:
+            self._made[word] = command(self._paths[word], word)
+        return self._made[word]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.lines)
+
+    def __len__(self) -> int:
+        return len(self.lines)
 
 
-def _unread() -> None:
-    """A verb that this command line does not name."""
+class _Group(click.Group):
+    """A group of verbs whose help needs none of them."""
+
+    def __init__(self, name: str, verbs: _Verbs, help: str, params: list[click.Parameter] | None = None) -> None:
+        super().__init__(name, help=help, params=params, context_settings=CONTEXT, no_args_is_help=True)
+        self.commands: Any = verbs
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.commands)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(self.commands.lines.items()))
 
 
-def _version(wanted: bool) -> None:
+class _Argument(click.Argument):
+    """An argument with a line of help."""
+
+    def __init__(self, entry: OptionField, told: Arg) -> None:
+        usage = told.metavar if entry.required else f"[{told.metavar}]"
+        super().__init__([entry.name], metavar=usage, nargs=-1 if entry.several else 1, **_facts(entry))
+        self.line = told.metavar, told.help + ("  [required]" if entry.required else "")
+
+
+class _Command(click.Command):
+    """A verb: its arguments have a part of the help, before the options."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        told = [p.line for p in self.params if isinstance(p, _Argument)]
+        if told:
+            with formatter.section("Arguments"):
+                formatter.write_dl(told)
+        with formatter.section("Options"):
+            records = (p.get_help_record(ctx) for p in self.get_params(ctx) if not isinstance(p, _Argument))
+            formatter.write_dl([r for r in records if r])
+
+
+def _version(ctx: click.Context, param: click.Parameter, wanted: bool) -> None:
     if wanted:
         from robocal._version import __version__
 
         print(f"robocal {__version__}")
-        raise typer.Exit
+        ctx.exit()
 
 
-def _root(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
-    ] = False,
-    debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks. Accepted anywhere.")] = False,
-    timings: Annotated[bool, typer.Option("--timings", help="Say where the time went. Accepted anywhere.")] = False,
-    verbose: Annotated[bool, typer.Option("--verbose", help="Say all that a page would. Accepted anywhere.")] = False,
-) -> None:
-    """Options of robocal itself."""
-
-
-Task = Callable[[], int]
-JSON = typer.Option("--json", help="One JSON document on stdout, messages on stderr.")
-
-
-def command(path: str) -> Callable[..., Task]:
-    """The function that typer reads for the verb in `robocal.verbs.PATH`; it hands back what is to be done."""
+def command(path: str, word: str) -> click.Command:
+    """The command of the verb in `robocal.verbs.PATH`; it hands back what is to be done."""
     module = import_module(f"robocal.verbs.{path}")
 
     def call(*, json: bool, **words: Any) -> Task:
-        return lambda: _done(module, words, json)
+        return partial(_done, module, words, json)
 
-    told = entries(module.Options)
-    parameters = [_parameter(entry) for entry in told]
-    parameters.append(
-        inspect.Parameter("json", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Annotated[bool, JSON])
-    )
-    call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    call.__annotations__ = {p.name: p.annotation for p in parameters}
-    call.__doc__ = inspect.cleandoc(module.Options.__doc__ or "")
-    return call
+    json = click.Option(["--json"], is_flag=True, help="One JSON document on stdout, messages on stderr.")
+    parameters = [*map(_parameter, entries(module.Options)), json]
+    return _Command(word, callback=call, params=parameters, help=inspect.cleandoc(module.Options.__doc__ or ""))
 
 
 def _done(module: ModuleType, words: dict[str, Any], json: bool) -> int:
@@ -136,31 +168,29 @@ def _done(module: ModuleType, words: dict[str, Any], json: bool) -> int:
     return DONE if made.trusted else UNTRUSTED
 
 
-def _parameter(entry: OptionField) -> inspect.Parameter:
-    """One option as typer reads it."""
-    kind: Any = str if entry.kind is Path else entry.kind
+def _facts(entry: OptionField) -> dict[str, Any]:
+    """What click has to know of a value."""
     default = str(entry.default) if isinstance(entry.default, Path) else entry.default
-    if entry.several:
-        kind, default = list[kind], None if entry.required else list(default)
-    if entry.optional or (entry.several and isinstance(entry.facts, Arg) and not entry.required):
-        kind = kind | None
-    default = inspect.Parameter.empty if entry.required else default
-    hint = Annotated[kind, _typer_parameter(entry)]
-    return inspect.Parameter(entry.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+    facts: dict[str, Any] = {"type": str if entry.kind is Path else entry.kind, "required": entry.required}
+    if not (entry.required or entry.several):
+        facts["default"] = default
+    return facts
 
 
-def _typer_parameter(entry: OptionField) -> Any:
+def _parameter(entry: OptionField) -> click.Parameter:
+    """One option as click reads it."""
     told = entry.facts
     if isinstance(told, Arg):
-        return typer.Argument(metavar=told.metavar, help=told.help, show_default=False)
+        return _Argument(entry, told)
     names = [n for n in (told.short, f"{entry.word}/{told.negative}" if told.negative else entry.word) if n]
     shown = not (entry.required or entry.several or entry.optional or entry.kind is bool or entry.default == "")
+    facts = _facts(entry) | ({"is_flag": True} if entry.kind is bool else {"multiple": entry.several})
     metavar = None if entry.kind is bool else told.metavar or told.numbers or entry.name.upper()
-    return typer.Option(*names, metavar=metavar, help=told.text, show_default=shown)
+    return click.Option([*names, entry.name], metavar=metavar, help=told.text, show_default=shown, **facts)
 
 
 def _value(entry: OptionField, word: Any) -> Any:
-    """The value of an option from what typer read."""
+    """The value of an option from what click read."""
     if entry.several:
         return tuple(Path(w) if entry.kind is Path else w for w in word or ())
     return Path(word) if entry.kind is Path and word is not None else word

@@ -3,7 +3,7 @@
 0 done    2 the input is wrong, nothing written    3 it ran, but the result must not be trusted    130 Ctrl-C    1 a
 fault of ours
 
-What a command line says in another way is put into the words that typer reads (`complete`).
+What a command line says in another way is put into the words that click reads (`complete`).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _received: list[int] = []
 _heard: set[str] = set()  # those of ANYWHERE in the command that runs
 
 
-def run(arguments: Sequence[str] | None, build: Callable[[Sequence[str]], Any]) -> int:
+def run(arguments: Sequence[str] | None, build: Callable[[], Any]) -> int:
     """Parses and runs a command line by the application that `build` makes for it; see the module for what it returns."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     _heard.clear()
@@ -53,7 +53,7 @@ def run(arguments: Sequence[str] | None, build: Callable[[Sequence[str]], Any]) 
     return status
 
 
-def _run(words: list[str], build: Callable[[Sequence[str]], Any], debug: bool) -> int:
+def _run(words: list[str], build: Callable[[], Any], debug: bool) -> int:
     """Runs a command line in which words of robocal itself have been heard."""
     _open_streams()
     for stream in (sys.stdout, sys.stderr):
@@ -109,23 +109,21 @@ def _status_of(error: Exception, words: Sequence[str]) -> int:
     return FAULT
 
 
-def _dispatch(words: list[str], build: Callable[[Sequence[str]], Any]) -> int:
-    """Lets typer read the words, then does what they say; typer's complaints become ours.
+def _dispatch(words: list[str], build: Callable[[], Any]) -> int:
+    """Lets click read the words, then does what they say; click's complaints become ours.
 
-    A verb only says what is to be done, and is done out here: inside, typer has its own ideas about Ctrl-C and closed
+    A verb only says what is to be done, and is done out here: inside, click has its own ideas about Ctrl-C and closed
     pipes.
     """
-    import typer
+    import click
 
-    # typer carries its own copy of click from some version on; its public BadParameter leads to whichever it is.
-    usage: Any = typer.BadParameter.__base__
     try:
-        task = build(words)(words, prog_name="robocal", standalone_mode=False)
-    except typer.Abort:
-        raise KeyboardInterrupt from None
-    except SystemExit as leaving:
-        task = leaving.code
-    except usage.__base__ as error:
+        app = build()
+        with app.make_context("robocal", list(words)) as context:
+            task = app.invoke(context)
+    except click.exceptions.Exit as leaving:
+        task = leaving.exit_code
+    except click.ClickException as error:
         context = getattr(error, "ctx", None)
         path = context.command_path if context is not None else "robocal"
         if type(error).__name__ == "NoArgsIsHelpError":

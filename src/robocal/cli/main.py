@@ -14,10 +14,10 @@ __all__ = ["main", "run_command"]
 RARELY = 10_000  # new objects between two looks for garbage: a command makes few circles
 
 
-def _build(words: Sequence[str]) -> Any:
+def _build() -> Any:
     from robocal.cli.app import build
 
-    return build(words)
+    return build()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -26,6 +26,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if "numpy" not in sys.modules:
         # The matrices of a command are small: more threads of BLAS only wait for each other, at half as much processor time again.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault(
+        "PYDANTIC_DISABLE_PLUGINS", "__all__"
+    )  # else it looks for some in every package that is installed
     gc.disable()  # what is imported stays; the progress bar's first event puts the collector back to work
     usual = gc.get_threshold()
     gc.set_threshold(RARELY, *usual[1:])

@@ -35,7 +35,7 @@ class Options(BaseOptions):
     ROBOCAL_CACHE_DIR is where the cache lies, if not in the user's own folder.
     """
 
-    packages: tuple[str, ...] = arg((), "[PACKAGE]...", "Kernels of these packages only.")
+    packages: tuple[str, ...] = arg((), "PACKAGE...", "Kernels of these packages only.")
 
 
 @record
