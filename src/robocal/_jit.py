@@ -28,12 +28,13 @@ from typing import IO, Any, ParamSpec, TypeVar, overload
 
 import numba
 import numpy as np
+from llvmlite import binding as llvm
 from numba import prange
 from numba.core import config, event, sigutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaWarning
-from numba.core.runtime import rtsys
+from numba.core.runtime import _nrt_python
 from numba.core.types import unliteral
 from numpy.typing import ArrayLike, NDArray
 
@@ -212,9 +213,10 @@ class _Cache(FunctionCache):
         if store is None or not store.is_current():
             return None
         try:
-            # numba's own way in first registers all that it can compile (0.25 s), which machine code has no use for: its
-            # runtime is enough. What is not in the cache is compiled by a compiler that registers it then.
-            rtsys.initialize(target_context)
+            # numba's own way in first registers all that it can compile (0.25 s) and compiles its runtime's counters (0.02 s), which
+            # machine code has no use for: the runtime's addresses are enough. What is not in the cache is compiled by a compiler that
+            # does both then.
+            _tell_runtime()
             found = self._load_overload(sig, target_context)
         except Exception:  # a torn file can raise anything
             with contextlib.suppress(Exception):
@@ -267,6 +269,13 @@ class _Cache(FunctionCache):
         free = self._take(0.0)
         self._give_back()
         return not free
+
+
+@functools.cache
+def _tell_runtime() -> None:
+    """Tells the linker where numba's runtime is."""
+    for name, address in _nrt_python.c_helpers.items():
+        llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
 
 def _cache_of(fn: Callable[..., Any]) -> _Cache | None:
