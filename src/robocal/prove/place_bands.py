@@ -96,7 +96,8 @@ def predict(
     joints, names = np.atleast_2d(joints), parameters_of(chain, total)
     at = [total.names.index(n) for n in names]
     hidden, known = total.hidden[at], total.noise[np.ix_(at, at)]
-    hidden = hidden[:, hidden.any(axis=0)]
+    fitted = np.flatnonzero(known.any(axis=0))
+    parts = np.hstack([known[:, fitted], hidden[:, hidden.any(axis=0)]])
     high = 6 if turn else 3
     pose, covariance = np.empty((len(joints), 4, 4)), np.empty((len(joints), high, high))
     for first in range(0, len(joints), CHUNK):
@@ -105,9 +106,11 @@ def predict(
         pose[some], jac = reach(chain, joints[some], names, here, turn=turn)
         if motion is not None:
             jac -= _times(motion_field(pose[some, :3, 3])[:, :high], motion)
-        # Root by root, so that large errors that cancel leave no rounding below zero.
-        left = _times(jac, hidden)
-        covariance[some] = _times(jac, known) @ np.swapaxes(jac, 1, 2) + left @ np.swapaxes(left, 1, 2)
+        # What is hidden root by root, so that large errors that cancel leave no rounding below zero.
+        left = _times(jac, parts)
+        right = left.copy()
+        right[..., : len(fitted)] = jac[..., fitted]
+        covariance[some] = left @ np.swapaxes(right, 1, 2)
     return Predicted(pose, covariance)
 
 
