@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -182,14 +183,16 @@ def residual_text(columns: Mapping[str, Sequence[Any]]) -> str:
 
 def _cells(values: Sequence[Any]) -> list[str]:
     """A column as it is written: texts that a spreadsheet takes for texts, numbers with nine digits."""
-    kinds = set(map(type, values))
-    if kinds == {type(None)}:
-        return [""] * len(values)
-    if kinds == {float} and np.isfinite(values).all():
-        return (" %.9g" * len(values) % tuple(values)).split()
-    if kinds == {str}:  # many rows say the same few words
-        words = {v: str(harmless(v)) for v in set(values)}
+    with suppress(TypeError, OverflowError):  # of what is no number
+        told = " %.9g" * len(values) % tuple(values)
+        if "n" not in told:  # neither nan nor inf
+            return told.split()
+    distinct = set(values)
+    if all(type(v) is str for v in distinct):  # many rows say the same few words
+        words = {v: str(harmless(v)) for v in distinct}
         return [words[v] for v in values]
+    if distinct == {None}:
+        return [""] * len(values)
     return [
         str(harmless(v)) if isinstance(v, str) else f"{v:.9g}" if v is not None and -INFINITE < v < INFINITE else ""
         for v in values

@@ -221,11 +221,14 @@ def _cells(configurations: Configurations, rng: np.random.Generator, stop: int, 
         if left:
             sizes[long] = left
         rows = np.array([cells.pop(i) for i in halved])
-        here = place[rows]
-        widest = np.argmax(here.max(axis=1) - here.min(axis=1), axis=1)
-        along = np.take_along_axis(here, widest[:, None, None], axis=2)[..., 0]
-        # Equal values keep a random order, so that no file order leaks into the split.
-        rows = np.take_along_axis(rows, np.lexsort((rng.random(rows.shape), along)), axis=1)
+        here = place[rows.T]  # the rows of a cell first: numpy compares whole cells at once
+        widest = np.argmax(here.max(axis=0) - here.min(axis=0), axis=1)
+        along = place[rows, widest[:, None]]
+        chance, order = rng.random(rows.shape), np.argsort(along, axis=1)
+        # Equal values get a random order, so that no file order leaks into the split.
+        tied = (np.diff(np.take_along_axis(along, order, axis=1)) == 0).any(axis=1)
+        order[tied] = np.lexsort((chance[tied], along[tied]))
+        rows = np.take_along_axis(rows, order, axis=1)
         half = long // 2
         for cell in rows:
             for part in (cell[:half], cell[half:]):
