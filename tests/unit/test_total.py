@@ -149,3 +149,13 @@ def test_bands_that_cannot_be_checked_are_told():
     assert "m" in said.sentence and all(n.startswith("m") for n in said.numbers["names"])
     mixed = identify(arm(free=FREE), data, Options(hold_out=0.2, leave_one_out=False))
     assert mixed.coverage and "band-blind" not in {r.code for r in mixed.warnings}
+
+
+@pytest.mark.parametrize("dof", [np.inf, 1.0, 7.5])
+@pytest.mark.parametrize("d", [1, 2, 3, 6])
+def test_radii_of_many_are_those_of_each(d, dof):
+    rng = np.random.default_rng(d)
+    root = rng.standard_normal((300, d, d)) * np.exp(rng.uniform(-5, 5, (300, 1, d)))
+    root[0], root[1] = np.eye(d), np.eye(d) * (np.arange(d) == 0)  # all directions alike, and one alone
+    many = root @ np.swapaxes(root, 1, 2)
+    np.testing.assert_allclose(radius(many, dof), [radius(one, dof) for one in many], rtol=1e-8)
