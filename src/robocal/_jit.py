@@ -31,15 +31,13 @@ import numpy as np
 from numba import prange
 from numba.core import config, event, sigutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
-from numba.core.codegen import JITCodeLibrary
-from numba.core.codegen import ll as llvm
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaWarning
-from numba.core.runtime import _nrt_python
 from numba.core.types import unliteral
 from numpy.typing import ArrayLike, NDArray
 
 from ._cache_folder import Store, find_store
+from ._load_kernels import prepare, rebuild
 from .progress import tell_of_compilation
 
 __all__ = ["as_kernel_array", "as_kernel_indices", "cache_folder", "compile_for", "kernel", "prange"]
@@ -192,33 +190,7 @@ class _Kept(CompileResultCacheImpl):
         return (*kept, tuple(e for e in environments if e.consts))
 
     def rebuild(self, target_context: Any, payload: Any) -> Any:
-        """Without reading what only another kernel that takes this one in has a use for (two thirds of the time)."""
-        (name, kind, (code, unread)), *more = payload
-        # The linker looks for no function that it has not heard of.
-        heard = {more[0].llvm_func_name, more[0].llvm_cpython_wrapper_name}
-        target_context.codegen()._engine._defined_symbols.update(heard)
-        found = super().rebuild(target_context, ((name, kind, (code, _nothing())), *more))
-        found.library.__class__, found.library.unread = _Library, unread
-        return found
-
-
-class _Library(JITCodeLibrary):
-    """A kernel from the cache, whose source for others is read when one of them asks."""
-
-    unread: bytes | None
-
-    def _get_module_for_linking(self) -> Any:
-        if self.unread is not None:
-            self._shared_module, self.unread = llvm.parse_bitcode(self.unread), None
-            self._codegen._engine._load_defined_symbols(self._shared_module)
-        return super()._get_module_for_linking()
-
-
-@functools.cache
-def _nothing() -> bytes:
-    """A module without functions."""
-    made: bytes = llvm.parse_assembly("").as_bitcode()
-    return made
+        return rebuild(super().rebuild, target_context, payload)
 
 
 class _Cache(FunctionCache):
@@ -243,10 +215,7 @@ class _Cache(FunctionCache):
         if store is None or not store.is_current():
             return None
         try:
-            # numba's own way in first registers all that it can compile (0.25 s) and compiles its runtime's counters (0.02 s), which
-            # machine code has no use for: the runtime's addresses are enough. What is not in the cache is compiled by a compiler that
-            # does both then.
-            _tell_runtime()
+            prepare(target_context)
             found = self._load_overload(sig, target_context)
         except Exception:  # a torn file can raise anything
             with contextlib.suppress(Exception):
@@ -299,13 +268,6 @@ class _Cache(FunctionCache):
         free = self._take(0.0)
         self._give_back()
         return not free
-
-
-@functools.cache
-def _tell_runtime() -> None:
-    """Tells the linker where numba's runtime is."""
-    for name, address in _nrt_python.c_helpers.items():
-        llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
 
 def _cache_of(fn: Callable[..., Any]) -> _Cache | None:
