@@ -1,5 +1,5 @@
-"""How machine code from numba's cache enters a process: with less work than numba's own way, in those versions of numba whose inside was read
-for it; in any other version by numba's own way, since a symbol that the linker was not told of ends the process.
+"""How machine code from numba's cache enters a process: with less work than by numba's own way, in versions of numba whose inside was
+read for it. In any other version by numba's own way, since a symbol that the linker was not told of ends the process.
 """
 
 from __future__ import annotations
