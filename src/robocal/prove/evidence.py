@@ -7,7 +7,8 @@ configurations that were not used for fitting.
 
 from __future__ import annotations
 
-from functools import cached_property
+from collections.abc import Iterator
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,15 +74,29 @@ def bootstrap_gain(
 
 def _drawn(total: Array, count: Array, seed: int, draws: int) -> tuple[float, float]:
     """The 2.5 and 97.5 % points of resampled means, by so many draws."""
-    rng, n = np.random.default_rng(seed), len(total)
-    means, even, each = np.empty(draws), bool((count == 1).all()), max(1, AT_ONCE // max(n, 1))
-    for first in range(0, draws, each):
-        some = slice(first, min(first + each, draws))
-        draw = rng.integers(0, n, (some.stop - first, n))
+    n, even, first = len(total), bool((count == 1).all()), 0
+    means = np.empty(draws)
+    for draw in (_whole(n, seed, draws),) if draws * n <= AT_ONCE else _parts(n, seed, draws):
+        some = slice(first, first + len(draw))
         drawn = float(n) if even else count[draw].sum(axis=1)
         means[some] = total[draw].sum(axis=1) / drawn
+        first += len(draw)
     low, high = np.percentile(means, [2.5, 97.5])
     return float(low), float(high)
+
+
+def _parts(n: int, seed: int, draws: int) -> Iterator[Ints]:
+    """Which of n are drawn, (., n), some draws at once."""
+    rng, each = np.random.default_rng(seed), max(1, AT_ONCE // max(n, 1))
+    for first in range(0, draws, each):
+        yield rng.integers(0, n, (min(each, draws - first), n))
+
+
+@lru_cache(maxsize=1)
+def _whole(n: int, seed: int, draws: int) -> Ints:
+    """All of few, (draws, n): what every trial of a study draws."""
+    (draw,) = _parts(n, seed, draws)
+    return draw
 
 
 def _cornish_fisher(values: Array) -> tuple[float, float] | None:

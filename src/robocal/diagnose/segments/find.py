@@ -169,9 +169,11 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> tuple[SegmentFit, Se
     """The segment that explains most, and the model with it. Its cause is the one that leaves least, once it is in the model."""
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
     # More columns explain more by chance.
-    first = max(out, key=lambda f: state.evidence(f) - f.cost, default=None)
-    if first is None or not (first.gain > 0 and state.chance(first) <= limits.SEGMENT_CHANCE):
+    told = [state.evidence(f) for f in out]
+    most = max(range(len(out)), key=lambda i: told[i] - out[i].cost, default=None)
+    if most is None or not (out[most].gain > 0 and state.chance(out[most], told[most]) <= limits.SEGMENT_CHANCE):
         return None
+    first = out[most]
     rivals = [f for f in out if f.run is first.run and f.gain > limits.SEGMENT_RIVAL * first.gain]
     left, cost = np.zeros(len(rivals)), np.zeros(len(rivals))
     for i, f in enumerate(rivals):

@@ -178,7 +178,8 @@ class SegmentModel:
                 whole = whole - _products(run, some, less[far])
                 pull = pull - _pulls(run, some, less[far], far)
             square = unit[[p for p, *_ in run.parts]] ** -2.0
-            a[np.ix_(own, own)] += np.tensordot(square, whole, 1)
+            here = slice(None) if len(own) == len(b) else np.ix_(own, own)
+            a[here] += (square @ whole.reshape(len(square), -1)).reshape(whole.shape[1:])
             b[own] += square @ pull
             count += run.count * run.residual.shape[1]
         self.root = _inverse_root(a)
@@ -205,11 +206,11 @@ class SegmentModel:
         bounded = np.minimum(np.abs(self.left[i]), CLIP)
         return 2 * run.count * float(np.log(self.unit[i]).sum()) + float(run.share @ (bounded**2).sum(axis=1))
 
-    def chance(self, found: SegmentFit) -> float:
-        """Of so large a gain where nothing moved, by what the segment would leave of its file, not asking how many were tried."""
+    def chance(self, found: SegmentFit, evidence: float) -> float:
+        """Of so much evidence where nothing moved, by what the segment would leave of its file, not asking how many were tried."""
         q, d = found.column.shape[2], found.column.shape[1]
         dof = max(found.run.count * d - self.used - q, 1.0)
-        beyond = math.expm1(min(self.evidence(found) / (found.run.count * d), 100.0))
+        beyond = math.expm1(min(evidence / (found.run.count * d), 100.0))
         return float(scipy.special.fdtrc(q, dof, beyond * dof / q))
 
     def evidence(self, found: SegmentFit) -> float:
@@ -242,12 +243,13 @@ class SegmentModel:
         k = len(rows)
         if k < 2 * SEGMENT_ROWS:
             return None
-        ends = SegmentScan(*self._rows(run, c)).find()
+        looked = self._rows(run, c)
+        ends = SegmentScan(*looked).find()
         if ends is None:
             return None
         # What stood elsewhere before a row, or from that row on, is one and the same: the later rows are named.
         first, last = ends = (ends[1], k) if ends[0] == 0 else ends
-        sums = self._between(run, c, first, last)
+        sums = RunningSums.at((0, first, last, k), *looked)
         return _fit(run, c, (int(rows[first]), int(rows[last - 1]) + 1), sums, ends)
 
     def whole_file(self, run: RowSequence, c: Candidate, a: int, b: int) -> SegmentFit:
