@@ -23,6 +23,7 @@ from robocal.remarks.remark import Quantity, Remark
 __all__ = ["Evidence", "Gain", "bootstrap_gain", "constant_errors"]
 
 AT_ONCE = 1 << 17  # grid: numbers of a bootstrap at once: more would leave the cache
+KEPT = 1 << 24  # grid: numbers of one that are kept for the next
 MANY = 1000  # grid: configurations: four thousand draws know the ends of their mean less well than its expansion
 RULED = 0.2  # tolerance: skewness and excess kurtosis of a mean: beyond, its expansion is no better than draws
 ROUNDING = 1e-12  # tolerance: of the largest error, or of a metre, a radian, a pixel
@@ -76,7 +77,7 @@ def _drawn(total: Array, count: Array, seed: int, draws: int) -> tuple[float, fl
     """The 2.5 and 97.5 % points of resampled means, by so many draws."""
     n, even, first = len(total), bool((count == 1).all()), 0
     means = np.empty(draws)
-    for draw in (_whole(n, seed, draws),) if draws * n <= AT_ONCE else _parts(n, seed, draws):
+    for draw in _kept(n, seed, draws) if draws * n <= KEPT else _parts(n, seed, draws):
         some = slice(first, first + len(draw))
         drawn = float(n) if even else count[draw].sum(axis=1)
         means[some] = total[draw].sum(axis=1) / drawn
@@ -93,10 +94,10 @@ def _parts(n: int, seed: int, draws: int) -> Iterator[Ints]:
 
 
 @lru_cache(maxsize=1)
-def _whole(n: int, seed: int, draws: int) -> Ints:
-    """All of few, (draws, n): what every trial of a study draws."""
-    (draw,) = _parts(n, seed, draws)
-    return draw
+def _kept(n: int, seed: int, draws: int) -> tuple[Ints, ...]:
+    """The same as small numbers: every trial of a study, and every group that is asked, draws alike."""
+    small = np.min_scalar_type(max(n - 1, 0))
+    return tuple([part.astype(small) for part in _parts(n, seed, draws)])
 
 
 def _cornish_fisher(values: Array) -> tuple[float, float] | None:
