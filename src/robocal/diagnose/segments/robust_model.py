@@ -24,7 +24,7 @@ from robocal.fit.noise import median
 
 __all__ = ["SegmentFit", "SegmentModel", "spread"]
 
-SMALL = 24  # columns of a triangle that is inverted at once
+SMALL = 24  # grid: columns of a triangle that is inverted at once
 GLANCE = 64  # rows from one to the next that is looked at before all of them are
 CLIP = 3.0  # robust standard deviations from which on a row pulls no harder
 ROUNDS = 4

@@ -13,7 +13,7 @@ from robocal.diagnose.limits import SEGMENT_NUMBERS, SEGMENT_ROWS
 
 __all__ = ["RunningSums", "SegmentScan"]
 
-GRID = 48
+GRID = 48  # grid: parts of a file, from whose ends the search begins
 FLAT = 0.1  # of a column's own information: what the model answers but for this much is not seen
 FEWEST = 1e-3  # share of the rows that the fewer are taken for at least
 
