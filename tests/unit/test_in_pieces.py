@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from robocal.arms.gravity_load import Gravity, drive, link_end
 from robocal.diagnose import gross
 from robocal.diagnose.scatter import WhitenedRows, _ratio, _shorten
 from robocal.diagnose.segments.robust_model import _inverse_root
-from robocal.diagnose.segments.running_sums import RunningSums
+from robocal.diagnose.segments.running_sums import RunningSums, SegmentScan
 from robocal.estimate.priors._kernels import held_by
 from robocal.estimate.terms import spread
 from robocal.fit.noise import apply_noise, under
@@ -221,26 +222,32 @@ def test_what_priors_hold_is_the_trace(rng):
     assert 0 < least < 1 and held_by(np.tril(np.ones((3, 3))), np.eye(3))[1] <= 1e-12
 
 
-def test_a_segments_share_that_the_model_answers(rng):
-    """Of all pairs of a grid by the products of its ends, and of each by itself; a root of what is open leaves out that direction."""
-    parts = (
-        rng.normal(size=(60, 3, 4)),
-        rng.normal(size=(60, 3)),
-        rng.uniform(0.5, 1, (60, 3)),
-        rng.normal(size=(60, 3, 9)),
-        rng.normal(size=(9, 11)),
-    )
-    sums = RunningSums.of(*parts)
-    column, left, weight, *answer = parts
-    few, same = RunningSums.at((0, 7, 20, 60), column, left, weight, *answer), sums.take([0, 7, 20, 60])
-    for name in ("score", "own", "cross"):
-        np.testing.assert_allclose(getattr(few, name), getattr(same, name), rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(few.answer(1, 2), sums.answer(7, 20), rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(few.gain(*np.array([[1], [2]]))[0], sums.gain(*np.array([[7], [20]]))[0], rtol=1e-9)
-    np.testing.assert_allclose(few.step(1, 2), sums.step(7, 20), rtol=1e-9)
-    a, b = (m for m in np.triu_indices(31, 1))
-    both = np.concatenate([sums.gain(a[i : i + 50], b[i : i + 50])[0] for i in range(0, len(a), 50)])
-    np.testing.assert_allclose(sums.gain(a, b)[0], both, rtol=1e-9)
+@pytest.mark.parametrize("k", [60, 400])  # rows that are summed at once, and in blocks
+def test_no_pair_of_ends_near_by_gains_more(rng, k):
+    """The search by the products of ends, and what is found by each segment alone."""
+    left = rng.normal(size=(k, 3))
+    left[k // 3 : 2 * k // 3] += 1.0
+    model = [rng.normal(size=(k, 3, 5)), rng.normal(size=(k, 3, 4))]
+    rows = rng.normal(size=(k, 3, 2)) + 1, left, rng.uniform(0.5, 1, (k, 3)), model, 0.05 * rng.normal(size=(9, 11))
+    scan = SegmentScan(*rows)
+
+    def gain(a, b):
+        enough = min(b - a, k - b + a) >= scan.fewest
+        return RunningSums.at((0, a, b, k), *rows).gain(1, 2)[0] if enough else 0.0
+
+    first, last = scan.find()
+    best = gain(first, last) * (1 + 1e-9)
+    near = range(-scan.near, scan.near + 1)
+    assert all(gain(first + i, last) <= best for i in near if 0 <= first + i < last)
+    assert all(gain(first, last + i) <= best for i in near if first < last + i <= k)
+    assert all(gain(a, b) <= best for a, b in combinations(scan.marks.tolist()[:: k // 60], 2))
+
+
+def test_an_open_direction_is_left_out(rng):
+    """A root of an information with W W^T its inverse, by halves where it is large."""
+    large = rng.normal(size=(200, 101))
+    w = _inverse_root(large.T @ large)
+    np.testing.assert_allclose(w @ w.T, np.linalg.inv(large.T @ large), atol=1e-9)
     j = rng.normal(size=(20, 5))
     for rows, rank in ((j, 5), (j @ np.diag([1.0, 1, 1, 1, 0]), 4)):
         w = _inverse_root(rows.T @ rows)

@@ -25,8 +25,10 @@ __all__ = ["Curvature", "Step", "curvature", "one_step", "rows_triangle"]
 # Singular values below this share of the largest are exact null directions, as in `identifiability`.
 STRUCTURAL = 1e-9
 CHUNK = 2000  # rows at once: a second copy of all of them would be as large as the Jacobian
-# Numbers that say how large a curvature is, and which share of the largest one so told may be the largest of all numbers.
-ENOUGH, ROUGHLY = 3000, 0.5
+LOOKS = (
+    (300, 0.1),
+    (3000, 0.5),
+)  # grid: numbers that are looked at, and of the largest curvature there what may be it among all
 
 
 @record
@@ -104,11 +106,12 @@ def curvature(problem: Problem, x: Array, covariance: Array) -> Curvature | None
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     steps = (vectors * np.sqrt(np.maximum(values, 0.0))).T * scale
     x = np.atleast_2d(x)
-    # A part of many rows says along which steps the curvature may be the largest.
-    among, step = np.arange(len(steps)), max(1, int(problem.numbers.sum()) // ENOUGH)
-    if step > 1:
-        rough = _bends(problem, x, steps, step)
-        among = np.flatnonzero(rough >= ROUGHLY**2 * rough.max())
+    # A part of many rows says along which steps the curvature may be the largest: few rows of most, more of those that are left.
+    among, numbers = np.arange(len(steps)), int(problem.numbers.sum())
+    for enough, share in LOOKS:
+        if numbers >= 2 * enough and len(among) > 1:
+            rough = _bends(problem, x, steps[among], numbers // enough)
+            among = among[rough >= share**2 * rough.max()]
     size = _bends(problem, x, steps[among])
     if not len(size) or not size.max() > 0:
         return Curvature(0.0, problem.free[int(np.argmax(np.abs(steps[0] / scale)))])

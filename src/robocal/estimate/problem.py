@@ -33,6 +33,7 @@ __all__ = ["Problem"]
 # Doubles per chunk of Jacobian: small enough to stay in the second-level cache.
 CHUNK = 1 << 16
 POSE = 16  # numbers
+PIECES = 8  # of which a part of many rows is made at least
 TOGETHER = 64  # rows
 NOTHING = np.empty((0, 0))
 # What is worked out of a problem once, by what it depends on: rows (and columns), names and free columns, values and priors.
@@ -72,6 +73,8 @@ def _evaluate(term: ProblemTerm, x: Array, step: int = 1) -> Iterator[tuple[slic
     pose at most, stays in the cache."""
     every, m = np.arange(len(x)), len(term.scale)
     rows = max(m, 1) if len(x) == 1 else max(1, CHUNK // (POSE * len(x)))
+    if step > 1:  # those of one piece are much alike
+        rows = max(1, min(rows, m // (PIECES * step)))
     for first in range(0, max(m, 1), step * rows):
         last = min(first + rows, m)
         yield slice(first, last), term.evaluate(x, every, first, last - first)[0]

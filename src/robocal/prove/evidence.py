@@ -7,7 +7,8 @@ configurations that were not used for fitting.
 
 from __future__ import annotations
 
-from functools import cached_property
+from collections.abc import Iterator
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from robocal.remarks.remark import Quantity, Remark
 __all__ = ["Evidence", "Gain", "bootstrap_gain", "constant_errors"]
 
 AT_ONCE = 1 << 17  # grid: numbers of a bootstrap at once: more would leave the cache
+KEPT = 1 << 24  # grid: numbers of one that are kept for the next
 MANY = 1000  # grid: configurations: four thousand draws know the ends of their mean less well than its expansion
 RULED = 0.2  # tolerance: skewness and excess kurtosis of a mean: beyond, its expansion is no better than draws
 ROUNDING = 1e-12  # tolerance: of the largest error, or of a metre, a radian, a pixel
@@ -73,15 +75,29 @@ def bootstrap_gain(
 
 def _drawn(total: Array, count: Array, seed: int, draws: int) -> tuple[float, float]:
     """The 2.5 and 97.5 % points of resampled means, by so many draws."""
-    rng, n = np.random.default_rng(seed), len(total)
-    means, even, each = np.empty(draws), bool((count == 1).all()), max(1, AT_ONCE // max(n, 1))
-    for first in range(0, draws, each):
-        some = slice(first, min(first + each, draws))
-        draw = rng.integers(0, n, (some.stop - first, n))
+    n, even, first = len(total), bool((count == 1).all()), 0
+    means = np.empty(draws)
+    for draw in _kept(n, seed, draws) if draws * n <= KEPT else _parts(n, seed, draws):
+        some = slice(first, first + len(draw))
         drawn = float(n) if even else count[draw].sum(axis=1)
         means[some] = total[draw].sum(axis=1) / drawn
+        first += len(draw)
     low, high = np.percentile(means, [2.5, 97.5])
     return float(low), float(high)
+
+
+def _parts(n: int, seed: int, draws: int) -> Iterator[Ints]:
+    """Which of n are drawn, (., n), some draws at once."""
+    rng, each = np.random.default_rng(seed), max(1, AT_ONCE // max(n, 1))
+    for first in range(0, draws, each):
+        yield rng.integers(0, n, (min(each, draws - first), n))
+
+
+@lru_cache(maxsize=1)
+def _kept(n: int, seed: int, draws: int) -> tuple[Ints, ...]:
+    """The same as small numbers: every trial of a study, and every group that is asked, draws alike."""
+    small = np.min_scalar_type(max(n - 1, 0))
+    return tuple([part.astype(small) for part in _parts(n, seed, draws)])
 
 
 def _cornish_fisher(values: Array) -> tuple[float, float] | None:

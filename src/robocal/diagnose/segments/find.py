@@ -18,11 +18,10 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal import _scipy as scipy
 from robocal._record import record, replace
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.diagnose import limits
 from robocal.diagnose.segments.candidate_rows import runs
 from robocal.diagnose.segments.posed import ZERO, ZEROS
@@ -76,8 +75,8 @@ def find_segments(
     out: list[Segment] = []
     while len(out) < limits.SEGMENT_COUNT and (best := _reset(state, files)):
         after = state.with_segments(best)
-        told, large = _assess_segment(state, best, after, len(files), True)
-        if told is None or not large:
+        told = _assess_segment(state, best, after, len(files), True)
+        if told is None:
             break
         out.append(told)
         state = after
@@ -89,35 +88,60 @@ def _find_together(state: SegmentModel, long: list[RowSequence], most: int, trie
     """Segments that are sure, large and abrupt beside one another: each is serial correlation to the others.
     So all are taken in, their ends looked for again, and those that chance may have made beside the rest given up one by one."""
     some: list[SegmentFit] = []
-    after = state
+    after, before_each = state, []
     while len(some) < most and (found := _best(after, long)):
         best, model = found
+        before_each.append(after)
         some.append(_widen(after, best, some))
         after = model if some[-1] is best else after.with_segments(some[-1])
-    others: list[SegmentModel] = []
+    # Their squares add up: where all together are not large, no one beside the others is.
+    if sum(_strength(w, one, after)[1] ** 2 for w, one in zip(before_each, some, strict=True)) < 1:
+        return []
+    found_at, others = [f.place for f in some], _Others(state)
     for _ in range(SWEEPS if len(some) > 1 else 0):
-        before, others = [f.place for f in some], []
+        before = [f.place for f in some]
         for i in range(len(some)):
-            others.append(state.with_segments(*some[:i], *some[i + 1 :]))
-            one = _widen(others[i], some[i], some)
-            again = others[i].segment(one.run, one.candidate)
+            if others.known(some, i):
+                continue  # what stands beside it stays where it was
+            beside = others.of(some, i)
+            one = _widen(beside, some[i], some)
+            again = beside.segment(one.run, one.candidate)
             some[i] = one if again is None else replace(again, rival=one.rival)
         if before == [f.place for f in some]:
             break
-        others = []
+    if found_at != [f.place for f in some]:
         after = state.with_segments(*some)
     while some:
         # What was fitted without one of them is the model of the others, as long as all stay where they are.
-        others = others or [state.with_segments(*some[:i], *some[i + 1 :]) for i in range(len(some))]
-        some = [w.refit(one) for w, one in zip(others, some, strict=True)]
-        told = [_assess_segment(w, one, after, tried, False) for w, one in zip(others, some, strict=True)]
-        unsure = [i for i, (s, large) in enumerate(told) if s is None or not large]
+        each = [others.of(some, i) for i in range(len(some))]
+        some = [w.refit(one) for w, one in zip(each, some, strict=True)]
+        told = [_assess_segment(w, one, after, tried, False) for w, one in zip(each, some, strict=True)]
+        unsure = [i for i, s in enumerate(told) if s is None]
         if not unsure:
-            return [] if _smooth(state, some, after) else [s for s, _ in told if s is not None]
-        last = min(unsure, key=lambda i: others[i].evidence(some[i]) - some[i].cost)
+            return [] if _smooth(state, some, after) else [s for s in told if s is not None]
+        last = min(unsure, key=lambda i: each[i].evidence(some[i]) - some[i].cost)
         del some[last]
-        after, others = others[last], []
+        after, others = each[last], _Others(state)
     return []
+
+
+class _Others:
+    """The models with all segments but one, each made once for where the others are."""
+
+    def __init__(self, state: SegmentModel) -> None:
+        self.state = state
+        self.made: dict[int, tuple[list[tuple[Candidate, int, int]], SegmentModel]] = {}
+
+    def known(self, some: list[SegmentFit], i: int) -> bool:
+        """Whether the others of the i-th are where they were when it was last asked."""
+        return i in self.made and self.made[i][0] == [f.place for f in (*some[:i], *some[i + 1 :])]
+
+    def of(self, some: list[SegmentFit], i: int) -> SegmentModel:
+        """The model with the others of the i-th."""
+        if not self.known(some, i):
+            rest = (*some[:i], *some[i + 1 :])
+            self.made[i] = [f.place for f in rest], self.state.with_segments(*rest)
+        return self.made[i][1]
 
 
 def _smooth(state: SegmentModel, some: list[SegmentFit], after: SegmentModel) -> bool:
@@ -145,9 +169,11 @@ def _best(state: SegmentModel, among: list[RowSequence]) -> tuple[SegmentFit, Se
     """The segment that explains most, and the model with it. Its cause is the one that leaves least, once it is in the model."""
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
     # More columns explain more by chance.
-    first = max(out, key=lambda f: state.evidence(f) - f.cost, default=None)
-    if first is None or not (first.gain > 0 and state.chance(first) <= limits.SEGMENT_CHANCE):
+    told = [state.evidence(f) for f in out]
+    most = max(range(len(out)), key=lambda i: told[i] - out[i].cost, default=None)
+    if most is None or not (out[most].gain > 0 and state.chance(out[most], told[most]) <= limits.SEGMENT_CHANCE):
         return None
+    first = out[most]
     rivals = [f for f in out if f.run is first.run and f.gain > limits.SEGMENT_RIVAL * first.gain]
     left, cost = np.zeros(len(rivals)), np.zeros(len(rivals))
     for i, f in enumerate(rivals):
@@ -176,31 +202,17 @@ def _reset(state: SegmentModel, files: list[tuple[RowSequence, Candidate, int, i
 
 def _assess_segment(
     state: SegmentModel, best: SegmentFit, after: SegmentModel, tried: float, whole: bool
-) -> tuple[Segment | None, bool]:
-    """The segment for people, or None where it is not sure and abrupt, and whether it is large; `after` has it in the model. A whole
-    file that is off need only be sure."""
+) -> Segment | None:
+    """The segment for people, or None where it is not large, sure and abrupt; `after` has it in the model. A whole file that is off
+    need only be sure."""
     i, c = state.runs.index(best.run), best.candidate
     left, unit = after.left[i], after.unit[i]
-    looked = np.zeros(len(left), dtype=bool)
-    looked[c.rows] = True
-    mine = looked.copy()
-    mine[: best.a] = mine[best.b :] = False
-    effect = best.column @ best.unexplained
-    strength = 0.0
-    for first, stop, _ in best.run.parts:
-        noise = unit[first] * max(1.0, spread(left[mine, first:stop]))
-        strength = max(strength, _size(best, effect[mine, first:stop], mine) / noise)
-    # The share that the model does not answer, over the fewer rows: a step in most rows is one in the others.
-    own = float(np.sum(state.weight[i][:, None] * (effect / state.unit[i]) ** 2))
-    few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
+    looked, mine = _rows_of(best)
+    strength, large = _strength(state, best, after)
     moved = motion_size(best, mine)
-    seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
-    least = limits.SEGMENT_ZERO_SIZE if c.cause in (ZERO, ZEROS) else limits.SEGMENT_SIZE
-    large = strength >= least and seen >= limits.SEGMENT_SEEN
-    if c.plain is not None:  # where poses are projected out, every number shows little of a step
-        large |= best.gain >= limits.SEGMENT_SHARE * best.run.count * left.shape[1]
-    large &= _together(best, left, unit, mine) >= limits.SEGMENT_MAJORITY
-    large = (large or whole) and any(v > limits.SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items())
+    sees = large >= 1 and _together(best, left, unit, mine) >= limits.SEGMENT_MAJORITY
+    if not ((sees or whole) and any(v > limits.SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items())):
+        return None
     share, label = best.run.share[looked], best.run.label[looked]
     score = share[:, None] * np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked])
     # Visits of one place that follow one another have weights for what they share: of their sums is asked what follows.
@@ -211,17 +223,45 @@ def _assess_segment(
     gain = known.refit(best).gain
     chance = float(scipy.special.fdtrc(q, dof, gain / (inflation * q))) * tried
     if chance > limits.SEGMENT_CHANCE or not (whole or _abrupt(known, best)):
-        return None, False
+        return None
     told = [_tell(f, strength, chance, int(mine.sum())) for f in (best, best.rival) if f is not None]
-    return replace(told[0], rival=told[1] if best.rival is not None else None), large
+    return replace(told[0], rival=told[1] if best.rival is not None else None)
+
+
+def _rows_of(best: SegmentFit) -> tuple[Bools, Bools]:
+    """The rows that would have seen it, and those of them on the segment."""
+    looked = np.zeros(len(best.run.residual), dtype=bool)
+    looked[best.candidate.rows] = True
+    mine = looked.copy()
+    mine[: best.a] = mine[best.b :] = False
+    return looked, mine
+
+
+def _strength(state: SegmentModel, best: SegmentFit, after: SegmentModel) -> tuple[float, float]:
+    """What a segment explains per axis of its rows, over what is left, and how large that is of what a large one is at least."""
+    i, c = state.runs.index(best.run), best.candidate
+    left, unit = after.left[i], after.unit[i]
+    looked, mine = _rows_of(best)
+    effect = best.column @ best.unexplained
+    strength = 0.0
+    for first, stop, _ in best.run.parts:
+        noise = unit[first] * max(1.0, spread(left[mine, first:stop]))
+        strength = max(strength, _size(best, effect[mine, first:stop], mine) / noise)
+    # The share that the model does not answer, over the fewer rows: a step in most rows is one in the others.
+    own = float(np.sum(state.weight[i][:, None] * (effect / state.unit[i]) ** 2))
+    few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
+    seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
+    least = limits.SEGMENT_ZERO_SIZE if c.cause in (ZERO, ZEROS) else limits.SEGMENT_SIZE
+    large = min(strength / least, seen / limits.SEGMENT_SEEN)
+    if c.plain is not None:  # where poses are projected out, every number shows little of a step
+        large = max(large, math.sqrt(best.gain / (limits.SEGMENT_SHARE * best.run.count * left.shape[1])))
+    return strength, large
 
 
 def _tell(best: SegmentFit, strength: float, chance: float, count: int) -> Segment:
     """A segment as its file numbers the rows."""
     c, run, last = best.candidate, best.run, best.b - 1
-    inside = np.zeros(len(run.residual), dtype=bool)
-    inside[c.rows] = True
-    inside[: best.a] = inside[best.b :] = False
+    _, inside = _rows_of(best)
     moved = motion_size(best, inside)
     source, rows = run.place(c, best.a, last)
     _, without = run.place(c, *run.beside(c, best.a, last))
@@ -234,14 +274,14 @@ def _tell(best: SegmentFit, strength: float, chance: float, count: int) -> Segme
     )
 
 
-def _together(best: SegmentFit, left: Array, unit: Array, mine: NDArray[np.bool_]) -> float:
+def _together(best: SegmentFit, left: Array, unit: Array, mine: Bools) -> float:
     """The share of the rows that are nearer to the model with the step than without: gross rows do not all move alike."""
     step = (best.column @ best.step / unit)[mine]
     here, before, beyond = (((left[mine] + by * step) ** 2).sum(axis=1) for by in (0, 1, -1))
     return float(np.mean(here < np.minimum(before, beyond)))
 
 
-def _size(best: SegmentFit, effect: Array, mine: NDArray[np.bool_]) -> float:
+def _size(best: SegmentFit, effect: Array, mine: Bools) -> float:
     """What a segment does to a reading that sees it, rms in its standard deviations."""
     plain = best.candidate.plain
     if plain is None:
@@ -250,7 +290,7 @@ def _size(best: SegmentFit, effect: Array, mine: NDArray[np.bool_]) -> float:
     return float(np.sqrt(np.mean((plain.column @ best.unexplained)[felt] ** 2)))
 
 
-def motion_size(best: SegmentFit, mine: NDArray[np.bool_]) -> dict[str, float]:
+def motion_size(best: SegmentFit, mine: Bools) -> dict[str, float]:
     """How far what was measured moved, rms over the rows, in every unit in which it did, the farthest."""
     plain = best.candidate.plain
     effect, sigma, parts = best.column @ best.step, best.run.sigma, best.run.parts

@@ -256,20 +256,30 @@ def seek(gram: Array, base: Ints, pairs: Ints, noise: float, rows: int) -> Ints:
     c = gram[np.ix_(rest, rest)] - cross.T @ np.linalg.solve(inner, cross)
     limit = 2.0 * np.log(len(pairs) / RIPPLE_CHANCE)
     first = np.arange(0, 2 * len(pairs), 2)
+    second = first + 1
     chosen: list[int] = []
+    a, b, d = c[first, first], c[first, second], c[second, second]
+    u, v, square = c[first, -1], c[second, -1], float(c[-1, -1])
+    # c less what the chosen ones answer is c - F G: only of pairs, and of columns that enter, anybody asks what it is.
+    f, g = np.zeros((len(c), 0)), np.zeros((0, len(c)))
     open_ = np.ones(len(pairs), dtype=bool)
     while open_.any():
-        left = max(c[-1, -1], 0.0) / max(rows - len(base) - 2 * len(chosen), 1)
-        a, b, d = c[first, first] + left, c[first, first + 1], c[first + 1, first + 1] + left
-        u, v = c[first, -1], c[first + 1, -1]
-        gain = np.where(open_, (d * u**2 - 2 * b * u * v + a * v**2) / (a * d - b**2), 0.0)
+        left = max(square, 0.0) / max(rows - len(base) - 2 * len(chosen), 1)
+        aa, dd = a + left, d + left
+        gain = np.where(open_, (dd * u**2 - 2 * b * u * v + aa * v**2) / (aa * dd - b**2), 0.0)
         best = int(np.argmax(gain))
         if gain[best] <= left * limit:
             break
         chosen.append(best)
         open_[best] = False
         two = [2 * best, 2 * best + 1]
-        c -= c[:, two] @ np.linalg.solve(c[np.ix_(two, two)] + left * np.eye(2), c[two])
+        more = c[:, two] - f @ g[:, two]
+        answer = np.linalg.solve(more[two] + left * np.eye(2), more.T)
+        f, g = np.hstack([f, more]), np.vstack([g, answer])
+        one, other, last = more[first], more[second], answer[:, -1]
+        a, b = a - (one.T * answer[:, first]).sum(axis=0), b - (one.T * answer[:, second]).sum(axis=0)
+        d = d - (other.T * answer[:, second]).sum(axis=0)
+        u, v, square = u - one @ last, v - other @ last, square - float(more[-1] @ last)
     return np.array(chosen, dtype=np.int64)
 
 

@@ -10,12 +10,14 @@ handed back is fitted without this shortcut.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.estimate.problem import Problem
+from robocal.estimate.terms import Residuals
 from robocal.fit.fit import Fit
 from robocal.fit.misfit import errors
 from robocal.measure.base import problem as build
@@ -44,6 +46,11 @@ class Linearised:
     def count(self) -> int:
         """How many numbers were measured that say something of their own."""
         return round(len(self.rows) - self.problem.repeated)
+
+    @cached_property
+    def _terms(self) -> list[Residuals]:
+        """The residuals of every term at x: of whatever columns, its rows lie alike."""
+        return self.problem.residuals(self.x)
 
     def columns(self, names: Sequence[str]) -> Ints:
         """The numbers of some columns; those that are not there are left out."""
@@ -77,7 +84,7 @@ class Linearised:
             r[own] += self.rows[np.ix_(own, chosen)] @ ridge(self.rounds[k], chosen, noise[chosen], off[chosen])
         r /= np.sqrt(self.problem.first_weight[self.configuration])
         parts, first = [], 0
-        for term in self.problem.residuals(self.x):
+        for term in self._terms:
             size = int(term.used.sum()) * term.scale.shape[1]
             value = np.full(term.value.shape, np.nan)
             value[term.used] = r[first : first + size].reshape(-1, term.scale.shape[1]) / term.scale[term.used]
