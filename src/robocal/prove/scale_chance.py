@@ -54,8 +54,8 @@ def chance_by_scale(
     makings = makings[:, other]
     prior = np.broadcast_to(np.eye(v, v + 1), (len(makings), v, v + 1))
     scaled = root[k:, k:] * np.insert(makings, v, 1.0, axis=1)[:, None]
-    r = np.linalg.qr(np.concatenate([scaled, prior], axis=1), mode="r")
-    seen, r = r[:, :v, v], r[:, :v, :v]
+    corner = np.asarray(np.linalg.qr(np.concatenate([scaled, prior], axis=1), mode="r"))
+    seen, r = corner[:, :v, v], corner[:, :v, :v]
     first = np.linalg.solve(root[:k, :k].T, sigma * ahead[one])
     asked = makings * (ahead[other] - first @ root[:k, k:-1])
     own = np.linalg.solve(np.swapaxes(r, 1, 2), asked[..., None])[..., 0]
