@@ -65,6 +65,26 @@ def test_of_rivals_one_far_behind_the_best_goes_no_further():
     assert near.reasons[1].converged
 
 
+def test_of_a_crowd_of_rivals_none_goes_on_beside_a_better_one(rng, monkeypatch):
+    """Starts that run into one another are one from there on; the best of them ends where it does alone."""
+    truth, fn, jac = curved(rng, noise=1e-3)
+    p, rows, normal = plain_problem(Plain(fn, jac, (30, 1)), truth), [], Problem.normal
+    starts = truth + 0.1 * rng.normal(size=(module.CROWD + 4, len(truth)))
+
+    def count(self, x, *more):
+        rows[-1] += len(x)
+        return normal(self, x, *more)
+
+    monkeypatch.setattr(Problem, "normal", count)
+    rows += [0]
+    apart = least_squares(p, starts)
+    rows += [0]
+    together = least_squares(p, starts, rivals=True)
+    assert rows[1] < rows[0]
+    best = int(np.argmin(together.cost))
+    assert together.settled(best) and together.cost[best] == pytest.approx(apart.cost.min(), rel=1e-9)
+
+
 def test_a_last_step_that_is_trusted_ends_where_it_does(rng, monkeypatch):
     """Rounds of a batch end at the same numbers with fewer evaluations; where steps fail, every one is looked at."""
     truth, fn, jac = curved(rng, noise=1e-3)

@@ -31,7 +31,7 @@ from robocal.estimate.terms import Normal
 from robocal.estimate.trail import Trail, keep
 from robocal.progress import Watch, tell
 
-__all__ = ["METHODS", "least_squares"]
+__all__ = ["CROWD", "METHODS", "least_squares"]
 
 METHODS = ("lm", "gauss-newton", "pinv", "lse")
 EPS = float(np.finfo(float).eps)
@@ -42,6 +42,8 @@ AT_ONCE = 1 << 19  # numbers of normal equations that are kept while a batch mov
 ORTHOGONAL, STILL = 1e-13, 1e-15
 # Of several starts, one that costs so many times what another ended with, after so many iterations, leads elsewhere.
 WORSE, PATIENCE = 10.0, 20
+# One of a crowd that stands so near a better one, in expected errors, at as much of its cost more, leads to where that one does.
+NEIGHBOUR, CROWD = 1e-3, 8
 SURE = 1e-2  # how far below the tolerance the promise that follows a last step is
 LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
@@ -69,9 +71,9 @@ def least_squares(
     """Minimises the cost from x (B, P) or (P,), the table's values by default; `trail` hears where one problem stands on its way.
 
     `cost_tolerance` is relative: the decrease promised to the cost. `tolerance`, in m, stops where the greatest error is no larger,
-    at the start too. `rivals` are starts of one problem, of which the best is wanted: far behind it none goes on. `creep`, of the
-    cost: once a step has failed, one that brings less is the last. `trust` takes a last step without looking where it leads, where it
-    and the one before say that nothing follows: cost and normal equations are of before.
+    at the start too. `rivals` are starts of one problem, of which the best is wanted: none goes on far behind it, nor of a crowd beside
+    a better one. `creep`, of the cost: once a step has failed, one that brings less is the last. `trust` takes a last step without looking
+    where it leads, where it and the one before say that nothing follows: cost and normal equations are of before.
     """
     if x is None and problem.loss == "tukey":
         # What lies far off counts for nothing by Tukey's loss, and before the first iteration that may be everything.
@@ -158,6 +160,8 @@ def _descend(
     while len(history) <= most:
         if tolerance is not None:
             _stop_within(problem, x, tolerance, away, reason)
+        if rivals and batch > CROWD and len(history) > 1:
+            _leave_to_better(problem, x, normal.cost, away, reason)
         if rivals and len(history) > PATIENCE:
             least = normal.cost[np.isin(reason, _MINIMUM)].min(initial=np.inf)
             reason[(reason == _RUNNING) & (normal.cost > WORSE * least)] = int(Reason.ITERATIONS)
@@ -229,6 +233,21 @@ def _descend(
         home.back(np.flatnonzero(away), x, normal)
     ended = partial(problem.normal, np.array(x), everyone) if robust and bent.any() else normal
     return Solution(x, normal.cost, iterations, reason, np.array(history), (ended,))
+
+
+def _leave_to_better(problem: Problem, x: Array, cost: Array, away: Bools, reason: Ints) -> None:
+    """Stops the running problems that stand where a better one does; one on trial stands nowhere yet."""
+    ruler = np.ones(x.shape[1])
+    ruler[problem.index] = problem.scales
+    kept: list[int] = []
+    for b in np.argsort(cost, kind="stable").tolist():
+        if away[b] or not np.isfinite(cost[b]):
+            continue
+        near = [k for k in kept if cost[b] - cost[k] <= NEIGHBOUR * cost[k]]
+        if (np.abs(x[near] - x[b]) <= NEIGHBOUR * ruler).all(axis=1).any():
+            reason[b] = int(Reason.ITERATIONS) if reason[b] == _RUNNING else reason[b]
+        else:
+            kept.append(b)
 
 
 def _stop_within(problem: Problem, x: Array, tolerance: float, away: Bools, reason: Ints) -> None:

@@ -89,14 +89,14 @@ def _readings(data: DataSet, problem: Problem, x: Array, chosen: Bools, label: I
             for v in obs.extra.values()
             if v.ndim == 1 and v.dtype.kind in "if" and not np.mod(v, 1).any()
         ]
-        which = np.unique(np.stack([target, other, *said]), axis=1, return_inverse=True)[1].ravel()
+        which = _number(target, other, *said)
         # The first such row of every visit, the second, ...: a reading that is repeated in one visit tells as much as ever.
-        same = np.unique(np.stack([at, which]), axis=1, return_inverse=True)[1].ravel()
+        same = _number(at, which)
         order = np.argsort(same, kind="stable")
         starts = np.flatnonzero(np.append(True, np.diff(same[order]) > 0))[: len(some)]
         turn = np.empty(len(some), dtype=np.int64)
         turn[order] = np.arange(len(some)) - np.repeat(starts, np.diff(np.append(starts, len(some))))
-        mine = np.unique(np.stack([label[at], which, turn]), axis=1, return_inverse=True)[1].ravel()
+        mine = _number(label[at], which, turn)
         white = (r.value * r.scale)[some]
         width = white.shape[1]
         keys.append((first + mine[:, None] * width + np.arange(width)).ravel())
@@ -104,3 +104,13 @@ def _readings(data: DataSet, problem: Problem, x: Array, chosen: Bools, label: I
         values.append(white.ravel())
         where.append(np.repeat(at, width))
     return np.concatenate(keys), np.concatenate(values), np.concatenate(where)
+
+
+def _number(*columns: Ints) -> Ints:
+    """Which of the different rows of some columns (N,) each is, in ascending order."""
+    out = np.zeros(len(columns[0]), dtype=np.int64)
+    for column in columns:
+        if len(out) and column.min() < column.max():
+            own = np.unique(column, return_inverse=True)[1]
+            out = np.unique(out * (int(own.max()) + 1) + own, return_inverse=True)[1]
+    return out

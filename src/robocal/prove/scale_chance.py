@@ -20,6 +20,7 @@ import numpy as np
 from robocal import _scipy as scipy
 from robocal._types import Array
 from robocal.diagnose.limits import MADE_BETTER, MADE_WORSE
+from robocal.estimate.elimination import triangle
 from robocal.fit.fit import Fit
 from robocal.fit.scale import InstrumentScales
 from robocal.measure.machine import Model
@@ -40,17 +41,28 @@ def chance_by_scale(
     g[at] = along * scales.expected[at]
     n, m = len(free), len(scales.names)
     told = scales.root / fit.uncertainty.factor
-    reading = np.concatenate([told[:, :n] @ scales.change - told[:, -1], np.zeros(n + m)])
+    reading = told[:, :n] @ scales.change - told[:, -1]
     makings = _makings(model, fit, free)
-    sigma = np.hstack([makings, np.tile(scales.stated, (len(makings), 1))])
-    # Not from products: a frame that may be a metre off and is seen to a micron leaves no digit of them.
-    prior = np.broadcast_to(np.eye(n + m), (len(sigma), n + m, n + m))
-    q, r = np.linalg.qr(np.concatenate([told[:, : n + m] * sigma[:, None], prior], axis=1))
-    seen, ahead = reading @ q, np.concatenate([2 * g, np.zeros(m)])
-    own = np.linalg.solve(np.swapaxes(r, 1, 2), (sigma * ahead)[..., None])[..., 0]
+    # What no making changes comes first, and is reduced once. Not by products: a frame that may be a metre off and is seen to a
+    # micron leaves no digit of them.
+    changes = np.append((makings != makings[0]).any(axis=0), np.zeros(m, dtype=bool))
+    one, other = np.flatnonzero(~changes), np.flatnonzero(changes)
+    sigma, ahead = np.append(makings[0], scales.stated)[one], np.append(2 * g, np.zeros(m))
+    k, v = len(one), len(other)
+    columns = np.column_stack([told[:, one] * sigma, told[:, other], reading])
+    root = triangle(np.vstack([columns, np.eye(k, n + m + 1)]))
+    makings = makings[:, other]
+    prior = np.broadcast_to(np.eye(v, v + 1), (len(makings), v, v + 1))
+    scaled = root[k:, k:] * np.insert(makings, v, 1.0, axis=1)[:, None]
+    corner = np.asarray(np.linalg.qr(np.concatenate([scaled, prior], axis=1), mode="r"))
+    seen, r = corner[:, :v, v], corner[:, :v, :v]
+    first = np.linalg.solve(root[:k, :k].T, sigma * ahead[one])
+    asked = makings * (ahead[other] - first @ root[:k, k:-1])
+    own = np.linalg.solve(np.swapaxes(r, 1, 2), asked[..., None])[..., 0]
     evidence = 0.5 * np.sum(seen**2, axis=1) - np.sum(np.log(np.abs(np.diagonal(r, axis1=1, axis2=2))), axis=1)
     weight = np.exp(evidence - evidence.max())
-    mean, spread = 2 * g @ scales.change - np.sum(seen * own, axis=1), np.linalg.norm(own, axis=1)
+    mean = 2 * g @ scales.change - root[:k, -1] @ first - np.sum(seen * own, axis=1)
+    spread = np.sqrt(first @ first + np.sum(own**2, axis=1))
     chance = np.where(
         spread > 0, scipy.special.ndtr((mean - square) / np.where(spread > 0, spread, 1.0)), mean > square
     )

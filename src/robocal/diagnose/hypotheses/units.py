@@ -26,7 +26,8 @@ from robocal.remarks.english import declare
 
 __all__ = ["WRONG_UNIT", "misfit", "units"]
 
-MANY = 300  # grid: configurations that are enough to tell units apart
+# grid: configurations, and rows of one target at one of them, that are enough to tell units apart
+MANY, ROWS = 300, 16
 WRONG_UNIT = declare(
     "wrong-unit",
     "the {part} values are probably in {alternative}: {why}, and the misfit falls {times:.3g} times{likewise}",
@@ -47,14 +48,14 @@ def units(context: ReadContext[Mechanism]) -> Iterator[Finding]:
     best = as_read
     chosen: tuple[OtherUnit, ...] = ()
     tried = [some for size in range(1, len(doubts) + 1) for some in combinations(doubts, size)]
+    few = _thin(sample)
     for some in dict.fromkeys((*tried, *(_explanations(context.alternatives) if bad else ()))):
-        data = sample
-        for doubt in some:
-            data = doubt.apply(data)
-        found = misfit(context.model, data)
+        found = misfit(context.model, _restate(few, some))
         # Of two equally good explanations the one with fewer changes stands.
         if np.isfinite(found) and found < UNIT_BETTER * best:
             best, chosen = found, some
+    if chosen and few is not sample:
+        best = misfit(context.model, _restate(sample, chosen))
     # What leaves much of the misfit is no explanation, whatever it lowers.
     explains = chosen and best * UNIT_GAIN <= as_read and best <= UNIT_MISFIT
     if not explains or _is_one_of_two(context):
@@ -122,6 +123,28 @@ def _tools(chain: Model, data: DataSet) -> list[Array]:
     used = used[np.isfinite(q[used]).all(axis=1)]
     recorded = {k: v[used] for k, v in data.configurations.columns.items()}
     return [reach(chain, q[used], (), recorded)[0][:, :3, 3]] if len(used) else []
+
+
+def _restate(data: DataSet, others: Sequence[OtherUnit]) -> DataSet:
+    """The data in other units."""
+    for other in others:
+        data = other.apply(data)
+    return data
+
+
+def _thin(data: DataSet) -> DataSet:
+    """At most ROWS rows of a target at one configuration, spread over all of them; the same data where none has more."""
+    kept = []
+    for obs in data.observations:
+        view = obs.configuration if obs.target is None else obs.configuration * len(obs.targets) + obs.target
+        order = np.argsort(view, kind="stable")
+        _, first, count = np.unique(view[order], return_index=True, return_counts=True)
+        rank, many = np.arange(len(view)) - np.repeat(first, count), np.repeat(count, count)
+        kept.append(order[(many <= ROWS) | (rank * ROWS % many < ROWS)])
+    if all(len(rows) == len(o) for rows, o in zip(kept, data.observations, strict=True)):
+        return data
+    few = (o.take(np.sort(rows)) for o, rows in zip(data.observations, kept, strict=True))
+    return DataSet(data.configurations, tuple(few))
 
 
 def _sample(data: DataSet) -> DataSet:

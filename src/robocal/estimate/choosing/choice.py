@@ -102,7 +102,13 @@ class Choice:
     def combinations(self) -> tuple[Combination, ...]:
         """What takes the place of every dropped name."""
         names, kept = self.problem.free, list(self.at)
-        found = tuple(_hiding(self.scaled, self.problem.scales, names, kept, i) for i in self.left)
+        if not self.left:
+            return ()
+        shares = np.linalg.lstsq(self.scaled[:, kept], self.scaled[:, list(self.left)], rcond=1e-10)[0]
+        found = tuple(
+            _hiding(self.scaled, self.problem.scales, names, kept, i, c)
+            for i, c in zip(self.left, shares.T, strict=True)
+        )
         return _attribute_to_blocks(self.problem, self.x, found)
 
 
@@ -179,13 +185,12 @@ def _exchange_for_preferred(
     return kept, left
 
 
-def _hiding(scaled: Array, scale: Array, names: tuple[str, ...], kept: list[int], column: int) -> Combination:
-    """The kept parameters that imitate a dropped one."""
+def _hiding(scaled: Array, scale: Array, names: tuple[str, ...], kept: list[int], column: int, c: Array) -> Combination:
+    """The kept parameters that imitate a dropped one by their shares c (k,) in it."""
     target = scaled[:, column]
     if not kept or np.linalg.norm(target) < 1e-6 * max(np.linalg.norm(scaled[:, kept], axis=0).max(), 1.0):
         return Combination(names[column], ())
     part = scaled[:, kept]
-    c = np.linalg.lstsq(part, target, rcond=1e-10)[0]
     # A partner counts when its share of the imitation is visible.
     effect = np.abs(c) * np.linalg.norm(part, axis=0)
     counts = effect > PARTNER * effect.max()

@@ -7,7 +7,7 @@ from importlib import import_module
 import numpy as np
 
 from robocal._types import Array, Ints
-from robocal.estimate.least_squares import least_squares
+from robocal.estimate.least_squares import CROWD, least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.starts.target_rows import STARTS, Start, TargetRows
 from robocal.measure.data import DataSet, Observations
@@ -19,6 +19,7 @@ __all__ = ["analytic_starts", "combine_starts", "refine"]
 FEWEST = 3
 ENOUGH = 1000  # rows of an instrument for where it stands: the refinement takes all
 MOST = 32  # combinations that are worth a refinement
+APART = 1e-6  # of the cost: so well it need be known of each of a crowd of starts which leads to the lowest
 # Of this package, in which starts are; no more of them are loaded than it takes.
 MODULES = ("frames", "cameras", "places", "encoders")
 
@@ -92,7 +93,14 @@ def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, flo
     if not frames and not problem.blocks:
         return problem.start, True
     free = problem.with_free(frames)
-    solution = least_squares(free, _start_matrix(problem, [{}, *starts]), rivals=True)
-    cost = np.where(np.isfinite(solution.cost), solution.cost, np.inf)
-    best = int(np.argmin(cost))
-    return solution.x[[best]], solution.settled(best)
+    x = _start_matrix(problem, [{}, *starts])
+    if len(x) > CROWD:
+        rough = least_squares(free, x, cost_tolerance=APART, rivals=True)
+        x = rough.x[[_lowest(rough.cost)]]
+    ended = least_squares(free, x, rivals=True)
+    best = _lowest(ended.cost)
+    return ended.x[[best]], ended.settled(best)
+
+
+def _lowest(cost: Array) -> int:
+    return int(np.argmin(np.where(np.isfinite(cost), cost, np.inf)))
