@@ -1,57 +1,46 @@
-"""The one boundary to numba: how kernels are compiled, where the machine code is kept, and how arrays enter.
+"""The one boundary to compiled code: how kernels are called, where their machine code is kept, and how arrays enter.
 
-Three traps are closed here, so that no kernel file needs to know of them:
+Three traps are closed here and in `_compiler.py`, so that no kernel file needs to know of them:
 
 - numba notices an edit of the file that a kernel lies in, but not of a callee in another file, and would go on using the
-  old machine code. So the cache folder is named by a digest of *every* `_kernels.py` of the package (and of this file,
+  old machine code. So the cache folder is named by a digest of *every* `_kernels.py` of the package (and of the files of this boundary,
   whose flags numba does not look at either). Constants of a kernel must therefore come from kernel files;
   `tests/unit/test_jit.py` holds them to it.
-- numba raises at import when it finds no folder to write to, and in the middle of a call when the disk fills up. Here a
-  kernel without a cache only compiles again in each process.
+- numba raises at import when it finds no folder to write to, and in the middle of a call when the disk fills up.
 - a read-only, strided or integer array compiles one more signature. `as_kernel_array` and `as_kernel_indices` let in one kind of
   array only.
+
+What was compiled before is called without numba (`_machine_code.py`), whose import takes longer than most commands compute.
 
 Environment: ROBOCAL_CACHE_DIR overrides the user's cache folder; NUMBA_DISABLE_JIT=1 leaves the kernels plain Python.
 """
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import gc
 import os
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import IO, Any, ParamSpec, TypeVar, overload
+from typing import Any, ParamSpec, TypeVar, overload
 
-import numba
 import numpy as np
-from numba import prange
-from numba.core import config, event, sigutils
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
-from numba.core.dispatcher import Dispatcher
-from numba.core.errors import NumbaWarning
-from numba.core.types import unliteral
 from numpy.typing import ArrayLike, NDArray
 
+from . import _machine_code
 from ._cache_folder import Store, find_store
-from ._load_kernels import prepare, rebuild
-from .progress import tell_of_compilation
 
-__all__ = ["as_kernel_array", "as_kernel_indices", "cache_folder", "compile_for", "kernel", "prange"]
+__all__ = ["as_kernel_array", "as_kernel_indices", "cache_folder", "compile_for", "kernel"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# No 'nnan' and no 'ninf': a NaN or an infinity that enters a kernel must be seen at its end.
-_FASTMATH = {"contract", "reassoc", "nsz", "arcp", "afn"}
 _ROOT = Path(__file__).resolve().parent
-_PATIENCE, _GLANCE = 60.0, 0.01  # s, of waiting for a kernel that another process compiles, and between two looks
-_cache_dir_lock = threading.Lock()
+_BOUNDARY = ("_jit.py", "_compiler.py", "_machine_code.py")
+_lock = threading.RLock()
+_kernels: list[_Kernel] = []
 
 
 # Kernels
@@ -60,33 +49,101 @@ _cache_dir_lock = threading.Lock()
 @overload
 def kernel(fn: Callable[P, R], /) -> Callable[P, R]: ...
 @overload
-def kernel(*, parallel: bool = False, inline: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]: ...
-def kernel(fn: Callable[..., Any] | None = None, /, *, parallel: bool = False, inline: bool = False) -> Any:
-    """Compile `fn` at its first call, or fetch it from the cache; with `parallel`, loops over `prange` run on all cores; with
-    `inline`, kernels that call it take its body and compile it once, with their own."""
+def kernel(*, inline: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]: ...
+def kernel(fn: Callable[..., Any] | None = None, /, *, inline: bool = False) -> Any:
+    """Compile `fn` at its first call, or take its machine code from where it is kept; with `inline`, kernels that call it take its body
+    and compile it once, with their own."""
     if fn is None:
-        return functools.partial(kernel, parallel=parallel, inline=inline)
-    flags: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": _FASTMATH, "parallel": parallel}
-    flags |= {"inline": "always" if inline else "never", "no_cfunc_wrapper": True}  # nobody enters from C
-    compiled = numba.njit(**flags)(fn)
-    if isinstance(compiled, Dispatcher):  # not so under NUMBA_DISABLE_JIT=1
-        cache = _cache_of(fn)
-        if cache is not None:
-            compiled._cache = cache
-        # A number that stands in a caller has a type of its own for numba, which would compile what takes it once more.
-        template = compiled.get_call_template
-        compiled.get_call_template = lambda args, kws: template(tuple([unliteral(a) for a in args]), kws)  # type: ignore[method-assign]
-        _ours.add(fn)
-    return compiled
+        return functools.partial(kernel, inline=inline)
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return fn
+    _store()  # before the first call: whoever edits a file now has not edited what was read here
+    return _Kernel(fn, inline)
+
+
+class _Kernel:
+    """A compiled function. What it is called with decides whose code runs: that of a file for these types, else that of numba."""
+
+    def __init__(self, fn: Callable[..., Any], inline: bool) -> None:
+        functools.update_wrapper(self, fn)
+        self.py_func, self.inline = fn, inline
+        self.ready: dict[_machine_code.Types, Callable[..., Any]] = {}
+        self.made: Any = None  # numba's compiler of it, once it is needed
+        self.enter: Callable[..., Any] = self._choose
+        _kernels.append(self)
+
+    def __call__(self, *args: Any, **named: Any) -> Any:
+        return self.enter(*args, **named)
+
+    def _choose(self, *args: Any, **named: Any) -> Any:
+        """Runs the machine code for these types, which the next call finds first."""
+        types = None if named or self.made is not None else _machine_code.types_of(args)
+        code = None if types is None else self.ready.get(types) or self._load(types)
+        if code is None:
+            return self.dispatcher(*args, **named)
+        return code(*args)
+
+    def _load(self, types: _machine_code.Types) -> Callable[..., Any] | None:
+        store = _store()
+        path = None
+        if store is not None and _real_path(self.py_func.__code__.co_filename) in store.sources and store.is_current():
+            path = _machine_code.file_of(store.folder, self.py_func, _machine_code.words_of(types))
+        with _lock:
+            if path is None or types in self.ready:
+                return self.ready.get(types)
+            code = _machine_code.load(path, self.py_func)
+            if code is not None and self.made is None:
+                self.ready[types] = code
+                self.enter = _machine_code.guard(self.ready, self._choose)
+            return code
+
+    @property
+    def dispatcher(self) -> Any:
+        """numba's compiler of it, which takes over."""
+        with _lock:
+            if self.made is None:
+                from ._compiler import dispatcher_of
+
+                for each in _kernels:
+                    if each.made is None:
+                        each.made = dispatcher_of(each.py_func, each.inline, _store)
+                        each.enter = each.made
+                for each in _kernels:
+                    each.tell_callees()
+        return self.made
+
+    @property
+    def signatures(self) -> list[str]:
+        """The types, in words, for which it has machine code."""
+        ready = [_machine_code.words_of(types) for types in self.ready]
+        if self.made is not None:
+            from ._compiler import signatures_of
+
+            ready += signatures_of(self.made)
+        return list(dict.fromkeys(ready))
+
+    def tell_callees(self) -> None:
+        """numba knows a kernel that its function calls by its compiler."""
+        known = self.py_func.__globals__
+        for name in self.py_func.__code__.co_names:
+            if isinstance(called := known.get(name), _Kernel):
+                known[name] = called.made
+        for cell in self.py_func.__closure__ or ():
+            if isinstance(cell.cell_contents, _Kernel):
+                cell.cell_contents = cell.cell_contents.made
 
 
 def compile_for(kernel: Any, types: str, wait: bool = True) -> None:
     """Compiles a kernel for the types of its arguments, as numba writes them, or finds it in the cache: "(f8[:,::1], i8)".
     Without `wait`, one that another process is compiling is left to it."""
-    if isinstance(kernel, Dispatcher) and (
-        wait or not (isinstance(kernel._cache, _Cache) and kernel._cache.is_taken())
-    ):
-        kernel.compile(sigutils.normalize_signature(f"{types.removesuffix(')')},)")[0])  # a tuple, of one type too
+    words = types.removeprefix("(").removesuffix(")")
+    if isinstance(kernel, _Kernel):
+        store = _store()
+        path = store and _machine_code.file_of(store.folder, kernel.py_func, words)
+        if path is None or not path.exists():
+            from ._compiler import compile_types
+
+            compile_types(kernel.dispatcher, words, wait)
 
 
 # Arrays
@@ -135,161 +192,7 @@ def _enter(array: Any, dtype: np.dtype[Any]) -> Any:
     return given.astype(dtype, order="C", casting="same_kind", subok=False, copy=True)
 
 
-# Saying that a compilation takes time
-
-_ours: set[Callable[..., Any]] = set()
-
-
-class _Announcer(event.Listener):
-    """Hears numba start a compilation, which it does only when the cache has nothing.
-
-    A compiler makes a million small objects and throws few away: without the collector of garbage it takes an eighth less.
-    """
-
-    deep = 0
-    collects = False
-
-    def on_start(self, happening: Any) -> None:
-        self.deep += 1
-        if self.deep == 1:
-            self.collects = gc.isenabled()
-            gc.disable()
-        fn = happening.data["dispatcher"].py_func
-        if fn in _ours:
-            tell_of_compilation(
-                f"{fn.__module__}.{fn.__name__}".removeprefix(f"{_ROOT.name}.").replace("._kernels.", ".")
-            )
-
-    def on_end(self, happening: Any) -> None:
-        self.deep -= 1
-        if self.deep == 0 and self.collects:
-            gc.enable()
-
-
-event.register("numba:compile", _Announcer())
-
-
 # The cache
-
-
-class _Place(UserProvidedCacheLocator):
-    """The folder of the kernels of one file: `find_store` has seen that it can be written to."""
-
-    def ensure_cache_path(self) -> None:
-        os.makedirs(self.get_cache_path(), exist_ok=True)
-
-
-class _Kept(CompileResultCacheImpl):
-    """What is kept of a compiled kernel."""
-
-    _locator_classes = [_Place]  # noqa: RUF012 - as numba has it
-
-    def reduce(self, cres: Any) -> Any:
-        """Without the environments of functions that take no constant from them: to make these again imports numba's arrays (25 ms)."""
-        *kept, environments = super().reduce(cres)
-        return (*kept, tuple(e for e in environments if e.consts))
-
-    def rebuild(self, target_context: Any, payload: Any) -> Any:
-        return rebuild(super().rebuild, target_context, payload)
-
-
-class _Cache(FunctionCache):
-    """numba's cache, which here never raises: without it a kernel is compiled again, which is slow and right.
-
-    Of several processes that want a kernel one compiles it, and the others wait for what it saves.
-    """
-
-    _impl_class = _Kept
-    _lock: IO[bytes] | None = None  # held while this process compiles the kernel
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        found = self._load(sig, target_context)
-        if found is None and self._take():
-            found = self._load(sig, target_context)  # it may have been saved meanwhile
-            if found is not None:
-                self._give_back()
-        return found
-
-    def _load(self, sig: Any, target_context: Any) -> Any:
-        store = _store()
-        if store is None or not store.is_current():
-            return None
-        try:
-            prepare(target_context)
-            found = self._load_overload(sig, target_context)
-        except Exception:  # a torn file can raise anything
-            with contextlib.suppress(Exception):
-                self.flush()
-            return None
-        # Two processes that save two signatures at one moment can leave one's code under the other's name.
-        if found is not None and tuple(found.signature.args) != tuple(getattr(sig, "args", sig)):
-            return None
-        return found
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        store = _store()
-        try:
-            if store is not None and store.is_current():
-                super().save_overload(sig, data)
-        except NumbaWarning:  # warnings are errors in the tests: "this kernel cannot be cached" is its author's to know
-            raise
-        except Exception:  # a full disk, a folder that went away
-            pass
-        finally:
-            self._give_back()
-
-    def _take(self, patience: float = _PATIENCE) -> bool:
-        """Takes the kernel's lock, waiting for whoever has it; False where there are no locks, and when patience ends."""
-        self._give_back()
-        until = time.monotonic() + patience
-        try:
-            import fcntl
-
-            self._lock = open(f"{self._cache_file._index_path}.lock", "ab")  # noqa: SIM115 - held until the kernel is saved
-            while True:
-                try:
-                    fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    return True
-                except BlockingIOError:
-                    if time.monotonic() >= until:
-                        raise
-                time.sleep(_GLANCE)
-        except (ImportError, OSError):
-            self._give_back()
-            return False
-
-    def _give_back(self) -> None:
-        lock, self._lock = self._lock, None
-        if lock is not None:
-            lock.close()
-
-    def is_taken(self) -> bool:
-        """Whether another process is compiling the kernel."""
-        free = self._take(0.0)
-        self._give_back()
-        return not free
-
-
-def _cache_of(fn: Callable[..., Any]) -> _Cache | None:
-    """The cache of one kernel; None when there is no folder, or when `fn` lies in a file that does not name the folder."""
-    store = _store()
-    if store is None or _real_path(fn.__code__.co_filename) not in store.sources:
-        return None
-    # numba chooses the folder when the cache object is made, so its setting is ours for this moment only.
-    with _cache_dir_lock:
-        before = config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES
-        config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = str(store.folder), ""
-        try:
-            return _Cache(fn)
-        except Exception:  # "cannot cache function: no locator available", a folder lost since
-            return None
-        finally:
-            config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = before
-
-
-@functools.cache
-def _real_path(name: str) -> Path:
-    return Path(name).resolve()
 
 
 def cache_folder() -> Path | None:
@@ -299,11 +202,17 @@ def cache_folder() -> Path | None:
 
 
 @functools.cache
+def _real_path(name: str) -> Path:
+    return Path(name).resolve()
+
+
+@functools.cache
 def _store() -> Store | None:
     """The folder for the kernels as they are now."""
     # What changes the machine code without changing the sources, and is not in numba's own key.
-    settings = f"{np.__version__} {config.BOUNDSCHECK}"
-    return find_store(_ROOT, [_real_path(__file__), *sorted(_kernel_files())], settings, numba.__version__)
+    settings = f"{np.__version__} {os.environ.get('NUMBA_BOUNDSCHECK', '')}"
+    sources = [*(_ROOT / name for name in _BOUNDARY), *sorted(_kernel_files())]
+    return find_store(_ROOT, sources, settings, _machine_code.compiler_version())
 
 
 def _kernel_files() -> Iterator[Path]:

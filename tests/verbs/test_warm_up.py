@@ -63,29 +63,19 @@ def test_a_package_without_kernels_is_refused():
 COMMANDS = """
 import json, sys
 from pathlib import Path
-from numba.core import types
+from robocal import _jit
 from robocal.cli.main import main
 from robocal.verbs.demo.cases import example_folder
 out = Path(sys.argv[1])
-
-def short(t):
-    if isinstance(t, types.Array):
-        return f"{short(t.dtype)}[{','.join([':'] * (t.ndim - 1) + ['::1' if t.layout == 'C' else ':'])}]"
-    if isinstance(t, types.BaseTuple):
-        return f"Tuple(({', '.join(map(short, t))}))"
-    plain = {types.Boolean: "b1", types.Integer: "i8", types.Float: "f8"}
-    return next((name for kind, name in plain.items() if isinstance(t, kind)), str(t))
 
 arm, eight = example_folder("rv-2aj"), example_folder("cable-calibration") / "eight"
 main(["identify", *(str(arm / f) for f in ("robot.yaml", "data.yaml")), "-o", str(out / "arm")])
 main(["cable", "poses", str(example_folder("cable-laval") / "robot.yaml"), "-n", "5", "-o", str(out / "poses")])
 main(["identify", *(str(eight / f) for f in ("robot.yaml", "lengths.yaml", "poses.yaml")), "-o", str(out / "cables")])
-made = set()
-for name, module in list(sys.modules.items()):
-    if name.endswith("._kernels"):
-        for said, kernel in vars(module).items():
-            for signature in getattr(kernel, "signatures", ()) if getattr(kernel, "__module__", "") == name else ():
-                made.add(f"{name.removeprefix('robocal.').removesuffix('_kernels')}{said}({', '.join(map(short, signature))})")
+made = {
+    f"{k.__module__.removeprefix('robocal.').removesuffix('_kernels')}{k.__name__}({types})"
+    for k in _jit._kernels if not k.inline for types in k.signatures
+}
 print("\\n" + json.dumps(sorted(made)))
 """
 
