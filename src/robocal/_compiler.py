@@ -81,7 +81,7 @@ def _word(kind: Any) -> str | None:
         return f"{dtype}[{':,' * (kind.ndim - 1)}::1]" if whole and dtype else None
     if isinstance(kind, types.Tuple | types.UniTuple):
         parts = [_word(part) for part in kind.types]
-        return None if None in parts else _machine_code.tuple_words(parts)  # type: ignore[arg-type]
+        return None if None in parts else _machine_code.tuple_notation(parts)  # type: ignore[arg-type]
     return SCALARS.get(kind)
 
 

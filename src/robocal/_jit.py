@@ -87,7 +87,7 @@ class _Kernel:
         store = _store()
         path = None
         if store is not None and _real_path(self.py_func.__code__.co_filename) in store.sources and store.is_current():
-            path = _machine_code.file_of(store.folder, self.py_func, _machine_code.words_of(types))
+            path = _machine_code.file_of(store.folder, self.py_func, _machine_code.notation(types))
         with _lock:
             if path is None or types in self.ready:
                 return self.ready.get(types)
@@ -115,7 +115,7 @@ class _Kernel:
     @property
     def signatures(self) -> list[str]:
         """The types, in words, for which it has machine code."""
-        ready = [_machine_code.words_of(types) for types in self.ready]
+        ready = [_machine_code.notation(types) for types in self.ready]
         if self.made is not None:
             from ._compiler import signatures_of
 

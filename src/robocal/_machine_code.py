@@ -25,7 +25,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-__all__ = ["Types", "compiler_version", "file_of", "guard", "load", "save", "tuple_words", "types_of", "words_of"]
+__all__ = ["Types", "compiler_version", "file_of", "guard", "load", "notation", "save", "tuple_notation", "types_of"]
 
 KNOWN = ("0.68",)
 MARK = b"robocal machine code 1\n"
@@ -57,12 +57,12 @@ def _type(value: Any) -> str | None:
     return SCALARS.get(type(value))
 
 
-def words_of(types: Types) -> str:
+def notation(types: Types) -> str:
     """Types in the words of the list of kernels."""
-    return ", ".join([t if isinstance(t, str) else tuple_words([words_of((p,)) for p in t]) for t in types])
+    return ", ".join([t if isinstance(t, str) else tuple_notation([notation((p,)) for p in t]) for t in types])
 
 
-def tuple_words(parts: list[str]) -> str:
+def tuple_notation(parts: list[str]) -> str:
     """The word for a tuple, which has another name where all its parts are of one type."""
     if parts and all(p == parts[0] for p in parts):
         return f"UniTuple({parts[0]}, {len(parts)})"
