@@ -29,7 +29,7 @@ def light(at, lens=PLAIN, sheet=SHEET, background=110.0, **how):
     return irradiance([(sheet, at)], lens, SIZE, Photograph(**how), background)
 
 
-def distances(grey, at, lens, growth=0.0):
+def distances(grey, at, lens, scatter=2e-3):
     """How far (px) each side lies from its projection, (4, rows), along the rows or columns that cross it; each from a sum of grey."""
     out = []
     for i in range(4):
@@ -48,7 +48,7 @@ def distances(grey, at, lens, growth=0.0):
             rising = image[row, k + far] > image[row, k - far]
             shares.append((k + far + 0.5 - white if rising else k - far - 0.5 + white) - true)
         out.append(np.mean(shares))
-        assert np.abs(shares - np.mean(shares)).max() < 2e-3
+        assert np.abs(shares - np.mean(shares)).max() < scatter
     return np.array(out)
 
 
@@ -68,7 +68,7 @@ def test_grey_levels_keep_that_place():
     """Rounded, and with noise, the mean of the edges is right to 0.002 px."""
     at, rng = pose(7e-4), np.random.default_rng(1)
     made = [render([(SHEET, at)], PLAIN, SIZE, Photograph(noise=2.0), rng=rng) for _ in range(40)]
-    assert np.abs(distances(np.mean(made, axis=0), at, PLAIN)).max() < 0.002
+    assert np.abs(distances(np.mean(made, axis=0), at, PLAIN, 0.1)).max() < 0.002
 
 
 def test_light_is_neither_lost_nor_won():
@@ -95,18 +95,18 @@ def test_white_grows_by_pixels(growth):
 def test_blur_and_motion_are_second_moments():
     """The profile of an edge has the variance of blur, pixel and motion."""
     at = pose()
-    for blur, move in ((0.0, 0.0), (0.5, 0.0), (1.5, 0.0), (0.8, 3.0), (0.8, -5.0)):
-        grey = light(at, background=WHITE, blur=blur, motion=(move, 0.0))
-        row = grey[120, 90:165] if blur else grey[115:125, 90:165].mean(axis=0)
-        density = np.abs(np.diff(row))
+    for blur, move in ((0.5, 0.0), (1.5, 0.0), (0.8, 3.0), (0.8, -5.0)):
+        density = np.abs(
+            np.diff(light(at, blur=blur, motion=(move, 0.0))[120, 90:165])
+        )  # which adds a pixel of its own
         k = np.arange(len(density))
         mean = density @ k / density.sum()
         variance = density @ (k - mean) ** 2 / density.sum()
-        assert variance == pytest.approx(blur**2 + 1 / 12 + move**2 / 12, abs=0.2 if blur == 0 else 0.01)
+        assert variance == pytest.approx(blur**2 + 2 / 12 + move**2 / 12, abs=0.005)
 
 
 def test_light_fades_to_the_corners_and_saturates():
-    flat = light(pose(), background=100.0, sheet=Sheet("small", 0.001, 0.001), vignette=0.4, blur=0.0)
+    flat = light(pose(z=-0.5), background=100.0, vignette=0.4, blur=0.0)
     assert flat[0, 0] == pytest.approx(60.0) and flat[119:121, 159:161].mean() == pytest.approx(100.0, abs=0.01)
     blank = Sheet("blank", 1.0, 1.0)
     bright = render([(blank, pose())], PLAIN, SIZE, Photograph(exposure=1.4))

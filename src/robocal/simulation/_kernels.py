@@ -128,7 +128,25 @@ def place(x, y, back, at):
 
 @kernel
 def expose(
-    lens, limit, backs, papers, bins, first, members, patches, shapes, ink, levels, grow, discs, samples, reach, wx, wy, light, cover
+    lens,
+    limit,
+    backs,
+    papers,
+    bins,
+    first,
+    members,
+    patches,
+    shapes,
+    ink,
+    levels,
+    grow,
+    discs,
+    samples,
+    reach,
+    wx,
+    wy,
+    light,
+    cover,
 ):
     """light, cover (h, w) <- grey of the sheets times their cover, and that cover, blurred by the weights wx, wy (n, taps) of n moments.
 

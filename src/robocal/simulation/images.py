@@ -20,6 +20,7 @@ __all__ = ["Photograph", "irradiance", "render", "texture"]
 
 SAMPLES = 8  # along a pixel's side, at least
 REACH = 4.5  # standard deviations of the blur beyond which nothing is added: 7e-6
+PIXEL = 12**-0.5  # standard deviation of a pixel's own square, px
 BINS = 48  # places along a side of the paper by which patches are looked up
 FULL = 255.0
 
@@ -118,8 +119,8 @@ def weights(p: Photograph) -> tuple[int, Array, Array]:
     """Pixels that the blur reaches, and the weights (n, taps) of samples about a pixel, in u and v, at n moments of the motion."""
     length = float(np.hypot(*p.motion))
     reach = int(np.ceil(REACH * p.blur + length / 2))
-    # Between moments the image moves by half a pixel at most: with Gauss' nodes its error is below that of rounding.
-    node, mass = np.polynomial.legendre.leggauss(1 + int(np.ceil(3 * length)))
+    # As many of Gauss' moments as keep the error below 0.1 grey levels, by what blur and pixel smooth; the most that is needed at 0.3 px.
+    node, mass = np.polynomial.legendre.leggauss(2 + int(np.ceil(length / np.hypot(p.blur, PIXEL))) if length else 1)
     mass = mass / mass.sum()
     at = (np.arange((2 * reach + 1) * p.samples) + 0.5) / p.samples - 0.5 - reach
     # The sample's own square has a variance too, which is no blur of the lens.
