@@ -92,7 +92,7 @@ def shade(x, y, xu, xv, yu, yv, grow, sheet, papers, bins, first, members, patch
         far_x, far_y = 0.5 * (abs(au) + abs(av)) + abs(sx), 0.5 * (abs(bu) + abs(bv)) + abs(sy)
         if cx <= -far_x or cx >= wide_count + far_x or cy <= -far_y or cy >= high_count + far_y:
             continue
-        c, r = int(math.floor(cx + 0.5)), int(math.floor(cy + 0.5))  # the nearest lines of the cells
+        c, r = math.floor(cx + 0.5), math.floor(cy + 0.5)  # the nearest lines of the cells
         dx, dy = cx - c, cy - r
         inside = above(cx, au, av) + above(wide_count - cx, au, av) - 1.0
         inside *= above(cy, bu, bv) + above(high_count - cy, bu, bv) - 1.0

@@ -29,9 +29,9 @@ FULL = 255.0
 class Photograph:
     """How an image is taken.
 
-    blur: standard deviation, px; noise: of one pixel, in grey levels before gamma; vignette: share of the light that corners lack; motion: of
-    the image while it is exposed, (du, dv) px; white, black: grey levels of paper and print at exposure 1; growth: px by which white grows
-    into black; gamma: grey = 255 (light / 255)^gamma; discs (u, v, radius, grey): what hides the sheets; samples: along a pixel's side.
+    blur: standard deviation, px; noise: of one pixel, in grey levels before gamma; vignette: share of the light that corners lack; motion:
+    of the image while it is exposed, (du, dv) px; white, black: grey levels of paper and print at exposure 1; growth: px by which white
+    grows into black; gamma: grey = 255 (light / 255)^gamma; discs (u, v, radius, grey): what hides the sheets; samples: along a pixel.
     """
 
     blur: float = 0.8

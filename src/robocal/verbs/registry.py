@@ -45,7 +45,9 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "require": "Sensors and poses that a calibration needs.",
     "drift": "Which anchor moved between calibrations?",
 })  # fmt: skip
-VISION: Mapping[str, str] = MappingProxyType({})
+VISION: Mapping[str, str] = MappingProxyType({
+    "sheet": "Markers and boards to print, at true scale.",
+})  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(
         "Cable-driven parallel robots.",
