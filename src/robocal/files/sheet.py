@@ -20,14 +20,14 @@ from robocal.vision.sheets import SQUARE, Checker, Marker, Patch, Sheet, marker_
 
 __all__ = ["FOOT", "describe_sheet", "read_sheet", "sheet_pdf"]
 
-FOOT = 0.022  # m, at the foot of the paper, for ruler and text
-RULER = 100  # mm
+FOOT = 0.022  # m, at the foot of the paper, for bar and text
+BAR = 100  # mm
 LINES = 3
 LETTER = 0.56  # of the height of Helvetica's letters, the width of a wide text's
 
 
 def sheet_pdf(sheet: Sheet, words: str) -> str:
-    """The sheet at true scale, with a ruler to check the printer's scale and the words below it."""
+    """The sheet at true scale, with a bar to check the printer's scale and the words below it."""
     width, height = 1e3 * sheet.width, 1e3 * sheet.height
     parts = [part for patch in patches(sheet) for part in ink(patch, width / 2, height / 2)]
     return page_of(width, height, [*parts, *foot(width, words)], sheet.name)
@@ -48,8 +48,8 @@ def ink(patch: Patch, x: float, y: float) -> Iterator[str]:
 
 
 def foot(width: float, words: str) -> Iterator[str]:
-    """A ruler of 100 mm, of 50 or less where the paper is narrow, and the words below it; mm."""
-    left, length = 1e3 * MARGIN, RULER
+    """A bar of 100 mm, of 50 or less where the paper is narrow, and the words below it; mm."""
+    left, length = 1e3 * MARGIN, BAR
     while length > width - 2 * left:
         length = length // 2 if length > 10 else length - 1
     base = left + 14.0
@@ -60,7 +60,7 @@ def foot(width: float, words: str) -> Iterator[str]:
     yield rectangles(ticks, 0)
     for k in range(0, length + 1, 10):
         yield text_line(left + k + 0.3, base + 2.2, 1.6, str(k))
-    said = f"{words} Print at 100 % (actual size). The ruler is {length} mm long: measure it, and write what it is into sheet.yaml."
+    said = f"{words} Print at 100 % (actual size). The bar is {length} mm long: measure it, and write what it is into sheet.yaml."
     size = 2.8
     lines = textwrap.wrap(said, int((width - 2 * left) / (size * LETTER)))
     while len(lines) > LINES and size > 0.8:
@@ -81,7 +81,7 @@ def describe_sheet(sheet: Sheet, border: int, words: str) -> str:
         "kind: sheet",
         f"name: {quote(sheet.name)}",
         "unit: mm",
-        "scale: 1    # what the ruler measures on the paper, over what it says",
+        "scale: 1    # what the bar measures on the paper, over what it says",
         f"paper: {mm(sheet.width, sheet.height)}",
         "# Origin in the middle of the paper, x right, y up, z out of it.",
     ]
@@ -145,7 +145,7 @@ def read_sheet(path: str | os.PathLike[str]) -> Sheet:
     pair(document, model.paper, ("paper",))
     ids = [m.id for m in model.markers]
     document.insist(len(set(ids)) == len(ids), "a number stands twice", ("markers",), found=ids)
-    cells = family_cells(model.family, ids, model.border) if ids else []
+    cells = family_cells(model.family, ids, model.border) if ids else ()
     markers = []
     for i, (m, code) in enumerate(zip(model.markers, cells, strict=True)):
         at = ("markers", i, "corners")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from robocal._jit import as_kernel_array, as_kernel_indices
 from robocal._record import record
 from robocal._scipy import special
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.errors import require
 from robocal.simulation._kernels import expose
 from robocal.vision.sheets import Sheet, patches
@@ -87,8 +86,9 @@ def irradiance(
     discs = as_kernel_array(np.array(p.discs, dtype=float).reshape(-1, 4))
     levels = np.array([p.black, p.white])
     expose(lens, fold(lens), *arrange(sheets), levels, p.growth, discs, p.samples, reach, wx, wy, light, cover)
-    light += (1.0 - cover) * background
-    return light * (p.exposure * falloff(size, p.vignette))
+    out: Array = light + (1.0 - cover) * background
+    out *= p.exposure * falloff(size, p.vignette)
+    return out
 
 
 def texture(size: tuple[int, int], seed: int, mean: float = 110.0, spread: float = 35.0) -> Array:
@@ -98,13 +98,15 @@ def texture(size: tuple[int, int], seed: int, mean: float = 110.0, spread: float
     far = np.hypot(np.fft.fftfreq(height)[:, None], np.fft.rfftfreq(width)[None, :])
     far[0, 0] = np.inf
     smooth = np.fft.irfft2(noise / far**1.5, s=(height, width))
-    return np.clip(mean + spread * smooth / smooth.std(), 0.0, FULL)
+    out: Array = np.clip(mean + spread * smooth / smooth.std(), 0.0, FULL)
+    return out
 
 
 def falloff(size: tuple[int, int], vignette: float) -> Array:
     """The light (h, w) that is left: 1 in the middle, 1 - vignette in the corners, with the square of the radius."""
     u, v = (np.arange(n) - (n - 1) / 2 for n in size)
-    return 1.0 - vignette * (u**2 + v[:, None] ** 2) / (u[0] ** 2 + v[0] ** 2)
+    left: Array = 1.0 - vignette * (u**2 + v[:, None] ** 2) / (u[0] ** 2 + v[0] ** 2)
+    return left
 
 
 def fold(lens: Array) -> float:
@@ -133,9 +135,14 @@ def weights(p: Photograph) -> tuple[int, Array, Array]:
     return reach, as_kernel_array(out[0]), as_kernel_array(out[1] * mass[:, None])
 
 
-def arrange(sheets: Sequence[tuple[Sheet, Array]]) -> tuple[Any, ...]:
+def arrange(sheets: Sequence[tuple[Sheet, Array]]) -> tuple[Array, Array, Ints, Ints, Ints, Array, Ints, Array]:
     """Sheets as kernels read them: inverse poses, papers, and patches by the places of the paper that they touch."""
-    backs, papers, bins, boxes, shapes, ink = [], [], [], [], [], []
+    backs: list[Array] = []
+    papers: list[list[float]] = []
+    boxes: list[list[float]] = []
+    bins: list[list[int]] = []
+    shapes: list[list[int]] = []
+    ink: list[Array] = []
     first: list[int] = [0]
     members: list[int] = []
     filled = 0

@@ -13,7 +13,7 @@ from robocal._types import Array
 from robocal.errors import ModelError, require
 from robocal.vision.sheets import Checker, Marker, Sheet
 
-__all__ = ["MARGIN", "PATTERNS", "Layout", "compose", "largest"]
+__all__ = ["MARGIN", "PATTERNS", "SheetLayout", "compose", "largest"]
 
 PATTERNS = ("marker", "grid", "checkerboard", "charuco", "aprilgrid")
 MARGIN = 0.010  # m, at the rim of the paper, which printers leave white
@@ -23,7 +23,7 @@ STEP = 0.0005  # m, between sizes that are tried
 
 
 @record
-class Layout:
+class SheetLayout:
     """A pattern of columns x rows; `cells`: along a marker with its black border; pitch: between middles of a grid's markers, and marker:
     edge of those of a ChArUco board (m); where nothing is said as their white asks for."""
 
@@ -57,13 +57,13 @@ class Layout:
         return bool((self.extent(size) + white <= room + 1e-9).all())  # tolerance: of arithmetic
 
 
-def largest(layout: Layout, room: Array) -> float:
+def largest(layout: SheetLayout, room: Array) -> float:
     """The largest size (m) that fits, in steps of half a millimetre; 0 where none does. A given pitch bounds it too."""
     sizes = np.arange(1, int(max(room) / STEP) + 1)[::-1] * STEP
     return next((float(s) for s in sizes if layout.fits(s, room) and not too_dense(layout, float(s))), 0.0)
 
 
-def too_dense(layout: Layout, size: float) -> bool:
+def too_dense(layout: SheetLayout, size: float) -> bool:
     """Whether a given pitch leaves less than two cells of white between markers."""
     alone = layout.columns == layout.rows == 1
     return not alone and layout.pitch is not None and layout.pitch < size * (1 + QUIET / layout.cells) - 1e-9
@@ -71,7 +71,7 @@ def too_dense(layout: Layout, size: float) -> bool:
 
 def compose(
     name: str,
-    layout: Layout,
+    layout: SheetLayout,
     size: float,
     paper: tuple[float, float],
     foot: float,

@@ -20,9 +20,10 @@ __all__ = ["Options", "run", "sections"]
 
 @record
 class Options(BaseOptions):
-    """Print markers or a board: a PDF at true scale with a ruler, and a YAML beside it that says what stands where.
+    """Print markers or a board: a PDF at true scale, and a YAML beside it that says what stands where.
 
-    Everything is as large as the paper permits unless you say how large. Markers keep two cells of white around themselves.
+    A bar of 100 mm at its foot shows whether the printer kept the scale. Everything is as large as the paper permits unless you say
+    how large. Markers keep two cells of white around themselves.
 
     \b
     robocal vision sheet -o sheet.pdf
@@ -76,4 +77,4 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Pr
 def sections(made: Outcome[Printed]) -> Iterator[Section]:
     """What is printed, and where the files are."""
     files = (Text.of(str(path), indent=2) for path in made.written)
-    yield Section.of("", Text.of(made.result.words), *files, Text.of("Print at 100 %, and measure the ruler."))
+    yield Section.of("", Text.of(made.result.summary), *files, Text.of("Print at 100 %, and measure the bar."))

@@ -15,7 +15,7 @@ from robocal.files.parts import Document
 from robocal.files.sheet import FOOT, describe_sheet, sheet_pdf
 from robocal.files.writing import refuse_existing, write_files
 from robocal.quantities import Column, Listing
-from robocal.vision.layouts import MARGIN, Layout, compose, largest
+from robocal.vision.layouts import MARGIN, SheetLayout, compose, largest
 from robocal.vision.sheets import Sheet
 
 __all__ = ["Printed", "SheetDocument", "print_sheet"]
@@ -30,7 +30,7 @@ class SheetDocument(Document):
     """What --json prints; markers by number, with the middle and the edge of their black squares in m."""
 
     pattern: str
-    words: str
+    summary: str
     markers: Listing
     written: tuple[str, ...]
 
@@ -41,7 +41,7 @@ class Printed:
 
     pattern: str
     sheet: Sheet
-    words: str
+    summary: str
     written: tuple[Path, ...]
 
     @property
@@ -54,7 +54,7 @@ class Printed:
         )
         files = tuple(str(p) for p in self.written)
         return SheetDocument(
-            warnings=[], remarks=[], pattern=self.pattern, words=self.words, markers=Listing(columns), written=files
+            warnings=[], remarks=[], pattern=self.pattern, summary=self.summary, markers=Listing(columns), written=files
         )
 
 
@@ -75,7 +75,7 @@ def print_sheet(o: Any) -> Printed:
     cells = family_cells(family, ids, border)
     given = [None if v is None else v / 1e3 for v in (o.pitch, o.size, o.square)]
     pitch, size, square = given
-    layout = Layout(o.pattern, columns, rows, cells.shape[-1] if count else 0, pitch, size)
+    layout = SheetLayout(o.pattern, columns, rows, cells.shape[-1] if count else 0, pitch, size)
     main = square if o.pattern in BOARDS else size
     paper = _paper(o.paper, layout)
     if main is None:
@@ -110,7 +110,7 @@ def _numbers(o: Any, count: int) -> list[int]:
     return ids
 
 
-def _paper(words: str, layout: Layout) -> tuple[float, float]:
+def _paper(words: str, layout: SheetLayout) -> tuple[float, float]:
     """Width and height in m; a named paper lies across where the layout gets larger so."""
     known = {name.lower(): size for name, size in PAPERS.items()}
     match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*x\s*(\d+(?:\.\d+)?)(?:\s*mm)?", words.strip().lower())
@@ -127,7 +127,7 @@ def _paper(words: str, layout: Layout) -> tuple[float, float]:
     return (height, width) if largest(layout, rooms[1]) > largest(layout, rooms[0]) else (width, height)
 
 
-def _words(layout: Layout, sheet: Sheet, size: float, border: int) -> str:
+def _words(layout: SheetLayout, sheet: Sheet, size: float, border: int) -> str:
     """What is printed, in a sentence."""
     across, along = 1e3 * layout.extent(size)
     grid = f"{layout.columns} x {layout.rows}"
