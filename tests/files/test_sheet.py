@@ -189,7 +189,8 @@ def test_what_cannot_be_printed_is_refused(tmp_path, words, said):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("kind: sheet", "kind: sheets", "printed sheet"),
+        ("robocal: 1", "robocal: 7", "robocal"),
+        ("kind: sheet", "kind: sheets", "kind"),
         ("scale: 1 ", "scale: 100 ", "about 1"),
         ("unit: mm", "unit: kg", "length"),
         ("id: 200", "id: 3", "twice"),

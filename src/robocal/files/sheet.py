@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import textwrap
 from collections.abc import Iterator
+from typing import Literal
 
 import numpy as np
 from pydantic import FiniteFloat
@@ -12,7 +13,7 @@ from pydantic import FiniteFloat
 from robocal._version import __version__
 from robocal.files.images import family_cells
 from robocal.files.pdf import Box, page_of, rectangles, text_line
-from robocal.files.schema import FileModel, Name, validate
+from robocal.files.schema import FileModel, Name, Version, validate
 from robocal.files.units import number, parse_unit
 from robocal.files.yamlio import YamlDocument, flow, load, quote
 from robocal.vision.layouts import MARGIN
@@ -78,6 +79,7 @@ def describe_sheet(sheet: Sheet, border: int, words: str) -> str:
 
     lines = [
         f"# Printed by robocal {__version__}. {words}",
+        "robocal: 1",
         "kind: sheet",
         f"name: {quote(sheet.name)}",
         "unit: mm",
@@ -123,7 +125,8 @@ class BoardModel(FileModel):
 class SheetModel(FileModel):
     """sheet.yaml."""
 
-    kind: str
+    robocal: Version
+    kind: Literal["sheet"]
     name: Name = "sheet"
     unit: str
     scale: FiniteFloat = 1.0
@@ -139,7 +142,6 @@ def read_sheet(path: str | os.PathLike[str]) -> Sheet:
     """The sheet of a sheet.yaml, at the scale that was measured. Raises FormatError, ModelError, MissingExtra."""
     document = load(path)
     model = validate(SheetModel, document)
-    document.insist(model.kind == "sheet", "this is no printed sheet", ("kind",), found=model.kind, expected="sheet")
     document.insist(0.5 < model.scale < 2, "not a scale", ("scale",), found=model.scale, expected="about 1")
     unit = parse_unit(model.unit, "m", file=document.path, row=document.row(("unit",)), key="unit").factor * model.scale
     pair(document, model.paper, ("paper",))

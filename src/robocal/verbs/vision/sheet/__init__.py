@@ -22,7 +22,7 @@ __all__ = ["Options", "run", "sections"]
 class Options(BaseOptions):
     """Print markers or a board: a PDF at true scale, and a YAML beside it that says what stands where.
 
-    A bar of 100 mm at its foot shows whether the printer kept the scale. Everything is as large as the paper permits unless you say
+    A bar of 100 mm at its foot shows the scale of the printer. Everything is as large as the paper permits unless you say
     how large. Markers keep two cells of white around themselves.
 
     \b

@@ -10,9 +10,11 @@ import numpy as np
 
 from robocal._record import record
 from robocal.errors import ModelError, one_of
+from robocal.files.display import in_units
 from robocal.files.images import family_cells
 from robocal.files.parts import Document
 from robocal.files.sheet import FOOT, describe_sheet, sheet_pdf
+from robocal.files.units import Units
 from robocal.files.writing import refuse_existing, write_files
 from robocal.quantities import Column, Listing
 from robocal.vision.layouts import MARGIN, SheetLayout, compose, largest
@@ -27,7 +29,7 @@ BOARDS = ("checkerboard", "charuco")
 
 @record(kw_only=True)
 class SheetDocument(Document):
-    """What --json prints; markers by number, with the middle and the edge of their black squares in m."""
+    """What --json prints; markers by number, with the middle and the edge of their black squares."""
 
     pattern: str
     summary: str
@@ -48,13 +50,11 @@ class Printed:
     def document(self) -> SheetDocument:
         """For machines."""
         m = self.sheet.markers
-        columns = (
-            Column("id", "", [k.id for k in m]),
-            *(Column(n, "m", np.array([getattr(k, n) for k in m])) for n in ("x", "y", "size")),
-        )
+        places = (Column(n, "m", np.array([getattr(k, n) for k in m])) for n in ("x", "y", "size"))
+        listing = in_units(Listing((Column("id", "", [k.id for k in m]), *places)), Units())
         files = tuple(str(p) for p in self.written)
         return SheetDocument(
-            warnings=[], remarks=[], pattern=self.pattern, summary=self.summary, markers=Listing(columns), written=files
+            warnings=[], remarks=[], pattern=self.pattern, summary=self.summary, markers=listing, written=files
         )
 
 
