@@ -153,9 +153,13 @@ def arrange(sheets: Sequence[tuple[Sheet, Array]]) -> tuple[Array, Array, Ints, 
         lists: list[list[int]] = [[] for _ in range(BINS * BINS)]
         for patch in patches(sheet):
             rows, columns = patch.values.shape
-            # A patch is known a cell around itself: a sample beside it sees its edge.
-            low = (np.array([patch.left, patch.top - rows * patch.cell]) - patch.cell) / (sheet.width, sheet.height)
-            high = (np.array([patch.left + columns * patch.cell, patch.top]) + patch.cell) / (sheet.width, sheet.height)
+            # A patch is known a cell and a place around itself: a pixel beside it sees its edge.
+            size, margin = (
+                np.array([sheet.width, sheet.height]),
+                patch.cell + np.array([sheet.width, sheet.height]) / BINS,
+            )
+            low = (np.array([patch.left, patch.top - rows * patch.cell]) - margin) / size
+            high = (np.array([patch.left + columns * patch.cell, patch.top]) + margin) / size
             a = np.clip(np.floor((low + 0.5) * BINS), 0, BINS - 1).astype(int)
             b = np.clip(np.floor((high + 0.5) * BINS), 0, BINS - 1).astype(int)
             for j in range(a[1], b[1] + 1):
