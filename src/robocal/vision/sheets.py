@@ -78,7 +78,7 @@ def inner_corners(checker: Checker) -> Array:
 def patches(sheet: Sheet) -> Iterator[Patch]:
     """What is printed, in the order of printing: later patches cover earlier ones."""
     for c in sheet.checkers:
-        values = (np.indices((c.rows, c.columns)).sum(axis=0) + (not c.white_first)) % 2.0
+        values = (np.indices((c.rows, c.columns)).sum(axis=0) + c.white_first) % 2.0
         yield Patch(c.x - c.columns * c.square / 2, c.y + c.rows * c.square / 2, c.square, values)
     for x, y, edge in sheet.squares:
         yield Patch(x - edge / 2, y + edge / 2, edge, np.zeros((1, 1)))
