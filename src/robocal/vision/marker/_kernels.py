@@ -20,6 +20,7 @@ H, BLUR, SHIFT, LIGHT, SIZE = 8, 8, 9, 10, 16
 REACH = 4.0  # standard deviations beyond which an edge is not felt: 3e-5 of the contrast
 BOX = 1.0 / 12.0  # px^2, the variance of a pixel's own width
 TAIL = 1.0 / 120.0  # px^4, less its fourth cumulant
+NEWTON = 12
 BLOCK = 64  # pixels that are summed at once
 NODES = 32  # of the table, per standard deviation: its series is right to 1e-8
 BELL = np.array(
@@ -42,6 +43,44 @@ def invert(h, out):
     out[2, 0] = (d * k - e * g) / det
     out[2, 1] = (b * g - a * k) / det
     out[2, 2] = (a * e - b * d) / det
+
+
+@kernel
+def ideal_pixels(u0, v0, width, lens, ideal, slope):
+    """ideal (m, 2), slope (m, 4) <- where the pixels of a box of `width` from (u0, v0) would lie without distortion, and the derivative
+    by the pixel; lens (9,): fx fy cx cy k1 k2 p1 p2 k3. Returns whether Newton's steps, each from the neighbour's end, came to rest."""
+    fx, fy, cx, cy, k1, k2, p1, p2, k3 = lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7], lens[8]
+    still = True
+    x = y = x0 = y0 = 0.0
+    for i in range(len(ideal)):
+        xd, yd = (u0 + i % width - cx) / fx, (v0 + i // width - cy) / fy
+        if i == 0:
+            x, y = xd, yd
+        elif i % width == 0:
+            x, y = x0, y0
+        a, b, c, d = 1.0, 0.0, 0.0, 1.0
+        for step in range(NEWTON):
+            r2 = x * x + y * y
+            f = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+            df = k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3)
+            ex = x * f + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x) - xd
+            ey = y * f + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y - yd
+            a = f + 2.0 * x * x * df + 2.0 * p1 * y + 6.0 * p2 * x
+            b = 2.0 * x * y * df + 2.0 * p1 * x + 2.0 * p2 * y
+            c = f + 2.0 * y * y * df + 6.0 * p1 * y + 2.0 * p2 * x
+            d = a * c - b * b
+            if ex * ex + ey * ey < 1e-18:
+                break
+            if step == NEWTON - 1 or not d > 0.0:
+                still = False
+                break
+            x, y = x - (c * ex - b * ey) / d, y - (a * ey - b * ex) / d
+        if i % width == 0:
+            x0, y0 = x, y
+        ideal[i, 0], ideal[i, 1] = fx * x + cx, fy * y + cy
+        slope[i, 0], slope[i, 1] = c / d, -b / d * fx / fy
+        slope[i, 2], slope[i, 3] = -b / d * fy / fx, a / d
+    return still
 
 
 @kernel
@@ -70,8 +109,8 @@ def choose(ideal, slope, h, blur, quiet, clear, out):
 
 @kernel(inline=True)
 def edges(at, width, low, high, tail, e, d):
-    """e, d (n + 1,) <- in low..high the response of the edge k at `at` (cells) and its slope: the normal law's, by its series about a node of the
-    table, with the pixel's square in the fourth cumulant (Edgeworth)."""
+    """e, d (n + 1,) <- in low..high the response at `at` (cells) to the edge k, and its slope: the normal law's, by its series about a node
+    of the table, with the pixel's square in the fourth cumulant (Edgeworth)."""
     for k in range(low, high + 1):
         z = (at - k) / width
         if z >= REACH:
@@ -79,7 +118,7 @@ def edges(at, width, low, high, tail, e, d):
         elif z <= -REACH:
             e[k], d[k] = 0.0, 0.0
         else:
-            node = int(math.floor((z + REACH) * NODES + 0.5))
+            node = int((z + REACH) * NODES + 0.5)
             z0 = node / NODES - REACH
             dz = z - z0
             f = BELL[node]
@@ -92,8 +131,8 @@ def edges(at, width, low, high, tail, e, d):
 
 @kernel
 def sum_pixels(grey, ideal, slope, p, cells, corners, limit, g, a):
-    """g (16,), lower a (16, 16) <- gradient and normal matrix of the robust cost, which is returned; cells (n, n): the print less 1; corners
-    (n + 1, n + 1): its mixed differences; limit: the residual beyond which the cost is linear (Huber)."""
+    """g (16,), lower a (16, 16) <- gradient and normal matrix of the robust cost, which is returned; cells (n, n): the print less 1;
+    corners (n + 1, n + 1): its mixed differences; limit: the residual beyond which the cost is linear (Huber)."""
     n = cells.shape[0]
     inverse = np.empty((3, 3))
     invert(p, inverse)
@@ -123,8 +162,8 @@ def sum_pixels(grey, ideal, slope, p, cells, corners, limit, g, a):
         rho = (sa * sc + sb * sd) / (steep * high)
         tail = TAIL / (24.0 * variance * variance)
         cx, cy = half * (x + 1.0), half * (y + 1.0)  # in cells
-        c0, c1 = max(int(math.ceil(cx - REACH * sx)) - 1, 0), min(int(math.floor(cx + REACH * sx)) + 1, n)
-        r0, r1 = max(int(math.ceil(cy - REACH * sy)) - 1, 0), min(int(math.floor(cy + REACH * sy)) + 1, n)
+        c0, c1 = max(math.ceil(cx - REACH * sx) - 1, 0), min(math.floor(cx + REACH * sx) + 1, n)
+        r0, r1 = max(math.ceil(cy - REACH * sy) - 1, 0), min(math.floor(cy + REACH * sy) + 1, n)
         edges(cx, sx, c0, c1, tail * (sa**4 + sb**4) / (xx * xx), ex, dx)
         edges(cy, sy, r0, r1, tail * (sc**4 + sd**4) / (yy * yy), ey, dy)
         t, tx, ty, ts, te = 1.0, 0.0, 0.0, 0.0, 0.0
