@@ -45,7 +45,7 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "require": "Sensors and poses that a calibration needs.",
     "drift": "Which anchor moved between calibrations?",
 })  # fmt: skip
-VISION: Mapping[str, str] = MappingProxyType({})
+VISION: Mapping[str, str] = MappingProxyType({"detect": "Corners of printed targets in images."})
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(
         "Cable-driven parallel robots.",
