@@ -1,4 +1,4 @@
-"""Images from files, folders, lists and videos: one brightness per pixel, in levels of 0 to 255. The centre of the first pixel is (0, 0)."""
+"""Images from files, folders, lists and videos: one brightness per pixel, of 0 to 255. The centre of the first pixel is (0, 0)."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def _grey(raw: Any, view: str, file: InputFile, said: Sequence[Remark] = ()) -> 
     if not 0 < most < np.inf or (raw.dtype.kind == "f" and most > RANGES[-1]):
         raise FileError("the image has no levels of brightness", file=file.file, found=f"a maximum of {most:g}")
     top = next(r for r in RANGES if most <= r) if raw.dtype.kind != "f" or most > 1 else 1.0
-    levels = np.asarray(raw, dtype=np.float32) * (255.0 / top)
+    levels: Array = (255.0 / top) * np.asarray(raw, dtype=float)
     return GreyImage(view, file, np.clip(np.rint(levels), 0, 255).astype(np.uint8), levels, tuple(said))
 
 

@@ -13,14 +13,17 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array, Ints
+from robocal.diagnose.limits import DICTIONARY_AHEAD
 from robocal.files.images import FAMILIES, opencv
 
-__all__ = ["Found", "FamilyTrial", "choose_family", "encode_picture", "find_charuco", "find_checker", "find_markers", "measure_checker"]
+__all__ = [
+    "FamilyTrial", "MarkersInImage", "charuco_markers", "choose_family", "encode_picture", "find_charuco", "find_checker",
+    "find_markers", "measure_checker",
+]  # fmt: skip
 
 ENLARGE = 1_500_000  # px: larger images are looked at once
 TRIAL = 1_000_000  # px: dictionaries are tried on images of at most so many
 PATIENCE = 3.0  # s, that trials of dictionaries may take
-AHEAD = 2  # times as many markers as the next family
 # One dictionary of each family, the largest: the smaller ones are its beginning.
 LARGEST = (
     "36h11", "4x4_1000", "5x5_1000", "6x6_1000", "7x7_1000", "mip_36h12", "original", "25h9", "16h5", "36h10",
@@ -29,7 +32,7 @@ SIZES = (50, 100, 250, 1000)
 
 
 @record(eq=False)
-class Found:
+class MarkersInImage:
     """Markers in an image: numbers (k,) and corners (k, 4, 2), top left first, in pixels."""
 
     ids: Ints
@@ -48,10 +51,10 @@ class FamilyTrial:
     next: int
 
 
-NOTHING = Found(np.empty(0, dtype=np.int64), np.empty((0, 4, 2)))
+NOTHING = MarkersInImage(np.empty(0, dtype=np.int64), np.empty((0, 4, 2)))
 
 
-def find_markers(grey: Array, family: str) -> Found:
+def find_markers(grey: Array, family: str) -> MarkersInImage:
     """Markers of a dictionary in an image (h, w) of bytes."""
     first = _look(grey, family, strict=False)
     if grey.size > ENLARGE:
@@ -59,7 +62,7 @@ def find_markers(grey: Array, family: str) -> Found:
     cv2 = opencv()
     twice = cv2.resize(grey, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
     second = _look(twice, family, strict=False, fine=True)
-    return _join(first, Found(second.ids, (second.corners - 0.5) / 2))
+    return _join(first, MarkersInImage(second.ids, (second.corners - 0.5) / 2))
 
 
 def choose_family(images: Sequence[Array]) -> FamilyTrial:
@@ -70,7 +73,11 @@ def choose_family(images: Sequence[Array]) -> FamilyTrial:
     most = dict.fromkeys(LARGEST, -1)
     for grey in images:
         shrink = max(1.0, (grey.size / TRIAL) ** 0.5)
-        small = grey if shrink == 1.0 else cv2.resize(grey, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
+        small = (
+            grey
+            if shrink == 1.0
+            else cv2.resize(grey, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
+        )
         for family in LARGEST:
             found = _look(small, family, strict=True)
             counts[family] += len(found)
@@ -79,7 +86,7 @@ def choose_family(images: Sequence[Array]) -> FamilyTrial:
             break
     best, *others = sorted(LARGEST, key=lambda f: -counts[f])
     count, following = counts[best], counts[others[0]]
-    if count == 0 or count < AHEAD * following:
+    if count == 0 or count < DICTIONARY_AHEAD * following:
         return FamilyTrial(None, count, following)
     return FamilyTrial(_smallest(best, most[best]), count, following)
 
@@ -92,7 +99,7 @@ def _smallest(family: str, number: int) -> str:
     return next(f"{stem}_{n}" for n in SIZES if number < n)
 
 
-def _look(grey: Array, family: str, *, strict: bool, fine: bool = False) -> Found:
+def _look(grey: Array, family: str, *, strict: bool, fine: bool = False) -> MarkersInImage:
     cv2 = opencv()
     aruco = cv2.aruco
     how = aruco.DetectorParameters()
@@ -107,17 +114,19 @@ def _look(grey: Array, family: str, *, strict: bool, fine: bool = False) -> Foun
     corners, ids, _ = search.detectMarkers(grey)
     if ids is None or len(ids) == 0:
         return NOTHING
-    return Found(np.asarray(ids, dtype=np.int64).ravel(), np.asarray(corners, dtype=float).reshape(-1, 4, 2))
+    return MarkersInImage(np.asarray(ids, dtype=np.int64).ravel(), np.asarray(corners, dtype=float).reshape(-1, 4, 2))
 
 
-def _join(one: Found, other: Found) -> Found:
+def _join(one: MarkersInImage, other: MarkersInImage) -> MarkersInImage:
     """Markers of two looks, each once: one whose middle lies in another of its number is the same."""
     kept = [
         k
         for k, (number, corners) in enumerate(zip(other.ids, other.corners, strict=True))
         if not any(_inside(corners.mean(axis=0), c) for c in one.corners[one.ids == number])
     ]
-    return Found(np.concatenate([one.ids, other.ids[kept]]), np.concatenate([one.corners, other.corners[kept]]))
+    return MarkersInImage(
+        np.concatenate([one.ids, other.ids[kept]]), np.concatenate([one.corners, other.corners[kept]])
+    )
 
 
 def _inside(point: Array, corners: Array) -> bool:
@@ -128,7 +137,7 @@ def _inside(point: Array, corners: Array) -> bool:
 
 
 def find_checker(grey: Array, columns: int, rows: int) -> Array | None:
-    """Inner corners (rows, columns, 2) of a checkerboard with so many of them, or None: by OpenCV's finder of sectors, else its older one."""
+    """Inner corners (rows, columns, 2) of a checkerboard with so many of them, or None."""
     cv2 = opencv()
     size = (columns, rows)
     finders: tuple[Callable[[], Any], ...] = (
@@ -154,16 +163,34 @@ def measure_checker(grey: Array) -> tuple[int, int] | None:
     return max(columns, rows), min(columns, rows)
 
 
-def find_charuco(grey: Array, squares: tuple[int, int], family: str, legacy: bool) -> tuple[Ints, Array] | None:
-    """Numbers (k,) and places (k, 2) of the inner corners of a ChArUco board of columns x rows squares; None where too few markers tell."""
+def _charuco(squares: tuple[int, int], family: str, legacy: bool, share: float) -> Any:
     cv2 = opencv()
     dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, FAMILIES[family]))
-    board = cv2.aruco.CharucoBoard(squares, 1.0, 0.5, dictionary)  # corners come from homographies near markers: sizes do not matter
+    board = cv2.aruco.CharucoBoard(squares, 1.0, share, dictionary)
     board.setLegacyPattern(legacy)
-    corners, ids, _, _ = cv2.aruco.CharucoDetector(board).detectBoard(grey)
+    return board
+
+
+def find_charuco(grey: Array, squares: tuple[int, int], family: str, legacy: bool) -> tuple[Ints, Array] | None:
+    """Numbers (k,) and places (k, 2) of the inner corners of a ChArUco board of columns x rows squares; None where too few markers tell."""
+    # Corners come from homographies of the markers beside them: the share of a square that a marker fills hardly matters.
+    board = _charuco(squares, family, legacy, 0.5)
+    corners, ids, _, _ = opencv().aruco.CharucoDetector(board).detectBoard(grey)
     if ids is None or len(ids) == 0:
         return None
     return np.asarray(ids, dtype=np.int64).ravel(), np.asarray(corners, dtype=float).reshape(-1, 2)
+
+
+def charuco_markers(squares: tuple[int, int], family: str, legacy: bool, share: float) -> dict[int, Array]:
+    """Corners (4, 3) of each marker of a ChArUco board by its number, in squares about its middle, x right and y up;
+    `share`: the edge of a marker in squares."""
+    board = _charuco(squares, family, legacy, share)
+    places = np.array([squares[0] / 2, -squares[1] / 2, 0.0]) * -1.0 + np.asarray(board.getObjPoints(), dtype=float) * [
+        1.0,
+        -1.0,
+        1.0,
+    ]
+    return dict(zip(np.asarray(board.getIds()).ravel().tolist(), places, strict=True))
 
 
 def encode_picture(grey: Array, width: int) -> bytes:

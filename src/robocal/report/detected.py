@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator, Sequence
-from html import escape
 from pathlib import Path
 from typing import Any
 
+from robocal.diagnose.limits import IMAGE_SMEAR
 from robocal.remarks.remark import percent
 from robocal.report.sections import Cell, Detail, Figure, Section, Style, Text, ends, figure, quiet, table
 from robocal.report.svg import crosses, drawing, num
@@ -15,7 +15,6 @@ from robocal.report.svg import crosses, drawing, num
 __all__ = ["detect_pictures", "detect_sections"]
 
 BRIEF = 12  # views that a terminal lists
-SMEAR = 3.0  # px
 
 
 def detect_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
@@ -26,25 +25,32 @@ def detect_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     ways = ", ".join(f"{count} by {name}" for name, count in found.methods.items())
     yield Section.of(
         "",
-        Text.of((found.target.text, "strong"), f"   {with_some} of {len(views)} images show it, {width} x {height} pixels"),
+        Text.of(
+            (found.target.text, "strong"), f"   {with_some} of {len(views)} images show it, {width} x {height} pixels"
+        ),
         *quiet(f"{corners} corners in {percent(found.coverage)} of the image" + (f"; fitted: {ways}" if ways else "")),
     )
     rows = [_row(v) for v in views]
     styles: list[Style] = ["quiet" if not v.corners else "" for v in views]
     heads = ("view", "markers", "corners", "share", "blur [px]", "smear [px]", "white cut off", "of the image")
     yield Section.of(
-        "", table(*heads, right=tuple(range(1, 8)), rows=rows, styles=styles, brief=BRIEF), title="View by view", key="views"
+        "",
+        table(*heads, right=tuple(range(1, 8)), rows=rows, styles=styles, brief=BRIEF),
+        title="View by view",
+        key="views",
     )
     if len(found.islands) > 1:
         lines = (" ".join(map(str, island)) for island in found.islands)
-        yield Section.of("", table("markers that views join", rows=((line,) for line in lines)), title="Groups", key="groups")
+        yield Section.of(
+            "", table("markers that views join", rows=((line,) for line in lines)), title="Groups", key="groups"
+        )
     yield from ends(found.remarks, written)
 
 
 def _row(v: Any) -> tuple[Cell, ...]:
     if not v.corners:
         return (v.view, "0", "0", "", "", "", "", "")
-    smear = figure(v.motion, 2) if v.motion >= SMEAR else ""
+    smear = figure(v.motion, 2) if v.motion >= IMAGE_SMEAR else ""
     counts = (v.view, str(v.markers), str(v.corners), percent(v.share))
     return (*counts, figure(v.blur, 2), smear, percent(v.white), percent(v.coverage))
 
@@ -77,4 +83,11 @@ def _picture(number: int, view: Any) -> str:
             u, v = places[0]
             parts.append(f'<circle cx="{num(u)}" cy="{num(v)}" r="2" fill="#e8590c"/>')
     title = f"{summary.view} with its corners"
-    return drawing(wide, tall, parts, title=title, text=f"{summary.markers} markers, {summary.corners} corners", key=f"view{number}")
+    return drawing(
+        wide,
+        tall,
+        parts,
+        title=title,
+        text=f"{summary.markers} markers, {summary.corners} corners",
+        key=f"view{number}",
+    )

@@ -11,7 +11,16 @@ from robocal._types import Array, Bools, Ints
 from robocal.vision.marker.edges import fit_edges
 from robocal.vision.marker.fit import SQUARE, fit_marker, homography
 
-__all__ = ["BOARD", "METHODS", "MOTION", "Sighting", "coverage_of", "find_islands", "fit_sighting", "reaches_border", "share_of_white"]
+__all__ = [
+    "BOARD",
+    "METHODS",
+    "Sighting",
+    "coverage_of",
+    "find_islands",
+    "fit_sighting",
+    "reaches_border",
+    "share_of_white",
+]
 
 BOARD = -1  # the number of what has none
 METHODS = ("all pixels", "four edges", "crossing")
@@ -20,7 +29,6 @@ FAINT = 8.0  # grey levels of contrast
 ASTRAY = 0.15, 3.0  # of a side, or px, whichever is more: that a fit may move from where the search was
 WHITE = 250.0  # grey levels: brighter ones may be cut off
 GRID = 8, 6  # parts of an image, for its coverage
-MOTION = 3.0  # px of smear, from where it is named
 
 
 @record(eq=False)

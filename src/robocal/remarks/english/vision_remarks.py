@@ -31,14 +31,14 @@ class VisionRemarks:
         "One small marker says little of where it is: bring several of one sheet into the image.",
     )
     OTHER_DICTIONARY = Phrase(
-        "of {given} {count} markers were found, of {better} {found}",
-        "--dictionary {better} is probably right.",
+        "of {given} {count} markers were found, of {better} {found}", "--dictionary {better} is probably right."
     )
     DICTIONARY_FOUND = Phrase(
         "the markers are of {family}: the smallest dictionary that holds their numbers; larger ones of its family look the same",
+        "Name the one that was printed: --dictionary.",
     )
     DICTIONARY_UNSURE = Phrase(
-        "no dictionary has {ahead} times as many markers as the next: {count} and {next}",
+        "no dictionary has {ahead:g} times as many markers as the next: {count} and {next}",
         "Name the one that was printed: --dictionary.",
     )
     BOARD_FOUND = Phrase(
@@ -65,8 +65,7 @@ class VisionRemarks:
         "Their corners are less sure, and say so: keep one cell of white inside the image.",
     )
     IMAGE_OVEREXPOSED = Phrase(
-        "white is cut off in {count} of {total} images: {views}",
-        "Expose less: cut-off white moves all edges outwards.",
+        "white is cut off in {count} of {total} images: {views}", "Expose less: cut-off white moves all edges outwards."
     )
     MOTION_BLUR = Phrase(
         "{count} of {total} images are smeared along one direction, most {view} by {length:.2g} px at {angle:.0f} deg",
@@ -81,6 +80,7 @@ class VisionRemarks:
     )
     MARKER_DROPPED = Phrase(
         "{count} markers were found and left out, for neither pixels nor edges agree with them: {views}",
+        "Look at their pictures on the page: a marker that is covered, dirty or bent should be free and flat.",
     )
     IMAGE_HARDLY_COVERED = Phrase(
         "corners lie in {share:.0%} of the image",

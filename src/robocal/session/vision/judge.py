@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
+from robocal.diagnose.limits import IMAGE_BLUR, IMAGE_COVERAGE, IMAGE_SMEAR, IMAGE_VIEWS, IMAGE_WHITE
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.vision.target import Target
 from robocal.session.vision.views import ViewSummary
-from robocal.vision.sightings import MOTION
 
 __all__ = ["judge_views"]
 
-SOFT = 2.0  # px of blur, from where corners get worse than their noise says
-WHITE = 0.5  # of the bright pixels around the markers of an image
-COVERAGE = 0.4  # of the parts of an image
-VIEWS = 5  # of fewer, coverage is nothing to speak of
-SHOWN = 8  # markers of a group that are named
+SHOWN = 8  # grid: markers of a group that are named
 
 
 def judge_views(
@@ -33,13 +29,17 @@ def judge_views(
         usual = sizes.most_common(1)[0][0]
         odd = [v for v in views if (v.width, v.height) != usual]
         names = tuple(v.view for v in odd)
-        facts = {"width": odd[0].width, "height": odd[0].height, "usual": f"{usual[0]} x {usual[1]}"}
-        reasons.append(Remark.of(Code.IMAGE_SIZES_DIFFER, count=len(sizes), views=names, **facts))
+        (width, height), most = (odd[0].width, odd[0].height), f"{usual[0]} x {usual[1]}"
+        reasons.append(
+            Remark.of(Code.IMAGE_SIZES_DIFFER, count=len(sizes), views=names, width=width, height=height, usual=most)
+        )
     mirrored = tuple(v.view for v in views if v.mirrored)
     if mirrored:
         reasons.append(Remark.of(Code.MIRRORED_IMAGE, count=len(mirrored), total=total, views=mirrored))
     if not full:
-        what = "all dictionaries and checkerboards were tried" if target.text == "none" else f"{target.text} were searched"
+        what = (
+            "all dictionaries and checkerboards were tried" if target.text == "none" else f"{target.text} were searched"
+        )
         reasons.append(Remark.of(Code.NO_TARGET_FOUND, tried=what))
         return said, reasons
 
@@ -58,13 +58,19 @@ def judge_views(
     for view in views:
         if view.twice:
             said.append(Remark.of(Code.TWO_OF_ONE_NUMBER, view=view.view, numbers=view.twice))
-    tell(Code.IMAGE_OVEREXPOSED, [v for v in full if v.white > WHITE])
-    smeared = [v for v in full if v.motion >= MOTION]
+    tell(Code.IMAGE_OVEREXPOSED, [v for v in full if v.white > IMAGE_WHITE])
+    smeared = [v for v in full if v.motion >= IMAGE_SMEAR]
     if smeared:
-        most = max(smeared, key=lambda v: v.motion)
-        facts = {"view": most.view, "length": most.motion, "angle": most.direction}
-        said.append(Remark.of(Code.MOTION_BLUR, count=len(smeared), total=total, **facts))
-    tell(Code.IMAGE_BLURRED, [v for v in full if v.blur is not None and v.blur > SOFT and v not in smeared], most=SOFT)
+        far = max(smeared, key=lambda v: v.motion)
+        worst, length, angle = far.view, far.motion, far.direction
+        said.append(
+            Remark.of(Code.MOTION_BLUR, count=len(smeared), total=total, view=worst, length=length, angle=angle)
+        )
+    tell(
+        Code.IMAGE_BLURRED,
+        [v for v in full if v.blur is not None and v.blur > IMAGE_BLUR and v not in smeared],
+        most=IMAGE_BLUR,
+    )
     markers = sum(v.markers for v in views)
     for code, name in ((Code.MARKERS_AT_BORDER, "border"), (Code.EDGES_ALONE, "edges")):
         some = [v for v in full if getattr(v, name)]
@@ -75,7 +81,7 @@ def judge_views(
     if lost:
         names = tuple(v.view for v in lost)
         said.append(Remark.of(Code.MARKER_DROPPED, count=sum(len(v.dropped) for v in lost), views=names))
-    if len(full) >= VIEWS and coverage < COVERAGE:
+    if len(full) >= IMAGE_VIEWS and coverage < IMAGE_COVERAGE:
         said.append(Remark.of(Code.IMAGE_HARDLY_COVERED, share=coverage))
     lacks = [("marker", "--size")] if target.size is None and target.family is not None else []
     lacks += [("square", "--square")] if target.square is None and target.squares is not None else []

@@ -11,10 +11,18 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.errors import FormatError, ModelError, look_up
+from robocal.diagnose.limits import DICTIONARY_AHEAD
+from robocal.errors import ModelError, look_up
 from robocal.files.image_files import GreyImage, ImageSource, read_images
 from robocal.files.images import FAMILIES, family_cells
-from robocal.files.marker_search import AHEAD, choose_family, find_charuco, find_checker, find_markers, measure_checker
+from robocal.files.marker_search import (
+    charuco_markers,
+    choose_family,
+    find_charuco,
+    find_checker,
+    find_markers,
+    measure_checker,
+)
 from robocal.progress import Watch, tell
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -24,7 +32,7 @@ from robocal.vision.sightings import BOARD, Sighting, fit_sighting
 __all__ = ["Target", "find_target", "target_of"]
 
 LOOKS = 3  # images that tell what the target is
-MOST_SQUARES = 200
+MOST_SQUARES = 200  # tolerance: what a board may have
 
 
 @record
@@ -81,12 +89,17 @@ class Target:
         return seen, dropped
 
     def places(self, sighting: Sighting) -> Array | None:
-        """Where the corners (k, 3) are on the target, in m: of a marker about its middle, of a board about that; None where sizes lack."""
-        if sighting.marker != BOARD:
-            # Edges of a marker on a board are known too, but where it sits is told by its number on the board alone.
-            return None if self.size is None or self.squares is not None else SQUARE[sighting.corner] * (self.size / 2)
+        """Where the corners (k, 3) are on the target, in m: of a marker about its middle, else about the board's;
+        None where sizes lack."""
+        if sighting.marker != BOARD and self.squares is None:
+            return None if self.size is None else SQUARE[sighting.corner] * (self.size / 2)
         if self.square is None or self.squares is None:
             return None
+        if sighting.marker != BOARD:
+            at = None if self.size is None or self.family is None else _on_board(self)
+            return (
+                None if at is None or sighting.marker not in at else at[sighting.marker][sighting.corner] * self.square
+            )
         columns, rows = self.squares[0] - 1, self.squares[1] - 1
         row, column = np.divmod(sighting.corner, columns)
         x, y = column - (columns - 1) / 2, (rows - 1) / 2 - row
@@ -94,6 +107,18 @@ class Target:
 
 
 SQUARE = np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
+
+
+@cache
+def _on_board(target: Target) -> dict[int, Array]:
+    """Corners of the markers of a ChArUco board, in squares."""
+    assert (
+        target.squares is not None
+        and target.family is not None
+        and target.size is not None
+        and target.square is not None
+    )
+    return charuco_markers(target.squares, target.family, target.legacy, target.size / target.square)
 
 
 @cache
@@ -107,22 +132,28 @@ def target_of(
 ) -> Target | None:
     """The target as options name it, edges in mm; None where they name none. Raises ModelError."""
     if checker is not None and (charuco is not None or dictionary is not None):
-        raise ModelError("a checkerboard has no markers", key="--checker", expected="--charuco for a board with markers")
+        raise ModelError(
+            "a checkerboard has no markers", key="--checker", expected="--charuco for a board with markers"
+        )
     family = None
     if dictionary is not None:
         family = re.sub(r"^(dict_)?(aruco_|apriltag_?|tag)?", "", dictionary.lower())
         look_up(FAMILIES, family, "unknown dictionary of markers", key="--dictionary")
-    lengths = {"size": None if size is None else 1e-3 * size, "square": None if square is None else 1e-3 * square}
+    size, square = (None if v is None else 1e-3 * v for v in (size, square))
     if charuco is not None:
         if family is None:
-            raise ModelError("a ChArUco board has markers of a dictionary", key="--charuco", expected="--dictionary too")
+            raise ModelError(
+                "a ChArUco board has markers of a dictionary", key="--charuco", expected="--dictionary too"
+            )
         if size is not None and square is not None and size >= square:
             expected = "the marker's edge below that of the square around it"
-            raise ModelError("a marker larger than its square", key="--size", found=size, expected=expected)
-        return Target(family, _squares(charuco, "--charuco"), **lengths)
+            raise ModelError(
+                "a marker larger than its square", key="--size", found=f"{1e3 * size:g} mm", expected=expected
+            )
+        return Target(family, _squares(charuco, "--charuco"), size, square)
     if checker is not None:
-        return Target(None, _squares(checker, "--checker"), **lengths)
-    return None if family is None else Target(family, None, **lengths)
+        return Target(None, _squares(checker, "--checker"), size, square)
+    return None if family is None else Target(family, None, size, square)
 
 
 def _squares(word: str, key: str) -> tuple[int, int]:
@@ -133,7 +164,9 @@ def _squares(word: str, key: str) -> tuple[int, int]:
     return numbers
 
 
-def find_target(wanted: Target | None, lengths: Target, sources: Sequence[ImageSource], every: int, watch: Watch | None) -> tuple[Target, list[Remark]]:
+def find_target(
+    wanted: Target | None, lengths: Target, sources: Sequence[ImageSource], every: int, watch: Watch | None
+) -> tuple[Target, list[Remark]]:
     """The target that was named, with what speaks against it, or the one that three of the images show."""
     tell(watch, "target")
     some = _some(sources, every)
@@ -147,7 +180,7 @@ def find_target(wanted: Target | None, lengths: Target, sources: Sequence[ImageS
             columns, rows = board[0] + 1, board[1] + 1
             return replace(lengths, squares=(columns, rows)), [Remark.of(Code.BOARD_FOUND, columns=columns, rows=rows)]
     if trial.count:
-        return lengths, [Remark.of(Code.DICTIONARY_UNSURE, ahead=AHEAD, count=trial.count, next=trial.next)]
+        return lengths, [Remark.of(Code.DICTIONARY_UNSURE, ahead=DICTIONARY_AHEAD, count=trial.count, next=trial.next)]
     return lengths, []
 
 
@@ -169,13 +202,21 @@ def _check(wanted: Target, some: Sequence[GreyImage]) -> tuple[Target, list[Rema
         count = sum(len(find_markers(i.grey, wanted.family)) for i in some)
         if wanted.squares is not None:
             old, new = (
-                sum(len(f[0]) for i in some if (f := find_charuco(i.grey, wanted.squares, wanted.family, legacy)) is not None)
+                sum(
+                    len(f[0])
+                    for i in some
+                    if (f := find_charuco(i.grey, wanted.squares, wanted.family, legacy)) is not None
+                )
                 for legacy in (True, False)
             )
             wanted = replace(wanted, legacy=old > new)
         if count < len(some):
             trial = choose_family([i.grey for i in some])
-            if trial.family is not None and trial.family != wanted.family and trial.count >= AHEAD * max(count, 1):
+            if (
+                trial.family is not None
+                and trial.family != wanted.family
+                and trial.count >= DICTIONARY_AHEAD * max(count, 1)
+            ):
                 facts = {"given": wanted.family, "count": count, "better": trial.family, "found": trial.count}
                 return wanted, [Remark.of(Code.OTHER_DICTIONARY, **facts)]
     return wanted, []

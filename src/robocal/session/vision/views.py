@@ -9,6 +9,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
+from robocal.diagnose.limits import SMEAR_CELL
 from robocal.files.image_files import GreyImage
 from robocal.files.marker_search import encode_picture, find_markers
 from robocal.quantities import Column, Listing
@@ -16,9 +17,9 @@ from robocal.session.vision.target import Target, cells_of
 from robocal.vision.marker.motion import blur_of_motion
 from robocal.vision.sightings import BOARD, METHODS, Sighting, coverage_of
 
-__all__ = ["View", "ViewSummary", "list_corners", "look_at", "look_mirrored"]
+__all__ = ["ImageView", "ViewSummary", "list_corners", "look_at", "look_mirrored"]
 
-LARGEST = 3  # markers of a view that tell how it is smeared
+MARKERS = 5  # grid: of a view that tell how it is smeared: a lens bends larger ones more
 WIDTH = 420  # px, of a small picture
 
 
@@ -48,19 +49,19 @@ class ViewSummary:
 
 
 @record(eq=False)
-class View:
+class ImageView:
     """One image with what it shows, and a small picture of it (JPEG) where a page wants one."""
 
     summary: ViewSummary
     sightings: tuple[Sighting, ...]
     picture: bytes = b""
 
-    def with_share(self, share: float) -> View:
+    def with_share(self, share: float) -> ImageView:
         """The same, with the share of all numbers that it shows."""
         return replace(self, summary=replace(self.summary, share=share))
 
 
-def look_at(image: GreyImage, target: Target, picture: bool) -> View:
+def look_at(image: GreyImage, target: Target, picture: bool) -> ImageView:
     """What an image shows of a target. A number that it shows twice is left out: nobody knows which is which."""
     seen, dropped = target.search(image)
     counts = Counter(s.marker for s in seen)
@@ -76,10 +77,10 @@ def look_at(image: GreyImage, target: Target, picture: bool) -> View:
         white=float(np.mean([s.white for s in kept])) if kept else 0.0, coverage=coverage_of([s.place for s in kept], width, height),
         border=sum(s.cut for s in kept), edges=sum(s.method == METHODS[1] for s in kept), twice=twice, dropped=tuple(sorted(dropped)),
     )  # fmt: skip
-    return View(summary, kept, encode_picture(image.grey, WIDTH) if picture else b"")
+    return ImageView(summary, kept, encode_picture(image.grey, WIDTH) if picture else b"")
 
 
-def look_mirrored(view: View, image: GreyImage, target: Target) -> View:
+def look_mirrored(view: ImageView, image: GreyImage, target: Target) -> ImageView:
     """The same view, which shows no marker; said where its mirror image does."""
     assert target.family is not None
     found = find_markers(np.ascontiguousarray(image.grey[:, ::-1]), target.family)
@@ -87,18 +88,25 @@ def look_mirrored(view: View, image: GreyImage, target: Target) -> View:
 
 
 def _motion(levels: Array, markers: Sequence[Sighting], target: Target) -> tuple[float, float]:
-    """Length (px) and direction (deg, from u towards v) of a motion while the image was taken: a motion by L adds L^2 / 12 to the variance of
-    the blur along it."""
-    fitted = [s for s in markers if s.method == METHODS[0] and target.family is not None]
-    large = sorted(fitted, key=lambda s: -float(np.ptp(s.place, axis=0).max()))[:LARGEST]
-    if not large or target.family is None:
+    """Length (px) and direction (deg, from u towards v) of a motion while the image was taken: a motion by L adds L^2 / 12 to the
+    variance of the blur along it, in all markers alike; what a lens does differs between them. 0 where no marker is large enough."""
+    found: list[Array] = []
+    for s in sorted(markers, key=_shortest_side):
+        cells = cells_of(target.family or "", s.marker)
+        if s.method == METHODS[0] and _shortest_side(s) >= SMEAR_CELL * len(cells) and len(found) < MARKERS:
+            found.append(blur_of_motion(levels, s.place, cells, s.blur))
+    if not found:
         return 0.0, 0.0
-    found = [blur_of_motion(levels, s.place, cells_of(target.family, s.marker), s.blur) for s in large]
-    widths, along = np.linalg.eigh(np.median(found, axis=0))
-    return float(np.sqrt(12 * (widths[1] - widths[0]))), float(np.degrees(np.arctan2(along[1, 1], along[0, 1])) % 180)
+    across, along = np.linalg.eigh(np.mean(found, axis=0))[1].T
+    wider = min(float(along @ one @ along - across @ one @ across) for one in found)
+    return float(np.sqrt(12 * max(wider, 0.0))), float(np.degrees(np.arctan2(along[1], along[0])) % 180)
 
 
-def list_corners(views: Sequence[View], target: Target) -> Listing:
+def _shortest_side(s: Sighting) -> float:
+    return float(np.hypot(*(np.roll(s.place, -1, axis=0) - s.place).T).min())
+
+
+def list_corners(views: Sequence[ImageView], target: Target) -> Listing:
     """A row for each corner: view, marker, corner, place with its standard deviations, the covariance of this corner with the others of its
     marker, blur and method; where on the target it is, where that is known."""
     rows = [(v.summary.view, s, k) for v in views for s in v.sightings for k in range(len(s.corner))]

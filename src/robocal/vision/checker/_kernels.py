@@ -64,8 +64,8 @@ def sum_crossing(grey, u, v, p, limit, g, a):
 
 @kernel
 def fit_crossing(grey, u, v, p, limit, rounds, still, a):
-    """Levenberg-Marquardt from p (9,), in place, until the crossing moves by less than `still` px; lower a (9, 9) <- the normal matrix there.
-    Returns the cost, or -1 where it finds no step."""
+    """Levenberg-Marquardt from p (9,), in place, until the crossing moves by less than `still` px; lower a (9, 9) <- the
+    normal matrix there. Returns the cost, or -1 where it finds no step."""
     g, trial_g, q, step = np.empty(SIZE), np.empty(SIZE), np.empty(SIZE), np.empty(SIZE)
     trial_a, held = np.empty((SIZE, SIZE)), np.empty((SIZE, SIZE))
     lam = 1e-3

@@ -54,7 +54,9 @@ def _side(at: dict[int, Array], number: int, step: int, columns: int) -> Array |
     return np.mean(ways, axis=0) if ways else None
 
 
-def _fit(levels: Array, place: Array, right: Array, down: Array) -> tuple[Array, Array, tuple[float, float, float, float]] | None:
+def _fit(
+    levels: Array, place: Array, right: Array, down: Array
+) -> tuple[Array, Array, tuple[float, float, float, float]] | None:
     h, w = levels.shape
     turn = np.stack([right, down], axis=1)
     if abs(np.linalg.det(turn)) < 4.0:
@@ -92,9 +94,9 @@ def _fit(levels: Array, place: Array, right: Array, down: Array) -> tuple[Array,
     if contrast < FAINT or noise > MISFIT * contrast or np.hypot(*(p[:2] - place)) > max(ASTRAY * side, 1.5):
         return None
     try:
-        spread = noise**2 * np.linalg.inv(np.tril(a) + np.tril(a, -1).T)[:2, :2]
+        spread = np.linalg.inv(np.tril(a) + np.tril(a, -1).T)[:2, :2]
     except np.linalg.LinAlgError:
         return None
     bright = grey > p[5]
     white = float((grey[bright] >= WHITE).mean()) if bright.any() else 0.0
-    return p[:2].copy(), spread, (float(p[4]), noise, contrast, white)
+    return p[:2].copy(), np.asarray(noise**2 * spread, dtype=float), (float(p[4]), noise, contrast, white)

@@ -36,7 +36,7 @@ class Options(BaseOptions):
     With -o corners.csv, corners.json and corners.html are written beside it. The middle of the first pixel is (0, 0).
     Corners of a marker: 0 top left, 1 top right, 2 bottom right, 3 bottom left.
 
-    Exit status 3 when no image shows a target, or when what was found cannot be trusted.
+    Exit status 3 when no image shows a target, or when the images cannot be of one camera.
     """
 
     images: Annotated[tuple[str, ...], IMAGES]
@@ -45,8 +45,12 @@ class Options(BaseOptions):
     )
     checker: str | None = option(None, "A checkerboard of so many squares", "COLUMNSxROWS")
     charuco: str | None = option(None, "A ChArUco board of so many squares", "COLUMNSxROWS")
-    size: float | None = option(None, "Edge of a marker's black square, as measured on the print", "MM", unit="mm", above=0)
-    square: float | None = option(None, "Edge of a square of a board, as measured on the print", "MM", unit="mm", above=0)
+    size: float | None = option(
+        None, "Edge of a marker's black square, as measured on the print", "MM", unit="mm", above=0
+    )
+    square: float | None = option(
+        None, "Edge of a square of a board, as measured on the print", "MM", unit="mm", above=0
+    )
     every: int = option(10, "Of a video, take one frame in so many", "N", least=1)
     output: Path | None = option(
         None, "Write the list here, and a document and a page beside it", "FILE.csv", short="-o"

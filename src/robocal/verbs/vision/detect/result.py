@@ -21,7 +21,7 @@ from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
 from robocal.session.vision.judge import judge_views
 from robocal.session.vision.target import Target, find_target, target_of
-from robocal.session.vision.views import View, ViewSummary, list_corners, look_at, look_mirrored
+from robocal.session.vision.views import ImageView, ViewSummary, list_corners, look_at, look_mirrored
 from robocal.vision.sightings import BOARD, METHODS, coverage_of, find_islands
 
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ MIRRORS = 3  # images without a marker that are looked at mirrored as well
 
 @record(kw_only=True)
 class DetectDocument(Document):
-    """corners.json: the target, the size of the images, each view, groups of markers that views join, the share of the image in which corners
-    lie, how many markers or boards were fitted in which way, and the corners."""
+    """corners.json: the target, the size of the images, each view, groups of markers that views join, the share of the image with
+    corners, how many markers or boards were fitted in which way, and the corners."""
 
     target: dict[str, Any]
     image: tuple[int, int]
@@ -53,7 +53,7 @@ class Detected(VerbResult):
     """Corners of a target in images, and the names of the files that they are written to."""
 
     target: Target
-    views: tuple[View, ...]
+    views: tuple[ImageView, ...]
     islands: tuple[tuple[int, ...], ...]
     coverage: float
     files: tuple[str, ...] = ()
@@ -120,7 +120,7 @@ def detect(o: Options, watch: Watch | None = None, command: str = "", files: tup
     lengths = Target(size=_metres(o.size), square=_metres(o.square))
     target, said = find_target(wanted, lengths, sources, o.every, watch)
     apart = max(1, -(-len(sources) // PICTURES))
-    views: list[View] = []
+    views: list[ImageView] = []
     inputs: dict[InputFile, None] = {}
     mirrors = 0
     for number, image in enumerate(read_images(sources, o.every)):
