@@ -68,7 +68,7 @@ class VisionRemarks:
         "white is cut off in {count} of {total} images: {views}", "Expose less: cut-off white moves all edges outwards."
     )
     MOTION_BLUR = Phrase(
-        "{count} of {total} images are smeared along one direction, most {view} by {length:.2g} px at {angle:.0f} deg",
+        "{count} of {total} images are smeared along one direction, most {view} by about {length:.2g} px at {angle:.0f} deg",
         "Stand still while the image is taken, or expose for a shorter time.",
     )
     IMAGE_BLURRED = Phrase(
