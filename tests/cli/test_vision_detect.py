@@ -109,6 +109,24 @@ def test_the_dictionary_is_found(tmp_path, family, numbers, smallest):
     assert {"dictionary-found", "size-not-stated"} <= codes(told) and told["target"]["size"] is None
 
 
+def test_numbers_of_any_image_count_for_the_dictionary(tmp_path):
+    few, _ = grid("6x6_1000", (3, 17))
+    more, _ = grid("6x6_1000", (3, 90))
+    for k in range(5):
+        save(tmp_path, f"{k}.png", image_of(more if k == 1 else few, TILT, 300, 160, seed=k))
+    told, _ = detect(str(tmp_path))
+    assert told["target"]["dictionary"] == "6x6_100" and {
+        c["name"]: set(c["values"]) for c in told["corners"]["columns"]
+    }["marker"] == {3, 17, 90}
+
+
+def test_noise_is_no_target(tmp_path):
+    for k in range(3):
+        save(tmp_path, f"{k}.png", np.random.default_rng(k).integers(0, 255, (700, 900)).astype(np.uint8))
+    told, status = detect(str(tmp_path))
+    assert status == 3 and told["target"]["kind"] == "none" and told["corners"]["columns"][0]["values"] == []
+
+
 def test_a_wrong_dictionary_is_told_the_right_one(sheets):
     told, status = detect(str(sheets[0]), "--dictionary", "5x5_100")
     said = next(r for r in told["remarks"] if r["code"] == "other-dictionary")

@@ -18,7 +18,7 @@ from robocal.files.images import FAMILIES, opencv
 
 __all__ = [
     "FamilyTrial", "MarkersInImage", "charuco_markers", "choose_family", "encode_picture", "find_charuco", "find_checker",
-    "find_markers", "measure_checker",
+    "find_markers", "measure_checker", "smallest_family",
 ]  # fmt: skip
 
 ENLARGE = 1_500_000  # px: larger images are looked at once
@@ -44,9 +44,11 @@ class MarkersInImage:
 
 @record
 class FamilyTrial:
-    """The dictionary that fits best, or none, how many markers of it were found, and of the next family."""
+    """The largest dictionary of the family that fits best, or none, the smallest one with all numbers that were found, how many
+    markers these are, and of the next family."""
 
     family: str | None
+    smallest: str
     count: int
     next: int
 
@@ -66,8 +68,8 @@ def find_markers(grey: Array, family: str) -> MarkersInImage:
 
 
 def choose_family(images: Sequence[Array]) -> FamilyTrial:
-    """The dictionary of markers in some images, by trying all: its family has at least twice as many as the next, and it is the smallest
-    that holds all numbers. Larger ones of the family cannot be told from it."""
+    """The family of the markers in some images, by trying all: it has at least twice as many as the next. Of its dictionaries the smaller
+    are the beginning of the larger: they cannot be told apart but by their numbers."""
     cv2, start = opencv(), time.monotonic()
     counts = dict.fromkeys(LARGEST, 0)
     most = dict.fromkeys(LARGEST, -1)
@@ -87,11 +89,11 @@ def choose_family(images: Sequence[Array]) -> FamilyTrial:
     best, *others = sorted(LARGEST, key=lambda f: -counts[f])
     count, following = counts[best], counts[others[0]]
     if count == 0 or count < DICTIONARY_AHEAD * following:
-        return FamilyTrial(None, count, following)
-    return FamilyTrial(_smallest(best, most[best]), count, following)
+        return FamilyTrial(None, "", count, following)
+    return FamilyTrial(best, smallest_family(best, most[best]), count, following)
 
 
-def _smallest(family: str, number: int) -> str:
+def smallest_family(family: str, number: int) -> str:
     """The smallest dictionary of a family that holds a number."""
     stem, _, size = family.partition("_")
     if not size.isdigit():

@@ -167,19 +167,22 @@ def _squares(word: str, key: str) -> tuple[int, int]:
 def find_target(
     wanted: Target | None, lengths: Target, sources: Sequence[ImageSource], every: int, watch: Watch | None
 ) -> tuple[Target, list[Remark]]:
-    """The target that was named, with what speaks against it, or the one that three of the images show."""
+    """The target that was named, with what speaks against it, or the one that three of the images show: of markers the largest dictionary
+    of their family, for other images may have other numbers."""
     tell(watch, "target")
     some = _some(sources, every)
     if wanted is not None:
         return _check(wanted, some)
     trial = choose_family([i.grey for i in some])
     if trial.family is not None:
-        return replace(lengths, family=trial.family), [Remark.of(Code.DICTIONARY_FOUND, family=trial.family)]
+        found = replace(lengths, family=trial.family)
+        if any(found.search(i)[0] for i in some):  # few bits agree with textures by chance; their pixels do not
+            return found, []
     for image in some:
         if (board := measure_checker(image.grey)) is not None:
             columns, rows = board[0] + 1, board[1] + 1
             return replace(lengths, squares=(columns, rows)), [Remark.of(Code.BOARD_FOUND, columns=columns, rows=rows)]
-    if trial.count:
+    if trial.count and trial.family is None:
         return lengths, [Remark.of(Code.DICTIONARY_UNSURE, ahead=DICTIONARY_AHEAD, count=trial.count, next=trial.next)]
     return lengths, []
 
@@ -217,6 +220,6 @@ def _check(wanted: Target, some: Sequence[GreyImage]) -> tuple[Target, list[Rema
                 and trial.family != wanted.family
                 and trial.count >= DICTIONARY_AHEAD * max(count, 1)
             ):
-                facts = {"given": wanted.family, "count": count, "better": trial.family, "found": trial.count}
+                facts = {"given": wanted.family, "count": count, "better": trial.smallest, "found": trial.count}
                 return wanted, [Remark.of(Code.OTHER_DICTIONARY, **facts)]
     return wanted, []

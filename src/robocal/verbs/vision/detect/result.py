@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal.errors import ModelError
 from robocal.files.display import listing_text
 from robocal.files.image_files import find_images, read_images
+from robocal.files.marker_search import smallest_family
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
 from robocal.progress import Watch, tell
 from robocal.quantities import Listing
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
 from robocal.session.vision.judge import judge_views
@@ -135,6 +138,9 @@ def detect(o: Options, watch: Watch | None = None, command: str = "", files: tup
     numbers = sorted({(s.marker, k) for v in views for s in v.sightings for k in s.corner.tolist()})
     views = [v.with_share(v.summary.corners / max(len(numbers), 1)) for v in views]
     markers = sorted({n for n, _ in numbers if n != BOARD})
+    if wanted is None and target.family is not None:
+        target = replace(target, family=smallest_family(target.family, max(markers, default=0)))
+        said.append(Remark.of(Code.DICTIONARY_FOUND, family=str(target.family)))
     seen = np.array([[any(s.marker == n for s in v.sightings) for n in markers] for v in views], dtype=bool)
     islands = tuple(tuple(markers[i] for i in island) for island in find_islands(seen)) if markers else ()
     first = views[0].summary
