@@ -46,6 +46,7 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "drift": "Which anchor moved between calibrations?",
 })  # fmt: skip
 VISION: Mapping[str, str] = MappingProxyType({
+    "detect": "Corners of printed targets in images.",
     "sheet": "Markers and boards to print, at true scale.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
