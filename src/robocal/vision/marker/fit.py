@@ -58,7 +58,7 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
         if count < 2 * SIZE:
             return None
         thin = max(count // COARSE, 1) if step == 0 else 1
-        seen, at, by = (part[inside][::thin] for part in (grey, ideal, slope))
+        seen, at, by = as_kernel_array(*(part[inside][::thin] for part in (grey, ideal, slope)))
         if step == 0:
             dark, bright = np.percentile(seen, [10, 90])
             p[LIGHT], p[LIGHT + 3], limit = dark, bright - dark, 0.3 * (bright - dark)
