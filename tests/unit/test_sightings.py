@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from printed import image_of, paper, places
 
-from robocal.vision.checker.fit import fit_saddles
+from robocal.vision.checker.crossing import fit_saddles
 from robocal.vision.marker.edges import fit_edges
 from robocal.vision.sightings import METHODS, coverage_of, find_islands, fit_sighting
 

@@ -26,7 +26,7 @@ from robocal.files.marker_search import (
 from robocal.progress import Watch, tell
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.vision.checker.fit import fit_saddles
+from robocal.vision.checker.crossing import fit_saddles
 from robocal.vision.sightings import BOARD, Sighting, fit_sighting
 
 __all__ = ["Target", "find_target", "target_of"]
