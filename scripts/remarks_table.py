@@ -18,6 +18,7 @@ TITLES = (
     "A model that is validated, used and exported",
     "Two runs of one robot",
     "Cable robots",
+    "Images of a target",
 )
 
 

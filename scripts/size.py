@@ -162,10 +162,10 @@ def image_names(trees: Mapping[str, ast.Module]) -> list[str]:
 def image_helps() -> list[str]:
     """Options whose help has an image, and verbs whose own help has one; a word between quotes is what the option takes."""
     from robocal.verbs.option import Option, entries
-    from robocal.verbs.registry import CABLE, VERBS
+    from robocal.verbs.registry import PATHS
 
     out = []
-    for verb in (*VERBS, *(f"cable.{name}" for name in CABLE)):
+    for verb in PATHS:
         options = import_module(f"robocal.verbs.{verb}").Options
         helps = {"": options.__doc__ or ""}
         for entry in entries(options):

@@ -123,8 +123,9 @@ def test_robot_and_data_files_in_the_format_page_are_valid(tmp_path):
     from robocal.files.dataset import read_dataset
     from robocal.files.pose_table import read_region
     from robocal.files.robot import read_robot
+    from robocal.files.sheet import read_sheet
 
-    robot, data, region = blocks("docs/files.md", "yaml")
+    robot, data, region, sheet = blocks("docs/files.md", "yaml")
     (tmp_path / "robot.yaml").write_text(robot)
     head = "pose;T;q1;q2;q3;q4;q5;x;y;z\n"
     (tmp_path / "tracker.csv").write_text(head + "a;20,5;10;20;;;;1,5;2;3\n".replace(";;;;", ";30;40;50;"))
@@ -138,6 +139,10 @@ def test_robot_and_data_files_in_the_format_page_are_valid(tmp_path):
     (tmp_path / "region.yaml").write_text(region)
     ranges = read_region(tmp_path / "region.yaml", chain).ranges
     assert ranges is not None and ranges[0] == pytest.approx([-math.pi / 2, math.pi / 2])
+    pytest.importorskip("cv2")
+    (tmp_path / "sheet.yaml").write_text(sheet)
+    printed = read_sheet(tmp_path / "sheet.yaml")
+    assert printed.markers[0].size == pytest.approx(0.04) and printed.checkers[0].rows == 9
 
 
 @pytest.mark.parametrize(("call", "name"), [("draw", "before-after"), ("robot", "cable-robot")])

@@ -19,9 +19,8 @@ from robocal.errors import ModelError
 from robocal.simulation.rigs import RIGS
 from robocal.verbs import shared_options
 from robocal.verbs.option import Arg, BaseOptions, Option, entries
-from robocal.verbs.registry import CABLE, COMMAND_NAMES, VERBS
+from robocal.verbs.registry import COMMAND_NAMES, GROUPS, PATHS
 
-PATHS = (*VERBS, *(f"cable.{name}" for name in CABLE))
 SHARED = {"option", "outcome", "registry", "shared_options"}
 
 
@@ -88,7 +87,7 @@ def test_a_verb_knows_no_other_verb() -> None:
         own = file.relative_to(root).with_suffix("").parts
         if own[0] == "demo":
             continue  # its cases are made of other verbs
-        verb = ".".join(own[: 2 if own[0] == "cable" else 1])
+        verb = ".".join(own[: 2 if own[0] in GROUPS else 1])
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("robocal.verbs"):
                 last = (node.module or "").removeprefix("robocal.verbs").strip(".")
@@ -100,7 +99,11 @@ def test_a_verb_knows_no_other_verb() -> None:
 def test_no_default_of_an_option_stands_elsewhere() -> None:
     """What `run` calls takes what the options say: no function below repeats a default of the command line."""
     verbs = Path(inspect.getfile(BaseOptions)).parent
-    below = [f for f in verbs.rglob("*.py") if f.name != "__init__.py" and f.parent not in (verbs, verbs / "cable")]
+    below = [
+        f
+        for f in verbs.rglob("*.py")
+        if f.name != "__init__.py" and f.parent not in (verbs, *(verbs / group for group in GROUPS))
+    ]
     assert below
     told = {e.name for path in PATHS for e in entries(import_module(f"robocal.verbs.{path}").Options)}
     passed = {

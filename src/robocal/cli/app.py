@@ -24,7 +24,7 @@ from robocal.cli.guard import DONE, UNTRUSTED, complain
 from robocal.cli.terminal import Terminal, command_line
 from robocal.remarks.remark import full_text
 from robocal.verbs.option import Arg, OptionField, entries
-from robocal.verbs.registry import CABLE, COMMAND_NAMES, VERBS
+from robocal.verbs.registry import COMMAND_NAMES, GROUPS, VERBS
 
 __all__ = ["Task", "build", "command"]
 
@@ -42,11 +42,6 @@ Exit status: 0 done; 2 the input is wrong, nothing was written;
 3 it ran, but the result must not be trusted; 130 stopped.
 """
 
-CABLES = """Cable-driven parallel robots: lengths, poses, tensions, workspaces, lists of poses.
-
-robocal new cable writes a file to start from."""
-
-
 Task = Callable[[], int]
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 ANYWHERE = {
@@ -62,8 +57,8 @@ def build() -> click.Group:
         ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_version, help="Print the version."
     )
     heard = [click.Option([f"--{n}"], is_flag=True, expose_value=False, help=h) for n, h in ANYWHERE.items()]
-    cables = _Group("cable", _Verbs(CABLE, "cable."), CABLES)
-    verbs = _Verbs(VERBS, "", {"cable": (cables, "Cable-driven parallel robots.")})
+    groups = {word: (_Group(word, _Verbs(g.verbs, f"{word}."), g.help), g.line) for word, g in GROUPS.items()}
+    verbs = _Verbs(VERBS, "", groups)
     return _Group("robocal", verbs, HELP, [version, *heard])
 
 

@@ -51,6 +51,8 @@ STAGES = {
     "groups": "trying what lies beyond geometry",
     "layer": "trying a residual layer",
     "report": "writing the report",
+    "target": "finding out what the target is",
+    "detect": "finding corners",
     "write": "writing",
 }
 

@@ -280,6 +280,15 @@ LENGTHS_UNSTATED = limit(0.01, "m",
     "What a pose may leave of its lengths (rms) where no noise is stated: no robot's are off by more.", "tests/cli/test_cable_ladder.py")
 LEAP = limit(0.2, "rad or m", "A larger correction of a joint is another branch, or stands near a singular pose.")
 
+topic("Images of a target")
+IMAGE_SMEAR = limit(3.0, "px", "A motion of the camera as long bends no edge, but its box law is no longer the normal law of the fit.")
+IMAGE_BLUR = limit(2.0, "px", "From here on corners are worse than the noise of a good detector (0.02 px).")
+IMAGE_WHITE = limit(0.5, "of the bright pixels", "Half of what is white around the markers is as bright as the camera can say.")
+IMAGE_COVERAGE = limit(0.4, "of 8 x 6 parts", "A lens is known where corners were, and here most of it is not.")
+IMAGE_VIEWS = limit(5, "images", "Of fewer, nobody expects that they cover the image.")
+SMEAR_CELL = limit(3.0, "px", "Cells of a marker that are smaller do not tell a smear from a blur.")
+DICTIONARY_AHEAD = limit(2.0, "times", "As many markers as the next family has: others' markers agree with a dictionary by chance.")
+
 
 # fmt: on
 

@@ -4,8 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import NamedTuple
 
-__all__ = ["CABLE", "COMMAND_NAMES", "VERBS"]
+__all__ = ["CABLE", "COMMAND_NAMES", "GROUPS", "PATHS", "VERBS", "VISION", "VerbGroup"]
+
+
+class VerbGroup(NamedTuple):
+    """Verbs under one word: their line in the list, their help, and the verbs."""
+
+    line: str
+    help: str
+    verbs: Mapping[str, str]
+
 
 VERBS: Mapping[str, str] = MappingProxyType({
     "demo": "Calibrate three example arms.",
@@ -35,5 +45,20 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "require": "Sensors and poses that a calibration needs.",
     "drift": "Which anchor moved between calibrations?",
 })  # fmt: skip
+VISION: Mapping[str, str] = MappingProxyType({
+    "detect": "Corners of printed targets in images.",
+    "sheet": "Markers and boards to print, at true scale.",
+})  # fmt: skip
+GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
+    "cable": VerbGroup(
+        "Cable-driven parallel robots.",
+        "Cable-driven parallel robots: lengths, poses, tensions, workspaces, lists of poses.\n\n"
+        "robocal new cable writes a file to start from.",
+        CABLE,
+    ),
+    "vision": VerbGroup("Cameras and printed sheets.", "Cameras: sheets to print, images to corners, lenses.", VISION),
+})  # fmt: skip
+# Where every verb is in `robocal.verbs`.
+PATHS = (*VERBS, *(f"{word}.{name}" for word, group in GROUPS.items() for name in group.verbs))
 # What the command line calls a verb whose word is no name in Python: module and function have another.
 COMMAND_NAMES: Mapping[str, str] = MappingProxyType({"import_model": "import", "warm_up": "warm-up"})

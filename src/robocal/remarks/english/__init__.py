@@ -9,12 +9,13 @@ from robocal.remarks.english.files import FileRemarks
 from robocal.remarks.english.identify_remarks import IdentificationRemarks
 from robocal.remarks.english.parameter_remarks import ParameterRemarks
 from robocal.remarks.english.verbs import UseRemarks
+from robocal.remarks.english.vision_remarks import VisionRemarks
 from robocal.remarks.phrase import Phrase
 
 __all__ = ["DECLARED", "TABLE", "Code", "declare", "phrase_of"]
 
 
-class Code(IdentificationRemarks, ParameterRemarks, FileRemarks, UseRemarks, DriftRemarks, CableRemarks):
+class Code(IdentificationRemarks, ParameterRemarks, FileRemarks, UseRemarks, DriftRemarks, CableRemarks, VisionRemarks):
     """Everything that robocal may remark on, by name."""
 
 

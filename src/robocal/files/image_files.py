@@ -1,0 +1,199 @@
+"""Images from files, folders, lists and videos: one brightness per pixel, of 0 to 255. The centre of the first pixel is (0, 0)."""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import os
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robocal._record import record
+from robocal._types import Array
+from robocal.errors import FileError, reason_of
+from robocal.files.images import opencv
+from robocal.files.text import InputFile, read_bytes, read_text
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+
+__all__ = ["GreyImage", "ImageSource", "find_images", "name_views", "read_images"]
+
+IMAGES = frozenset(".png .jpg .jpeg .bmp .tif .tiff .pgm .ppm .pnm .webp .jp2".split())
+VIDEOS = frozenset(".avi .mp4 .mkv .mov .m4v .mpg .mpeg .wmv .webm".split())
+BYTES = 256 << 20  # of one image file
+VIDEO_BYTES = 16 << 30
+PIXELS = 100_000_000  # of one image: a detector needs some ten bytes for each
+SIDE = 16  # px: nothing can be found in less
+RANGES = (255, 1023, 4095, 16383, 65535)  # of cameras that write 16 bits
+# How a whole file begins, and what it holds near its end.
+ENDS = ((b"\x89PNG\r\n\x1a\n", b"IEND"), (b"\xff\xd8", b"\xff\xd9"))
+TAIL = 1 << 16  # bytes: cameras write previews and notes behind an image
+
+
+@record(eq=False)
+class GreyImage:
+    """An image of a view: its brightness (h, w) as bytes for searching, and as it was read, in levels of 0 to 255, for fitting."""
+
+    view: str
+    file: InputFile
+    grey: Array
+    levels: Array
+    remarks: tuple[Remark, ...] = ()
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        return self.grey.shape[1], self.grey.shape[0]
+
+
+@record
+class ImageSource:
+    """A file with one image, or a video."""
+
+    path: Path
+    video: bool
+
+
+def find_images(places: Sequence[str]) -> tuple[ImageSource, ...]:
+    """The files that are meant by files, folders, patterns (img*.png) and lists (.txt, a path in each line): each once, numbers in names
+    in the order of numbers. Raises FileError."""
+    found: dict[str, Path] = {}
+    for place in places:
+        for path in _expand(place):
+            found.setdefault(os.path.realpath(path), path)
+    if not found:
+        raise FileError("there are no images", file=", ".join(places), expected="files, folders, or a video")
+    return tuple(ImageSource(p, p.suffix.lower() in VIDEOS) for p in sorted(found.values(), key=_natural))
+
+
+def name_views(sources: Sequence[ImageSource]) -> tuple[str, ...]:
+    """The names of files without their ends, where these differ; else with as much before them as makes them differ."""
+    for parts in range(1, max(len(s.path.parts) for s in sources) + 1):
+        names = tuple("/".join((*s.path.parts[-parts:-1], s.path.stem)) for s in sources)
+        if len(set(names)) == len(names):
+            return names
+    return tuple("/".join(s.path.parts) for s in sources)  # img1.png beside img1.jpg
+
+
+def read_images(sources: Sequence[ImageSource], every: int = 10) -> Iterator[GreyImage]:
+    """Each image in turn, and of a video every so many frames. Raises FileError with the file and what is wrong with it."""
+    for source, view in zip(sources, name_views(sources), strict=True):
+        if source.video:
+            yield from _frames(source.path, view, every)
+        else:
+            yield _image(source.path, view)
+
+
+def _expand(place: str) -> list[Path]:
+    path = Path(place)
+    if path.is_dir():
+        inside = [p for p in path.iterdir() if p.suffix.lower() in IMAGES | VIDEOS and not p.name.startswith(".")]
+        if not inside:
+            raise FileError("there are no images in this folder", file=path, expected=", ".join(sorted(IMAGES)))
+        return inside
+    if not path.exists() and any(c in place for c in "*?["):
+        matches = glob.glob(place)
+        if not matches:
+            raise FileError("no file has such a name", file=place)
+        return [Path(m) for m in matches]
+    if path.suffix.lower() == ".txt":
+        lines = [line.strip() for line in read_text(path).text.splitlines()]
+        return [path.parent / line for line in lines if line and not line.startswith("#")]
+    return [path]
+
+
+def _natural(path: Path) -> tuple[Any, ...]:
+    """img2 before img10."""
+    return tuple((0, int(t), "") if t.isdigit() else (1, 0, t) for t in re.split(r"(\d+)", str(path)) if t)
+
+
+def _image(path: Path, view: str) -> GreyImage:
+    data = read_bytes(path, limit=BYTES)
+    _refuse_part(data, path)
+    cv2 = opencv()
+    flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH
+    raw = _decode(data, flags)
+    if raw is None:
+        expected = "an image: PNG, JPEG, TIFF, BMP, PGM, WebP"
+        raise FileError("this is not an image that OpenCV can read", file=path, expected=expected)
+    said: list[Remark] = []
+    if b"Exif" in data[:TAIL] or b"eXIf" in data[:TAIL]:
+        as_stored = _decode(data, flags | cv2.IMREAD_IGNORE_ORIENTATION)
+        if as_stored.shape != raw.shape or not np.array_equal(as_stored, raw):
+            said.append(Remark.of(Code.IMAGE_TURNED, file=str(path)))
+    return _grey(raw, view, InputFile(path, hashlib.sha256(data).hexdigest()), said)
+
+
+def _decode(data: bytes, flags: int) -> Any:
+    cv2 = opencv()
+    try:
+        return cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags)
+    except cv2.error:  # more pixels than OpenCV takes, a header that promises what is not there
+        return None
+
+
+def _refuse_part(data: bytes, path: Path) -> None:
+    """Raises FileError for a file that ends early, which decoders fill with grey, and for one that asks for too much memory."""
+    for start, end in ENDS:
+        if data.startswith(start) and end not in data[-TAIL:]:
+            raise FileError("the image ends early: a part of the file is missing", file=path, expected="a whole copy")
+    if data.startswith(b"BM") and len(data) >= 6 and int.from_bytes(data[2:6], "little") > len(data):
+        raise FileError("the image ends early: a part of the file is missing", file=path, expected="a whole copy")
+    if data.startswith(ENDS[0][0]) and len(data) > 24:
+        _refuse_size(int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big"), path)
+
+
+def _refuse_size(width: int, height: int, path: Path) -> None:
+    if width * height > PIXELS:
+        expected = f"at most {PIXELS // 1_000_000} million pixels"
+        raise FileError("the image is too large", file=path, found=f"{width} x {height} pixels", expected=expected)
+    if min(width, height) < SIDE:
+        raise FileError("the image is too small", file=path, found=f"{width} x {height} pixels")
+
+
+def _grey(raw: Any, view: str, file: InputFile, said: Sequence[Remark] = ()) -> GreyImage:
+    """Levels of 0 to 255; of 16 bits the range that the camera uses."""
+    _refuse_size(raw.shape[1], raw.shape[0], file.file)
+    if raw.dtype == np.uint8:
+        return GreyImage(view, file, raw, raw, tuple(said))
+    most = float(np.max(raw)) if np.isfinite(raw).all() else np.inf
+    if not 0 < most < np.inf or (raw.dtype.kind == "f" and most > RANGES[-1]):
+        raise FileError("the image has no levels of brightness", file=file.file, found=f"a maximum of {most:g}")
+    top = next(r for r in RANGES if most <= r) if raw.dtype.kind != "f" or most > 1 else 1.0
+    levels: Array = (255.0 / top) * np.asarray(raw, dtype=float)
+    return GreyImage(view, file, np.clip(np.rint(levels), 0, 255).astype(np.uint8), levels, tuple(said))
+
+
+def _frames(path: Path, view: str, every: int) -> Iterator[GreyImage]:
+    cv2 = opencv()
+    file = InputFile(path, _digest(path))
+    film = cv2.VideoCapture(str(path))
+    try:
+        if not film.isOpened():
+            raise FileError("this is not a video that OpenCV can read", file=path, expected="a video, or images")
+        number = 0
+        while film.grab():
+            if number % every == 0:
+                there, frame = film.retrieve()
+                if there:
+                    flat = frame if frame.ndim == 2 else cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
+                    yield _grey(flat, f"{view}-{number}", file)
+            number += 1
+        if number == 0:
+            raise FileError("the video has no frames", file=path)
+    finally:
+        film.release()
+
+
+def _digest(path: Path) -> str:
+    try:
+        if path.stat().st_size > VIDEO_BYTES:
+            raise FileError("the file is too big", file=path, expected=f"at most {VIDEO_BYTES >> 30} GB")
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise FileError(f"cannot be read: {reason_of(error)}", file=path) from None

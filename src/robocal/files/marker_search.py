@@ -1,0 +1,204 @@
+"""Where OpenCV finds markers and checkerboards: to about a pixel, as start values. Only detection; the corners are fitted elsewhere.
+
+Two looks: at the image as it is, and where it has few pixels at twice its size, which finds markers of 10 to 20 px and steep ones.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from robocal._record import record
+from robocal._types import Array, Ints
+from robocal.diagnose.limits import DICTIONARY_AHEAD
+from robocal.files.images import FAMILIES, opencv
+
+__all__ = [
+    "FamilyTrial", "MarkersInImage", "charuco_markers", "choose_family", "encode_picture", "find_charuco", "find_checker",
+    "find_markers", "measure_checker", "smallest_family",
+]  # fmt: skip
+
+ENLARGE = 1_500_000  # px: larger images are looked at once
+TRIAL = 1_000_000  # px: dictionaries are tried on images of at most so many
+PATIENCE = 3.0  # s, that trials of dictionaries may take
+# One dictionary of each family, the largest: the smaller ones are its beginning.
+LARGEST = (
+    "36h11", "4x4_1000", "5x5_1000", "6x6_1000", "7x7_1000", "mip_36h12", "original", "25h9", "16h5", "36h10",
+)  # fmt: skip
+SIZES = (50, 100, 250, 1000)
+
+
+@record(eq=False)
+class MarkersInImage:
+    """Markers in an image: numbers (k,) and corners (k, 4, 2), top left first, in pixels."""
+
+    ids: Ints
+    corners: Array
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+
+@record
+class FamilyTrial:
+    """The largest dictionary of the family that fits best, or none, the smallest one with all numbers that were found, how many
+    markers these are, and of the next family."""
+
+    family: str | None
+    smallest: str
+    count: int
+    next: int
+
+
+NOTHING = MarkersInImage(np.empty(0, dtype=np.int64), np.empty((0, 4, 2)))
+
+
+def find_markers(grey: Array, family: str) -> MarkersInImage:
+    """Markers of a dictionary in an image (h, w) of bytes."""
+    first = _look(grey, family, strict=False)
+    if grey.size > ENLARGE:
+        return first
+    cv2 = opencv()
+    twice = cv2.resize(grey, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
+    second = _look(twice, family, strict=False, fine=True)
+    return _join(first, MarkersInImage(second.ids, (second.corners - 0.5) / 2))
+
+
+def choose_family(images: Sequence[Array]) -> FamilyTrial:
+    """The family of the markers in some images, by trying all: it has at least twice as many as the next. Of its dictionaries the smaller
+    are the beginning of the larger: they cannot be told apart but by their numbers."""
+    cv2, start = opencv(), time.monotonic()
+    counts = dict.fromkeys(LARGEST, 0)
+    most = dict.fromkeys(LARGEST, -1)
+    for grey in images:
+        shrink = max(1.0, (grey.size / TRIAL) ** 0.5)
+        small = (
+            grey
+            if shrink == 1.0
+            else cv2.resize(grey, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
+        )
+        for family in LARGEST:
+            found = _look(small, family, strict=True)
+            counts[family] += len(found)
+            most[family] = max([most[family], *found.ids.tolist()])
+        if time.monotonic() - start > PATIENCE * 2 / 3:
+            break
+    best, *others = sorted(LARGEST, key=lambda f: -counts[f])
+    count, following = counts[best], counts[others[0]]
+    if count == 0 or count < DICTIONARY_AHEAD * following:
+        return FamilyTrial(None, "", count, following)
+    return FamilyTrial(best, smallest_family(best, most[best]), count, following)
+
+
+def smallest_family(family: str, number: int) -> str:
+    """The smallest dictionary of a family that holds a number."""
+    stem, _, size = family.partition("_")
+    if not size.isdigit():
+        return family
+    return next(f"{stem}_{n}" for n in SIZES if number < n)
+
+
+def _look(grey: Array, family: str, *, strict: bool, fine: bool = False) -> MarkersInImage:
+    cv2 = opencv()
+    aruco = cv2.aruco
+    how = aruco.DetectorParameters()
+    how.cornerRefinementMethod = aruco.CORNER_REFINE_NONE
+    how.perspectiveRemovePixelPerCell = 8
+    how.minMarkerPerimeterRate = 0.01
+    if fine:
+        how.adaptiveThreshWinSizeStep = 4
+    if strict:
+        how.errorCorrectionRate = 0.0
+    search = aruco.ArucoDetector(aruco.getPredefinedDictionary(getattr(aruco, FAMILIES[family])), how)
+    corners, ids, _ = search.detectMarkers(grey)
+    if ids is None or len(ids) == 0:
+        return NOTHING
+    return MarkersInImage(np.asarray(ids, dtype=np.int64).ravel(), np.asarray(corners, dtype=float).reshape(-1, 4, 2))
+
+
+def _join(one: MarkersInImage, other: MarkersInImage) -> MarkersInImage:
+    """Markers of two looks, each once: one whose middle lies in another of its number is the same."""
+    kept = [
+        k
+        for k, (number, corners) in enumerate(zip(other.ids, other.corners, strict=True))
+        if not any(_inside(corners.mean(axis=0), c) for c in one.corners[one.ids == number])
+    ]
+    return MarkersInImage(
+        np.concatenate([one.ids, other.ids[kept]]), np.concatenate([one.corners, other.corners[kept]])
+    )
+
+
+def _inside(point: Array, corners: Array) -> bool:
+    side = np.roll(corners, -1, axis=0) - corners
+    to = point - corners
+    turn = side[:, 0] * to[:, 1] - side[:, 1] * to[:, 0]
+    return bool((turn > 0).all() or (turn < 0).all())
+
+
+def find_checker(grey: Array, columns: int, rows: int) -> Array | None:
+    """Inner corners (rows, columns, 2) of a checkerboard with so many of them, or None."""
+    cv2 = opencv()
+    size = (columns, rows)
+    finders: tuple[Callable[[], Any], ...] = (
+        lambda: cv2.findChessboardCornersSB(grey, size, flags=cv2.CALIB_CB_NORMALIZE_IMAGE),
+        lambda: cv2.findChessboardCorners(
+            grey, size, flags=cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
+        ),
+    )
+    for find in finders:
+        there, corners = find()
+        if there and corners is not None and len(corners) == columns * rows:
+            return np.asarray(corners, dtype=float).reshape(rows, columns, 2)
+    return None
+
+
+def measure_checker(grey: Array) -> tuple[int, int] | None:
+    """Inner corners (columns, rows) of the largest checkerboard in an image; None where there is none."""
+    cv2 = opencv()
+    there, _, board = cv2.findChessboardCornersSBWithMeta(grey, (3, 3), cv2.CALIB_CB_LARGER)
+    if not there or board is None or min(board.shape) < 3 or max(board.shape) < 4:
+        return None  # 3 x 3 corners are found in much that is no board
+    rows, columns = board.shape
+    return max(columns, rows), min(columns, rows)
+
+
+def _charuco(squares: tuple[int, int], family: str, legacy: bool, share: float) -> Any:
+    cv2 = opencv()
+    dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, FAMILIES[family]))
+    board = cv2.aruco.CharucoBoard(squares, 1.0, share, dictionary)
+    board.setLegacyPattern(legacy)
+    return board
+
+
+def find_charuco(grey: Array, squares: tuple[int, int], family: str, legacy: bool) -> tuple[Ints, Array] | None:
+    """Numbers (k,) and places (k, 2) of the inner corners of a ChArUco board of columns x rows squares; None where too few markers tell."""
+    # Corners come from homographies of the markers beside them: the share of a square that a marker fills hardly matters.
+    board = _charuco(squares, family, legacy, 0.5)
+    corners, ids, _, _ = opencv().aruco.CharucoDetector(board).detectBoard(grey)
+    if ids is None or len(ids) == 0:
+        return None
+    return np.asarray(ids, dtype=np.int64).ravel(), np.asarray(corners, dtype=float).reshape(-1, 2)
+
+
+def charuco_markers(squares: tuple[int, int], family: str, legacy: bool, share: float) -> dict[int, Array]:
+    """Corners (4, 3) of each marker of a ChArUco board by its number, in squares about its middle, x right and y up;
+    `share`: the edge of a marker in squares."""
+    board = _charuco(squares, family, legacy, share)
+    places = np.array([squares[0] / 2, -squares[1] / 2, 0.0]) * -1.0 + np.asarray(board.getObjPoints(), dtype=float) * [
+        1.0,
+        -1.0,
+        1.0,
+    ]
+    return dict(zip(np.asarray(board.getIds()).ravel().tolist(), places, strict=True))
+
+
+def encode_picture(grey: Array, width: int) -> bytes:
+    """A small picture of an image (JPEG), at most so many pixels wide."""
+    cv2 = opencv()
+    scale = min(1.0, width / grey.shape[1])
+    small = grey if scale == 1.0 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    there, made = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 60])
+    return bytes(made) if there else b""

@@ -1,0 +1,88 @@
+"""What is remarked on images and what they show, in English."""
+
+from __future__ import annotations
+
+from robocal.remarks.phrase import Phrase
+
+__all__ = ["VisionRemarks"]
+
+
+class VisionRemarks:
+    """What is remarked on images and what they show."""
+
+    IMAGE_TURNED = Phrase(
+        "{file} says how the camera was turned (EXIF), and was turned so",
+        "Take all images without turning, and switch this off in the camera: the lens does not turn with it.",
+    )
+    IMAGE_SIZES_DIFFER = Phrase(
+        "the images have {count} sizes: {views} has {width} x {height} pixels, most have {usual}",
+        "Give the images of one camera at one resolution: another crop or scale has another lens.",
+    )
+    NO_TARGET_FOUND = Phrase(
+        "no image shows a target: {tried}",
+        "Check that the whole target with its white rim is in the images, sharp, and name it: --dictionary, --checker or --charuco.",
+    )
+    NO_MARKER_IN_VIEW = Phrase(
+        "{count} of {total} images show no target: {views}",
+        "Look at their pictures on the page: the target may be outside, too small, blurred or covered.",
+    )
+    ONE_MARKER_IN_VIEW = Phrase(
+        "{count} of {total} images show one marker alone: {views}",
+        "One small marker says little of where it is: bring several of one sheet into the image.",
+    )
+    OTHER_DICTIONARY = Phrase(
+        "of {given} {count} markers were found, of {better} {found}", "--dictionary {better} is probably right."
+    )
+    DICTIONARY_FOUND = Phrase(
+        "the markers are of {family}: the smallest dictionary that holds their numbers; larger ones of its family look the same",
+        "Name the one that was printed: --dictionary.",
+    )
+    DICTIONARY_UNSURE = Phrase(
+        "no dictionary has {ahead:g} times as many markers as the next: {count} and {next}",
+        "Name the one that was printed: --dictionary.",
+    )
+    BOARD_FOUND = Phrase(
+        "a checkerboard of {columns} x {rows} squares was found", "Name it, if this is not the whole board: --checker."
+    )
+    SIZE_NOT_STATED = Phrase(
+        "the size of the {what} is not stated: without it corners have no places on the target",
+        "Measure the print and give {option}.",
+    )
+    TWO_OF_ONE_NUMBER = Phrase(
+        "{view} shows the marker {numbers} more than once: all of these are left out",
+        "Cover one of them, or print sheets with other numbers.",
+    )
+    MIRRORED_IMAGE = Phrase(
+        "{count} of {total} images show markers only when they are mirrored: {views}",
+        "Switch mirroring off in the camera or its driver, or take the images without the mirror.",
+    )
+    MARKERS_APART = Phrase(
+        "the markers fall into {count} groups that no image joins: {groups}",
+        "Take images that show markers of both groups, or calibrate the groups as separate targets.",
+    )
+    MARKERS_AT_BORDER = Phrase(
+        "{count} of {total} markers lie at the border of their image: {views}",
+        "Their corners are less sure, and say so: keep one cell of white inside the image.",
+    )
+    IMAGE_OVEREXPOSED = Phrase(
+        "white is cut off in {count} of {total} images: {views}", "Expose less: cut-off white moves all edges outwards."
+    )
+    MOTION_BLUR = Phrase(
+        "{count} of {total} images are smeared along one direction, most {view} by about {length:.2g} px at {angle:.0f} deg",
+        "Stand still while the image is taken, or expose for a shorter time.",
+    )
+    IMAGE_BLURRED = Phrase(
+        "{count} of {total} images are blurred by more than {most:g} px: {views}", "Focus on the target."
+    )
+    EDGES_ALONE = Phrase(
+        "{count} of {total} markers were fitted by their four edges, for their pixels do not agree with their cells: {views}",
+        "Look for shadows, glare, dirt or a bent sheet there; these corners are less exact.",
+    )
+    MARKER_DROPPED = Phrase(
+        "{count} markers were found and left out, for neither pixels nor edges agree with them: {views}",
+        "Look at their pictures on the page: a marker that is covered, dirty or bent should be free and flat.",
+    )
+    IMAGE_HARDLY_COVERED = Phrase(
+        "corners lie in {share:.0%} of the image",
+        "A lens is known only where corners were: bring the target to the empty parts.",
+    )

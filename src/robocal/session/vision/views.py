@@ -1,0 +1,141 @@
+"""One view of a target: an image, what it shows, and how good it is."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from robocal._record import record, replace
+from robocal._types import Array
+from robocal.diagnose.limits import SMEAR_CELL
+from robocal.files.image_files import GreyImage
+from robocal.files.marker_search import encode_picture, find_markers
+from robocal.quantities import Column, Listing
+from robocal.session.vision.target import Target, cells_of
+from robocal.vision.marker.motion import blur_of_motion
+from robocal.vision.sightings import BOARD, METHODS, Sighting, coverage_of
+
+__all__ = ["ImageView", "ViewSummary", "list_corners", "look_at", "look_mirrored"]
+
+MARKERS = 5  # grid: of a view that tell how it is smeared: a lens bends larger ones more
+WIDTH = 420  # px, of a small picture
+
+
+@record(kw_only=True)
+class ViewSummary:
+    """One view: its image, how many markers and corners it shows, the share of all numbers that any view shows, blur (px, the median), the
+    length and direction by which it is smeared (px, deg), the share of bright pixels that may be cut off, the share of the image's parts
+    with corners, markers at the border, numbers seen twice, and those that could not be fitted."""
+
+    view: str
+    file: str
+    width: int
+    height: int
+    markers: int
+    corners: int
+    share: float = 0.0
+    blur: float | None
+    motion: float
+    direction: float
+    white: float
+    coverage: float
+    border: int
+    edges: int
+    twice: tuple[int, ...] = ()
+    dropped: tuple[int, ...] = ()
+    mirrored: bool = False
+
+
+@record(eq=False)
+class ImageView:
+    """One image with what it shows, and a small picture of it (JPEG) where a page wants one."""
+
+    summary: ViewSummary
+    sightings: tuple[Sighting, ...]
+    picture: bytes = b""
+
+    def with_share(self, share: float) -> ImageView:
+        """The same, with the share of all numbers that it shows."""
+        return replace(self, summary=replace(self.summary, share=share))
+
+
+def look_at(image: GreyImage, target: Target, picture: bool) -> ImageView:
+    """What an image shows of a target. A number that it shows twice is left out: nobody knows which is which."""
+    seen, dropped = target.search(image)
+    counts = Counter(s.marker for s in seen)
+    twice = tuple(sorted(n for n, count in counts.items() if count > 1))
+    kept = tuple(sorted((s for s in seen if s.marker not in twice), key=lambda s: s.marker))
+    markers = [s for s in kept if s.marker != BOARD]
+    length, direction = _motion(image.levels, markers, target)
+    blurs = [s.blur for s in kept if np.isfinite(s.blur)]
+    width, height = image.size
+    summary = ViewSummary(
+        view=image.view, file=str(image.file.file), width=width, height=height, markers=len(markers),
+        corners=sum(len(s.corner) for s in kept), blur=float(np.median(blurs)) if blurs else None, motion=length, direction=direction,
+        white=float(np.mean([s.white for s in kept])) if kept else 0.0, coverage=coverage_of([s.place for s in kept], width, height),
+        border=sum(s.cut for s in kept), edges=sum(s.method == METHODS[1] for s in kept), twice=twice, dropped=tuple(sorted(dropped)),
+    )  # fmt: skip
+    return ImageView(summary, kept, encode_picture(image.grey, WIDTH) if picture else b"")
+
+
+def look_mirrored(view: ImageView, image: GreyImage, target: Target) -> ImageView:
+    """The same view, which shows no marker; said where its mirror image does."""
+    assert target.family is not None
+    found = find_markers(np.ascontiguousarray(image.grey[:, ::-1]), target.family)
+    return replace(view, summary=replace(view.summary, mirrored=len(found) > 0))
+
+
+def _motion(levels: Array, markers: Sequence[Sighting], target: Target) -> tuple[float, float]:
+    """Length (px) and direction (deg, from u towards v) of a motion while the image was taken: a motion by L adds L^2 / 12 to the
+    variance of the blur along it, in all markers alike; what a lens does differs between them. 0 where no marker is large enough."""
+    found: list[Array] = []
+    for s in sorted(markers, key=_shortest_side):
+        cells = cells_of(target.family or "", s.marker)
+        if s.method == METHODS[0] and _shortest_side(s) >= SMEAR_CELL * len(cells) and len(found) < MARKERS:
+            found.append(blur_of_motion(levels, s.place, cells, s.blur))
+    if not found:
+        return 0.0, 0.0
+    across, along = np.linalg.eigh(np.mean(found, axis=0))[1].T
+    wider = min(float(along @ one @ along - across @ one @ across) for one in found)
+    return float(np.sqrt(12 * max(wider, 0.0))), float(np.degrees(np.arctan2(along[1], along[0])) % 180)
+
+
+def _shortest_side(s: Sighting) -> float:
+    return float(np.hypot(*(np.roll(s.place, -1, axis=0) - s.place).T).min())
+
+
+def list_corners(views: Sequence[ImageView], target: Target) -> Listing:
+    """A row for each corner: view, marker, corner, place with its standard deviations, the covariance of this corner with the others of its
+    marker, blur and method; where on the target it is, where that is known."""
+    rows = [(v.summary.view, s, k) for v in views for s in v.sightings for k in range(len(s.corner))]
+    boards = any(s.marker == BOARD for _, s, _ in rows)
+    place = np.array([s.place[k] for _, s, k in rows]).reshape(-1, 2)
+    sigma = np.array([s.sigma[k] for _, s, k in rows]).reshape(-1, 2)
+    columns = [
+        Column("view", "", [v for v, _, _ in rows]),
+        Column("marker", "", ["board" if s.marker == BOARD else s.marker for _, s, _ in rows]),
+        Column("corner", "", [int(s.corner[k]) for _, s, k in rows]),
+        *(Column(n, "px", place[:, i], decimals=4) for i, n in enumerate("uv")),
+        *(Column(n, "px", sigma[:, i], digits=4) for i, n in enumerate(("su", "sv"))),
+    ]
+    where = {id(s): target.places(s) for _, s, _ in rows}
+    if any(p is not None for p in where.values()):
+        none = np.full(3, np.nan)
+        points = np.array([none if (p := where[id(s)]) is None else 1e3 * p[k] for _, s, k in rows]).reshape(-1, 3)
+        columns += [Column(f"point_{a}", "mm", points[:, i], digits=9) for i, a in enumerate("xyz")]
+    columns += [Column("blur", "px", np.array([s.blur for _, s, _ in rows]), digits=4)]
+    columns += [Column("method", "", [s.method for _, s, _ in rows])]
+    own = np.array([s.covariance[2 * k, 2 * k + 1] for _, s, k in rows])
+    columns += [Column("suv", "px^2", own, digits=6)]
+    if not boards or target.family is not None:
+        both = np.array([_block(s, k) for _, s, k in rows]).reshape(-1, 16)
+        names = [f"c{a}_{b}{j}" for a in "uv" for j in range(4) for b in "uv"]
+        columns += [Column(n, "px^2", both[:, i], digits=6) for i, n in enumerate(names)]
+    return Listing(tuple(columns))
+
+
+def _block(s: Sighting, k: int) -> Array:
+    """The covariance of u and of v of a marker's corner with all eight numbers of the marker; a board has none between its corners."""
+    return np.full(16, np.nan) if s.marker == BOARD else s.covariance[2 * k : 2 * k + 2].ravel()

@@ -1,0 +1,1 @@
+"""Verbs of cameras and printed sheets: `robocal vision NAME`."""

@@ -1,0 +1,156 @@
+"""What `vision detect` finds: corners view by view, and what is wrong with the images."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robocal._record import record, replace
+from robocal.errors import ModelError
+from robocal.files.display import listing_text
+from robocal.files.image_files import find_images, read_images
+from robocal.files.marker_search import smallest_family
+from robocal.files.parts import Document, Origin
+from robocal.files.plain import json_text
+from robocal.files.text import InputFile
+from robocal.progress import Watch, tell
+from robocal.quantities import Listing
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+from robocal.report.sections import Section
+from robocal.session.verb_base import VerbResult
+from robocal.session.vision.judge import judge_views
+from robocal.session.vision.target import Target, find_target, target_of
+from robocal.session.vision.views import ImageView, ViewSummary, list_corners, look_at, look_mirrored
+from robocal.vision.sightings import BOARD, METHODS, coverage_of, find_islands
+
+if TYPE_CHECKING:
+    from robocal.verbs.vision.detect import Options
+
+__all__ = ["DetectDocument", "Detected", "detect"]
+
+PICTURES = 24  # on a page; of more images an even selection
+MIRRORS = 3  # images without a marker that are looked at mirrored as well
+
+
+@record(kw_only=True)
+class DetectDocument(Document):
+    """corners.json: the target, the size of the images, each view, groups of markers that views join, the share of the image with
+    corners, how many markers or boards were fitted in which way, and the corners."""
+
+    target: dict[str, Any]
+    image: tuple[int, int]
+    views: list[ViewSummary]
+    islands: list[list[int]]
+    coverage: float
+    methods: dict[str, int]
+    corners: Listing
+    provenance: Origin
+
+
+@record(kw_only=True, eq=False)
+class Detected(VerbResult):
+    """Corners of a target in images, and the names of the files that they are written to."""
+
+    target: Target
+    views: tuple[ImageView, ...]
+    islands: tuple[tuple[int, ...], ...]
+    coverage: float
+    files: tuple[str, ...] = ()
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of most images."""
+        return Counter((v.summary.width, v.summary.height) for v in self.views).most_common(1)[0][0]
+
+    @property
+    def methods(self) -> dict[str, int]:
+        """How many markers and boards were fitted in which way."""
+        counts = Counter(s.method for v in self.views for s in v.sightings)
+        return {m: counts[m] for m in METHODS if counts[m]}
+
+    @property
+    def listing(self) -> Listing:
+        """A row for each corner."""
+        return list_corners(self.views, self.target)
+
+    @property
+    def printed(self) -> tuple[str | None, Listing | None]:
+        """The list, where it is not written."""
+        return (None, None) if self.files else (listing_text(self.listing), self.listing)
+
+    @property
+    def head(self) -> dict[str, Any]:
+        """What stands at the head of its page."""
+        width, height = self.size
+        facts = (("Target", self.target.text), ("Images", f"{len(self.views)} of {width} x {height} pixels"))
+        return {"title": "Corners in images", "kind": "Detection", "facts": facts}
+
+    @property
+    def document(self) -> DetectDocument:
+        """What --json says."""
+        return self.document_of(
+            DetectDocument,
+            target=self.target.document,
+            image=self.size,
+            views=[v.summary for v in self.views],
+            islands=[list(i) for i in self.islands],
+            coverage=self.coverage,
+            methods=self.methods,
+            corners=self.listing,
+        )
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The list and the document."""
+        return {self.files[0]: listing_text(self.listing), self.files[1]: json_text(self.document)}
+
+    def details(self) -> Iterator[Section]:
+        """Pictures of the views."""
+        from robocal.report.detected import detect_pictures
+
+        yield from detect_pictures(self)
+
+
+def detect(o: Options, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Detected:
+    """Finds the target, then its corners in every image. Raises InputError."""
+    if len(set(files)) < len(files):
+        raise ModelError("corners are a CSV", key="--output", found=files[0], expected="a name that ends in .csv")
+    wanted = target_of(o.dictionary, o.checker, o.charuco, o.size, o.square)
+    sources = find_images(o.images)
+    lengths = Target(size=_metres(o.size), square=_metres(o.square))
+    target, said = find_target(wanted, lengths, sources, o.every, watch)
+    apart = max(1, -(-len(sources) // PICTURES))
+    views: list[ImageView] = []
+    inputs: dict[InputFile, None] = {}
+    mirrors = 0
+    for number, image in enumerate(read_images(sources, o.every)):
+        tell(watch, "detect", what=image.view)
+        inputs[image.file] = None
+        said.extend(image.remarks)
+        view = look_at(image, target, bool(files) and number % apart == 0 and number < apart * PICTURES)
+        if not view.sightings and target.family is not None and mirrors < MIRRORS:
+            mirrors += 1
+            view = look_mirrored(view, image, target)
+        views.append(view)
+    numbers = sorted({(s.marker, k) for v in views for s in v.sightings for k in s.corner.tolist()})
+    views = [v.with_share(v.summary.corners / max(len(numbers), 1)) for v in views]
+    markers = sorted({n for n, _ in numbers if n != BOARD})
+    if wanted is None and target.family is not None:
+        target = replace(target, family=smallest_family(target.family, max(markers, default=0)))
+        said.append(Remark.of(Code.DICTIONARY_FOUND, family=str(target.family)))
+    seen = np.array([[any(s.marker == n for s in v.sightings) for n in markers] for v in views], dtype=bool)
+    islands = tuple(tuple(markers[i] for i in island) for island in find_islands(seen)) if markers else ()
+    first = views[0].summary
+    coverage = coverage_of([s.place for v in views for s in v.sightings], first.width, first.height)
+    warnings, reasons = judge_views([v.summary for v in views], islands, coverage, target)
+    return Detected(
+        target=target, views=tuple(views), islands=islands, coverage=coverage, files=files, warnings=(*said, *warnings),
+        reasons=tuple(reasons), inputs=tuple(inputs), command=command,
+    )  # fmt: skip
+
+
+def _metres(length: float | None) -> float | None:
+    return None if length is None else 1e-3 * length

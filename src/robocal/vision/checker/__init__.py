@@ -1,0 +1,1 @@
+"""Corners of checkerboards, each from all pixels of the four squares around it."""

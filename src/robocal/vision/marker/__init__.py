@@ -1,0 +1,1 @@
+"""Corners of a printed marker, from one fit of all its pixels."""

@@ -1,0 +1,159 @@
+"""One marker: its four corners from all its pixels, with their covariance."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robocal._jit import as_kernel_array
+from robocal._record import record
+from robocal._types import Array
+from robocal.vision.camera import project
+from robocal.vision.marker._kernels import BLUR, LIGHT, SHIFT, SIZE, choose, fit_pixels, ideal_pixels
+
+__all__ = ["SQUARE", "MarkerFit", "fit_marker"]
+
+# Corners in the order of detectors: top left, top right, bottom right, bottom left; Y down, as in the image.
+SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+QUIET = 1.0  # cells of quiet zone that every marker has around it
+CLEAR = 2.5  # blur widths that stay away from its rim: beyond it nobody knows what is seen
+SURROUND = 3.0  # px, around it
+FIRST_BLUR = 1.0  # px
+QUANTUM = 0.3  # grey levels: the step of a camera's numbers, as noise
+COARSE, COARSE_STILL = 600, 0.05  # pixels of the first look, and when it ends (px)
+STILL, SAME_PIXELS = 3e-3, 0.1  # px: corners at rest; corners so little moved that the same pixels are used
+ROUNDS = 12
+COMMON_LENS = (0.8, -0.25)  # focal length in image widths, k1: a webcam's
+
+
+@record(eq=False)
+class MarkerFit:
+    """Corners (4, 2) in pixels, their covariance (8, 8), blur and edge shift (px; white grows), light (6,) in grey levels, noise in grey
+    levels (one pixel), and how many pixels were used."""
+
+    corners: Array
+    covariance: Array
+    blur: float
+    shift: float
+    light: Array
+    noise: float
+    pixels: int
+
+
+def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = None) -> MarkerFit | None:
+    """A marker of cells (n, n), 1 white and 0 black, near corners (4, 2) of a grey image (h, w); lens (9,) as in `vision.camera`.
+    None where its pixels do not tell.
+
+    Without a lens straight edges are taken as straight, and the covariance carries what a wide lens may bend (`COMMON_LENS`)."""
+    grey, box = _box(image, corners, len(cells))
+    ideal, slope = _without_distortion(box, lens)
+    ink = as_kernel_array(cells - 1.0)
+    joints = as_kernel_array(np.diff(np.diff(np.pad(ink, 1), axis=0), axis=1))
+    p, a = np.zeros(SIZE), np.zeros((SIZE, SIZE))
+    p[:8] = homography(SQUARE, corners if lens is None else _ideal(corners, lens))
+    p[BLUR] = FIRST_BLUR
+    inside = np.empty(len(ideal), dtype=bool)
+    limit, noise, count = np.inf, 0.0, 0
+    for step in range(ROUNDS):
+        count = choose(ideal, slope, p, p[BLUR], 2 * QUIET / len(cells), CLEAR, inside)
+        if count < 2 * SIZE:
+            return None
+        thin = max(count // COARSE, 1) if step == 0 else 1
+        seen, at, by = as_kernel_array(*(part[inside][::thin] for part in (grey, ideal, slope)))
+        if step == 0:
+            dark, bright = np.percentile(seen, [10, 90])
+            p[LIGHT], p[LIGHT + 3], limit = dark, bright - dark, 0.3 * (bright - dark)
+        before = corners_of(p[:8])[0]
+        cost = fit_pixels(seen, at, by, p, ink, joints, limit, ROUNDS, STILL if step else COARSE_STILL, a)
+        if not cost >= 0.0:
+            return None
+        noise = float(np.sqrt(2 * cost / (len(seen) - SIZE)))
+        limit = 3 * max(noise, QUANTUM)
+        if step > 0 and np.abs(corners_of(p[:8])[0] - before).max() < SAME_PIXELS:
+            break
+    found, by_h = corners_of(p[:8])
+    try:
+        spread = noise**2 * by_h @ np.linalg.inv(np.tril(a) + np.tril(a, -1).T)[:8, :8] @ by_h.T
+    except np.linalg.LinAlgError:
+        return None
+    if lens is None:
+        bent = _bend(p[:8], image.shape)
+        spread += np.outer(bent, bent)
+    else:
+        rays = np.column_stack([(found - lens[2:4]) / lens[:2], np.ones(4)])
+        found, by, _ = project(rays, lens)
+        turn = np.zeros((8, 8))
+        for i in range(4):
+            turn[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = by[i, :, :2] / lens[:2]
+        spread = turn @ spread @ turn.T
+    return MarkerFit(found, spread, float(p[BLUR]), float(p[SHIFT]), p[LIGHT:].copy(), noise, int(count))
+
+
+def _box(image: Array, corners: Array, n: int) -> tuple[Array, tuple[int, int, int, int]]:
+    """The grey levels of the pixels around a marker of n cells, and where they lie: u0, v0, width, height."""
+    h, w = image.shape
+    reach = SURROUND + QUIET * 1.5 * np.ptp(corners, axis=0).max() / n
+    u0, v0 = np.clip(np.floor(corners.min(axis=0) - reach), 0, (w - 1, h - 1)).astype(int)
+    u1, v1 = np.clip(np.ceil(corners.max(axis=0) + reach) + 1, 1, (w, h)).astype(int)
+    return as_kernel_array(image[v0:v1, u0:u1].ravel()), (int(u0), int(v0), int(u1 - u0), int(v1 - v0))
+
+
+def _without_distortion(box: tuple[int, int, int, int], lens: Array | None) -> tuple[Array, Array]:
+    """Where the pixels (m, 2) of a box would lie without distortion, and the derivatives (m, 4) by the pixel."""
+    u0, v0, width, height = box
+    ideal, slope = np.empty((width * height, 2)), np.empty((width * height, 4))
+    if lens is None:
+        v, u = np.divmod(np.arange(width * height), width)
+        ideal[:, 0], ideal[:, 1] = u0 + u, v0 + v
+        slope[:] = (1.0, 0.0, 0.0, 1.0)
+    else:
+        ideal_pixels(float(u0), float(v0), width, as_kernel_array(lens), ideal, slope)
+    return ideal, slope
+
+
+def _ideal(points: Array, lens: Array) -> Array:
+    """Points (k, 2) of an image where they would lie without distortion."""
+    out, slope = np.empty((len(points), 2)), np.empty((1, 4))
+    for i, (u, v) in enumerate(points):
+        ideal_pixels(float(u), float(v), 1, as_kernel_array(lens), out[i : i + 1], slope)
+    return out
+
+
+def _bend(h: Array, shape: tuple[int, ...]) -> Array:
+    """What a common lens, not known, leaves of the corners (8,) after the homography that fits all of the marker best (px)."""
+    x, y = (part.ravel() for part in np.meshgrid(np.linspace(-1, 1, 7), np.linspace(-1, 1, 7)))
+    points, columns = _image(h, np.append(x, SQUARE[:, 0]), np.append(y, SQUARE[:, 1]))
+    middle = (np.array(shape[::-1]) - 1) / 2
+    off = (points - middle) / (COMMON_LENS[0] * shape[1])
+    moved = COMMON_LENS[1] * (off**2).sum(axis=1)[:, None] * off * COMMON_LENS[0] * shape[1]
+    whole, corners = slice(0, len(x)), slice(len(x), None)
+    fit = np.linalg.lstsq(columns[whole].reshape(-1, 8), moved[whole].ravel(), rcond=None)[0]
+    left: Array = moved[corners].ravel() - columns[corners].reshape(-1, 8) @ fit
+    return left
+
+
+def corners_of(h: Array) -> tuple[Array, Array]:
+    """Corners (4, 2) of a homography (8,), and their derivatives (8, 8)."""
+    points, by = _image(h, SQUARE[:, 0], SQUARE[:, 1])
+    return points, by.reshape(8, 8)
+
+
+def _image(h: Array, x: Array, y: Array) -> tuple[Array, Array]:
+    """The image (k, 2) of points of the square, and its derivatives (k, 2, 8) by the homography."""
+    w = 1 / (h[6] * x + h[7] * y + 1)
+    u, v = (h[0] * x + h[1] * y + h[2]) * w, (h[3] * x + h[4] * y + h[5]) * w
+    by = np.zeros((len(x), 2, 8))
+    for i, f in enumerate((x, y, np.ones(len(x)))):
+        by[:, 0, i] = by[:, 1, 3 + i] = f * w
+    for i, f in ((6, x), (7, y)):
+        by[:, 0, i], by[:, 1, i] = -u * f * w, -v * f * w
+    return np.stack([u, v], axis=1), by
+
+
+def homography(points: Array, image: Array) -> Array:
+    """The eight numbers that take four points (4, 2) to the image (4, 2)."""
+    x, y = points.T
+    u, v = image.T
+    one, none = np.ones(4), np.zeros((4, 3))
+    first = np.column_stack([x, y, one, none, -u * x, -u * y])
+    second = np.column_stack([none, x, y, one, -v * x, -v * y])
+    return np.linalg.solve(np.vstack([first, second]), np.concatenate([u, v]))

@@ -1,0 +1,48 @@
+"""Real images: AprilTags of a webcam, the checkerboard of a UR3, a ChArUco board on an arm."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cli.runs import robocal
+
+cv2 = pytest.importorskip("cv2")
+TAGS = 71  # that AprilTag's own detector finds with no wrong bit
+
+
+def columns(document):
+    return {c["name"]: c["values"] for c in document["corners"]["columns"]}
+
+
+def test_apriltags_are_found_all_and_no_others(shared_data):
+    told = robocal("vision", "detect", shared_data / "apriltags", "--json").document
+    old = tuple(map(int, cv2.__version__.split(".")[:2])) < (4, 12)  # 4.10 misses one of 15 px
+    assert told["target"]["dictionary"] == "36h11" and told["methods"] == {"all pixels": TAGS - old}
+    found = columns(told)
+    ids = {v: {m for w, m in zip(found["view"], found["marker"], strict=True) if w == v} for v in set(found["view"])}
+    scenes = [{22, 24, 58, 85, 144, 198}, {60, 82, 318, 328, 387}, {76}]
+    assert all(any(some <= scene for scene in scenes) for some in ids.values())
+    assert not {r["code"] for r in told["remarks"]} & {"motion-blur", "image-overexposed", "two-of-one-number"}
+
+
+def test_a_checkerboard_is_calibrated_with_half_the_residual_of_a_corner_search(shared_data, tmp_path):
+    folder = shared_data / "ur3-cameras" / "images" / "cam1"
+    (tmp_path / "list.txt").write_text("\n".join(str(folder / f"img{k}_cam1.png") for k in range(1, 41, 3)))
+    told = robocal("vision", "detect", tmp_path / "list.txt", "--square", 20, "--json").document
+    assert told["target"]["squares"] == [10, 8]
+    found = columns(told)
+    place, points = np.column_stack([found["u"], found["v"]]), np.column_stack([found["point_x"], found["point_y"]])
+    views = np.array(found["view"])
+    assert len(set(found["view"])) == 14 and len(place) == 14 * 63
+    board = [
+        np.column_stack([points[views == v], np.zeros(63)]).astype(np.float32) for v in dict.fromkeys(found["view"])
+    ]
+    seen = [place[views == v].astype(np.float32) for v in dict.fromkeys(found["view"])]
+    assert cv2.calibrateCamera(board, seen, (1280, 720), None, None)[0] < 0.16  # 0.24 by the published corners
+
+
+def test_a_charuco_board_is_found(shared_data):
+    words = ["--charuco", "5x7", "--dictionary", "6x6_250", "--square", 36.195, "--size", 18.256, "--json"]
+    told = robocal("vision", "detect", shared_data / "charuco-arm" / "images", *words).document
+    assert sum(v["markers"] for v in told["views"]) >= 250 and sum(v["corners"] > 0 for v in told["views"]) == 16
+    assert "image-overexposed" in {r["code"] for r in told["remarks"]}

@@ -1,0 +1,81 @@
+"""What images show of a target: fits of markers and boards, which are joined, how much is covered."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from printed import image_of, paper, places
+
+from robocal.vision.checker.crossing import fit_saddles
+from robocal.vision.marker.edges import fit_edges
+from robocal.vision.sightings import METHODS, coverage_of, find_islands, fit_sighting
+
+CELLS = np.pad(np.random.default_rng(4).integers(0, 2, (6, 6)).astype(float), 1)
+SIDE = 8 * 7.0
+CORNERS = np.array([[0.0, 0], [SIDE, 0], [SIDE, SIDE], [0, SIDE]])
+TILT = np.array([[1.0, 0.08, 30.3], [-0.05, 1.02, 30.6], [3e-4, 2e-4, 1.0]])
+
+
+def drawn(seed=0, sheet=None, **how):
+    return image_of(sheet or paper(CELLS, 0, 0, 7.0), TILT, 120, 120, seed=seed, **how).astype(float)
+
+
+def test_edges_find_corners_and_know_how_well():
+    true, apart, scaled = places(TILT, CORNERS), [], []
+    for seed in range(12):
+        start = true + np.random.default_rng(seed).normal(0, 0.5, (4, 2))
+        found, covariance = fit_edges(drawn(seed), start)
+        apart.append(found - true)
+        scaled.append(apart[-1].ravel() @ np.linalg.solve(covariance, apart[-1].ravel()))
+    assert np.sqrt(np.mean(np.square(apart))) < 0.08
+    assert 0.3 < np.mean(scaled) / 8 < 4
+    assert fit_edges(np.full((120, 120), 90.0), true) is None
+
+
+def test_a_marker_whose_cells_are_hidden_is_fitted_by_its_edges_and_says_so():
+    true = places(TILT, CORNERS)
+    whole = fit_sighting(drawn(), 7, true + 0.6, CELLS)
+    assert whole.method == METHODS[0] and np.abs(whole.place - true).max() < 0.03 and not whole.cut
+    covered = drawn(sheet=paper(1 - CELLS[1:-1, 1:-1], 7.0, 7.0, 7.0, paper(CELLS, 0, 0, 7.0)))
+    edges = fit_sighting(covered, 7, true + 0.6, CELLS)
+    assert edges.method == METHODS[1] and np.abs(edges.place - true).max() < 0.3
+    assert fit_sighting(np.full((120, 120), 90.0), 7, true, CELLS) is None
+
+
+def test_a_marker_at_the_border_says_so():
+    image, true = drawn(), places(TILT, CORNERS)
+    at = int(true[:, 0].max()) + 4
+    cut = fit_sighting(image[:, :at], 7, true, CELLS)
+    assert cut.cut and np.abs(cut.place - true).max() < 0.05
+
+
+@pytest.mark.parametrize(
+    ("blur", "noise", "cell", "most"), [(0.5, 2.0, 14, 0.01), (0.8, 5.0, 14, 0.02), (1.5, 5.0, 24, 0.03)]
+)
+def test_crossings_of_a_checkerboard(blur, noise, cell, most):
+    board = (np.indices((6, 8)).sum(axis=0) % 2).astype(float)
+    inner = np.array([(i * cell, j * cell) for j in range(1, 6) for i in range(1, 8)], dtype=float)
+    h = np.array([[1.0, 0.1, 30.4], [-0.07, 0.9, 40.7], [5e-4, 4e-4, 1.0]])
+    size = int(10.5 * cell) + 30, int(8 * cell) + 30
+    true, apart, scaled = places(h, inner), [], []
+    for seed in range(3):
+        image = image_of(paper(board, 0, 0, cell), h, *size, blur=blur, noise=noise, seed=seed).astype(float)
+        start = true + np.random.default_rng(seed).normal(0, 0.4, true.shape)
+        found = fit_saddles(image, np.arange(35), start, 7)
+        assert found.corner.tolist() == list(range(35)) and found.blur == pytest.approx(blur, rel=0.15)
+        apart.append(found.place - true)
+        scaled.append(apart[-1] / found.sigma)
+    assert np.sqrt(np.mean(np.square(apart))) < most
+    assert np.abs(np.mean(apart, axis=(0, 1))).max() < 0.3 * most
+    assert 0.7 < np.mean(np.square(scaled)) < 1.6
+
+
+def test_islands_and_coverage():
+    seen = np.zeros((5, 6), dtype=bool)
+    seen[0, [0, 2]] = seen[1, [2, 4]] = seen[2, [1, 3]] = True
+    seen[3, 5] = True
+    assert [i.tolist() for i in find_islands(seen)] == [[0, 2, 4], [1, 3], [5]]
+    assert find_islands(np.zeros((2, 0), dtype=bool)) == []
+    every = np.stack(np.meshgrid(np.arange(0, 80, 2), np.arange(0, 60, 2)), axis=-1).reshape(-1, 2)
+    assert coverage_of([every], 80, 60) == 1.0 and coverage_of([], 80, 60) == 0.0
+    assert coverage_of([np.array([[1.0, 1.0], [79.0, 59.0]])], 80, 60) == pytest.approx(2 / 48)
