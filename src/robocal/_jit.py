@@ -21,6 +21,7 @@ import functools
 import os
 import threading
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, overload
 
@@ -71,6 +72,9 @@ class _Kernel:
         self.made: Any = None  # numba's compiler of it, once it is needed
         self.enter: Callable[..., Any] = self._choose
         _kernels.append(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _kernel_of, (self.__module__, self.py_func.__name__)
 
     def __call__(self, *args: Any, **named: Any) -> Any:
         return self.enter(*args, **named)
@@ -131,6 +135,11 @@ class _Kernel:
         for cell in self.py_func.__closure__ or ():
             if isinstance(cell.cell_contents, _Kernel):
                 cell.cell_contents = cell.cell_contents.made
+
+
+def _kernel_of(module: str, name: str) -> Any:
+    """The kernel of a name in another process."""
+    return getattr(import_module(module), name)
 
 
 def compile_for(kernel: Any, types: str, wait: bool = True) -> None:
