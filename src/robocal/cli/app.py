@@ -20,7 +20,7 @@ from typing import Any
 
 import click
 
-from robocal.cli.guard import DONE, UNTRUSTED, complain
+from robocal.cli.guard import ANYWHERE, DONE, UNTRUSTED, complain
 from robocal.cli.terminal import Terminal, command_line
 from robocal.remarks.remark import full_text
 from robocal.verbs.option import Arg, OptionField, entries
@@ -49,11 +49,6 @@ robocal new cable writes a file to start from."""
 
 Task = Callable[[], int]
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
-ANYWHERE = {
-    "debug": "Show tracebacks. Accepted anywhere.",
-    "timings": "Say where the time went. Accepted anywhere.",
-    "verbose": "Say all that a page would. Accepted anywhere.",
-}
 
 
 def build() -> click.Group:
@@ -61,7 +56,7 @@ def build() -> click.Group:
     version = click.Option(
         ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_version, help="Print the version."
     )
-    heard = [click.Option([f"--{n}"], is_flag=True, expose_value=False, help=h) for n, h in ANYWHERE.items()]
+    heard = [click.Option([n], is_flag=True, expose_value=False, help=h) for n, h in ANYWHERE.items()]
     cables = _Group("cable", _Verbs(CABLE, "cable."), CABLES)
     verbs = _Verbs(VERBS, "", {"cable": (cables, "Cable-driven parallel robots.")})
     return _Group("robocal", verbs, HELP, [version, *heard])
