@@ -81,7 +81,7 @@ class _Kernel:
 
     def _choose(self, *args: Any, **named: Any) -> Any:
         """Runs the machine code for these types, which the next call finds first."""
-        types = None if named or self.made is not None else _machine_code.types_of(args)
+        types = None if named or self.py_func.__defaults__ or self.made is not None else _machine_code.types_of(args)
         code = None if types is None else self.ready.get(types) or self._load(types)
         if code is None:
             return self.dispatcher(*args, **named)

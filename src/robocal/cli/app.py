@@ -20,7 +20,7 @@ from typing import Any
 
 import click
 
-from robocal.cli.guard import DONE, UNTRUSTED, complain
+from robocal.cli.guard import ANYWHERE, DONE, UNTRUSTED, complain
 from robocal.cli.terminal import Terminal, command_line
 from robocal.remarks.remark import full_text
 from robocal.verbs.option import Arg, OptionField, entries
@@ -44,11 +44,6 @@ Exit status: 0 done; 2 the input is wrong, nothing was written;
 
 Task = Callable[[], int]
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
-ANYWHERE = {
-    "debug": "Show tracebacks. Accepted anywhere.",
-    "timings": "Say where the time went. Accepted anywhere.",
-    "verbose": "Say all that a page would. Accepted anywhere.",
-}
 
 
 def build() -> click.Group:
@@ -56,7 +51,7 @@ def build() -> click.Group:
     version = click.Option(
         ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_version, help="Print the version."
     )
-    heard = [click.Option([f"--{n}"], is_flag=True, expose_value=False, help=h) for n, h in ANYWHERE.items()]
+    heard = [click.Option([n], is_flag=True, expose_value=False, help=h) for n, h in ANYWHERE.items()]
     groups = {word: (_Group(word, _Verbs(g.verbs, f"{word}."), g.help), g.line) for word, g in GROUPS.items()}
     verbs = _Verbs(VERBS, "", groups)
     return _Group("robocal", verbs, HELP, [version, *heard])

@@ -35,7 +35,11 @@ __all__ = [
 
 DONE, FAULT, INPUT, UNTRUSTED, STOPPED = 0, 1, 2, 3, 130
 IDENTIFY = (["calibrate"], ["cable", "calibrate"], ["cable", "identify"])  # no commands, but often typed for `identify`
-ANYWHERE = ("--debug", "--timings", "--verbose")  # words of robocal itself, heard wherever they stand
+ANYWHERE = {  # words of robocal itself, heard wherever they stand
+    "--debug": "Show tracebacks. Accepted anywhere.",
+    "--timings": "Say where the time went. Accepted anywhere.",
+    "--verbose": "Say all that a page would. Accepted anywhere.",
+}
 _received: list[int] = []
 _heard: set[str] = set()  # those of ANYWHERE in the command that runs
 
