@@ -11,8 +11,11 @@ class VisionRemarks:
     """What is remarked on images and what they show."""
 
     IMAGE_TURNED = Phrase(
-        "{file} says how the camera was turned (EXIF), and was turned so",
+        "{count} of {total} images say how the camera was turned (EXIF), and were turned so: {views}",
         "Take all images without turning, and switch this off in the camera: the lens does not turn with it.",
+    )
+    VIDEO_ENDS_EARLY = Phrase(
+        "{file} ends after {count} of {stated} frames", "Copy the video again: a part of the file is missing."
     )
     IMAGE_SIZES_DIFFER = Phrase(
         "the images have {count} sizes: {views} has {width} x {height} pixels, most have {usual}",
