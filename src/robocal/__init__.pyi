@@ -8,6 +8,7 @@ from robocal.errors import Cancelled as Cancelled
 from robocal.errors import InputError as InputError
 from robocal.files.cable.caspr import Caspr as _import_model_Caspr
 from robocal.front import cable as cable
+from robocal.front import camera as camera
 from robocal.front.arrays import Arm as Arm
 from robocal.front.arrays import Measurements as Measurements
 from robocal.front.arrays import measurements as measurements
@@ -36,6 +37,7 @@ _Watch = Callable[[dict[str, object]], None]
 ARRAYS: tuple[str, ...]
 FOUND: tuple[str, ...]
 ERRORS: tuple[str, ...]
+GROUPS: tuple[str, ...]
 CALLS: tuple[str, ...]
 __all__ = [
     "Arm",
@@ -46,6 +48,7 @@ __all__ = [
     "Measurements",
     "__version__",
     "cable",
+    "camera",
     "check",
     "compensate",
     "drift",

@@ -16,11 +16,10 @@ import pytest
 from cli.runs import ROBOT
 from files.test_cable import caspr
 from killing import FOREIGN, count_calls, duration, judge, killed_after, killed_at, readable
-from printed import image_of, paper
+from printed import draw_images
 
 from robocal.cli.main import main
 from robocal.errors import MissingExtra
-from robocal.files.images import family_cells, opencv
 
 KILLS = int(os.environ.get("ROBOCAL_KILLS", "0"))
 LAVAL = Path(__file__).parents[2] / "examples" / "cable-laval" / "robot.yaml"
@@ -70,17 +69,6 @@ def home(tmp_path_factory):
     with suppress(MissingExtra):
         draw_images(here / "images")
     return here
-
-
-def draw_images(folder):
-    """Two markers in two images."""
-    sheet = None
-    for k, cells in enumerate(family_cells("6x6_250", (3, 17))):
-        sheet = paper(cells, 75.0 * k, 0.0, 6.0, sheet)
-    folder.mkdir()
-    for k in range(2):
-        image = image_of(sheet, np.array([[1, 0.05, 30.0 + k], [-0.03, 1, 40.0], [0, 1e-4, 1]]), 220, 130)
-        opencv().imwrite(str(folder / f"{k}.png"), image)
 
 
 def command(home, words, out):
