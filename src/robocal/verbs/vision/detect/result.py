@@ -15,7 +15,7 @@ from robocal.files.image_files import find_images, read_images
 from robocal.files.marker_search import smallest_family
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
-from robocal.files.text import InputFile
+from robocal.files.text import InputFile, read_text
 from robocal.progress import Watch, tell
 from robocal.quantities import Listing
 from robocal.remarks.code import Code
@@ -23,7 +23,7 @@ from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
 from robocal.session.vision.judge import judge_views
-from robocal.session.vision.target import Target, find_target, target_of
+from robocal.session.vision.target import Target, find_target, target_of, target_on
 from robocal.session.vision.views import ImageView, ViewSummary, list_corners, look_at, look_mirrored
 from robocal.vision.sightings import BOARD, METHODS, coverage_of, find_islands
 
@@ -118,13 +118,18 @@ def detect(o: Options, watch: Watch | None = None, command: str = "", files: tup
     """Finds the target, then its corners in every image. Raises InputError."""
     if len(set(files)) < len(files):
         raise ModelError("corners are a CSV", key="--output", found=files[0], expected="a name that ends in .csv")
-    wanted = target_of(o.dictionary, o.checker, o.charuco, o.size, o.square)
+    named = ("dictionary", "checker", "charuco", "size", "square")
+    if o.sheet is not None:
+        o.refuse(named, "the sheet says this already", "--sheet alone, or none")
+        wanted: Target | None = target_on(o.sheet)
+    else:
+        wanted = target_of(*(getattr(o, n) for n in named))
     sources = find_images(o.images)
     lengths = Target(size=_metres(o.size), square=_metres(o.square))
     target, said = find_target(wanted, lengths, sources, o.every, watch)
     apart = max(1, -(-len(sources) // PICTURES))
     views: list[ImageView] = []
-    inputs: dict[InputFile, None] = {}
+    inputs: dict[InputFile, None] = {} if o.sheet is None else {InputFile(o.sheet, read_text(o.sheet).sha256): None}
     mirrors = 0
     for number, image in enumerate(read_images(sources, o.every)):
         tell(watch, "detect", what=image.view)
