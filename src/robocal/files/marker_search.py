@@ -169,7 +169,7 @@ def _black_first(grey: Array, grid: Array) -> Array:
         level = grey[v, u].astype(float)
         odd = np.indices((rows - 1, columns - 1)).sum(axis=0).ravel() % 2 == 1
         if level[~odd].mean() < level[odd].mean():
-            return turned
+            return np.asarray(turned)
     return grid
 
 
