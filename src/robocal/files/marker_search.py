@@ -18,7 +18,7 @@ from robocal.files.images import FAMILIES, opencv
 
 __all__ = [
     "FamilyTrial", "MarkersInImage", "charuco_markers", "choose_family", "encode_picture", "find_charuco", "find_checker",
-    "find_markers", "measure_checker", "smallest_family",
+    "find_markers", "largest_family", "measure_checker", "smallest_family",
 ]  # fmt: skip
 
 ENLARGE = 1_500_000  # px: larger images are looked at once
@@ -44,13 +44,14 @@ class MarkersInImage:
 
 @record
 class FamilyTrial:
-    """The largest dictionary of the family that fits best, or none, the smallest one with all numbers that were found, how many
-    markers these are, and of the next family."""
+    """The largest dictionary of the family that fits best, or none, how many markers these are, and of the next family; the smallest
+    dictionaries of both with all numbers that were found."""
 
     family: str | None
     smallest: str
     count: int
     next: int
+    next_family: str
 
 
 NOTHING = MarkersInImage(np.empty(0, dtype=np.int64), np.empty((0, 4, 2)))
@@ -88,9 +89,9 @@ def choose_family(images: Sequence[Array]) -> FamilyTrial:
             break
     best, *others = sorted(LARGEST, key=lambda f: -counts[f])
     count, following = counts[best], counts[others[0]]
-    if count == 0 or count < DICTIONARY_AHEAD * following:
-        return FamilyTrial(None, "", count, following)
-    return FamilyTrial(best, smallest_family(best, most[best]), count, following)
+    chosen = best if count and count >= DICTIONARY_AHEAD * following else None
+    smallest = [smallest_family(f, most[f]) for f in (best, others[0])]
+    return FamilyTrial(chosen, smallest[0], count, following, smallest[1])
 
 
 def smallest_family(family: str, number: int) -> str:
@@ -99,6 +100,12 @@ def smallest_family(family: str, number: int) -> str:
     if not size.isdigit():
         return family
     return next(f"{stem}_{n}" for n in SIZES if number < n)
+
+
+def largest_family(family: str) -> str:
+    """The largest dictionary of the family of one."""
+    stem, _, size = family.partition("_")
+    return f"{stem}_{SIZES[-1]}" if size.isdigit() else family
 
 
 def _look(grey: Array, family: str, border: int, *, strict: bool, fine: bool = False) -> MarkersInImage:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,9 @@ from robocal.files.marker_search import (
     find_charuco,
     find_checker,
     find_markers,
+    largest_family,
     measure_checker,
+    smallest_family,
 )
 from robocal.files.sheet import read_sheet
 from robocal.progress import Watch, tell
@@ -30,11 +32,12 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.vision.checker.crossing import fit_saddles
 from robocal.vision.sheets import SQUARE, Sheet, inner_corners, marker_corners
-from robocal.vision.sightings import BOARD, Sighting, fit_sighting
+from robocal.vision.sightings import BOARD, METHODS, Sighting, fit_sighting
 
 __all__ = ["Target", "find_target", "target_of", "target_on"]
 
 LOOKS = 3  # images that tell what the target is
+FURTHER = 2  # grid: markers of larger numbers than a dictionary has, that are no chance
 MOST_SQUARES = 200  # tolerance: what a board may have
 
 
@@ -211,7 +214,7 @@ def find_target(
     tell(watch, "target")
     some = _some(sources, every)
     if wanted is not None:
-        return _check(wanted, some)
+        return _check(wanted, some, sources, every)
     trial = choose_family([i.grey for i in some])
     if trial.family is not None:
         found = replace(lengths, family=trial.family)
@@ -221,8 +224,15 @@ def find_target(
         if (board := measure_checker(image.grey)) is not None:
             columns, rows = board[0] + 1, board[1] + 1
             return replace(lengths, squares=(columns, rows)), [Remark.of(Code.BOARD_FOUND, columns=columns, rows=rows)]
+    mirror = choose_family([some[0].mirrored.grey])
+    if mirror.family is not None and mirror.count > trial.count:
+        found = replace(lengths, family=mirror.family)
+        if found.search(some[0].mirrored)[0]:
+            return found, []
     if trial.count and trial.family is None:
-        return lengths, [Remark.of(Code.DICTIONARY_UNSURE, ahead=DICTIONARY_AHEAD, count=trial.count, next=trial.next)]
+        names = {"first": trial.smallest, "second": trial.next_family}
+        counts = {"count": trial.count, "next": trial.next}
+        return lengths, [Remark.of(Code.DICTIONARY_UNSURE, ahead=DICTIONARY_AHEAD, **counts, **names)]
     return lengths, []
 
 
@@ -238,27 +248,42 @@ def _some(sources: Sequence[ImageSource], every: int) -> list[GreyImage]:
     return out
 
 
-def _check(wanted: Target, some: Sequence[GreyImage]) -> tuple[Target, list[Remark]]:
-    """Another target than the one named where that is not seen and another is; how a ChArUco board was printed."""
-    if wanted.family is not None:
-        count = sum(len(find_markers(i.grey, wanted.family, wanted.border)) for i in some)
-        if wanted.squares is not None and wanted.sheet is None:
-            old, new = (
-                sum(
-                    len(f[0])
-                    for i in some
-                    if (f := find_charuco(i.grey, wanted.squares, wanted.family, legacy)) is not None
-                )
-                for legacy in (True, False)
+def _numbers(family: str, images: Iterable[GreyImage]) -> list[int]:
+    """Numbers of markers that all their pixels agree with."""
+    target = Target(family)
+    return [s.marker for i in images for s in target.search(i)[0] if s.method == METHODS[0]]
+
+
+def _other(given: str, count: int, largest: str, found: int, sources: Sequence[ImageSource], every: int) -> Remark:
+    """Another dictionary than that given is seen: the smallest that holds the numbers of all images."""
+    better = smallest_family(largest, max(_numbers(largest, read_images(sources, every)), default=0))
+    return Remark.of(Code.OTHER_DICTIONARY, given=given, count=count, better=better, found=found)
+
+
+def _check(
+    wanted: Target, some: Sequence[GreyImage], sources: Sequence[ImageSource], every: int
+) -> tuple[Target, list[Remark]]:
+    """What speaks for another dictionary than the one named: that it is not seen and another is, or that larger numbers of its family
+    are; and how a ChArUco board was printed."""
+    family = wanted.family
+    if family is None:
+        return wanted, []
+    count = sum(len(find_markers(i.grey, family, wanted.border)) for i in some)
+    if wanted.squares is not None and wanted.sheet is None:
+        finds = {
+            legacy: sum(
+                len(f[0]) for i in some if (f := find_charuco(i.grey, wanted.squares, family, legacy)) is not None
             )
-            wanted = replace(wanted, legacy=old > new)
-        if count < len(some):
-            trial = choose_family([i.grey for i in some])
-            if (
-                trial.family is not None
-                and trial.family != wanted.family
-                and trial.count >= DICTIONARY_AHEAD * max(count, 1)
-            ):
-                facts = {"given": wanted.family, "count": count, "better": trial.smallest, "found": trial.count}
-                return wanted, [Remark.of(Code.OTHER_DICTIONARY, **facts)]
+            for legacy in (True, False)
+        }
+        wanted = replace(wanted, legacy=finds[True] > finds[False])
+    largest = largest_family(family)
+    if count < len(some):
+        trial = choose_family([i.grey for i in some])
+        if trial.family not in (None, largest) and trial.count >= DICTIONARY_AHEAD * max(count, 1):
+            return wanted, [_other(family, count, str(trial.family), trial.count, sources, every)]
+    if wanted.squares is None and wanted.sheet is None and largest != family:
+        numbers = _numbers(largest, some)
+        if sum(n >= int(family.partition("_")[2]) for n in numbers) >= FURTHER:
+            return wanted, [_other(family, count, largest, len(numbers), sources, every)]
     return wanted, []

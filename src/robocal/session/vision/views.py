@@ -11,7 +11,7 @@ from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import SMEAR_CELL
 from robocal.files.image_files import GreyImage
-from robocal.files.marker_search import encode_picture, find_markers
+from robocal.files.marker_search import encode_picture
 from robocal.quantities import Column, Listing
 from robocal.session.vision.target import Target
 from robocal.vision.marker.motion import blur_of_motion
@@ -58,12 +58,21 @@ class ImageView:
     sightings: tuple[Sighting, ...]
     picture: bytes = b""
 
+    @property
+    def lacking(self) -> bool:
+        """Whether it shows nothing, or not all that was found."""
+        return not self.sightings or bool(self.summary.dropped)
+
+    def with_picture(self, image: GreyImage) -> ImageView:
+        """The same, with a small picture."""
+        return replace(self, picture=encode_picture(image.grey, WIDTH))
+
     def with_share(self, share: float) -> ImageView:
         """The same, with the share of all numbers that it shows."""
         return replace(self, summary=replace(self.summary, share=share))
 
 
-def look_at(image: GreyImage, target: Target, picture: bool) -> ImageView:
+def look_at(image: GreyImage, target: Target) -> ImageView:
     """What an image shows of a target. A number that it shows twice is left out: nobody knows which is which."""
     seen, dropped, strangers = target.search(image)
     counts = Counter(s.marker for s in seen)
@@ -80,14 +89,12 @@ def look_at(image: GreyImage, target: Target, picture: bool) -> ImageView:
         border=sum(s.cut for s in kept), edges=sum(s.method == METHODS[1] for s in kept), twice=twice, dropped=tuple(sorted(dropped)),
         strangers=tuple(sorted(set(strangers))),
     )  # fmt: skip
-    return ImageView(summary, kept, encode_picture(image.grey, WIDTH) if picture else b"")
+    return ImageView(summary, kept)
 
 
 def look_mirrored(view: ImageView, image: GreyImage, target: Target) -> ImageView:
     """The same view, which shows no marker; said where its mirror image does."""
-    assert target.family is not None
-    found = find_markers(np.ascontiguousarray(image.grey[:, ::-1]), target.family, target.border)
-    return replace(view, summary=replace(view.summary, mirrored=len(found) > 0))
+    return replace(view, summary=replace(view.summary, mirrored=bool(target.search(image.mirrored)[0])))
 
 
 def _motion(levels: Array, markers: Sequence[Sighting], target: Target) -> tuple[float, float]:

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 __all__ = ["DetectDocument", "Detected", "detect"]
 
-PICTURES = 24  # on a page; of more images an even selection
-MIRRORS = 3  # images without a marker that are looked at mirrored as well
+PICTURES = 24  # on a page; of more images an even selection, and as many of those that lack something
+MIRRORS = 3  # images without a marker, mirrored or not, after which no more are looked at mirrored
 
 
 @record(kw_only=True)
@@ -130,20 +130,24 @@ def detect(o: Options, watch: Watch | None = None, command: str = "", files: tup
     apart = max(1, -(-len(sources) // PICTURES))
     views: list[ImageView] = []
     inputs: dict[InputFile, None] = {} if o.sheet is None else {InputFile(o.sheet, read_text(o.sheet).sha256): None}
-    mirrors = 0
+    misses = lacking = 0
     for number, image in enumerate(read_images(sources, o.every)):
         tell(watch, "detect", what=image.view)
         inputs[image.file] = None
         said.extend(image.remarks)
-        view = look_at(image, target, bool(files) and number % apart == 0 and number < apart * PICTURES)
-        if not view.sightings and target.family is not None and mirrors < MIRRORS:
-            mirrors += 1
+        view = look_at(image, target)
+        if not view.sightings and target.family is not None and misses < MIRRORS:
             view = look_mirrored(view, image, target)
+            misses += not view.summary.mirrored
+        chosen = number % apart == 0 and number < apart * PICTURES
+        if files and (chosen or (view.lacking and lacking < PICTURES)):
+            lacking += not chosen
+            view = view.with_picture(image)
         views.append(view)
     numbers = sorted({(s.marker, k) for v in views for s in v.sightings for k in s.corner.tolist()})
     views = [v.with_share(v.summary.corners / max(len(numbers), 1)) for v in views]
     markers = sorted({n for n, _ in numbers if n != BOARD})
-    if wanted is None and target.family is not None:
+    if wanted is None and target.family is not None and markers:
         target = replace(target, family=smallest_family(target.family, max(markers, default=0)))
         said.append(Remark.of(Code.DICTIONARY_FOUND, family=str(target.family)))
     seen = np.array([[any(s.marker == n for s in v.sightings) for n in markers] for v in views], dtype=bool)
