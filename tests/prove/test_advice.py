@@ -31,6 +31,8 @@ QUICK = (
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
     "band-blind": "unit/test_total.py",
+    "board-turns": "cli/test_detect_sheets.py",
+    "markers-off-sheet": "cli/test_detect_sheets.py",
     "baselines-apart": "prove/test_baselines.py",
     "no-change-found": "session/test_own_machines.py",
     "frame-fixed": "prove/test_frames_alone.py",

@@ -15,6 +15,7 @@ _Watch = Callable[[dict[str, object]], None]
 def detect(
     images: _Given | Sequence[_Given],
     *,
+    sheet: _Path | None = None,
     dictionary: str | None = None,
     checker: str | None = None,
     charuco: str | None = None,
@@ -27,10 +28,11 @@ def detect(
 ) -> Found[_detect_Detected]:
     """Find printed targets in the images of one camera, and list their corners for kind: pixels.
 
-    Targets are markers (ArUco, AprilTag; several on a sheet are a grid), a checkerboard, or a ChArUco board. Without --dictionary
-    and --checker all are tried on three images.
+    Targets are markers (ArUco, AprilTag; several on a sheet are a grid), a checkerboard, or a ChArUco board. A sheet
+    of robocal vision sheet says all of it: --sheet. Without --sheet, --dictionary and --checker all are tried on three images.
 
     images: Images of one camera: files, folders, patterns, lists (.txt), videos.
+    sheet: The YAML of a printed sheet, in place of dictionary, board and sizes.
     dictionary: Dictionary of the markers: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
     checker: A checkerboard of so many squares.
     charuco: A ChArUco board of so many squares.
@@ -48,7 +50,7 @@ def sheet(
     *,
     pattern: str = 'grid',
     paper: str = 'A4',
-    family: str | None = None,
+    dictionary: str | None = None,
     first: int = 0,
     ids: str | Sequence[str] = (),
     columns: int | None = None,
@@ -68,7 +70,7 @@ def sheet(
 
     pattern: What to print: marker, grid, checkerboard, charuco, aprilgrid.
     paper: A4, A3, letter, or WIDTHxHEIGHT in mm.
-    family: Dictionary of the markers, such as 6x6_250 or 36h11.  [default: 6x6_250; 36h11 for an aprilgrid]
+    dictionary: Dictionary of the markers, such as 6x6_250 or 36h11.  [default: 6x6_250; 36h11 for an aprilgrid]
     first: Number of the first marker, 0 or more.
     ids: Numbers of the markers, in place of one after the other.
     columns: Markers or squares side by side, 1 to 100.

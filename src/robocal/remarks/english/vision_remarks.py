@@ -23,7 +23,7 @@ class VisionRemarks:
     )
     NO_TARGET_FOUND = Phrase(
         "no image shows a target: {tried}",
-        "Check that the whole target with its white rim is in the images, sharp, and name it: --dictionary, --checker or --charuco.",
+        "Check that the whole target with its white rim is in the images, sharp, and name it: --sheet, --dictionary, --checker or --charuco.",
     )
     NO_MARKER_IN_VIEW = Phrase(
         "{count} of {total} images show no target: {views}",
@@ -47,6 +47,10 @@ class VisionRemarks:
     BOARD_FOUND = Phrase(
         "a checkerboard of {columns} x {rows} squares was found", "Name it, if this is not the whole board: --checker."
     )
+    BOARD_TURNS = Phrase(
+        "a board of {columns} x {rows} squares looks the same turned by half: views may number its corners from either end",
+        "Where the board's direction matters, on a robot, print one with an odd and an even number of squares, as 6 x 9.",
+    )
     SIZE_NOT_STATED = Phrase(
         "the size of the {what} is not stated: without it corners have no places on the target",
         "Measure the print and give {option}.",
@@ -58,6 +62,10 @@ class VisionRemarks:
     MIRRORED_IMAGE = Phrase(
         "{count} of {total} images show markers only when they are mirrored: {views}",
         "Switch mirroring off in the camera or its driver, or take the images without the mirror.",
+    )
+    MARKERS_OFF_SHEET = Phrase(
+        "markers were found that are not on the sheet, and left out: {numbers}",
+        "If the images show another sheet, give its own file: --sheet.",
     )
     MARKERS_APART = Phrase(
         "the markers fall into {count} groups that no image joins: {groups}",

@@ -13,7 +13,7 @@ from robocal.diagnose.limits import SMEAR_CELL
 from robocal.files.image_files import GreyImage
 from robocal.files.marker_search import encode_picture
 from robocal.quantities import Column, Listing
-from robocal.session.vision.target import Target, cells_of
+from robocal.session.vision.target import Target
 from robocal.vision.marker.motion import blur_of_motion
 from robocal.vision.sightings import BOARD, METHODS, Sighting, coverage_of
 
@@ -27,8 +27,8 @@ WIDTH = 420  # px, of a small picture
 class ViewSummary:
     """One view: its image, how many markers and corners it shows, the share of all numbers that any view shows, blur (px, the median), the
     length and direction by which it is smeared (px, deg), the share of bright pixels that may be cut off, the share of the image's parts
-    with corners, markers at the border, numbers seen twice, those that could not be fitted, and whether it was turned as its file
-    says (EXIF)."""
+    with corners, markers at the border, numbers seen twice, those that could not be fitted, those that are not on the sheet, and whether
+    it was turned as its file says (EXIF)."""
 
     view: str
     file: str
@@ -46,6 +46,7 @@ class ViewSummary:
     edges: int
     twice: tuple[int, ...] = ()
     dropped: tuple[int, ...] = ()
+    strangers: tuple[int, ...] = ()
     mirrored: bool = False
     turned: bool = False
 
@@ -74,7 +75,7 @@ class ImageView:
 
 def look_at(image: GreyImage, target: Target) -> ImageView:
     """What an image shows of a target. A number that it shows twice is left out: nobody knows which is which."""
-    seen, dropped = target.search(image)
+    seen, dropped, strangers = target.search(image)
     counts = Counter(s.marker for s in seen)
     twice = tuple(sorted(n for n, count in counts.items() if count > 1))
     kept = tuple(sorted((s for s in seen if s.marker not in twice), key=lambda s: s.marker))
@@ -87,7 +88,7 @@ def look_at(image: GreyImage, target: Target) -> ImageView:
         corners=sum(len(s.corner) for s in kept), blur=float(np.median(blurs)) if blurs else None, motion=length, direction=direction,
         white=float(np.mean([s.white for s in kept])) if kept else 0.0, coverage=coverage_of([s.place for s in kept], width, height),
         border=sum(s.cut for s in kept), edges=sum(s.method == METHODS[1] for s in kept), twice=twice, dropped=tuple(sorted(dropped)),
-        turned=image.turned,
+        turned=image.turned, strangers=tuple(sorted(set(strangers))),
     )  # fmt: skip
     return ImageView(summary, kept)
 
@@ -102,7 +103,8 @@ def _motion(levels: Array, markers: Sequence[Sighting], target: Target) -> tuple
     variance of the blur along it, in all markers alike; what a lens does differs between them. 0 where no marker is large enough."""
     found: list[Array] = []
     for s in sorted(markers, key=_shortest_side):
-        cells = cells_of(target.family or "", s.marker)
+        cells = target.cells(s.marker)
+        assert cells is not None
         if s.method == METHODS[0] and _shortest_side(s) >= SMEAR_CELL * len(cells) and len(found) < MARKERS:
             found.append(blur_of_motion(levels, s.place, cells, s.blur))
     if not found:

@@ -14,7 +14,7 @@ from robocal.files.image_files import find_images, read_images
 from robocal.files.marker_search import smallest_family
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
-from robocal.files.text import InputFile
+from robocal.files.text import InputFile, read_text
 from robocal.progress import Watch, tell
 from robocal.quantities import Listing
 from robocal.remarks.code import Code
@@ -22,7 +22,7 @@ from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
 from robocal.session.vision.judge import judge_views
-from robocal.session.vision.target import Target, find_target, target_of
+from robocal.session.vision.target import Target, find_target, target_of, target_on
 from robocal.session.vision.views import ImageView, ViewSummary, list_corners, look_at, look_mirrored
 from robocal.vision.sightings import BOARD, METHODS, coverage_of, find_islands
 
@@ -115,13 +115,18 @@ class Detected(VerbResult):
 
 def detect(o: Options, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Detected:
     """Finds the target, then its corners in every image. Raises InputError."""
-    wanted = target_of(o.dictionary, o.checker, o.charuco, o.size, o.square)
+    named = ("dictionary", "checker", "charuco", "size", "square")
+    if o.sheet is not None:
+        o.refuse(named, "the sheet says this already", "--sheet alone, or none")
+        wanted: Target | None = target_on(o.sheet)
+    else:
+        wanted = target_of(*(getattr(o, n) for n in named))
     sources = find_images(o.images)
     lengths = Target(size=_metres(o.size), square=_metres(o.square))
     target, said = find_target(wanted, lengths, sources, o.every, watch)
     apart = max(1, -(-len(sources) // PICTURES))
     views: list[ImageView] = []
-    inputs: dict[InputFile, None] = {}
+    inputs: dict[InputFile, None] = {} if o.sheet is None else {InputFile(o.sheet, read_text(o.sheet).sha256): None}
     misses = lacking = 0
     for number, image in enumerate(read_images(sources, o.every)):
         tell(watch, "detect", what=image.view)
