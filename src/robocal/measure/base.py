@@ -52,9 +52,9 @@ def problem(
             if frame.name not in local_targets:
                 rows.update({p.name: p for p in frame.parameters if p.name not in rows})
         for p in kind.parameters(obs):
-            own = rows.get(p.name, p) if p.name in machine.table else p
-            # A number that the machine has is the machine's: a camera that is itself to be identified.
-            if numbers.setdefault(p.name, p) != p or (own.value, own.unit) != (p.value, p.unit):
+            # A number that the machine has is the machine's, whatever it is worth there: a camera that is itself to be identified.
+            unit = machine.table[p.name].unit if p.name in machine.table else p.unit
+            if numbers.setdefault(p.name, p) != p or unit != p.unit:
                 expected = "two names, or equal values"
                 raise ModelError("two different numbers have one name", key=p.name, expected=expected)
             rows.setdefault(p.name, p)
