@@ -26,6 +26,7 @@ from robocal.vision.sheets import Checker, inner_corners
 __all__ = ["CAMERA", "CornerTable", "read_corners"]
 
 CAMERA = "lens"  # the owner of its numbers
+CORNERS = "corners"  # who measured
 VIEWS = "view", "image", "id"  # columns that name a view
 SIGMAS = "su", "sv"
 PLACES = tuple(f"point_{a}" for a in "xyz")
@@ -80,10 +81,11 @@ def read_corners(
     if all(map(table.has, SIGMAS)):
         given["pixels"]["sigma"] = {"columns": list(SIGMAS)}
     found, upright = _placed(place, table, given, known, (size, square, checker, sheet), exclude)
-    named = None if beside is None else beside
-    files = found.files if named is None else (*found.files, named)
+    (obs,) = found.dataset.observations
+    data = replace(found.dataset, observations=(replace(obs, frame=None, group=CORNERS),))
+    files = found.files if beside is None else (*found.files, beside)
     return CornerTable(
-        data=found.dataset, size=width_height, marker=_markers(table, found), upright=upright, files=files, remarks=_news(found)
+        data=data, size=width_height, marker=_markers(table, found), upright=upright, files=files, remarks=_news(found)
     )  # fmt: skip
 
 
@@ -164,13 +166,13 @@ def _beside(place: Path) -> tuple[InputFile | None, Mapping[str, Any]]:
     other = place.with_suffix(".json")
     if place.suffix == ".json" or not os.path.exists(other):
         return None, {}
-    text, sha256 = read_text(other)
+    source = read_text(other)
     try:
-        said = json.loads(text)
+        said = json.loads(source.text)
     except ValueError:
         return None, {}
     known = isinstance(said, dict) and "corners" in said and "image" in said
-    return (InputFile(other, sha256), said) if known else (None, {})
+    return (InputFile(other, source.sha256), said) if known else (None, {})
 
 
 def _image_size(word: str | None, known: Any) -> tuple[int, int]:
