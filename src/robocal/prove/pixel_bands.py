@@ -27,7 +27,9 @@ def pixel_covariance(made: Decision[Rig], points: Array, numbers: Array, symbols
     of the lens, in the order of `symbols`."""
     fit = made.need_fit
     off = fit.total
-    problem = fit.problem.with_free(off.names)
+    names = tuple(n for n in off.names if n in fit.problem.table)  # a scale of the target moves the poses alone
+    spread = off.covariance[np.ix_(*2 * [[off.names.index(n) for n in names]])]
+    problem = fit.problem.with_free(names)
     x = fit.solution.x
     lin = problem.linearize(x)
     views = fit.problem.configurations
@@ -45,13 +47,13 @@ def pixel_covariance(made: Decision[Rig], points: Array, numbers: Array, symbols
     answer = -inverse @ shared[used]  # dpose / dlens
     out = np.empty((len(points), 2, 2))
     jp, ji = project(points, numbers)[1:]
-    at = [symbols.index(n.rpartition(".")[2]) for n in off.names]
+    at = [symbols.index(n.rpartition(".")[2]) for n in names]
     for k, (point, to_point, to_lens) in enumerate(zip(points, jp, ji[:, :, at], strict=True)):
         lever = point - (0.0 if far else poses[used, :3, 3])
         move = np.concatenate([np.zeros((len(used), 3, 3)) if far else np.repeat(np.eye(3)[None], len(used), 0), -so3.skew(np.broadcast_to(lever, (len(used), 3)))], axis=2)
         g = to_lens + to_point @ (move @ answer).mean(axis=0)
         rest = (move @ inverse @ np.swapaxes(move, 1, 2)).sum(axis=0) * scale / len(used) ** 2
-        out[k] = g @ off.covariance @ g.T + to_point @ rest @ to_point.T
+        out[k] = g @ spread @ g.T + to_point @ rest @ to_point.T
     return out
 
 

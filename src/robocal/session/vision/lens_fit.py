@@ -23,7 +23,7 @@ from robocal.session.vision.corner_table import CAMERA, CornerTable
 from robocal.vision.camera import SYMBOLS
 from robocal.vision.lens_start import FlatViews, find_focal, flat_places, look_flat
 
-__all__ = ["fit_lens", "lens_model", "look_at_views", "plain_lens"]
+__all__ = ["fit_lens", "lens_model", "numbers_of", "look_at_views", "plain_lens"]
 
 # What the numbers of a lens are expected to be off by without data: of the width of the image, then without a unit.
 EXPECTED = {"fx": 0.3, "fy": 0.3, "cx": 0.05, "cy": 0.05, "k1": 0.3, "k2": 0.3, "p1": 0.01, "p2": 0.01, "k3": 0.3}
