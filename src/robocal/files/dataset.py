@@ -108,8 +108,8 @@ def read_dataset(
     """Reads a data.yaml with its CSV files, or a CSV with units in its headers, for this arm.
 
     `kind` overrides the file's (positions only, of a file of poses); `taken` are instrument names that a default must
-    avoid; `given` is what a data.yaml would say of a CSV; `group` is a column with a label for each row, whatever the file says of groups; `exclude` are rows to leave
-    out beside those that the file excludes. Raises FileError or
+    avoid; `given` is what a data.yaml would say of a CSV; `group` is a column with a label for each row, whatever the file
+    says of groups; `exclude` are rows to leave out beside those that the file excludes. Raises FileError or
     FormatError naming file, row and column or key.
     """
     place = path if isinstance(path, Path) else Path(path)

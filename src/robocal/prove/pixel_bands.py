@@ -10,56 +10,51 @@ as f and distance do. The mean over the views stands for the one frame that all 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robocal._types import Array
-from robocal.estimate.problem import Problem
 from robocal.geometry import se3, so3
 from robocal.measure.machine import Rig
 from robocal.prove.decision import Decision
-from robocal.vision.camera import project
 
 __all__ = ["pixel_covariance"]
 
 
-def pixel_covariance(made: Decision[Rig], points: Array, numbers: Array, symbols: tuple[str, ...], far: bool = False) -> Array:
-    """Covariances (m, 2, 2) in px^2 of where points (m, 3) in the camera's frame are seen; `far`: they are directions. `numbers` are those
-    of the lens, in the order of `symbols`."""
-    fit = made.need_fit
-    off = fit.total
-    names = tuple(n for n in off.names if n in fit.problem.table)  # a scale of the target moves the poses alone
-    spread = off.covariance[np.ix_(*2 * [[off.names.index(n) for n in names]])]
-    problem = fit.problem.with_free(names)
-    x = fit.solution.x
+def pixel_covariance(
+    made: Decision[Rig], points: Array, to_point: Array, to_lens: Array, names: Sequence[str], far: bool = False
+) -> Array:
+    """Covariances (m, 2, 2) in px^2 of where points (m, 3) in the camera's frame are seen; `far`: they are directions. Derivatives of
+    a pixel by its point (m, 2, 3) and by numbers of the lens (m, 2, k), which are called `names`."""
+    fit, off = made.need_fit, made.need_fit.total
+    known = tuple(n for n in off.names if n in names)  # a scale of the target moves the poses alone
+    at = [off.names.index(n) for n in known]
+    spread, to_lens = off.covariance[np.ix_(at, at)], to_lens[:, :, [names.index(n) for n in known]]
+    problem, x = fit.problem.with_free(known), fit.solution.x
     lin = problem.linearize(x)
-    views = fit.problem.configurations
-    poses = se3.from_vector(problem.values_of(0, x)[0].reshape(views, 6)) if problem.families else np.zeros((0, 4, 4))
+    views = problem.configurations
+    poses = se3.from_vector(problem.values_of(0, x)[0].reshape(views, 6))
     # Of each view: what its own pose says, and what it shares with the lens.
-    block = np.einsum("ni,nj->nij", lin.jl, lin.jl)
-    cross = np.einsum("ni,nj->nij", lin.jl, lin.j)
-    own = np.zeros((views, *block.shape[1:]))
-    shared = np.zeros((views, *cross.shape[1:]))
-    np.add.at(own, lin.local, block)
-    np.add.at(shared, lin.local, cross)
-    used = np.flatnonzero(np.bincount(lin.local, minlength=views))
-    inverse = np.linalg.inv(own[used])
-    scale = _scale(made, problem)
+    own, shared = np.zeros((views, 6, 6)), np.zeros((views, 6, len(known)))
+    np.add.at(own, lin.local, lin.jl[:, :, None] * lin.jl[:, None, :])
+    np.add.at(shared, lin.local, lin.jl[:, :, None] * lin.j[:, None, :])
+    used = np.unique(lin.local)
+    poses, inverse = poses[used], np.linalg.inv(own[used])
     answer = -inverse @ shared[used]  # dpose / dlens
-    out = np.empty((len(points), 2, 2))
-    jp, ji = project(points, numbers)[1:]
-    at = [symbols.index(n.rpartition(".")[2]) for n in names]
-    for k, (point, to_point, to_lens) in enumerate(zip(points, jp, ji[:, :, at], strict=True)):
-        lever = point - (0.0 if far else poses[used, :3, 3])
-        move = np.concatenate([np.zeros((len(used), 3, 3)) if far else np.repeat(np.eye(3)[None], len(used), 0), -so3.skew(np.broadcast_to(lever, (len(used), 3)))], axis=2)
-        g = to_lens + to_point @ (move @ answer).mean(axis=0)
-        rest = (move @ inverse @ np.swapaxes(move, 1, 2)).sum(axis=0) * scale / len(used) ** 2
-        out[k] = g @ spread @ g.T + to_point @ rest @ to_point.T
-    return out
+    lever = np.repeat(points[:, None], len(used), axis=1) - (0.0 if far else poses[:, :3, 3])
+    shift = np.broadcast_to(np.zeros((3, 3)) if far else np.eye(3), (*lever.shape, 3))
+    move = np.concatenate([shift, -so3.skew(lever)], axis=3)  # (m, V, 3, 6)
+    g = to_lens + to_point @ (move @ answer).mean(axis=1)
+    rest = _scale(made) / len(used) ** 2 * (move @ inverse @ np.swapaxes(move, 2, 3)).sum(axis=1)
+    return np.asarray(g @ spread @ np.swapaxes(g, 1, 2) + to_point @ rest @ np.swapaxes(to_point, 1, 2))
 
 
-def _scale(made: Decision[Rig], problem: Problem) -> float:
+def _scale(made: Decision[Rig]) -> float:
     """What turns the covariance of the stated noise into that of what was left, views that differ among themselves included."""
-    names = made.need_fit.problem.free
-    at = [made.need_fit.total.names.index(n) for n in names]
-    stated, left = np.diag(made.need_fit.uncertainty.covariance), np.diag(made.need_fit.total.noise)[at]
-    return float(np.median(left / stated)) if len(names) else 1.0
+    names, off = made.need_fit.problem.free, made.need_fit.total
+    stated, left = (
+        np.diag(made.need_fit.uncertainty.covariance),
+        np.diag(off.noise)[[off.names.index(n) for n in names]],
+    )
+    return float(np.median(left / stated)) if names else 1.0

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.remarks.remark import percent, sentences
 from robocal.report.numbers import significant
 from robocal.report.sections import Figure, Section, Text, VerdictBlock, ends, figure, listing_table, quiet
@@ -35,13 +35,17 @@ def lens_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     advice = () if said.status == "improved" else tuple(dict.fromkeys(r.advice for r in said.remarks if r.advice))
     proof = ""
     if errors.unseen is not None:
-        proof = f"Corners of views that were left out: {figure(errors.nominal.rms, 3)} px by the nominal lens, {figure(errors.unseen.rms, 3)} px by this one (rms)."
+        before, after = figure(errors.nominal.rms, 3), figure(errors.unseen.rms, 3)
+        proof = f"Corners of views that were left out: {before} px by the nominal lens, {after} px by this one (rms)."
     yield Section.of("", VerdictBlock(word, style, tuple(sentences(said.remarks)), advice, meaning, proof))
     count, views = len(found.left), len(found.table.data.configurations)
     aside = f", {int(found.aside.sum())} set aside" if found.aside.any() else ""
     yield Section.of(
         "",
-        Text.of((f"{figure(errors.fitted.rms, 3)} px", "strong"), f"   rms of {count} corners in {views} views, as fitted{aside}"),
+        Text.of(
+            (f"{figure(errors.fitted.rms, 3)} px", "strong"),
+            f"   rms of {count} corners in {views} views, as fitted{aside}",
+        ),
         *_unseen(errors),
         *quiet(f"corners in {percent(found.coverage)} of the image; nominal: {found.named}"),
     )
@@ -55,13 +59,18 @@ def lens_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
         key="sure",
     )
     table = listing_table(found.views)
-    yield Section.of("", type(table)(table.columns, table.rows, table.right, brief=BRIEF), title="View by view", key="views")
+    yield Section.of(
+        "", type(table)(table.columns, table.rows, table.right, brief=BRIEF), title="View by view", key="views"
+    )
     yield from ends(found.warnings, written)
 
 
 def _unseen(errors: Any) -> Iterator[Text]:
     if errors.left_out is not None:
-        yield Text.of((f"{figure(errors.left_out.rms, 3)} px", "strong"), "   rms of views that were left out one by one, their own poses fitted")
+        yield Text.of(
+            (f"{figure(errors.left_out.rms, 3)} px", "strong"),
+            "   rms of views that were left out one by one, their own poses fitted",
+        )
 
 
 def lens_pictures(found: Any) -> Iterator[Section]:
@@ -71,17 +80,19 @@ def lens_pictures(found: Any) -> Iterator[Section]:
     scale = WIDE / width
     longest = float(np.percentile(np.linalg.norm(left[~aside], axis=1), 95)) or 1.0
     gain = 0.03 * WIDE / longest
-    caption = f"Every corner, with what the lens leaves of it, {significant(gain / scale)} times as long; corners set aside are crosses. They should point anywhere."
+    times = significant(gain / scale)
+    caption = f"Every corner, with what the lens leaves of it, {times} times as long. They should point anywhere. Crosses: set aside."
     yield Section.of(
         "Where residuals point", Figure(_arrows(uv, left, aside, (width, height), gain), caption), key="residuals"
     )
-    caption = "Errors away from and around the middle, by their distance from it: mean of each ring. Far from zero: another model of lenses is wanted."
+    caption = "Errors away from and around the middle, by their distance from it: means of rings. Far from zero: another --model is wanted."
     yield Section.of("Along the radius", Figure(_radial(uv, left, aside, found.lens), caption), key="radius")
-    caption = f"One standard deviation (px) of where a point at {1e3 * found.distance:.0f} mm is seen, along the worst direction. Grey dots are corners."
+    far = f"{1e3 * found.distance:.0f} mm"
+    caption = f"One standard deviation (px) of where a point at {far} is seen, along the worst direction. Grey dots are corners."
     yield Section.of("How sure a pixel is", Figure(_sure(found), caption), key="map")
 
 
-def _arrows(uv: Array, left: Array, aside: Array, size: tuple[int, int], gain: float) -> str:
+def _arrows(uv: Array, left: Array, aside: Bools, size: tuple[int, int], gain: float) -> str:
     scale = WIDE / size[0]
     tall = size[1] * scale
     step = -(-len(uv) // ARROWS)
@@ -89,7 +100,14 @@ def _arrows(uv: Array, left: Array, aside: Array, size: tuple[int, int], gain: f
     at = (uv + 0.5) * scale
     parts = [rect(0, 0, WIDE, tall, "box"), path(_segments(at[some], at[some] - gain * left[some]), "arrow after")]
     parts.append(points(at[aside].tolist(), "aside"))
-    return drawing(WIDE, tall, parts, title="Residuals over the image", text=f"{int(some.sum())} corners with their residuals", key="arrows")
+    return drawing(
+        WIDE,
+        tall,
+        parts,
+        title="Residuals over the image",
+        text=f"{int(some.sum())} corners with their residuals",
+        key="arrows",
+    )
 
 
 def _segments(begin: Array, end: Array) -> str:
@@ -97,7 +115,7 @@ def _segments(begin: Array, end: Array) -> str:
     return "".join(f"M{num(a[0])} {num(a[1])}L{num(b[0])} {num(b[1])}" for a, b in pairs)
 
 
-def _radial(uv: Array, left: Array, aside: Array, lens: Any) -> str:
+def _radial(uv: Array, left: Array, aside: Bools, lens: Any) -> str:
     middle = lens.intrinsics[2:4]
     way = uv[~aside] - middle
     radius = np.linalg.norm(way, axis=1)
@@ -116,12 +134,22 @@ def _radial(uv: Array, left: Array, aside: Array, lens: Any) -> str:
     parts = [axes(x, y, "distance from the middle, px", "mean error, px"), line(x.start, y(0.0), x.end, y(0.0), "axis")]
     for values, cls in zip(means, ("curve", "curve random"), strict=True):
         parts.append(path(polyline([(x(a), y(v)) for a, v in zip(at.tolist(), values.tolist(), strict=True)]), cls))
-    bars = [((x(a), y(m - s)), (x(a), y(m + s))) for a, m, s in zip(at.tolist(), means[0].tolist(), spread.tolist(), strict=True)]
+    bars = [
+        ((x(a), y(m - s)), (x(a), y(m + s)))
+        for a, m, s in zip(at.tolist(), means[0].tolist(), spread.tolist(), strict=True)
+    ]
     parts.append(path(_segments(np.array([b[0] for b in bars]), np.array([b[1] for b in bars])), "arrow after"))
     parts += [line(WIDE - 190, 16, WIDE - 166, 16, "curve"), label(WIDE - 160, 20, "outwards", "name")]
     parts += [line(WIDE - 90, 16, WIDE - 66, 16, "curve random"), label(WIDE - 60, 20, "around", "name")]
     most = max(float(np.abs(means[0]).max()), float(np.abs(means[1]).max()))
-    return drawing(WIDE, 310, parts, title="Errors along the radius", text=f"Means of rings up to {significant(most)} px", key="radial")
+    return drawing(
+        WIDE,
+        310,
+        parts,
+        title="Errors along the radius",
+        text=f"Means of rings up to {significant(most)} px",
+        key="radial",
+    )
 
 
 def _sure(found: Any) -> str:
@@ -135,5 +163,14 @@ def _sure(found: Any) -> str:
     parts = [rect(0, 0, WIDE, tall, "box"), f'<path d="{dots}" class="dots edge" stroke-width="2"/>']
     for a, b, s in zip((u * scale).tolist(), (v * scale).tolist(), sigma.tolist(), strict=True):
         anchor = "start" if a < 20 else "end" if a > WIDE - 20 else "middle"
-        parts.append(label(a, min(max(b + 4, 12), tall - 3), significant(s, 2) if np.isfinite(s) else "folds", "strong", anchor))
-    return drawing(WIDE, tall, parts, title="How sure a pixel is", text=f"From {significant(float(np.nanmin(sigma)))} to {significant(float(np.nanmax(sigma)))} px", key="sure")
+        parts.append(
+            label(a, min(max(b + 4, 12), tall - 3), significant(s, 2) if np.isfinite(s) else "folds", "strong", anchor)
+        )
+    return drawing(
+        WIDE,
+        tall,
+        parts,
+        title="How sure a pixel is",
+        text=f"From {significant(float(np.nanmin(sigma)))} to {significant(float(np.nanmax(sigma)))} px",
+        key="sure",
+    )

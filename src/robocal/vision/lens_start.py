@@ -53,7 +53,8 @@ def look_flat(places: Array, pixels: Array, view: Ints, count: int) -> FlatViews
 
     def total(each: Array) -> Array:
         flat = each.reshape(len(each), -1)
-        return np.stack([np.bincount(view, f, minlength=count) for f in flat.T], axis=1).reshape(count, *each.shape[1:])
+        sums = [np.bincount(view, f, minlength=count) for f in flat.T]
+        return np.stack(sums, axis=1).astype(float).reshape(count, *each.shape[1:])
 
     def centred(x: Array) -> tuple[Array, Array]:
         middle = total(x) / some[:, None]

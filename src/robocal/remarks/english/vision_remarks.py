@@ -87,8 +87,12 @@ class VisionRemarks:
         "A lens is known only where corners were: bring the target to the empty parts.",
     )
     LENS_FOCAL_OPEN = Phrase(
-        "{names} are known to {share:.0%} only, for the views do not tell them from the distance of the target: they are tilted by {tilt:.0f} deg at most",
+        "{names} are known to {share:.0%} only: views that are tilted by {tilt:.0f} deg at most do not tell them from the distance",
         "Tilt the target by 30 to 45 deg, to the left, to the right, up and down, and take it near and far.",
+    )
+    LENS_LEAVES = Phrase(
+        "the lens leaves {left:.3g} per axis of corners that are stated to {stated:.3g}; uncertainties are those of the fit",
+        "Look at the pictures of residuals: a pattern along the radius wants another --model, one that moves with the board a flat one.",
     )
     LENS_FOLDS = Phrase(
         "{count} of {total} corners lie where the lens that was found folds back: beyond that radius it images nothing",

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from robocal._record import record, replace
-from robocal._types import Array, Ints
+from robocal._types import Array
 from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.dataset import Reading, read_datasets
 from robocal.files.sheet import read_sheet
 from robocal.files.text import InputFile, read_text
-from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Rig
 from robocal.session.vision.target import read_squares
 from robocal.vision.sheets import Checker, inner_corners
@@ -72,7 +72,9 @@ def read_corners(
     width_height = _image_size(image, known.get("image"))
     view = next(filter(table.has, VIEWS), None)
     if view is None:
-        raise FormatError("no column names the view", file=place, expected="view, u, v, and places or numbers of corners")
+        raise FormatError(
+            "no column names the view", file=place, expected="view, u, v, and places or numbers of corners"
+        )
     given: dict[str, Any] = {
         "robocal": 1, "kind": "pixels", "file": place.name, "csv": {"missing": "skip"}, "units": {"length": "mm", "angle": "deg"},
         "pixels": {"columns": ["u", "v"]}, "camera": {"name": CAMERA, "fx": 1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0},
@@ -107,13 +109,19 @@ def _placed(
     if checker is not None or (target.get("squares") and not target.get("dictionary") and square is not None):
         columns, rows = read_squares(checker, "--checker") if checker is not None else map(int, target["squares"])
         if square is None:
-            raise ModelError("the edge of a square is not stated", key="--square", expected="as measured on the print, in mm")
+            raise ModelError(
+                "the edge of a square is not stated", key="--square", expected="as measured on the print, in mm"
+            )
         _insist(table, place, "corner")
         given["points"] = {"columns": ["corner"] * 3, "unit": "m"}
         found = read_datasets([place], Rig(), exclude=exclude, given=given)
-        return _on_board(found, place, inner_corners(Checker(columns, rows, 1e-3 * square)).reshape(-1, 3)), "target" in known
+        return _on_board(
+            found, place, inner_corners(Checker(columns, rows, 1e-3 * square)).reshape(-1, 3)
+        ), "target" in known
     if not all(map(table.has, PLACES)):
-        expected = "--size of the markers, --checker and --square of a board, or --sheet; or columns point_x, point_y, point_z"
+        expected = (
+            "--size of the markers, --checker and --square of a board, or --sheet; or columns point_x, point_y, point_z"
+        )
         raise FormatError("the corners have no places on the target", file=place, expected=expected)
     given["points"] = {"columns": list(PLACES)}
     if target.get("dictionary") and not target.get("squares") and table.has("marker"):
@@ -141,7 +149,9 @@ def _on_board(found: Reading, place: Path, corners: Array) -> Reading:
     number = np.rint(obs.extra["point"][:, 0]).astype(int)
     if number.min() < 0 or number.max() >= len(corners):
         expected = f"0 to {len(corners) - 1}, by rows from the top left"
-        raise FormatError("no inner corner of this board", file=place, column="corner", found=int(number.max()), expected=expected)
+        raise FormatError(
+            "no inner corner of this board", file=place, column="corner", found=int(number.max()), expected=expected
+        )
     return _with_points(found, corners[number])
 
 
@@ -153,7 +163,12 @@ def _on_sheet(found: Reading, sheet: Path, size: float | None) -> Reading:
     names = [t.name for t in obs.targets]
     missing = [n for n in names if n not in printed]
     if missing:
-        raise FormatError("markers that this sheet does not have", file=sheet, found=", ".join(missing[:8]), expected="the sheet that was seen")
+        raise FormatError(
+            "markers that this sheet does not have",
+            file=sheet,
+            found=", ".join(missing[:8]),
+            expected="the sheet that was seen",
+        )
     scale = 1.0 if size is None else 1e-3 * size / next(iter(printed.values())).size
     edge = np.array([printed[n].size for n in names]) * scale
     middle = np.array([[printed[n].x, printed[n].y, 0.0] for n in names]) * scale
@@ -179,10 +194,16 @@ def _image_size(word: str | None, known: Any) -> tuple[int, int]:
     if word is not None:
         found = re.fullmatch(r"\s*(\d+)\s*[xX×]\s*(\d+)\s*", word)
         if found is None or min(int(found[1]), int(found[2])) < 2:
-            raise ModelError("not a size of images", key="--image", found=word, expected="width x height in pixels, as 1920x1080")
+            raise ModelError(
+                "not a size of images", key="--image", found=word, expected="width x height in pixels, as 1920x1080"
+            )
         return int(found[1]), int(found[2])
     if known is None:
-        raise ModelError("the size of the images is not known", key="--image", expected="--image 1920x1080, or corners.json beside the list")
+        raise ModelError(
+            "the size of the images is not known",
+            key="--image",
+            expected="--image 1920x1080, or corners.json beside the list",
+        )
     return int(known[0]), int(known[1])
 
 

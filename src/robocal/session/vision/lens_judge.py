@@ -30,14 +30,18 @@ def refuse_views(table: CornerTable, seen: FlatViews | None) -> None:
     many = np.bincount(table.pixels.configuration, minlength=len(ids))
     full = int((many >= 4).sum())
     if full < LENS_VIEWS:
-        expected = f"{LENS_VIEWS:g} at least, better 15 to 40: tilted by 20 to 45 deg in different directions, near and far"
+        expected = (
+            f"{LENS_VIEWS:g} at least, better 15 to 40: tilted by 20 to 45 deg in different directions, near and far"
+        )
         raise ModelError("too few views tell no lens", key="view", found=f"{full} with four corners", expected=expected)
     outside = _outside(uv, width, height)
     if outside.any():
         turned = not _outside(uv[:, ::-1], width, height).any()
         message = "u and v are exchanged" if turned else "corners lie outside the image"
         found = f"{int(outside.sum())} of {len(uv)} corners beyond {width} x {height} px"
-        raise ModelError(message, key="u", found=found, expected="u to the right, v down, and --image as the camera takes it")
+        raise ModelError(
+            message, key="u", found=found, expected="u to the right, v down, and --image as the camera takes it"
+        )
     if seen is None:
         return
     known = np.isfinite(seen.left)
@@ -47,8 +51,16 @@ def refuse_views(table: CornerTable, seen: FlatViews | None) -> None:
         behind = known & seen.front  # whoever made the table has z into the target: what most views show is its front
     if behind.any():
         every = bool(behind.sum() == known.sum())
-        expected = "u to the right and v down, corners as they are printed" if every else "one side of the target; --exclude the others"
-        message = "u and v are exchanged, or images mirrored" if every else "some views show the target from behind, or mirrored"
+        expected = (
+            "u to the right and v down, corners as they are printed"
+            if every
+            else "one side of the target; --exclude the others"
+        )
+        message = (
+            "u and v are exchanged, or images mirrored"
+            if every
+            else "some views show the target from behind, or mirrored"
+        )
         raise ModelError(message, key="view", found=_names(ids, behind), expected=expected)
 
 
@@ -69,17 +81,27 @@ def _outside(uv: Array, width: int, height: int) -> Bools:
 
 
 def _names(ids: Sequence[str], some: Bools) -> str:
-    names = [ids[i] for i in np.flatnonzero(some)]
+    names = [ids[i] for i in np.flatnonzero(some).tolist()]
     return ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
 
 
 def judge_lens(
-    lens: Lens, sigma: dict[str, float], tilt: float, every: Statistic | None, unseen: Statistic | None, coverage: float, points: Array
+    lens: Lens,
+    sigma: dict[str, float],
+    tilt: float,
+    every: Statistic | None,
+    unseen: Statistic | None,
+    coverage: float,
+    points: Array,
 ) -> list[Finding]:
     """What speaks against a lens: sigma of its numbers by symbol, the largest tilt of a view (deg), errors of all views and of unseen ones,
     the share of the image with corners, and all corners (n, 3) in the camera's frame."""
     out: list[Finding] = []
-    off = {s: sigma.get(s, np.inf) / abs(f) for s, f in zip(lens.kind.symbols[:2], lens.numbers, strict=False) if s in sigma}
+    off = {
+        s: sigma.get(s, np.inf) / abs(f)
+        for s, f in zip(lens.kind.symbols[:2], lens.numbers, strict=False)
+        if s in sigma
+    }
     if off and max(off.values()) > LENS_FOCAL:
         out.append(refuse(Code.LENS_FOCAL_OPEN, names=tuple(off), share=max(off.values()), tilt=tilt))
     beyond = fold_mask(points, lens.intrinsics)

@@ -43,17 +43,27 @@ class Options(BaseOptions):
     model: str | None = option(
         None, "Model of the lens", "MODEL", choices=("brown", "rational", "fisheye"), otherwise="that of --lens; brown"
     )
-    lens: Path | None = option(None, "The lens that is known so far: lens.yaml, or a file of OpenCV, ROS or Kalibr", "FILE")
+    lens: Path | None = option(
+        None, "The lens that is known so far: lens.yaml, or a file of OpenCV, ROS or Kalibr", "FILE"
+    )
     fix: tuple[str, ...] = option((), "Numbers of the lens that stay as they are: k3, p1,p2", "NAMES", listed=True)
-    size: float | None = option(None, "Edge of a marker's black square, as measured on the print", "MM", unit="mm", above=0)
-    square: float | None = option(None, "Edge of a square of a board, as measured on the print", "MM", unit="mm", above=0)
-    checker: str | None = option(None, "Squares of a checkerboard whose corners have numbers, but no places", "COLUMNSxROWS")
+    size: float | None = option(
+        None, "Edge of a marker's black square, as measured on the print", "MM", unit="mm", above=0
+    )
+    square: float | None = option(
+        None, "Edge of a square of a board, as measured on the print", "MM", unit="mm", above=0
+    )
+    checker: str | None = option(
+        None, "Squares of a checkerboard whose corners have numbers, but no places", "COLUMNSxROWS"
+    )
     sheet: Path | None = option(None, "sheet.yaml of robocal vision sheet: where its markers are", "FILE")
     image: str | None = option(
         None, "Size of the images in pixels", "WIDTHxHEIGHT", otherwise="that in the JSON beside the corners"
     )
     exclude: w.Exclude = ()
-    output: Path | None = option(None, "Write the lens here, and a document and a page beside it", "FILE.yaml", short="-o")
+    output: Path | None = option(
+        None, "Write the lens here, and a document and a page beside it", "FILE.yaml", short="-o"
+    )
     force: w.Force = False
 
 

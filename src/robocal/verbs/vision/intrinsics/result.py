@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robocal._record import record, replace
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When
 from robocal.diagnose.check_registry import run as run_checks
 from robocal.errors import ModelError
+from robocal.files.display import to_display
 from robocal.files.lens import lens_text, read_lens
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
 from robocal.files.result import Verdict as VerdictPart
 from robocal.files.text import InputFile
 from robocal.fit.misfit import by_unit
+from robocal.fit.noise import owners
 from robocal.measure.machine import Rig
 from robocal.progress import Watch
 from robocal.prove.decision import Decision
@@ -26,15 +28,16 @@ from robocal.prove.pixel_bands import pixel_covariance
 from robocal.prove.results import ParameterResult, parameter_results
 from robocal.prove.statistics import Statistic
 from robocal.prove.verdict import Verdict, fold, verdict_of
-from robocal.quantities import Amount, Column, Listing
-from robocal.remarks.remark import Remark, documents, sentences
+from robocal.quantities import Column, Listing
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, sentences
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerdictResult
-from robocal.session.vision.corner_table import CornerTable, read_corners
+from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
 from robocal.session.vision.lens_fit import fit_lens, found_lens, look_at_views, plain_lens, view_poses
 from robocal.session.vision.lens_judge import judge_lens, refuse_views
 from robocal.session.watching import computable
-from robocal.vision.camera import MODELS, unproject
+from robocal.vision.camera import MODELS, project, unproject
 from robocal.vision.lenses import Lens
 from robocal.vision.sightings import coverage_of
 
@@ -44,7 +47,6 @@ if TYPE_CHECKING:
 __all__ = ["FoundLens", "LensDocument", "find_lens"]
 
 SILENT = ("place", "coverage")  # checks that ask where the base of a machine is: here nothing has one
-GRID = 9, 6  # grid: of places at which a page says how sure a pixel is
 
 
 @record(kw_only=True)
@@ -104,10 +106,10 @@ class FoundLens(VerdictResult):
         return self.verdict.status == "improved"
 
     @property
-    def aside(self) -> Array:
+    def aside(self) -> Bools:
         """Which corners were set aside, (n,)."""
         used = self.made.need_data.observations[0].used
-        return np.zeros(len(self.left), dtype=bool) if used is None else ~used
+        return np.zeros(len(self.left), dtype=np.bool_) if used is None else ~used
 
     @cached_property
     def distance(self) -> float:
@@ -115,14 +117,15 @@ class FoundLens(VerdictResult):
         return float(np.median(np.linalg.norm(self.points, axis=1)))
 
     def sure(self, pixels: Array, far: bool = False) -> Array:
-        """One standard deviation, along the worst direction, of where what is seen at pixels (m, 2) now would be seen by the true lens, in px:
-        at the distance of the target, or far away; NaN where the lens sees nothing."""
+        """One standard deviation (px), along the worst direction, of where it says that points are seen which it has at pixels (m, 2): at
+        the distance of the target, or far away; NaN where it sees nothing."""
         ways = unproject(pixels, self.lens.intrinsics)
         seen = np.isfinite(ways).all(axis=1)
         out = np.full(len(pixels), np.nan)
-        covariance = pixel_covariance(
-            self.made, ways[seen] * self.distance, self.lens.intrinsics, self.lens.kind.symbols, far
-        )
+        points = ways[seen] * self.distance
+        _, to_point, to_lens = project(points, self.lens.intrinsics)
+        names = [f"{CAMERA}.{s}" for s in self.lens.kind.symbols]
+        covariance = pixel_covariance(self.made, points, to_point, to_lens, names, far)
         out[seen] = np.sqrt(np.linalg.eigvalsh(covariance)[:, -1])
         return out
 
@@ -131,16 +134,18 @@ class FoundLens(VerdictResult):
         """The numbers of the lens, a row for each."""
         of = self.parameters
         ends = np.array([p.interval or (np.nan, np.nan) for p in of])
-        return Listing((
-            Column("name", "", [p.name.rpartition(".")[2] for p in of]),
-            Column("nominal", "", np.array([p.nominal for p in of]), figures=6),
-            Column("value", "", np.array([p.identified for p in of]), figures=7),
-            Column("sigma", "", np.array([np.nan if p.sigma is None else p.sigma for p in of]), figures=2),
-            Column("low", "", ends[:, 0], figures=7),
-            Column("high", "", ends[:, 1], figures=7),
-            Column("unit", "", ["" if p.unit == "1" else p.unit for p in of]),
-            Column("status", "", [p.status for p in of]),
-        ))
+        return Listing(
+            (
+                Column("name", "", [p.name.rpartition(".")[2] for p in of]),
+                Column("nominal", "", np.array([p.nominal for p in of]), figures=6),
+                Column("value", "", np.array([p.identified for p in of]), figures=7),
+                Column("sigma", "", np.array([np.nan if p.sigma is None else p.sigma for p in of]), figures=2),
+                Column("low", "", ends[:, 0], figures=7),
+                Column("high", "", ends[:, 1], figures=7),
+                Column("unit", "", ["" if p.unit == "1" else p.unit for p in of]),
+                Column("status", "", [p.status for p in of]),
+            )
+        )
 
     @cached_property
     def views(self) -> Listing:
@@ -149,7 +154,7 @@ class FoundLens(VerdictResult):
         count = len(ids)
         size, used = np.linalg.norm(self.left, axis=1), ~self.aside
 
-        def rms(values: Array, some: Array) -> Array:
+        def rms(values: Array, some: Bools) -> Array:
             many = np.bincount(obs.configuration[some], minlength=count)
             with np.errstate(invalid="ignore"):
                 return np.sqrt(np.bincount(obs.configuration[some], values[some] ** 2, minlength=count) / many)
@@ -158,15 +163,23 @@ class FoundLens(VerdictResult):
         np.maximum.at(worst, obs.configuration, size)
         far = np.bincount(obs.configuration, np.linalg.norm(self.points, axis=1), minlength=count)
         many = np.bincount(obs.configuration, minlength=count)
-        return Listing((
-            Column("view", "", list(ids)),
-            Column("corners", "", many.tolist()),
-            Column("rms", "px", rms(size, used), figures=3),
-            Column("left_out", "px", rms(self.missed, used & np.isfinite(self.missed)), figures=3, label="left out [px]"),
-            Column("worst", "px", worst, figures=3),
-            Column("distance", "mm", 1e3 * far / np.maximum(many, 1), figures=4),
-            Column("tilt", "deg", tilts(self.made), figures=2),
-        ))
+        return Listing(
+            (
+                Column("view", "", list(ids)),
+                Column("corners", "", many.tolist()),
+                Column("rms", "px", rms(size, used), figures=3),
+                Column(
+                    "left_out",
+                    "px",
+                    rms(self.missed, used & np.isfinite(self.missed)),
+                    figures=3,
+                    label="left out [px]",
+                ),
+                Column("worst", "px", worst, figures=3),
+                Column("distance", "mm", 1e3 * far / np.maximum(many, 1), figures=4),
+                Column("tilt", "deg", tilts(self.made), figures=2),
+            )
+        )
 
     @cached_property
     def surely(self) -> Listing:
@@ -177,13 +190,15 @@ class FoundLens(VerdictResult):
             "bottom left": (0, height - 1), "bottom right": (width - 1, height - 1),
         }  # fmt: skip
         at = np.array(list(places.values()), dtype=float)
-        return Listing((
-            Column("place", "", list(places)),
-            Column("u", "px", at[:, 0], figures=5),
-            Column("v", "px", at[:, 1], figures=5),
-            Column("near", "px", self.sure(at), figures=2, label=f"at {1e3 * self.distance:.0f} mm [px]"),
-            Column("far", "px", self.sure(at, far=True), figures=2, label="far away [px]"),
-        ))
+        return Listing(
+            (
+                Column("place", "", list(places)),
+                Column("u", "px", at[:, 0], figures=5),
+                Column("v", "px", at[:, 1], figures=5),
+                Column("near", "px", self.sure(at), figures=2, label=f"at {1e3 * self.distance:.0f} mm [px]"),
+                Column("far", "px", self.sure(at, far=True), figures=2, label="far away [px]"),
+            )
+        )
 
     @property
     def head(self) -> dict[str, Any]:
@@ -199,9 +214,7 @@ class FoundLens(VerdictResult):
     @property
     def document(self) -> LensDocument:
         """What --json says."""
-        said = VerdictPart(
-            status=self.verdict.status, reasons=sentences(self.verdict.remarks), remarks=documents(self.verdict.remarks)
-        )  # type: ignore[arg-type]
+        said = to_display(VerdictPart, self.verdict, reasons=sentences(self.verdict.remarks))
         return self.document_of(
             LensDocument, model=self.lens.model, image=self.table.size, nominal=self.named, verdict=said, numbers=self.numbers,
             correlation=self.lens.correlation.tolist(), unit="px", errors=self.errors, views=self.views, sure=self.surely,
@@ -223,7 +236,7 @@ def tilts(made: Decision[Rig]) -> Array:
     """The angle (V,) between the target's normal and the line of sight to its origin, deg."""
     poses = view_poses(made)
     way = poses[:, :3, 3] / np.linalg.norm(poses[:, :3, 3], axis=1)[:, None]
-    return np.degrees(np.arccos(np.clip(np.abs(np.sum(poses[:, :3, 2] * way, axis=1)), 0.0, 1.0)))
+    return np.asarray(np.degrees(np.arccos(np.clip(np.abs(np.sum(poses[:, :3, 2] * way, axis=1)), 0.0, 1.0))))
 
 
 def find_lens(o: Options, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> FoundLens:
@@ -264,7 +277,7 @@ def _nominal(o: Options, table: CornerTable) -> tuple[Lens, str, tuple[InputFile
 def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -> FoundLens:
     """The verdict: that of every identification, and what a lens has to be besides."""
     obs, terms = table.pixels, made.need_fit.problem.terms
-    row = by_unit(terms, [t.index for t in terms], "px")
+    row = by_unit(terms, [t.index for _, t in owners(made.need_data, made.need_fit.problem)], "px")
     left, missed = np.full((len(obs), 2), np.nan), np.full(len(obs), np.nan)
     left[row] = np.concatenate([r.value for r in made.residuals])
     used = made.need_data.observations[0].used
@@ -278,7 +291,11 @@ def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, l
     singly = Statistic.of(missed[fine & np.isfinite(missed)], profiled=True)
     assert every is not None
     errors = LensErrors(
-        fitted=every, nominal=before, unseen=after, left_out=singly, how=made.proven.best.split.how if made.proven.best else ""
+        fitted=every,
+        nominal=before,
+        unseen=after,
+        left_out=singly,
+        how=made.proven.best.split.how if made.proven.best else "",
     )
     points = camera_points(table, made)
     coverage = coverage_of([obs.value], *table.size)
@@ -288,14 +305,25 @@ def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, l
     if against.reasons:
         judged = judged.instead(against.status if judged.status != "refused" else "refused", *against.reasons)
     beside: list[Finding] = [
-        *(f for when in (When.DATA, When.FIT) for f in run_checks(when, made, DIAGNOSE, PROVE, skip=(*made.silent, *SILENT))),
+        *(
+            f
+            for when in (When.DATA, When.FIT)
+            for f in run_checks(when, made, DIAGNOSE, PROVE, skip=(*made.silent, *SILENT))
+        ),
         *(f for f in own if f.level not in ("refuse", "qualify")),
     ]
-    said: tuple[Remark, ...] = (*table.remarks, *(f.remark for f in beside))
+    said: tuple[Remark, ...] = (*table.remarks, *(_in_words(f) for f in beside))
     return FoundLens(
         lens=lens, nominal=nominal, named="", table=table, made=made, verdict=judged, parameters=parameter_results(made), errors=errors,
         points=points, left=left, missed=missed, coverage=coverage, warnings=said, reasons=judged.reasons,
     )  # fmt: skip
+
+
+def _in_words(found: Finding) -> Remark:
+    """What a machine does not explain a lens does not, for other reasons."""
+    if found.code != Code.ABOVE_STATED_NOISE:
+        return found.remark
+    return Remark.of(Code.LENS_LEAVES, left=found.numbers["left"], stated=found.numbers["stated"])
 
 
 def camera_points(table: CornerTable, made: Decision[Rig]) -> Array:
