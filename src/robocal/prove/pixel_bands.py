@@ -28,24 +28,29 @@ def pixel_covariance(
     """Covariances (m, 2, 2) in px^2 of where points (m, 3) in the camera's frame are seen; `far`: they are directions. Derivatives of
     a pixel by its point (m, 2, 3) and by numbers of the lens (m, 2, k), which are called `names`."""
     fit, off = made.need_fit, made.need_fit.total
-    known = tuple(n for n in off.names if n in names)  # a scale of the target moves the poses alone
+    known = tuple(n for n in off.names if n in fit.problem.table)  # a scale of the target moves the poses alone
     at = [off.names.index(n) for n in known]
-    spread, to_lens = off.covariance[np.ix_(at, at)], to_lens[:, :, [names.index(n) for n in known]]
+    spread = off.covariance[np.ix_(at, at)]
+    numbers = np.zeros(
+        (len(points), 2, len(known))
+    )  # what else the views share, as places of markers, moves the poses alone
+    own = [k for k, n in enumerate(known) if n in names]
+    numbers[:, :, own] = to_lens[:, :, [names.index(known[k]) for k in own]]
     problem, x = fit.problem.with_free(known), fit.solution.x
     lin = problem.linearize(x)
     views = problem.configurations
     poses = se3.from_vector(problem.values_of(0, x)[0].reshape(views, 6))
     # Of each view: what its own pose says, and what it shares with the lens.
-    own, shared = np.zeros((views, 6, 6)), np.zeros((views, 6, len(known)))
-    np.add.at(own, lin.local, lin.jl[:, :, None] * lin.jl[:, None, :])
+    mine, shared = np.zeros((views, 6, 6)), np.zeros((views, 6, len(known)))
+    np.add.at(mine, lin.local, lin.jl[:, :, None] * lin.jl[:, None, :])
     np.add.at(shared, lin.local, lin.jl[:, :, None] * lin.j[:, None, :])
     used = np.unique(lin.local)
-    poses, inverse = poses[used], np.linalg.inv(own[used])
+    poses, inverse = poses[used], np.linalg.inv(mine[used])
     answer = -inverse @ shared[used]  # dpose / dlens
     lever = np.repeat(points[:, None], len(used), axis=1) - (0.0 if far else poses[:, :3, 3])
     shift = np.broadcast_to(np.zeros((3, 3)) if far else np.eye(3), (*lever.shape, 3))
     move = np.concatenate([shift, -so3.skew(lever)], axis=3)  # (m, V, 3, 6)
-    g = to_lens + to_point @ (move @ answer).mean(axis=1)
+    g = numbers + to_point @ (move @ answer).mean(axis=1)
     rest = _scale(made) / len(used) ** 2 * (move @ inverse @ np.swapaxes(move, 2, 3)).sum(axis=1)
     return np.asarray(g @ spread @ np.swapaxes(g, 1, 2) + to_point @ rest @ np.swapaxes(to_point, 1, 2))
 

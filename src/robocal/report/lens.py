@@ -12,7 +12,7 @@ from robocal._types import Array, Bools
 from robocal.remarks.remark import percent, sentences
 from robocal.report.numbers import significant
 from robocal.report.sections import Figure, Section, Text, VerdictBlock, ends, figure, listing_table, quiet
-from robocal.report.svg import AxisScale, axes, drawing, label, line, num, path, points, polyline, rect, span
+from robocal.report.svg import AxisScale, axes, drawing, label, line, num, path, points, polyline, rect
 
 __all__ = ["lens_pictures", "lens_sections"]
 
@@ -89,7 +89,7 @@ def lens_pictures(found: Any) -> Iterator[Section]:
     yield Section.of("Along the radius", Figure(_radial(uv, left, aside, found.lens), caption), key="radius")
     far = f"{1e3 * found.distance:.0f} mm"
     caption = f"One standard deviation (px) of where a point at {far} is seen, along the worst direction. Grey dots are corners."
-    yield Section.of("How sure a pixel is", Figure(_sure(found), caption), key="map")
+    yield Section.of("How sure, over the image", Figure(_sure(found), caption), key="map")
 
 
 def _arrows(uv: Array, left: Array, aside: Bools, size: tuple[int, int], gain: float) -> str:
@@ -129,8 +129,8 @@ def _radial(uv: Array, left: Array, aside: Bools, lens: Any) -> str:
     means = [np.bincount(ring, v, minlength=BINS)[full] / many[full] for v in (out, around)]
     spread = 2 * np.sqrt(np.bincount(ring, out**2, minlength=BINS)[full]) / many[full]
     at = (edges[:-1] + edges[1:])[full] / 2
-    around_ = span([*means[0], *means[1], *(means[0] + spread), *(means[0] - spread), 0.0]) or (-1.0, 1.0)
-    x, y = AxisScale(0, float(edges[-1]), 60.0, WIDE - 10), AxisScale(*around_, 260.0, 34.0)
+    most = 1.1 * max(float(np.abs(means[0]).max() + spread.max()), float(np.abs(means[1]).max()), 1e-9)
+    x, y = AxisScale(0, float(edges[-1]), 60.0, WIDE - 10), AxisScale(-most, most, 260.0, 34.0)
     parts = [axes(x, y, "distance from the middle, px", "mean error, px"), line(x.start, y(0.0), x.end, y(0.0), "axis")]
     for values, cls in zip(means, ("curve", "curve random"), strict=True):
         parts.append(path(polyline([(x(a), y(v)) for a, v in zip(at.tolist(), values.tolist(), strict=True)]), cls))
@@ -141,7 +141,6 @@ def _radial(uv: Array, left: Array, aside: Bools, lens: Any) -> str:
     parts.append(path(_segments(np.array([b[0] for b in bars]), np.array([b[1] for b in bars])), "arrow after"))
     parts += [line(WIDE - 190, 16, WIDE - 166, 16, "curve"), label(WIDE - 160, 20, "outwards", "name")]
     parts += [line(WIDE - 90, 16, WIDE - 66, 16, "curve random"), label(WIDE - 60, 20, "around", "name")]
-    most = max(float(np.abs(means[0]).max()), float(np.abs(means[1]).max()))
     return drawing(
         WIDE,
         310,

@@ -21,16 +21,23 @@ WIDEST, LONGEST = 0.15, 30.0  # widths of an image: focal lengths beyond which n
 
 @record(eq=False)
 class FlatViews:
-    """Homographies (V, 3, 3) from places on a target (m) to pixels, each positive in front of the camera, of each view the middle of its
-    pixels (V, 2), and the root of the mean square (V,) that the homography leaves (px); NaN where a view has less than four points."""
+    """Homographies (S, 3, 3) from places on a target (m) to pixels, of each sight of one target in one `view` (S,), positive in front of
+    the camera; the root of the mean square (S,) that each leaves, and the extent of its pixels about their middle, (px); NaN where a sight has
+    less than four points."""
 
+    view: Ints
     homography: Array
-    middle: Array
     left: Array
+    extent: Array
+
+    @property
+    def known(self) -> Bools:
+        """Which sights have a homography, (S,)."""
+        return np.isfinite(self.left)
 
     @property
     def front(self) -> Bools:
-        """Whether each view shows the side that z points out of (x right, y up, v down), (V,)."""
+        """Whether each sight shows the side that z points out of (x right, y up, v down), (S,)."""
         return np.asarray(np.linalg.det(np.nan_to_num(self.homography)) < 0)
 
 
@@ -46,8 +53,10 @@ def flat_places(points: Array) -> Array | None:
     return np.asarray((points - centre) @ axes[:2].T)
 
 
-def look_flat(places: Array, pixels: Array, view: Ints, count: int) -> FlatViews:
-    """Homographies of so many views from places (n, 2), pixels (n, 2) and the view (n,) of each, by the direct linear transform."""
+def look_flat(places: Array, pixels: Array, where: Ints, target: Ints) -> FlatViews:
+    """Homographies from places (n, 2), pixels (n, 2), and the view and target (n,) of each, by the direct linear transform."""
+    sights, view = np.unique(np.stack([where, target]), axis=1, return_inverse=True)
+    view, count = view.ravel(), sights.shape[1]
     many = np.bincount(view, minlength=count)
     some = np.maximum(many, 1)
 
@@ -80,7 +89,7 @@ def look_flat(places: Array, pixels: Array, view: Ints, count: int) -> FlatViews
     h = np.linalg.inv(of_pixel) @ h @ of_place
     lacking = many < 4
     h[lacking], left[lacking] = np.nan, np.nan
-    return FlatViews(h, total(pixels) / some[:, None], left)
+    return FlatViews(sights[0], h, left, 1 / of_pixel[:, 0, 0])
 
 
 def find_focal(seen: FlatViews, size: tuple[int, int]) -> float | None:

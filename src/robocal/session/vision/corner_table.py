@@ -30,7 +30,7 @@ CORNERS = "corners"  # who measured
 VIEWS = "view", "image", "id"  # columns that name a view
 SIGMAS = "su", "sv"
 PLACES = tuple(f"point_{a}" for a in "xyz")
-BESIDE = "marker", "corner", "blur", "method", "suv"  # columns of `vision detect` that are no news
+DECIMALS = 1e-9  # tolerance: m, of places that are one
 
 
 @record(kw_only=True, eq=False)
@@ -100,7 +100,7 @@ def _placed(
     """The rows with their places on the target; and whether these are those of the printed side."""
     size, square, checker, sheet = told
     target = known.get("target") or {}
-    if sheet is not None or (size is not None and not all(map(table.has, PLACES))):
+    if sheet is not None or (size is not None and not target.get("squares")):
         _insist(table, place, "marker", "corner")
         given["target"] = "marker"
         given["corners"] = {"column": "corner", "size": 2e3 if size is None else size}
@@ -124,9 +124,21 @@ def _placed(
         )
         raise FormatError("the corners have no places on the target", file=place, expected=expected)
     given["points"] = {"columns": list(PLACES)}
-    if target.get("dictionary") and not target.get("squares") and table.has("marker"):
+    if table.has("marker"):
         given["target"] = "marker"
-    return read_datasets([place], Rig(), exclude=exclude, given=given), "target" in known
+    return _one_or_several(read_datasets([place], Rig(), exclude=exclude, given=given)), "target" in known
+
+
+def _one_or_several(found: Reading) -> Reading:
+    """Corners of one target, unless markers have theirs at the same places: each is about the middle of its own marker then."""
+    (obs,) = found.dataset.observations
+    if obs.target is not None and len(obs.targets) > 1:
+        at = np.round(obs.extra["point"] / DECIMALS).astype(np.int64)
+        places, place = np.unique(at, axis=0, return_inverse=True)
+        pairs = np.unique(np.stack([place.ravel(), obs.target]), axis=1)
+        if pairs.shape[1] > len(places):
+            return found
+    return _with_points(found, obs.extra["point"])
 
 
 def _insist(table: CsvTable, place: Path, *names: str) -> None:

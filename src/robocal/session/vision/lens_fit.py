@@ -22,6 +22,7 @@ from robocal.parameters import Parameter, ParameterTable
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
+from robocal.session.vision.marker_places import place_markers
 from robocal.vision.camera import MODELS
 from robocal.vision.lens_start import FlatViews, find_focal, flat_places, look_flat
 from robocal.vision.lenses import Lens
@@ -52,9 +53,10 @@ def lens_rig(lens: Lens, free: Sequence[str], width: int) -> Rig:
 
 def look_at_views(table: CornerTable) -> FlatViews | None:
     """What the views say before anything is fitted; None of a target that is not flat."""
-    places = flat_places(table.pixels.extra["point"])
-    views = len(table.data.configurations)
-    return None if places is None else look_flat(places, table.pixels.value, table.pixels.configuration, views)
+    obs = table.pixels
+    places = flat_places(obs.extra["point"])
+    target = np.zeros(len(obs), dtype=np.int64) if obs.target is None else obs.target
+    return None if places is None else look_flat(places, obs.value, obs.configuration, target)
 
 
 def fit_lens(
@@ -74,8 +76,9 @@ def fit_lens(
         begin |= {s: focal for s in ("fx", "fy") if s in free}
     model = lens_rig(nominal, free, table.size[0])
     # Poses begin where they are seen through the lens with which the fit begins.
-    placed = place_configurations(model, table.with_lens(tuple(begin.values()), free).data)
-    placed = replace(placed, observations=table.with_lens(nominal.numbers, free).data.observations)
+    begun = place_markers(table.with_lens(tuple(begin.values()), free))
+    placed = place_configurations(model, begun.data)
+    placed = replace(placed, observations=begun.with_lens(nominal.numbers, free).data.observations)
     options = Options(begin={f"{CAMERA}.{s}": v for s, v in begin.items() if s in free})
     made = decide(model, placed, options, watch)
     fit = made.need_fit

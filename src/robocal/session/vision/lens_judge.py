@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robocal._types import Array, Bools
+from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Finding, doubt, qualify, refuse
 from robocal.diagnose.limits import IMAGE_COVERAGE, LENS_FOCAL, LENS_UNSEEN, LENS_VIEW_LEFT, LENS_VIEWS
 from robocal.errors import ModelError
@@ -44,8 +44,8 @@ def refuse_views(table: CornerTable, seen: FlatViews | None) -> None:
         )
     if seen is None:
         return
-    known = np.isfinite(seen.left)
-    _refuse_strange(ids, seen, known, table)
+    known = seen.known
+    _refuse_strange(ids, seen)
     behind = known & ~seen.front
     if not table.upright and behind.sum() > known.sum() / 2:
         behind = known & seen.front  # whoever made the table has z into the target: what most views show is its front
@@ -61,18 +61,15 @@ def refuse_views(table: CornerTable, seen: FlatViews | None) -> None:
             if every
             else "some views show the target from behind, or mirrored"
         )
-        raise ModelError(message, key="view", found=_names(ids, behind), expected=expected)
+        raise ModelError(message, key="view", found=_names(ids, seen.view[behind]), expected=expected)
 
 
-def _refuse_strange(ids: Sequence[str], seen: FlatViews, known: Bools, table: CornerTable) -> None:
-    """Of a flat target a lens leaves something straight lines, so that a view misses a homography by little of its own size."""
-    rows, views = table.pixels.configuration, len(ids)
-    apart = np.linalg.norm(table.pixels.value - seen.middle[rows], axis=1)
-    size = np.sqrt(np.bincount(rows, apart**2, minlength=views) / np.maximum(np.bincount(rows, minlength=views), 1))
-    strange = known & (np.nan_to_num(seen.left) > LENS_VIEW_LEFT * size)
+def _refuse_strange(ids: Sequence[str], seen: FlatViews) -> None:
+    """A lens bends a flat target by little of what an image shows of it."""
+    strange = seen.known & (np.nan_to_num(seen.left) > LENS_VIEW_LEFT * seen.extent)
     if strange.any():
-        worst = float((seen.left[strange] / size[strange]).max())
-        found = f"{_names(ids, strange)} (off by up to {percent(worst)} of what they show)"
+        worst = float((seen.left[strange] / seen.extent[strange]).max())
+        found = f"{_names(ids, seen.view[strange])} (off by up to {percent(worst)} of what they show)"
         raise ModelError("corners that no camera sees so of this target", key="view", found=found, expected=WITHOUT)
 
 
@@ -80,8 +77,8 @@ def _outside(uv: Array, width: int, height: int) -> Bools:
     return np.asarray((uv < -0.5).any(axis=1) | (uv[:, 0] > width - 0.5) | (uv[:, 1] > height - 0.5))
 
 
-def _names(ids: Sequence[str], some: Bools) -> str:
-    names = [ids[i] for i in np.flatnonzero(some).tolist()]
+def _names(ids: Sequence[str], some: Ints) -> str:
+    names = [ids[i] for i in np.unique(some).tolist()]
     return ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
 
 

@@ -21,7 +21,9 @@ from robocal.files.result import Verdict as VerdictPart
 from robocal.files.text import InputFile
 from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
+from robocal.geometry import se3
 from robocal.measure.machine import Rig
+from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.prove.decision import Decision
 from robocal.prove.pixel_bands import pixel_covariance
@@ -314,7 +316,8 @@ def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, l
     ]
     said: tuple[Remark, ...] = (*table.remarks, *(_in_words(f) for f in beside))
     return FoundLens(
-        lens=lens, nominal=nominal, named="", table=table, made=made, verdict=judged, parameters=parameter_results(made), errors=errors,
+        lens=lens, nominal=nominal, named="", table=table, made=made, verdict=judged,
+        parameters=tuple(p for p in parameter_results(made) if p.name.startswith(f"{CAMERA}.")), errors=errors,
         points=points, left=left, missed=missed, coverage=coverage, warnings=said, reasons=judged.reasons,
     )  # fmt: skip
 
@@ -331,4 +334,8 @@ def camera_points(table: CornerTable, made: Decision[Rig]) -> Array:
     obs = table.pixels
     poses = view_poses(made)[obs.configuration]
     points = obs.extra["point"]
+    if obs.targets and obs.target is not None:
+        frames = np.array([[made.values[f"{t.name}.{s}"] for s in FRAME_SYMBOLS] for t in obs.targets])
+        held = se3.from_vector(frames)[obs.target]
+        points = np.einsum("nij,nj->ni", held[:, :3, :3], points) + held[:, :3, 3]
     return np.asarray(np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3])
