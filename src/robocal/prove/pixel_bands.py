@@ -28,9 +28,10 @@ def pixel_covariance(
     """Covariances (m, 2, 2) in px^2 of where points (m, 3) in the camera's frame are seen; `far`: they are directions. Derivatives of
     a pixel by its point (m, 2, 3) and by numbers of the lens (m, 2, k), which are called `names`."""
     fit, off = made.need_fit, made.need_fit.total
-    known = tuple(n for n in off.names if n in fit.problem.table)  # a scale of the target moves the poses alone
-    at = [off.names.index(n) for n in known]
-    spread = off.covariance[np.ix_(at, at)]
+    # A target that is printed too large is too far away, and seen at the same pixels.
+    at = [k for k, n in enumerate(off.names) if n in fit.problem.table]
+    known, hidden = tuple(off.names[k] for k in at), off.hidden[np.ix_(at, at)]
+    spread = off.noise[np.ix_(at, at)] + hidden @ hidden.T
     numbers = np.zeros(
         (len(points), 2, len(known))
     )  # what else the views share, as places of markers, moves the poses alone
