@@ -158,7 +158,7 @@ OWN = lens_text(lens_of("brown"))
         (OWN.replace("fy: 1399.5", "fy: -1399.5"), "above 0", "numbers"),
         (OWN.replace("[1280, 960]", "[1280]"), "wrong number of values", "image"),
         (OWN.replace("sigma: {fx", "sigma: {q"), "not a number of this lens", "sigma.q"),
-        (OWN.replace("  - [1,", "  - [2,", 1), "correlation with itself", "correlation"),
+        (OWN.replace("correlation: [[1,", "correlation: [[2,"), "correlation with itself", "correlation"),
         (OWN.replace("sourc", "sorce"), "unknown key", "sorcee"),
         ("robocal: 1\nkind: lens\nmodel: brown\n", "a key is missing", "numbers"),
         (ROS.replace("plumb_bob", "thin_prism"), "a distortion that is not read", "distortion_model"),
@@ -190,11 +190,10 @@ def test_no_text_at_all(tmp_path, data):
 
 
 def test_a_correlation_beyond_one_is_none(tmp_path):
-    text = OWN.splitlines()
-    row = next(i for i, line in enumerate(text) if line.startswith("  - [1,"))
-    text[row] = "  - [1, 1.5, 0, 0]"
+    rows = OWN.index("correlation:")
+    text = OWN[:rows] + "correlation: [[1, 1.5, 0, 0], [1.5, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]"
     with pytest.raises(FormatError) as error:
-        read_lens(write(tmp_path, "\n".join(text)))
+        read_lens(write(tmp_path, text))
     assert error.value.key == "correlation"
 
 

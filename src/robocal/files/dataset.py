@@ -137,7 +137,7 @@ def read_dataset(
     own.finish()
     total = sum(parts[1:], start=parts[0])
     described = dict.fromkeys((*model.targets, *getattr(model, "places", ())), place)
-    return replace(total, path=place, files=tuple(files), described=described)
+    return replace(total, path=place, files=(*files, *total.files), described=described)
 
 
 def _read_rows(reader: RowReader, kind: KindFile, name: str, exclude: Sequence[Excluded]) -> Reading:
@@ -216,7 +216,7 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
     warnings += table.remarks + tuple(f.remark for f in run(When.FILE, rows_read, ROWS))
     read_as = (observations[0], places.joints, chain, places.angle)
     return Reading(
-        DataSet(configurations, tuple(o for o in observations if len(o))), table.path, (), warnings,
+        DataSet(configurations, tuple(o for o in observations if len(o))), table.path, values.files, warnings,
         suspicions(*read_as, values.length if kind.located else None),
         Units(values.length or units.length, places.angle),
         alternatives(*read_as, values.length, kind.lengths),

@@ -21,6 +21,7 @@ __all__ = ["MODELS", "SYMBOLS", "LensModel", "fold_mask", "fold_radius", "image_
 
 SYMBOLS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 AXIS = 1e-24  # of a square of slopes: so near to the axis, angle and slope are one
+TINY = 1e-100  # of a coefficient that no direction feels
 STEPS, STILL = 60, 1e-14  # of a search for a direction; where it ends
 MISSED = 1e-9  # of a place, by a direction that was found
 
@@ -141,16 +142,20 @@ def _series(numbers: list[Array], r2: Array) -> tuple[Array, Array]:
 def fold_radius(intrinsics: Array) -> float:
     """The undistorted radius from which on a lens (n,) folds back, d(r d)/dr <= 0: a slope, of a fisheye an angle (rad, at most pi);
     infinite where it never does. What is tangential is left out."""
+    from numpy.polynomial import polynomial
+
     model = model_of(intrinsics)
     n = dict(zip(model.symbols, np.asarray(intrinsics, dtype=float).tolist(), strict=True))
     most = np.pi if model is FISHEYE else np.inf
-    top, low = (np.polynomial.Polynomial([1.0, *(n[s] for s in part)]) for part in _radial(model))
-    # d(r d)/dr low^2 = (top + 2 r2 top') low - 2 r2 top low'; where low is 0, r d is infinite.
-    twice = np.polynomial.Polynomial([0.0, 2.0])
-    rise = (top + twice * top.deriv()) * low - twice * top * low.deriv()
-    if not np.isfinite(rise.coef).all():
+    top, low = (np.array([1.0, *(n[s] for s in part)]) for part in _radial(model))
+    twice = np.array([0.0, 2.0])
+    with np.errstate(all="ignore"):
+        # d(r d)/dr low^2 = (top + 2 r2 top') low - 2 r2 top low'; where low is 0, r d is infinite.
+        rise = polynomial.polymul(polynomial.polyadd(top, polynomial.polymul(twice, polynomial.polyder(top))), low)
+        rise = polynomial.polysub(rise, polynomial.polymul(polynomial.polymul(twice, top), polynomial.polyder(low)))
+    if not np.isfinite(rise).all():
         return 0.0
-    roots = np.concatenate([p.trim().roots() for p in (rise, low)])
+    roots = np.concatenate([polynomial.polyroots(polynomial.polytrim(p, TINY)) for p in (rise, low)])
     real = roots.real[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0)]  # tolerance: of arithmetic
     return float(min(most, np.sqrt(real.min(initial=np.inf))))
 

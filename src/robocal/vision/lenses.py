@@ -64,7 +64,7 @@ class Lens:
     @property
     def correlation(self) -> Array:
         """The correlations (k, k) of these."""
-        c, sigma = np.array(self.covariance).reshape(len(self.known), -1), np.array(list(self.sigma.values()))
+        c, sigma = np.array(self.covariance).reshape((len(self.known),) * 2), np.array(list(self.sigma.values()))
         return np.asarray(c / np.outer(sigma, sigma))
 
     def scale(self, factor: float) -> Lens:
@@ -76,6 +76,6 @@ class Lens:
         for i in (2, 3):
             numbers[i] += 0.5 * factor - 0.5
         by = np.array([factor if s in SPREAD else 1.0 for s in self.known])
-        c = np.array(self.covariance).reshape(len(by), -1) * np.outer(by, by)
+        c = np.array(self.covariance).reshape(len(by), len(by)) * np.outer(by, by)
         size = None if self.size is None else (round(self.size[0] * factor), round(self.size[1] * factor))
         return replace(self, numbers=tuple(numbers), size=size, covariance=tuple(map(tuple, c.tolist())))
