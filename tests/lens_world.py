@@ -30,19 +30,24 @@ def turn(w):
     return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
 
 
-def see(points, lens, more=(0.0, 0.0, 0.0)):
-    """Pixels (m, 2) of points (m, 3): radial, tangential, and `more`: k4 to k6 below the line."""
+def see(points, lens):
+    """Pixels (m, 2) of points (m, 3): radial and tangential."""
     x, y = (points[:, :2] / points[:, 2:]).T
     r = x * x + y * y
-    d = (1 + lens["k1"] * r + lens["k2"] * r**2 + lens["k3"] * r**3) / (
-        1 + more[0] * r + more[1] * r**2 + more[2] * r**3
-    )
+    d = 1 + lens["k1"] * r + lens["k2"] * r**2 + lens["k3"] * r**3
     u = x * d + 2 * lens["p1"] * x * y + lens["p2"] * (r + 2 * x * x)
     v = y * d + lens["p1"] * (r + 2 * y * y) + 2 * lens["p2"] * x * y
     return np.column_stack([lens["fx"] * u + lens["cx"], lens["fy"] * v + lens["cy"]])
 
 
-def look(rng, count, points=BOARD, lens=LENS, tilt=0.6, depth=(0.3, 0.6), more=(0.0, 0.0, 0.0)):
+def see_wide(points):
+    """Pixels (m, 2) of points (m, 3) through a fisheye that images equal angles at equal lengths."""
+    across = np.linalg.norm(points[:, :2], axis=1)
+    way = points[:, :2] * (np.arctan2(across, points[:, 2]) / across)[:, None]
+    return np.array([420.0, 421.0]) * way + [652.0, 470.0]
+
+
+def look(rng, count, points=BOARD, lens=LENS, tilt=0.6, depth=(0.3, 0.6), wide=False):
     """So many views of points (m, 3), each wholly in the image: pixels (count, m, 2)."""
     out = []
     while len(out) < count:
@@ -52,7 +57,7 @@ def look(rng, count, points=BOARD, lens=LENS, tilt=0.6, depth=(0.3, 0.6), more=(
         seen = points @ (r @ np.diag([1.0, -1, -1])).T + at
         if seen[:, 2].min() < 0.1:
             continue
-        uv = see(seen, lens, more)
+        uv = see_wide(seen) if wide else see(seen, lens)
         if (uv > 5).all() and (uv < np.array(SIZE) - 6).all():
             out.append(uv)
     return np.array(out)

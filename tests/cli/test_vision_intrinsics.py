@@ -36,7 +36,7 @@ def codes(document):
 
 def board(tmp_path, count=16, noise=0.1, seed=1, name="corners.csv", **how):
     rng = np.random.default_rng(seed)
-    return write(tmp_path / name, board_rows(look(rng, count, **how), noise, rng))
+    return write(tmp_path / name, board_rows(look(rng, count, **how), noise, rng, how.get("points", BOARD)))
 
 
 def test_the_lens_is_found_and_told(tmp_path):
@@ -158,7 +158,9 @@ def test_what_no_camera_sees_is_refused_before_anything_is_fitted(tmp_path, spoi
 def test_the_size_of_the_images_must_be_known(tmp_path):
     ran = run("vision", "intrinsics", board(tmp_path))
     assert ran.status == 2 and "--image" in ran.err
-    (tmp_path / "corners.json").write_text(json.dumps({"image": SIZE, "corners": {}, "target": {"kind": "checkerboard"}}))
+    (tmp_path / "corners.json").write_text(
+        json.dumps({"image": SIZE, "corners": {}, "target": {"kind": "checkerboard"}})
+    )
     assert find(str(tmp_path / "corners.csv"))[1] == 0
 
 
@@ -176,3 +178,30 @@ def test_frontal_views_do_not_tell_a_focal_length(tmp_path):
     assert status == 3 and told["verdict"]["status"] == "refused" and "lens-focal-open" in codes(told)
     told, status = find(board(tmp_path), "--image", IMAGE)
     assert status == 0 and "lens-focal-open" not in codes(told)
+
+
+# obeys: lens-leaves
+# obeys: lens-folds
+@pytest.mark.parametrize(("how", "words", "code"), [
+    ({"noise": 0.05}, ("--fix", "k2,k3"), "lens-leaves"), ({"depth": (0.08, 0.3), "tilt": 0.4}, ("--fix", "k2,k3"), "lens-folds"),
+])  # fmt: skip
+def test_another_model_of_lenses_is_wanted(tmp_path, how, words, code):
+    corners = board(tmp_path, 20, wide=True, **how)
+    told, status = find(corners, "--image", IMAGE, *words)
+    assert code in codes(told) and (status == 3 or code == "lens-leaves")
+    better, status = find(corners, "--image", IMAGE, "--model", "fisheye")
+    assert status == 0 and code not in codes(better) and better["model"] == "fisheye"
+    assert better["errors"]["fitted"]["rms"] < 0.15 < told["errors"]["fitted"]["rms"]
+    assert abs(numbers(better)["fx"][0] - 420) < 4 * numbers(better)["fx"][1]
+
+
+# obeys: lens-overfitted
+# obeys: lens-folds-outside
+@pytest.mark.parametrize(("count", "noise", "seed", "size", "code"), [
+    (4, 1.0, 32, 0.7, "lens-overfitted"), (4, 1.0, 30, 1.0, "lens-folds-outside"),
+])  # fmt: skip
+def test_few_views_tell_little(tmp_path, count, noise, seed, size, code):
+    few, status = find(board(tmp_path, count, noise, seed, points=BOARD * size), "--image", IMAGE)
+    assert status == 3 and code in codes(few)
+    many, status = find(board(tmp_path, 24, noise, seed, points=BOARD * size), "--image", IMAGE)
+    assert status == 0 and code not in codes(many)

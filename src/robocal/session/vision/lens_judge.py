@@ -21,7 +21,7 @@ from robocal.vision.lenses import Lens
 __all__ = ["judge_lens", "refuse_views"]
 
 SHOWN = 8  # grid: views that a sentence names
-WITHOUT = "other corners, or --exclude these views"
+WITHOUT = "corners with the right numbers, --exclude these views, or --model fisheye for a very wide lens"
 
 
 def refuse_views(table: CornerTable, seen: FlatViews | None) -> None:
@@ -94,6 +94,8 @@ def judge_lens(
     """What speaks against a lens: sigma of its numbers by symbol, the largest tilt of a view (deg), errors of all views and of unseen ones,
     the share of the image with corners, and all corners (n, 3) in the camera's frame."""
     out: list[Finding] = []
+    if every is not None and unseen is not None and unseen.rms > LENS_UNSEEN * every.rms:
+        out.append(qualify(Code.LENS_OVERFITTED, unseen=unseen.rms, seen=every.rms, times=unseen.rms / every.rms))
     off = {
         s: sigma.get(s, np.inf) / abs(f)
         for s, f in zip(lens.kind.symbols[:2], lens.numbers, strict=False)
@@ -111,8 +113,6 @@ def judge_lens(
         lost = np.isnan(unproject(corners, lens.intrinsics)).any(axis=1)
         if lost.any():
             out.append(doubt(Code.LENS_FOLDS_OUTSIDE, count=int(lost.sum())))
-    if every is not None and unseen is not None and unseen.rms > LENS_UNSEEN * every.rms:
-        out.append(qualify(Code.LENS_OVERFITTED, unseen=unseen.rms, seen=every.rms, times=unseen.rms / every.rms))
     if coverage < IMAGE_COVERAGE:
         out.append(doubt(Code.IMAGE_HARDLY_COVERED, share=coverage))
     return out

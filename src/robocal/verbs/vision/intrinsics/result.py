@@ -301,7 +301,7 @@ def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, l
     )
     points = camera_points(table, made)
     coverage = coverage_of([obs.value], *table.size)
-    own = judge_lens(lens, lens.sigma, float(tilts(made).max()), every, after, coverage, points)
+    own = judge_lens(lens, lens.sigma, float(tilts(made).max()), every, singly, coverage, points)
     judged = verdict_of(made)
     against = fold([f for f in own if f.level in ("refuse", "qualify")], None)
     if against.reasons:
