@@ -17,6 +17,8 @@ from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
 DEG = np.pi / 180
 CAMERA = (900.0, 910.0, 320.0, 250.0, -0.05, 0.02, 0.003, -0.002, 0.01)
+RATIONAL = (*CAMERA, 0.03, -0.01, 0.02)
+FISHEYE = (400.0, 410.0, 320.0, 250.0, -0.02, 0.01, 0.003, -0.002)
 # A camera 2 m in front of the robot that looks back at it.
 LOOKS = se3.compose(np.array([[0, 0, -1.0], [1, 0, 0], [0, -1, 0]]), [2.0, 0.1, 0.3])
 TRACKER = Frame("tracker", (1.0, 2.0, 0.3, 0.2, -0.4, 1.1), (True,) * 6)
@@ -88,7 +90,7 @@ def made(machine, obs, rng, m, *, local_targets=(), free=None, error=0.05):
     return built.with_free(wanted)
 
 
-def pixels(m, frame, targets, many=4):
+def pixels(m, frame, targets, many=4, camera=None):
     square = 0.06 * np.array([[-1.0, 1, 0], [1, 1, 0], [1, -1, 0.3], [-1, -1, 0]])
     size = np.linspace(0.2, 1, -(-many // 4))[:, None, None]  # squares in squares
     point = np.tile((size * square if many > 4 else square).reshape(-1, 3)[:many], (m * len(targets), 1))
@@ -100,7 +102,7 @@ def pixels(m, frame, targets, many=4):
         targets,
         many,
         extra={"point": point},
-        options={"camera": "lens", "intrinsics": CAMERA, "free": ()},
+        options={"camera": "lens", "intrinsics": camera or CAMERA, "free": ()},
     )
 
 
@@ -314,10 +316,11 @@ def swivelling(rng):
     return made(machine.having(pulleys=Pulleys(np.full(4, 0.05), axis)), [obs], rng, m)
 
 
-def lens(names):
-    return [f"{n}.{s}" for n in names for s in ("x", "y", "z", "rx", "ry", "rz")] + [
-        f"lens.{s}" for s in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-    ]
+FISH = ("fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4")
+
+
+def lens(names, numbers=("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")):
+    return [f"{n}.{s}" for n in names for s in ("x", "y", "z", "rx", "ry", "rz")] + [f"lens.{s}" for s in numbers]
 
 
 def mixed(rng):
@@ -362,6 +365,10 @@ SCENARIOS = {
     ),
     "pixels/arm, more points than are projected at once": lambda rng: made(
         arm(), [pixels(3, EYE, (BALL,), 131)], rng, 3
+    ),
+    "pixels/arm, rational lens": lambda rng: made(arm(), [pixels(3, EYE, (BALL,), camera=RATIONAL)], rng, 3),
+    "pixels/free poses, fisheye": lambda rng: made(
+        platform(), [pixels(3, HAND, TAGS, camera=FISHEYE)], rng, 3, free=lens(["hand", "tag0"], FISH)
     ),
     "pixels/arm, camera in hand": lambda rng: made(arm(), [pixels(3, HAND, TAGS)], rng, 3),
     "pixels/arm, markers eliminated": lambda rng: made(

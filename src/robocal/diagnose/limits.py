@@ -287,6 +287,11 @@ IMAGE_WHITE = limit(0.5, "of the bright pixels", "Half of what is white around t
 IMAGE_COVERAGE = limit(0.4, "of 8 x 6 parts", "A lens is known where corners were, and here most of it is not.")
 VIDEO_FRAMES = limit(0.95, "of the frames that a video states", "Some files state their frames from length and rate, a little wrong.")
 IMAGE_VIEWS = limit(5, "images", "Of fewer, nobody expects that they cover the image.")
+LENS_VIEWS = limit(3, "views", "Two views of a flat target leave no number to check four of a lens with.", "Zhang (2000)")
+LENS_VIEW_LEFT = limit(0.3, "of the size of a view",
+    "A fisheye bends a plane by a tenth; corners of wrong numbers leave two thirds.", "tests/cli/test_vision_intrinsics.py")
+LENS_FOCAL = limit(0.05, "of the focal length", "Distances that are measured with it are off by as much.")
+LENS_UNSEEN = limit(2.0, "times", "A lens that misses other views by so much has learnt the views that it was fitted to.")
 SMEAR_CELL = limit(3.0, "px", "Cells of a marker that are smaller do not tell a smear from a blur.")
 DICTIONARY_AHEAD = limit(2.0, "times", "As many markers as the next family has: others' markers agree with a dictionary by chance.")
 

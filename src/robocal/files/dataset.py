@@ -72,9 +72,10 @@ def read_datasets(
     kind: str | None = None,
     group: str | None = None,
     exclude: Sequence[str] = (),
+    given: Mapping[str, object] | None = None,
 ) -> Reading:
     """Several data files for one identification; instruments that nobody named are kept apart. `exclude` names rows that
-    are left out (`files.unread`). Raises as `read_dataset`."""
+    are left out (`files.unread`), `given` is what a data.yaml would say of a CSV. Raises as `read_dataset`."""
     if not paths:
         raise FormatError("no data files are given", expected="at least one")
     total: Reading | None = None
@@ -82,7 +83,7 @@ def read_datasets(
     known: dict[tuple[object, ...], Path] = {}
     asked = Excluded(split_list(exclude), "--exclude")
     for path in paths:
-        made = read_dataset(path, chain, kind=kind, taken=taken, group=group, exclude=asked)
+        made = read_dataset(path, chain, kind=kind, taken=taken, group=group, exclude=asked, given=given)
         refuse_again(made.dataset, {str(f.file): f.sha256 for f in made.files}, known)
         taken |= {o.frame.name for o in made.dataset.observations if o.frame}
         total = made if total is None else total + made
@@ -102,12 +103,13 @@ def read_dataset(
     taken: set[str] | frozenset[str] = frozenset(),
     group: str | None = None,
     exclude: Excluded | None = None,
+    given: Mapping[str, object] | None = None,
 ) -> Reading:
     """Reads a data.yaml with its CSV files, or a CSV with units in its headers, for this arm.
 
     `kind` overrides the file's (positions only, of a file of poses); `taken` are instrument names that a default must
-    avoid; `group` is a column with a label for each row, whatever the file says of groups; `exclude` are rows to leave
-    out beside those that the file excludes. Raises FileError or
+    avoid; `given` is what a data.yaml would say of a CSV; `group` is a column with a label for each row, whatever the file
+    says of groups; `exclude` are rows to leave out beside those that the file excludes. Raises FileError or
     FormatError naming file, row and column or key.
     """
     place = path if isinstance(path, Path) else Path(path)
@@ -119,7 +121,8 @@ def read_dataset(
         files = [InputFile(place, document.sha256)]
     else:
         tables, files = [read_csv(place)], []
-        document = YamlDocument(place, "", "", self_description(tables[0], chain, kind))
+        known = self_description(tables[0], chain, kind) if given is None else dict(given)
+        document = YamlDocument(place, "", "", known)
         reads = _kind_file(document.data["kind"], document, chain)
         model = validate(reads.model, document)
     if group is not None:
@@ -134,7 +137,7 @@ def read_dataset(
     own.finish()
     total = sum(parts[1:], start=parts[0])
     described = dict.fromkeys((*model.targets, *getattr(model, "places", ())), place)
-    return replace(total, path=place, files=tuple(files), described=described)
+    return replace(total, path=place, files=(*files, *total.files), described=described)
 
 
 def _read_rows(reader: RowReader, kind: KindFile, name: str, exclude: Sequence[Excluded]) -> Reading:
@@ -213,7 +216,7 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
     warnings += table.remarks + tuple(f.remark for f in run(When.FILE, rows_read, ROWS))
     read_as = (observations[0], places.joints, chain, places.angle)
     return Reading(
-        DataSet(configurations, tuple(o for o in observations if len(o))), table.path, (), warnings,
+        DataSet(configurations, tuple(o for o in observations if len(o))), table.path, values.files, warnings,
         suspicions(*read_as, values.length if kind.located else None),
         Units(values.length or units.length, places.angle),
         alternatives(*read_as, values.length, kind.lengths),

@@ -52,13 +52,13 @@ def problem(
             if frame.name not in local_targets:
                 rows.update({p.name: p for p in frame.parameters if p.name not in rows})
         for p in kind.parameters(obs):
-            own = rows.get(p.name, p) if p.name in machine.table else p
-            # A number that the machine has is the machine's: a camera that is itself to be identified.
-            if numbers.setdefault(p.name, p) != p or (own.value, own.unit) != (p.value, p.unit):
+            # A number that the machine has is the machine's, whatever it is worth there: a camera that is itself to be identified.
+            unit = machine.table[p.name].unit if p.name in machine.table else p.unit
+            if numbers.setdefault(p.name, p) != p or unit != p.unit:
                 expected = "two names, or equal values"
                 raise ModelError("two different numbers have one name", key=p.name, expected=expected)
             rows.setdefault(p.name, p)
-    table = _table(data, tuple(rows.values()), machine.table.together)
+    table = _table(data, tuple(rows.values()), machine.table.together + _shared_priors(machine, data))
     if values:
         table = table.with_values(values)
     families = []
@@ -83,6 +83,17 @@ def _recall(machine: Model, data: DataSet) -> Problem | None:
         return None
     made: Problem = known[2]
     return made
+
+
+def _shared_priors(machine: Model, data: DataSet) -> tuple[Together, ...]:
+    """The priors that numbers of instruments share, each once, but of numbers that are the machine's own."""
+    found: dict[str, Together] = {}
+    for prior in dict.fromkeys(t for obs in data.observations for t in kind_of(obs).together(obs)):
+        for name in prior.names:
+            if found.setdefault(name, prior) != prior:
+                raise ModelError("two different priors of one number", key=name, expected="two names, or equal priors")
+    unique = (prior.without(machine.table.names) for prior in dict.fromkeys(found.values()))
+    return tuple(prior for prior in unique if len(prior.names) > 1)
 
 
 def _table(data: DataSet, rows: tuple[Parameter, ...], together: tuple[Together, ...]) -> ParameterTable:

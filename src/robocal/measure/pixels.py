@@ -1,8 +1,9 @@
 """Pixels: r = project(T_camera_target X) - uv, for points X known in the target's frame.
 
-value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; options["camera"] names the camera whose nine
-intrinsics are parameters, options["intrinsics"] their values and options["free"] the symbols to identify. The frame
-is the camera's: mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
+value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; options["camera"] names the camera whose intrinsics are
+parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the symbols to identify.
+options["known"] are symbols with a prior that they share, of covariance options["covariance"]. The frame is the camera's:
+mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
 """
 
 from __future__ import annotations
@@ -19,16 +20,14 @@ from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import NONE, Kind, Rows, SightRows, register
 from robocal.measure.sights.views import SharedView, sights_of, views_of
-from robocal.parameters import FRAME_SYMBOLS, Parameter
-from robocal.vision.camera import SYMBOLS, image_of, project
+from robocal.parameters import FRAME_SYMBOLS, Parameter, Together
+from robocal.vision.camera import model_of, project, unproject
 
 __all__ = ["PIXELS", "rays"]
 
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 FEW = 4  # problems that lack less than one in so many of what any of them has are told by what they lack
-UNDISTORT = 8  # steps; each gains a factor of the distortion
 SCALE = 5e-3  # of a printed marker or board: a printer scales, paper and glue swell
-EXPECTED = (10.0, 10.0, 10.0, 10.0, 0.1, 0.1, 0.01, 0.01, 0.1)
 HELD = np.full((1, 6), -1, dtype=np.int64)
 
 
@@ -158,13 +157,9 @@ def _spans(active: Bools) -> list[tuple[int, int, int]]:
 
 
 def rays(obs: Observations, uv: Array) -> Array:
-    """Unit directions (k, 3) in the camera that the stated intrinsics project to pixels uv (k, 2), by fixed-point
-    iteration."""
-    intrinsics = np.array([p.value for p in parameters(obs)])
-    p = np.concatenate([(uv - intrinsics[2:4]) / intrinsics[:2], np.ones((len(uv), 1))], axis=1)
-    for _ in range(UNDISTORT):
-        p[:, :2] -= (image_of(p, intrinsics) - uv) / intrinsics[:2]
-    return np.asarray(p / np.linalg.norm(p, axis=1, keepdims=True))
+    """Unit directions (k, 3) in the camera that the stated intrinsics project to pixels uv (k, 2); NaN where there is none before the
+    lens folds back."""
+    return unproject(uv, np.array([p.value for p in parameters(obs)]))
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
@@ -176,14 +171,28 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
 
 
 def parameters(obs: Observations) -> Sequence[Parameter]:
-    """The camera's nine intrinsics."""
+    """The camera's intrinsics."""
     camera, values, free = obs.options["camera"], obs.options["intrinsics"], obs.options.get("free", ())
     assert isinstance(values, tuple) and isinstance(free, tuple)
-    units = ("px",) * 4 + ("1",) * 5
+    model = model_of(np.array(values))
+    known = {
+        n: c[i] ** 0.5
+        for prior in together(obs)
+        for i, (n, c) in enumerate(zip(prior.names, prior.covariance, strict=True))
+    }
     return [
-        Parameter(f"{camera}.{s}", float(v), u, s in free, expected=e)
-        for s, v, u, e in zip(SYMBOLS, values, units, EXPECTED, strict=True)
+        Parameter(f"{camera}.{s}", float(v), u, s in free, prior=known.get(f"{camera}.{s}"), expected=e)
+        for s, v, u, e in zip(model.symbols, values, model.units, model.expected, strict=True)
     ]
 
 
-PIXELS = register(Kind("pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1, scale=SCALE))
+def together(obs: Observations) -> Sequence[Together]:
+    """What is known of the intrinsics beforehand, together."""
+    known, covariance = obs.options.get("known", ()), obs.options.get("covariance", ())
+    assert isinstance(known, tuple) and isinstance(covariance, tuple)
+    return [Together(tuple(f"{obs.options['camera']}.{s}" for s in known), covariance)] if known else []
+
+
+PIXELS = register(
+    Kind("pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1, scale=SCALE, together=together)
+)

@@ -20,7 +20,7 @@ from robocal.measure.builder import Builder
 from robocal.measure.carriers import Carrier, join_blocks, locals_of
 from robocal.measure.data import Frame, Observations
 from robocal.measure.kinds import NAMES
-from robocal.parameters import Parameter
+from robocal.parameters import Parameter, Together
 
 __all__ = [
     "KINDS", "Between", "Kind", "Number", "Rows", "SightRows", "kind_of", "number_names", "numbers", "per_target", "register", "scale_of",
@@ -281,6 +281,9 @@ class Kind:
     scale: float = (
         0.0  # how far the scale of such an instrument is usually off, as a factor; 0: its readings are lengths
     )
+    together: Callable[[Observations], Sequence[Together]] = (
+        lambda obs: ()
+    )  # priors that several of its own numbers share
     owner: str = ""  # the option, and the key in a data file, that names the owner of the kind's own numbers
 
 

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
+from robocal.vision._kernels import distort
 
 ROUNDS = 30  # of Newton's search; it takes two from the neighbour's solution
 EMPTY = 1e-9  # of a square: no edge crosses it
@@ -19,19 +20,14 @@ STILL = 1e-13  # of a ray, where the search ends
 
 @kernel
 def undistort(u, v, lens, limit, ray, slope):
-    """ray (2,) <- the ray (x, y) of an undistorted pinhole that the lens (9,) images at (u, v), from what ray holds; slope (4,) <- its
+    """ray (2,) <- the ray (x, y) of an undistorted pinhole that the lens (n,) images at (u, v), from what ray holds; slope (4,) <- its
     derivatives xu, xv, yu, yv. Returns False where none is within the radius whose square is `limit`."""
-    fx, fy, cx, cy, k1, k2, p1, p2, k3 = lens
+    fx, fy, cx, cy = lens[0], lens[1], lens[2], lens[3]
     x, y = ray[0], ray[1]
     for _ in range(ROUNDS):
-        r2 = x * x + y * y
-        d = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-        dd = k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3)
-        xx = fx * (d + 2.0 * x * x * dd + 2.0 * p1 * y + 6.0 * p2 * x)
-        xy = 2.0 * x * y * dd + 2.0 * p1 * x + 2.0 * p2 * y
-        yy = fy * (d + 2.0 * y * y * dd + 6.0 * p1 * y + 2.0 * p2 * x)
-        a = u - cx - fx * (x * d + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x))
-        b = v - cy - fy * (y * d + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y)
+        px, py, xx, xy, yy = distort(x, y, lens)
+        xx, yy = fx * xx, fy * yy
+        a, b = u - cx - fx * px, v - cy - fy * py
         det = xx * yy - fx * fy * xy * xy
         if not det > 0.0:
             return False

@@ -13,6 +13,7 @@ from robocal._scipy import special
 from robocal._types import Array, Ints
 from robocal.errors import require
 from robocal.simulation._kernels import expose
+from robocal.vision.camera import fold_radius, model_of
 from robocal.vision.sheets import Sheet, patches
 
 __all__ = ["Photograph", "irradiance", "render", "texture"]
@@ -54,7 +55,7 @@ def render(
     background: Array | float = 110.0,
     rng: np.random.Generator | None = None,
 ) -> NDArray[np.uint8]:
-    """The image (h, w) of sheets with their T_camera_sheet (4, 4), through a lens of intrinsics (9,), of size (width, height).
+    """The image (h, w) of sheets with their T_camera_sheet (4, 4), through a lens of intrinsics (n,), of size (width, height).
 
     background (h, w) or one number: grey levels where no sheet is, at exposure 1. Of two sheets the nearer hides the other; the back of a
     sheet is white. Raises ModelError.
@@ -110,11 +111,11 @@ def falloff(size: tuple[int, int], vignette: float) -> Array:
 
 
 def fold(lens: Array) -> float:
-    """The square of the radius of a ray at which the lens folds back; infinite where it does not."""
-    k1, k2, k3 = lens[[4, 5, 8]]
-    roots = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0])
-    real = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)]  # tolerance: of arithmetic
-    return float(real.min(initial=np.inf))
+    """The square of the slope of a ray at which the lens folds back; infinite where it does not before a right angle."""
+    radius = fold_radius(lens)
+    if model_of(lens).name == "fisheye":
+        radius = np.tan(radius) if radius < np.pi / 2 else np.inf
+    return float(radius**2)
 
 
 def weights(p: Photograph) -> tuple[int, Array, Array]:

@@ -49,6 +49,7 @@ CABLE: Mapping[str, str] = MappingProxyType({
 VISION: Mapping[str, str] = MappingProxyType({
     "detect": "Corners of printed targets in images.",
     "sheet": "Markers and boards to print, at true scale.",
+    "intrinsics": "A lens from corners, with its uncertainty.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(

@@ -12,6 +12,7 @@ from robocal._types import Array, Ints
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import TINIEST, TOO_SMALL, DataModel, ScalarModel, SigmaModel, ValueModel
 from robocal.files.onething import UNSAID
+from robocal.files.text import InputFile
 from robocal.files.units import Unit, Units, number, parse_unit
 from robocal.files.yamlio import Path_, YamlDocument, quote
 from robocal.measure.data import Observations
@@ -52,6 +53,7 @@ class Values:
     angle: Unit | None = None
     extra: Mapping[str, Array] = field(default_factory=dict)
     options: Mapping[str, object] = field(default_factory=dict)  # what the kind must know
+    files: tuple[InputFile, ...] = ()  # that were read beside the table
     digits: Array | None = None  # (k, d) what one unit in the last digit means, where the file says the value itself
 
     def take(self, rows: Ints) -> Values:

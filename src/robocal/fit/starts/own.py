@@ -121,7 +121,8 @@ def _pixels(model: Model, obs: Observations, lacking: Bools) -> Array:
 
     out = np.full((len(lacking), 4, 4), np.nan)
     along = rays(obs, obs.value)
-    for target, rows in _by_target(obs, np.flatnonzero(lacking[obs.configuration])):
+    wanted = lacking[obs.configuration] & np.isfinite(along[:, 0])
+    for target, rows in _by_target(obs, np.flatnonzero(wanted)):
         for c in np.unique(obs.configuration[rows]):
             mine = rows[obs.configuration[rows] == c]
             if np.isnan(out[c, 0, 0]) and len(mine) >= POINTS:

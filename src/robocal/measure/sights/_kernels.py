@@ -20,7 +20,7 @@ from robocal.measure.sights.points._kernels import (
     X,
     Y,
     Z,
-    answer,
+    answer_points,
     bend_points,
     move_points,
     place_points,
@@ -79,8 +79,9 @@ def evaluate_sights(t, jac, jloc, sight, first, point, intrinsics, own, r, out, 
             for i in range(n):
                 r[b, lo + i, 0], r[b, lo + i, 1] = w[U + i], w[V + i]
             for p in range(c):
+                answer_points(own[p], w, n, intrinsics[b], heap)
                 for i in range(n):
-                    out[b, lo + i, 0, k + p], out[b, lo + i, 1, k + p] = answer(own[p], w, i, intrinsics[b])
+                    out[b, lo + i, 0, k + p], out[b, lo + i, 1, k + p] = heap[i], heap[n + i]
             for e in range(2 if k + nl > 0 else 0):
                 move_points(n, w[BY_U:], w[VX if e else UX :], w[LX:], heap)
                 for i in range(n):
@@ -104,7 +105,7 @@ def accumulate_views(
 
     t (B, m, 4, 4), jac (B, m, 6, k) and jloc (B, m, 6, l + q) are those of the views first .. first + m; the first `cut` columns
     of jloc are a block's of the first family. seats (B, T, 4, 4) say where targets are in a view, free (T, 6) the tangent columns of
-    their motions or -1, seat (S,) which target a sight shows. intrinsics (B, 9), own (c,) those that are free, columns (k + c,);
+    their motions or -1, seat (S,) which target a sight shows. intrinsics (B, n), own (c,) those that are free, columns (k + c,);
     one, two and pair (V,) the blocks and the pair of every view. The rest is as in `estimate._kernels.accumulate`.
     """
     batch, m = t.shape[0], t.shape[1]
@@ -177,9 +178,7 @@ def accumulate_views(
                     move_points(n, w[BY_U:], w[UX:], w[LX:], flat)
                     move_points(n, w[BY_V:], w[VX:], w[LX:], flat[n:])
                     for p in range(c):
-                        for i in range(n):
-                            x, y = answer(own[p], w, i, intrinsics[b])
-                            heap[6 + p, i], heap[6 + p, n + i] = w[BY_U + i] * x, w[BY_V + i] * y
+                        answer_points(own[p], w, n, intrinsics[b], heap[6 + p])
                     for i in range(n):
                         heap[size, i], heap[size, n + i] = w[U + i], w[V + i]
                     if curved[b]:

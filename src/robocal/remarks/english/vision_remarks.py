@@ -97,3 +97,23 @@ class VisionRemarks:
         "corners lie in {share:.0%} of the image",
         "A lens is known only where corners were: bring the target to the empty parts.",
     )
+    LENS_FOCAL_OPEN = Phrase(
+        "{names} are known to {share:.0%} only: views that are tilted by {tilt:.0f} deg at most do not tell them from the distance",
+        "Tilt the target by 30 to 45 deg, to the left, to the right, up and down, and take it near and far.",
+    )
+    LENS_LEAVES = Phrase(
+        "the lens leaves {left:.3g} per axis of corners that are stated to {stated:.3g}; uncertainties are those of the fit",
+        "Look at the pictures of residuals: a pattern along the radius wants another --model, one that moves with the board a flat one.",
+    )
+    LENS_FOLDS = Phrase(
+        "{count} of {total} corners lie where the lens that was found folds back: beyond that radius it images nothing",
+        "Choose another model of lenses, --model rational or fisheye, or look for wrong corners near the rim.",
+    )
+    LENS_FOLDS_OUTSIDE = Phrase(
+        "the lens that was found folds back before {count} of the 4 corners of the image",
+        "Bring the target into the corners of the image, or choose another model of lenses: --model.",
+    )
+    LENS_OVERFITTED = Phrase(
+        "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the {seen:.3g} px of those that were fitted",
+        "Take more views, or keep numbers of the lens that few views tell: --fix k3.",
+    )

@@ -192,13 +192,13 @@ def target_of(
             raise ModelError(
                 "a marker larger than its square", key="--size", found=f"{1e3 * size:g} mm", expected=expected
             )
-        return Target(family, _squares(charuco, "--charuco"), size, square)
+        return Target(family, read_squares(charuco, "--charuco"), size, square)
     if checker is not None:
-        return Target(None, _squares(checker, "--checker"), size, square)
+        return Target(None, read_squares(checker, "--checker"), size, square)
     return None if family is None else Target(family, None, size, square)
 
 
-def _squares(word: str, key: str) -> tuple[int, int]:
+def read_squares(word: str, key: str) -> tuple[int, int]:
     found = re.fullmatch(r"\s*(\d+)\s*[xX×]\s*(\d+)\s*", word)
     numbers = (int(found[1]), int(found[2])) if found else (0, 0)
     if min(numbers) < 3 or max(numbers) > MOST_SQUARES:

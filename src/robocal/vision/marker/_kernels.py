@@ -15,6 +15,7 @@ import numpy as np
 
 from robocal._jit import kernel
 from robocal.estimate._kernels import backward, cholesky, forward
+from robocal.vision._kernels import distort, first_direction
 
 H, BLUR, SHIFT, LIGHT, SIZE = 8, 8, 9, 10, 16
 REACH = 4.0  # standard deviations beyond which an edge is not felt: 3e-5 of the contrast
@@ -48,26 +49,20 @@ def invert(h, out):
 @kernel
 def ideal_pixels(u0, v0, width, lens, ideal, slope):
     """ideal (m, 2), slope (m, 4) <- where the pixels of a box of `width` from (u0, v0) would lie without distortion, and the derivative
-    by the pixel; lens (9,): fx fy cx cy k1 k2 p1 p2 k3. Returns whether Newton's steps, each from the neighbour's end, came to rest."""
-    fx, fy, cx, cy, k1, k2, p1, p2, k3 = lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7], lens[8]
+    by the pixel; lens (n,) as in `vision.camera`. Returns whether Newton's steps, each from the neighbour's end, came to rest."""
+    fx, fy, cx, cy = lens[0], lens[1], lens[2], lens[3]
     still = True
     x = y = x0 = y0 = 0.0
     for i in range(len(ideal)):
         xd, yd = (u0 + i % width - cx) / fx, (v0 + i // width - cy) / fy
         if i == 0:
-            x, y = xd, yd
+            x, y = first_direction(xd, yd, lens)
         elif i % width == 0:
             x, y = x0, y0
         a, b, c, d = 1.0, 0.0, 0.0, 1.0
         for step in range(NEWTON):
-            r2 = x * x + y * y
-            f = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-            df = k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3)
-            ex = x * f + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x) - xd
-            ey = y * f + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y - yd
-            a = f + 2.0 * x * x * df + 2.0 * p1 * y + 6.0 * p2 * x
-            b = 2.0 * x * y * df + 2.0 * p1 * x + 2.0 * p2 * y
-            c = f + 2.0 * y * y * df + 6.0 * p1 * y + 2.0 * p2 * x
+            u, v, a, b, c = distort(x, y, lens)
+            ex, ey = u - xd, v - yd
             d = a * c - b * b
             if ex * ex + ey * ey < 1e-18:
                 break

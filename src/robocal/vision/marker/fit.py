@@ -40,7 +40,7 @@ class MarkerFit:
 
 
 def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = None) -> MarkerFit | None:
-    """A marker of cells (n, n), 1 white and 0 black, near corners (4, 2) of a grey image (h, w); lens (9,) as in `vision.camera`.
+    """A marker of cells (n, n), 1 white and 0 black, near corners (4, 2) of a grey image (h, w); lens (n,) as in `vision.camera`.
     None where its pixels do not tell.
 
     Without a lens straight edges are taken as straight, and the covariance carries what a wide lens may bend (`COMMON_LENS`)."""

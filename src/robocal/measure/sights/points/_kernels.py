@@ -8,6 +8,8 @@ import math
 from robocal._jit import kernel
 from robocal.estimate._kernels import kept, robust
 
+BROWN, RATIONAL, FISHEYE = 9, 12, 8  # numbers of a camera (`vision.camera.MODELS`)
+AXIS = 1e-24  # of a square of slopes: so near to the axis, angle and slope are one
 TILE = 64  # points that are projected at once
 # Where the numbers of a tile lie: points in the camera's axes and seen from the origin of their frame, pixels, their derivatives,
 # what multiplies these, and the share that a loss keeps. Constants: so the compiler sees that no two of them meet.
@@ -17,7 +19,14 @@ SIZE, WIDE = 19 * TILE, 2 * TILE
 
 @kernel
 def project_points(w, n, f):
-    """The pixels of n points of a tile w, with derivatives by x, y and z: `vision.camera.project`, several points at once."""
+    """The pixels of n points of a tile w, with derivatives by x, y and z: `vision.camera.project`, several points at once. How many
+    numbers f the camera has says which lens it is."""
+    if f.shape[0] == RATIONAL:
+        project_rational(w, n, f)
+        return
+    if f.shape[0] == FISHEYE:
+        project_fisheye(w, n, f)
+        return
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8]
     for i in range(n):
         iz = 1.0 / w[Z + i]
@@ -38,8 +47,58 @@ def project_points(w, n, f):
 
 
 @kernel
+def project_rational(w, n, f):
+    """The same of a rational lens: d is a quotient."""
+    fx, fy, cx, cy, k1, k2, p1, p2, k3 = f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8]
+    for i in range(n):
+        iz = 1.0 / w[Z + i]
+        x, y = w[X + i] * iz, w[Y + i] * iz
+        w[FLAT_X + i], w[FLAT_Y + i] = x, y
+        xx, yy, xy = x * x, y * y, x * y
+        r2 = xx + yy
+        under = 1.0 / (1.0 + r2 * (f[9] + r2 * (f[10] + r2 * f[11])))
+        d = (1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))) * under
+        slope = (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3) - d * (f[9] + r2 * (2.0 * f[10] + 3.0 * r2 * f[11]))) * under
+        a = d + 2.0 * xx * slope + 2.0 * p1 * y + 6.0 * p2 * x
+        b = 2.0 * xy * slope + 2.0 * p1 * x + 2.0 * p2 * y
+        c = d + 2.0 * yy * slope + 6.0 * p1 * y + 2.0 * p2 * x
+        w[U + i] = fx * (x * d + 2.0 * p1 * xy + p2 * (r2 + 2.0 * xx)) + cx
+        w[V + i] = fy * (y * d + p1 * (r2 + 2.0 * yy) + 2.0 * p2 * xy) + cy
+        u, v = fx * iz, fy * iz
+        w[UX + i], w[UY + i], w[UZ + i] = u * a, u * b, -u * (a * x + b * y)
+        w[VX + i], w[VY + i], w[VZ + i] = v * b, v * c, -v * (b * x + c * y)
+
+
+@kernel
+def project_fisheye(w, n, f):
+    """The same of a fisheye: the flat place lies along x and y, as far off as the angle to the axis."""
+    fx, fy, cx, cy, k1, k2, k3, k4 = f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7]
+    for i in range(n):
+        px, py, pz = w[X + i], w[Y + i], w[Z + i]
+        across = px * px + py * py
+        iall = 1.0 / (across + pz * pz)
+        if across > AXIS * pz * pz:
+            rho = math.sqrt(across)
+            s = math.atan2(rho, pz) / rho
+            q = (pz * iall - s) / across
+        else:
+            s, q = 1.0 / pz, 0.0
+        x, y = px * s, py * s
+        w[FLAT_X + i], w[FLAT_Y + i] = x, y
+        xx, xy, yy = s + q * px * px, q * px * py, s + q * py * py  # of the flat place by px and py
+        xz, yz = -px * iall, -py * iall
+        r2 = x * x + y * y
+        d = 1.0 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * k4)))
+        slope = 2.0 * (k1 + r2 * (2.0 * k2 + r2 * (3.0 * k3 + r2 * 4.0 * k4)))
+        a, b, c = d + x * x * slope, x * y * slope, d + y * y * slope
+        w[U + i], w[V + i] = fx * x * d + cx, fy * y * d + cy
+        w[UX + i], w[UY + i], w[UZ + i] = fx * (a * xx + b * xy), fx * (a * xy + b * yy), fx * (a * xz + b * yz)
+        w[VX + i], w[VY + i], w[VZ + i] = fy * (b * xx + c * xy), fy * (b * xy + c * yy), fy * (b * xz + c * yz)
+
+
+@kernel
 def answer(number, w, i, f):
-    """The derivatives of the two pixels of point i of a tile by one of the nine numbers f of a camera."""
+    """The derivatives of the two pixels of point i of a tile by one of the nine numbers f of a Brown lens."""
     x, y = w[FLAT_X + i], w[FLAT_Y + i]
     r2 = x * x + y * y
     if number < 4:
@@ -55,6 +114,48 @@ def answer(number, w, i, f):
         return f[0] * (r2 + 2.0 * x * x), 2.0 * f[1] * x * y
     power = r2 if number == 4 else (r2 * r2 if number == 5 else r2 * r2 * r2)
     return f[0] * x * power, f[1] * y * power
+
+
+@kernel
+def answer_points(number, w, n, f, out):
+    """out (2 n) <- the derivatives of the two pixels of n points of a tile by one of the numbers f of a camera, times what multiplies them:
+    those of u, then those of v."""
+    if f.shape[0] == BROWN:
+        for i in range(n):
+            x, y = answer(number, w, i, f)
+            out[i], out[n + i] = w[BY_U + i] * x, w[BY_V + i] * y
+    else:
+        for i in range(n):
+            x, y = answer_wide(number, w[FLAT_X + i], w[FLAT_Y + i], f)
+            out[i], out[n + i] = w[BY_U + i] * x, w[BY_V + i] * y
+
+
+@kernel
+def answer_wide(number, x, y, f):
+    """The same at a flat place (x, y) of a rational lens or a fisheye."""
+    if number == 2 or number == 3:
+        return (1.0, 0.0) if number == 2 else (0.0, 1.0)
+    r2 = x * x + y * y
+    if f.shape[0] == FISHEYE:
+        if number < 2:
+            d = 1.0 + r2 * (f[4] + r2 * (f[5] + r2 * (f[6] + r2 * f[7])))
+            return (x * d, 0.0) if number == 0 else (0.0, y * d)
+        gain = r2 ** (number - 3)
+        return f[0] * x * gain, f[1] * y * gain
+    if number == 6:
+        return 2.0 * f[0] * x * y, f[1] * (r2 + 2.0 * y * y)
+    if number == 7:
+        return f[0] * (r2 + 2.0 * x * x), 2.0 * f[1] * x * y
+    under = 1.0 / (1.0 + r2 * (f[9] + r2 * (f[10] + r2 * f[11])))
+    d = (1.0 + r2 * (f[4] + r2 * (f[5] + r2 * f[8]))) * under
+    if number == 0:
+        return x * d + 2.0 * f[6] * x * y + f[7] * (r2 + 2.0 * x * x), 0.0
+    if number == 1:
+        return 0.0, y * d + f[6] * (r2 + 2.0 * y * y) + 2.0 * f[7] * x * y
+    gain = under * r2 if number == 4 else under * r2 * r2 if number == 5 else under * r2 * r2 * r2
+    if number > 8:
+        gain = -d * under * r2 ** (number - 8)
+    return f[0] * x * gain, f[1] * y * gain
 
 
 @kernel

@@ -1,0 +1,204 @@
+"""Files of lenses, read and written: robocal's own lens.yaml, OpenCV's FileStorage, ROS' camera_info, Kalibr's camchain.
+
+robocal: 1
+kind: lens
+model: brown                      # or rational, fisheye
+image: [1280, 960]                # width and height in pixels
+numbers: {fx: 1400.2, fy: 1399.8, cx: 641.1, cy: 482.5, k1: -0.21, k2: 0.05, p1: 0, p2: 0, k3: 0}    # px, 1; as OpenCV means them
+sigma: {fx: 0.8, fy: 0.8, cx: 1.1, cy: 1.0, k1: 0.002}     # of those that were identified
+correlation: [[1, 0.98, ...], ...]                         # of these, in their order
+source: what it was made from
+
+The other formats say nothing of sigma. The centre of the first pixel is (0, 0) in all of them.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, FiniteFloat, PositiveInt
+
+from robocal._record import record, replace
+from robocal._types import Array
+from robocal.errors import FormatError, ModelError, look_up
+from robocal.files.other_lenses import (
+    cameras_of,
+    check_numbers,
+    exact,
+    kalibr_text,
+    opencv_text,
+    read_kalibr,
+    read_matrices,
+    ros_text,
+)
+from robocal.files.schema import FileModel, Version, refuse, validate
+from robocal.files.text import InputFile, read_text
+from robocal.files.yamlio import Path_, YamlDocument, parse, quote
+from robocal.parameters import check_covariance
+from robocal.vision.camera import MODELS
+from robocal.vision.lenses import Lens
+
+__all__ = ["FORMS", "LensFile", "Numbers", "covariance_of", "lens_text", "read_lens", "spread_words"]
+
+LIMIT = 1 << 20  # bytes
+EXPECTED = "lens.yaml of robocal, a FileStorage of OpenCV, camera_info of ROS, or a camchain of Kalibr"
+
+
+@record
+class LensFile:
+    """A lens as a file has it, the file, and the format: a key of FORMS."""
+
+    lens: Lens
+    file: InputFile
+    form: str
+
+
+# --- robocal's own --------------------------------------------------------------------------------------------------------
+
+
+def _numbers(value: Any) -> Any:
+    if not isinstance(value, dict):
+        refuse("not a mapping of keys", found=value, expected="symbol: number")
+    for symbol, given in value.items():
+        if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
+            refuse("not a finite number", found=f"{symbol}: {given}", expected="a number for each symbol")
+    return {symbol: float(given) for symbol, given in value.items()}
+
+
+Numbers = Annotated[Any, BeforeValidator(_numbers)]
+
+
+class LensModelFile(FileModel):
+    """lens.yaml as it is written."""
+
+    robocal: Version
+    kind: Literal["lens"]
+    model: str
+    image: list[PositiveInt] | None = None
+    numbers: Numbers
+    sigma: Numbers = None
+    correlation: list[list[FiniteFloat]] | None = None
+    source: str = ""
+
+
+def _read_own(document: YamlDocument, camera: str) -> Lens:
+    kind = document.data.get("kind")
+    document.insist(kind == "lens", "this is no lens", ("kind",), found=kind, expected="kind: lens")
+    given = validate(LensModelFile, document)
+    document.insist_known(given.model, tuple(MODELS), "no such model of lenses", ("model",))
+    symbols = MODELS[given.model].symbols
+    for symbol in given.numbers:
+        document.insist_known(symbol, symbols, f"not a number of a {given.model} lens", ("numbers", symbol))
+    for symbol in symbols:
+        document.insist(symbol in given.numbers, "a key is missing", ("numbers", symbol))
+    size = given.image
+    if size is not None and len(size) != 2:
+        document.fail("wrong number of values", ("image",), found=len(size), expected="width and height")
+    sigma = given.sigma or {}
+    covariance = covariance_of(document, sigma, given.correlation, symbols, ())
+    numbers = [given.numbers[s] for s in symbols]
+    check_numbers(document, numbers, ("numbers",))
+    shape = None if size is None else (size[0], size[1])
+    return Lens.of(given.model, numbers, shape, tuple(sigma), covariance, given.source)
+
+
+def covariance_of(
+    document: YamlDocument,
+    sigma: Mapping[str, float],
+    correlation: Sequence[Sequence[float]] | None,
+    symbols: Sequence[str],
+    at: Path_,
+) -> Array:
+    """The covariance (k, k) of some numbers of a lens from standard deviations and correlations (none: 0). Raises FormatError."""
+    for symbol, value in sigma.items():
+        document.insist_known(symbol, symbols, "not a number of this lens", (*at, "sigma", symbol))
+        if not 1e-30 < value < 1e30:
+            document.fail("not a standard deviation", (*at, "sigma", symbol), found=value, expected="a number above 0")
+    size = len(sigma)
+    if correlation is None:
+        correlation = np.eye(size).tolist()
+    for i, row in enumerate(correlation):
+        if len(row) != size:
+            document.fail(
+                "wrong number of values", (*at, "correlation", i), found=len(row), expected=f"{size}, as in sigma"
+            )
+    if len(correlation) != size:
+        document.fail(
+            "wrong number of rows", (*at, "correlation"), found=len(correlation), expected=f"{size}, as in sigma"
+        )
+    c, s = np.array(correlation, dtype=float).reshape(size, size), np.array(list(sigma.values()))
+    if (np.abs(np.diag(c) - 1) > 1e-9).any():
+        document.fail("a number's correlation with itself is 1", (*at, "correlation"), found=float(np.diag(c).min()))
+    try:
+        check_covariance(c, size, "correlation")
+    except ModelError as error:
+        document.fail(error.message, (*at, "correlation"), found=error.found, expected=error.expected)
+    return np.asarray(c * np.outer(s, s))
+
+
+def _own_text(lens: Lens, name: str) -> str:
+    lines = [
+        "# A lens, by robocal: pixels and ratios as in OpenCV; the centre of the first pixel is (0, 0).",
+        "robocal: 1",
+        "kind: lens",
+    ]
+    lines.append(f"model: {lens.model}")
+    if lens.size is not None:
+        lines.append(f"image: [{lens.size[0]}, {lens.size[1]}]")
+    lines.append("numbers:")
+    lines += [f"  {s}: {exact(v)}" for s, v in zip(lens.kind.symbols, lens.numbers, strict=True)]
+    lines += [line.replace("], [", "],\n  [") for line in spread_words(lens)]
+    if lens.source:
+        lines.append(f"source: {quote(lens.source)}")
+    return "\n".join(lines) + "\n"
+
+
+def spread_words(lens: Lens) -> list[str]:
+    """The keys that say sigma and correlation of a lens, each as YAML; none where it states none."""
+    if not lens.known:
+        return []
+    sigma = ", ".join(f"{s}: {exact(v)}" for s, v in lens.sigma.items())
+    rows = ", ".join(f"[{', '.join(map(exact, row))}]" for row in lens.correlation.tolist())
+    return [f"sigma: {{{sigma}}}", f"correlation: [{rows}]"]
+
+
+# --- all ------------------------------------------------------------------------------------------------------------------
+
+Write = Callable[[Lens, str], str]
+FORMS: dict[str, Write] = {"robocal": _own_text, "opencv": opencv_text, "ros": ros_text, "kalibr": kalibr_text}
+
+
+def lens_text(lens: Lens, form: str = "robocal", name: str = "camera") -> str:
+    """The text of a lens in one of FORMS; `name` is the camera's, where a format has one. Raises ModelError where it cannot be said."""
+    return look_up(FORMS, form, "no such format of lenses")(lens, name)
+
+
+def _form(data: Mapping[str, Any]) -> str:
+    if "robocal" in data:
+        return "robocal"
+    return "ros" if "camera_matrix" in data else "kalibr" if cameras_of(data) else ""
+
+
+def read_lens(path: str | os.PathLike[str], camera: str = "") -> LensFile:
+    """Reads a lens in any of FORMS; `camera` chooses one of several. Raises FileError, or FormatError naming the line and key."""
+    source = read_text(path, limit=LIMIT)
+    text = source.text
+    if text.startswith("<"):
+        raise FormatError(
+            "this is XML", file=source.path, row=1, expected="the same as YAML: a FileStorage whose name ends in .yml"
+        )
+    storage = text.startswith("%YAML:")
+    if storage:
+        # FileStorage's first line and tags are no YAML of today; as many characters stay, so that lines do.
+        text = re.sub(r"^%YAML:[^\n]*", "#", text).replace("!!opencv-matrix", "")
+    document = parse(replace(source, text=text))
+    form = "opencv" if storage else _form(document.data)
+    if not form:
+        document.fail("this is no lens", (), found=f"the keys {', '.join(list(document.data)[:4])}", expected=EXPECTED)
+    readers = {"robocal": _read_own, "opencv": read_matrices, "ros": read_matrices, "kalibr": read_kalibr}
+    return LensFile(readers[form](document, camera), InputFile(source.path, source.sha256), form)

@@ -1,0 +1,103 @@
+"""A lens from corners: a camera before a target is a machine whose pose is its own in every view, and whose only numbers are the lens's.
+
+Start, gross rows, selection, noise, hold-out and verdict are those of every identification. The nominal lens is the one that was
+given, else the plain camera: as long as the image is wide, centred, without distortion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robocal._record import replace
+from robocal._types import Array
+from robocal.errors import ModelError
+from robocal.estimate.least_squares import least_squares
+from robocal.fit.options import Options
+from robocal.fit.starts.own import place_configurations
+from robocal.geometry import se3
+from robocal.measure.machine import Rig
+from robocal.parameters import Parameter, ParameterTable
+from robocal.progress import Watch
+from robocal.prove.decision import Decision, decide
+from robocal.session.vision.corner_table import CAMERA, CornerTable
+from robocal.session.vision.marker_places import place_markers
+from robocal.vision.camera import MODELS
+from robocal.vision.lens_start import FlatViews, find_focal, flat_places, look_flat
+from robocal.vision.lenses import Lens
+
+__all__ = ["fit_lens", "found_lens", "look_at_views", "plain_lens", "view_poses"]
+
+# What the numbers of a lens are expected to be off by without data: of the width of the image; else without a unit.
+OF_WIDTH = {"fx": 0.3, "fy": 0.3, "cx": 0.05, "cy": 0.05}
+EXPECTED, TANGENTIAL = 0.3, 0.01
+EXACT = 1e-16  # tolerance: of the cost; a fit ends well within its noise, and two programs shall agree to a millionth of that
+
+
+def plain_lens(size: tuple[int, int], model: str = "brown") -> Lens:
+    """The plain camera: as long as the image is wide (px), centred, without distortion."""
+    width, height = size
+    numbers = [float(width), float(width), (width - 1) / 2, (height - 1) / 2]
+    return Lens.of(model, numbers + [0.0] * (len(MODELS[model].symbols) - 4), size)
+
+
+def lens_rig(lens: Lens, free: Sequence[str], width: int) -> Rig:
+    """The camera as a machine without joints, some of whose numbers are to be found."""
+    rows = []
+    for symbol, value, unit in zip(lens.kind.symbols, lens.numbers, lens.kind.units, strict=True):
+        size = OF_WIDTH[symbol] * width if symbol in OF_WIDTH else TANGENTIAL if symbol[0] == "p" else EXPECTED
+        rows.append(Parameter(f"{CAMERA}.{symbol}", value, unit, symbol in free, expected=size))
+    return Rig(CAMERA, ParameterTable(tuple(rows)))
+
+
+def look_at_views(table: CornerTable) -> FlatViews | None:
+    """What the views say before anything is fitted; None of a target that is not flat."""
+    obs = table.pixels
+    places = flat_places(obs.extra["point"])
+    target = np.zeros(len(obs), dtype=np.int64) if obs.target is None else obs.target
+    return None if places is None else look_flat(places, obs.value, obs.configuration, target)
+
+
+def fit_lens(
+    table: CornerTable, nominal: Lens, fix: Sequence[str] = (), known: bool = False, watch: Watch | None = None
+) -> Decision[Rig]:
+    """The lens that views show, beside the nominal one, which is `known` from elsewhere, or a plain camera. Numbers in `fix` stay as they
+    are there. Raises ModelError."""
+    symbols = nominal.kind.symbols
+    strange = [s for s in fix if s not in symbols]
+    if strange:
+        raise ModelError("no number of this lens", key="--fix", found=strange[0], expected=", ".join(symbols))
+    free = tuple(s for s in symbols if s not in fix)
+    begin = dict(zip(symbols, nominal.numbers, strict=True))
+    seen = None if known else look_at_views(table)
+    focal = None if seen is None else find_focal(seen, table.size)
+    if focal is not None:
+        begin |= {s: focal for s in ("fx", "fy") if s in free}
+    model = lens_rig(nominal, free, table.size[0])
+    # Poses begin where they are seen through the lens with which the fit begins.
+    begun = place_markers(table.with_lens(tuple(begin.values()), free))
+    placed = place_configurations(model, begun.data)
+    placed = replace(placed, observations=begun.with_lens(nominal.numbers, free).data.observations)
+    options = Options(begin={f"{CAMERA}.{s}": v for s, v in begin.items() if s in free})
+    made = decide(model, placed, options, watch)
+    fit = made.need_fit
+    ended = least_squares(fit.problem, fit.solution.x, cost_tolerance=EXACT)
+    return replace(made, fit=replace(fit, solution=replace(fit.solution, x=ended.x, cost=ended.cost)))
+
+
+def found_lens(made: Decision[Rig], nominal: Lens, size: tuple[int, int], source: str = "") -> Lens:
+    """The lens that was found, with what its numbers may be off by."""
+    symbols = nominal.kind.symbols
+    numbers = [made.values[f"{CAMERA}.{s}"] for s in symbols]
+    names, covariance = made.spread
+    at = [names.index(f"{CAMERA}.{s}") for s in symbols if f"{CAMERA}.{s}" in names]
+    known = [i for i in at if covariance[i, i] > 0]
+    told = tuple(names[i].rpartition(".")[2] for i in known)
+    return Lens.of(nominal.model, numbers, size, told, covariance[np.ix_(known, known)], source)
+
+
+def view_poses(made: Decision[Rig]) -> Array:
+    """T_camera_target (V, 4, 4) of every view."""
+    fit = made.need_fit
+    return se3.from_vector(fit.problem.values_of(0, fit.solution.x)[0].reshape(fit.problem.configurations, 6))

@@ -1,0 +1,118 @@
+"""What is said of corners before a lens is fitted, and of a lens that was: what is wrong, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robocal._types import Array, Bools, Ints
+from robocal.diagnose.check_registry import Finding, doubt, qualify, refuse
+from robocal.diagnose.limits import IMAGE_COVERAGE, LENS_FOCAL, LENS_UNSEEN, LENS_VIEW_LEFT, LENS_VIEWS
+from robocal.errors import ModelError
+from robocal.prove.statistics import Statistic
+from robocal.remarks.code import Code
+from robocal.remarks.remark import percent
+from robocal.session.vision.corner_table import CornerTable
+from robocal.vision.camera import fold_mask, unproject
+from robocal.vision.lens_start import FlatViews
+from robocal.vision.lenses import Lens
+
+__all__ = ["judge_lens", "refuse_views"]
+
+SHOWN = 8  # grid: views that a sentence names
+WITHOUT = "corners with the right numbers, --exclude these views, or --model fisheye for a very wide lens"
+
+
+def refuse_views(table: CornerTable, seen: FlatViews | None) -> None:
+    """Raises ModelError where corners cannot be what a camera saw of this target, whatever its lens."""
+    ids, (width, height), uv = table.data.configurations.ids, table.size, table.pixels.value
+    many = np.bincount(table.pixels.configuration, minlength=len(ids))
+    full = int((many >= 4).sum())
+    if full < LENS_VIEWS:
+        expected = (
+            f"{LENS_VIEWS:g} at least, better 15 to 40: tilted by 20 to 45 deg in different directions, near and far"
+        )
+        raise ModelError("too few views tell no lens", key="view", found=f"{full} with four corners", expected=expected)
+    outside = _outside(uv, width, height)
+    if outside.any():
+        turned = not _outside(uv[:, ::-1], width, height).any()
+        message = "u and v are exchanged" if turned else "corners lie outside the image"
+        found = f"{int(outside.sum())} of {len(uv)} corners beyond {width} x {height} px"
+        raise ModelError(
+            message, key="u", found=found, expected="u to the right, v down, and --image as the camera takes it"
+        )
+    if seen is None:
+        return
+    known = seen.known
+    _refuse_strange(ids, seen)
+    behind = known & ~seen.front
+    if not table.upright and behind.sum() > known.sum() / 2:
+        behind = known & seen.front  # whoever made the table has z into the target: what most views show is its front
+    if behind.any():
+        every = bool(behind.sum() == known.sum())
+        expected = (
+            "u to the right and v down, corners as they are printed"
+            if every
+            else "one side of the target; --exclude the others"
+        )
+        message = (
+            "u and v are exchanged, or images mirrored"
+            if every
+            else "some views show the target from behind, or mirrored"
+        )
+        raise ModelError(message, key="view", found=_names(ids, seen.view[behind]), expected=expected)
+
+
+def _refuse_strange(ids: Sequence[str], seen: FlatViews) -> None:
+    """A lens bends a flat target by little of what an image shows of it."""
+    strange = seen.known & (np.nan_to_num(seen.left) > LENS_VIEW_LEFT * seen.extent)
+    if strange.any():
+        worst = float((seen.left[strange] / seen.extent[strange]).max())
+        found = f"{_names(ids, seen.view[strange])} (off by up to {percent(worst)} of what they show)"
+        raise ModelError("corners that no camera sees so of this target", key="view", found=found, expected=WITHOUT)
+
+
+def _outside(uv: Array, width: int, height: int) -> Bools:
+    return np.asarray((uv < -0.5).any(axis=1) | (uv[:, 0] > width - 0.5) | (uv[:, 1] > height - 0.5))
+
+
+def _names(ids: Sequence[str], some: Ints) -> str:
+    names = [ids[i] for i in np.unique(some).tolist()]
+    return ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
+
+
+def judge_lens(
+    lens: Lens,
+    sigma: dict[str, float],
+    tilt: float,
+    every: Statistic | None,
+    unseen: Statistic | None,
+    coverage: float,
+    points: Array,
+) -> list[Finding]:
+    """What speaks against a lens: sigma of its numbers by symbol, the largest tilt of a view (deg), errors of all views and of unseen ones,
+    the share of the image with corners, and all corners (n, 3) in the camera's frame."""
+    out: list[Finding] = []
+    if every is not None and unseen is not None and unseen.rms > LENS_UNSEEN * every.rms:
+        out.append(qualify(Code.LENS_OVERFITTED, unseen=unseen.rms, seen=every.rms, times=unseen.rms / every.rms))
+    off = {
+        s: sigma.get(s, np.inf) / abs(f)
+        for s, f in zip(lens.kind.symbols[:2], lens.numbers, strict=False)
+        if s in sigma
+    }
+    if off and max(off.values()) > LENS_FOCAL:
+        out.append(refuse(Code.LENS_FOCAL_OPEN, names=tuple(off), share=max(off.values()), tilt=tilt))
+    beyond = fold_mask(points, lens.intrinsics)
+    assert lens.size is not None
+    width, height = lens.size
+    if beyond.any():
+        out.append(refuse(Code.LENS_FOLDS, count=int(beyond.sum()), total=len(points)))
+    else:
+        corners = np.array([(u, v) for u in (0, width - 1) for v in (0, height - 1)], dtype=float)
+        lost = np.isnan(unproject(corners, lens.intrinsics)).any(axis=1)
+        if lost.any():
+            out.append(doubt(Code.LENS_FOLDS_OUTSIDE, count=int(lost.sum())))
+    if coverage < IMAGE_COVERAGE:
+        out.append(doubt(Code.IMAGE_HARDLY_COVERED, share=coverage))
+    return out

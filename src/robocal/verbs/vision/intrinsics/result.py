@@ -1,0 +1,341 @@
+"""What `vision intrinsics` finds: the lens, how surely it says where points are seen, and how well it meets views that were left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robocal._record import record, replace
+from robocal._types import Array, Bools
+from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When
+from robocal.diagnose.check_registry import run as run_checks
+from robocal.errors import ModelError
+from robocal.files.display import to_display
+from robocal.files.lens import lens_text, read_lens
+from robocal.files.parts import Document, Origin
+from robocal.files.plain import json_text
+from robocal.files.result import Verdict as VerdictPart
+from robocal.files.text import InputFile
+from robocal.fit.misfit import by_unit
+from robocal.fit.noise import owners
+from robocal.geometry import se3
+from robocal.measure.machine import Rig
+from robocal.parameters import FRAME_SYMBOLS
+from robocal.progress import Watch
+from robocal.prove.decision import Decision
+from robocal.prove.pixel_bands import pixel_covariance
+from robocal.prove.results import ParameterResult, parameter_results
+from robocal.prove.statistics import Statistic
+from robocal.prove.verdict import Verdict, fold, verdict_of
+from robocal.quantities import Column, Listing
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, sentences
+from robocal.report.sections import Section
+from robocal.session.verb_base import VerdictResult
+from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
+from robocal.session.vision.lens_fit import fit_lens, found_lens, look_at_views, plain_lens, view_poses
+from robocal.session.vision.lens_judge import judge_lens, refuse_views
+from robocal.session.watching import computable
+from robocal.vision.camera import MODELS, project, unproject
+from robocal.vision.lenses import Lens
+from robocal.vision.sightings import coverage_of
+
+if TYPE_CHECKING:
+    from robocal.verbs.vision.intrinsics import Options
+
+__all__ = ["FoundLens", "LensDocument", "find_lens"]
+
+SILENT = ("place", "coverage")  # checks that ask where the base of a machine is: here nothing has one
+
+
+@record(kw_only=True)
+class LensErrors:
+    """What corners are off by in px, as root mean square of both axes together: of all views as fitted; of views that were left out, by
+    the nominal lens and by the one that was found, where each view's own pose was fitted; and how they were left out."""
+
+    fitted: Statistic
+    nominal: Statistic | None
+    unseen: Statistic | None
+    left_out: Statistic | None
+    how: str
+
+
+@record(kw_only=True)
+class LensDocument(Document):
+    """lens.json: model, size of the images, verdict, the numbers, errors in px, each view, how surely the lens says where a point is seen
+    (one standard deviation along the worst direction: at the distance of the target, and far away), and the share of the image with
+    corners."""
+
+    model: str
+    image: tuple[int, int]
+    nominal: str
+    verdict: VerdictPart
+    numbers: Listing
+    correlation: list[list[float]]
+    unit: str
+    errors: LensErrors
+    views: Listing
+    sure: Listing
+    coverage: float
+    aside: int
+    provenance: Origin
+
+
+@record(kw_only=True, eq=False)
+class FoundLens(VerdictResult):
+    """A lens from corners, with everything that its page shows."""
+
+    lens: Lens
+    nominal: Lens
+    named: str  # what the nominal lens is, in words
+    table: CornerTable
+    made: Decision[Rig]
+    verdict: Verdict
+    parameters: tuple[ParameterResult, ...]
+    errors: LensErrors
+    points: Array  # (n, 3) corners in the camera's frame, m
+    left: Array  # (n, 2) what the lens leaves of them, px
+    missed: Array  # (n,) the error of each when its view was left out, px; NaN where it was not
+    coverage: float
+    files: tuple[str, ...] = ()
+
+    @property
+    def trusted(self) -> bool:
+        """Whether it improved."""
+        return self.verdict.status == "improved"
+
+    @property
+    def aside(self) -> Bools:
+        """Which corners were set aside, (n,)."""
+        used = self.made.need_data.observations[0].used
+        return np.zeros(len(self.left), dtype=np.bool_) if used is None else ~used
+
+    @cached_property
+    def distance(self) -> float:
+        """The median distance of the corners, m."""
+        return float(np.median(np.linalg.norm(self.points, axis=1)))
+
+    def sure(self, pixels: Array, far: bool = False) -> Array:
+        """One standard deviation (px), along the worst direction, of where it says that points are seen which it has at pixels (m, 2): at
+        the distance of the target, or far away; NaN where it sees nothing."""
+        ways = unproject(pixels, self.lens.intrinsics)
+        seen = np.isfinite(ways).all(axis=1)
+        out = np.full(len(pixels), np.nan)
+        points = ways[seen] * self.distance
+        _, to_point, to_lens = project(points, self.lens.intrinsics)
+        names = [f"{CAMERA}.{s}" for s in self.lens.kind.symbols]
+        covariance = pixel_covariance(self.made, points, to_point, to_lens, names, far)
+        out[seen] = np.sqrt(np.linalg.eigvalsh(covariance)[:, -1])
+        return out
+
+    @cached_property
+    def numbers(self) -> Listing:
+        """The numbers of the lens, a row for each."""
+        of = self.parameters
+        ends = np.array([p.interval or (np.nan, np.nan) for p in of])
+        return Listing(
+            (
+                Column("name", "", [p.name.rpartition(".")[2] for p in of]),
+                Column("nominal", "", np.array([p.nominal for p in of]), figures=6),
+                Column("value", "", np.array([p.identified for p in of]), figures=7),
+                Column("sigma", "", np.array([np.nan if p.sigma is None else p.sigma for p in of]), figures=2),
+                Column("low", "", ends[:, 0], figures=7),
+                Column("high", "", ends[:, 1], figures=7),
+                Column("unit", "", ["" if p.unit == "1" else p.unit for p in of]),
+                Column("status", "", [p.status for p in of]),
+            )
+        )
+
+    @cached_property
+    def views(self) -> Listing:
+        """A row for each view: corners, rms as fitted and when it was left out (px), the largest error, distance and tilt of the target."""
+        obs, ids = self.table.pixels, self.table.data.configurations.ids
+        count = len(ids)
+        size, used = np.linalg.norm(self.left, axis=1), ~self.aside
+
+        def rms(values: Array, some: Bools) -> Array:
+            many = np.bincount(obs.configuration[some], minlength=count)
+            with np.errstate(invalid="ignore"):
+                return np.sqrt(np.bincount(obs.configuration[some], values[some] ** 2, minlength=count) / many)
+
+        worst = np.zeros(count)
+        np.maximum.at(worst, obs.configuration, size)
+        far = np.bincount(obs.configuration, np.linalg.norm(self.points, axis=1), minlength=count)
+        many = np.bincount(obs.configuration, minlength=count)
+        return Listing(
+            (
+                Column("view", "", list(ids)),
+                Column("corners", "", many.tolist()),
+                Column("rms", "px", rms(size, used), figures=3),
+                Column(
+                    "left_out",
+                    "px",
+                    rms(self.missed, used & np.isfinite(self.missed)),
+                    figures=3,
+                    label="left out [px]",
+                ),
+                Column("worst", "px", worst, figures=3),
+                Column("distance", "mm", 1e3 * far / np.maximum(many, 1), figures=4),
+                Column("tilt", "deg", tilts(self.made), figures=2),
+            )
+        )
+
+    @cached_property
+    def surely(self) -> Listing:
+        """How sure a pixel is in the middle and in the corners of the image."""
+        width, height = self.table.size
+        places = {
+            "middle": ((width - 1) / 2, (height - 1) / 2), "top left": (0, 0), "top right": (width - 1, 0),
+            "bottom left": (0, height - 1), "bottom right": (width - 1, height - 1),
+        }  # fmt: skip
+        at = np.array(list(places.values()), dtype=float)
+        return Listing(
+            (
+                Column("place", "", list(places)),
+                Column("u", "px", at[:, 0], figures=5),
+                Column("v", "px", at[:, 1], figures=5),
+                Column("near", "px", self.sure(at), figures=2, label=f"at {1e3 * self.distance:.0f} mm [px]"),
+                Column("far", "px", self.sure(at, far=True), figures=2, label="far away [px]"),
+            )
+        )
+
+    @property
+    def head(self) -> dict[str, Any]:
+        """What stands at the head of its page."""
+        width, height = self.table.size
+        facts = (
+            ("Lens", f"{self.lens.model}, {width} x {height} pixels"),
+            ("Views", f"{len(self.table.data.configurations)} with {len(self.left)} corners"),
+            ("Nominal", self.named),
+        )
+        return {"title": "A lens from corners", "kind": "Intrinsics", "facts": facts}
+
+    @property
+    def document(self) -> LensDocument:
+        """What --json says."""
+        said = to_display(VerdictPart, self.verdict, reasons=sentences(self.verdict.remarks))
+        return self.document_of(
+            LensDocument, model=self.lens.model, image=self.table.size, nominal=self.named, verdict=said, numbers=self.numbers,
+            correlation=self.lens.correlation.tolist(), unit="px", errors=self.errors, views=self.views, sure=self.surely,
+            coverage=self.coverage, aside=int(self.aside.sum()),
+        )  # fmt: skip
+
+    def texts(self) -> Mapping[str, str | bytes]:
+        """The lens and the document."""
+        return {self.files[0]: lens_text(self.lens), self.files[1]: json_text(self.document)}
+
+    def details(self) -> Iterator[Section]:
+        """Pictures: where residuals point, what they are along the radius, and how sure a pixel is."""
+        from robocal.report.lens import lens_pictures
+
+        yield from lens_pictures(self)
+
+
+def tilts(made: Decision[Rig]) -> Array:
+    """The angle (V,) between the target's normal and the line of sight to its origin, deg."""
+    poses = view_poses(made)
+    way = poses[:, :3, 3] / np.linalg.norm(poses[:, :3, 3], axis=1)[:, None]
+    return np.asarray(np.degrees(np.arccos(np.clip(np.abs(np.sum(poses[:, :3, 2] * way, axis=1)), 0.0, 1.0))))
+
+
+def find_lens(o: Options, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> FoundLens:
+    """Reads corners, finds the lens, and judges it. Raises InputError."""
+    if len(set(files)) < len(files):
+        raise ModelError("a lens is a YAML", key="--output", found=files[0], expected="a name that ends in .yaml")
+    if watch:
+        watch({"stage": "read"})
+    table = read_corners(
+        o.corners, size=o.size, square=o.square, checker=o.checker, sheet=o.sheet, image=o.image, exclude=o.exclude
+    )
+    nominal, named, inputs = _nominal(o, table)
+    refuse_views(table, None if nominal.model == "fisheye" else look_at_views(table))
+    with computable(o.corners):
+        made = fit_lens(table, nominal, o.fix, o.lens is not None, watch)
+        source = f"{len(table.data.configurations)} views, {o.corners.name}"
+        found = _judge(o, table, made, nominal, found_lens(made, nominal, table.size, source))
+    return replace(found, named=named, inputs=(*table.files, *inputs), command=command, files=files)
+
+
+def _nominal(o: Options, table: CornerTable) -> tuple[Lens, str, tuple[InputFile, ...]]:
+    """The lens that is known so far, what it is in words, and its file."""
+    if o.lens is None:
+        words = f"the plain camera: f = {table.size[0]} px (the width), c in the middle, no distortion"
+        return plain_lens(table.size, o.model or "brown"), words, ()
+    read = read_lens(o.lens)
+    lens, wanted = read.lens, o.model or read.lens.model
+    if lens.size is not None and lens.size != table.size:
+        found, expected = "{} x {}".format(*lens.size), "{} x {} px, as the corners".format(*table.size)
+        raise ModelError("a lens of images of another size", key="--lens", found=found, expected=expected)
+    if wanted != lens.model:
+        if (lens.model, wanted) != ("brown", "rational"):
+            raise ModelError("a lens of another model", key="--model", found=wanted, expected=lens.model)
+        lens = Lens.of(wanted, [*lens.numbers, *[0.0] * (len(MODELS[wanted].symbols) - len(lens.numbers))], table.size)
+    return replace(lens, size=table.size), f"{o.lens.name}, {lens.model}", (read.file,)
+
+
+def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -> FoundLens:
+    """The verdict: that of every identification, and what a lens has to be besides."""
+    obs, terms = table.pixels, made.need_fit.problem.terms
+    row = by_unit(terms, [t.index for _, t in owners(made.need_data, made.need_fit.problem)], "px")
+    left, missed = np.full((len(obs), 2), np.nan), np.full(len(obs), np.nan)
+    left[row] = np.concatenate([r.value for r in made.residuals])
+    used = made.need_data.observations[0].used
+    fine = np.ones(len(obs), dtype=bool) if used is None else used
+    proofs = made.proven.proofs
+    if "leave_one_out" in proofs or "held_out" in proofs:
+        name = "leave_one_out" if "leave_one_out" in proofs else "held_out"
+        missed[row] = proofs[name]().errors("px", everything=True)[1]
+    every = Statistic.of(np.linalg.norm(left[fine], axis=1))
+    before, after = made.unseen("px") or (None, None)
+    singly = Statistic.of(missed[fine & np.isfinite(missed)], profiled=True)
+    assert every is not None
+    errors = LensErrors(
+        fitted=every,
+        nominal=before,
+        unseen=after,
+        left_out=singly,
+        how=made.proven.best.split.how if made.proven.best else "",
+    )
+    points = camera_points(table, made)
+    coverage = coverage_of([obs.value], *table.size)
+    own = judge_lens(lens, lens.sigma, float(tilts(made).max()), every, singly, coverage, points)
+    judged = verdict_of(made)
+    against = fold([f for f in own if f.level in ("refuse", "qualify")], None)
+    if against.reasons:
+        judged = judged.instead(against.status if judged.status != "refused" else "refused", *against.reasons)
+    beside: list[Finding] = [
+        *(
+            f
+            for when in (When.DATA, When.FIT)
+            for f in run_checks(when, made, DIAGNOSE, PROVE, skip=(*made.silent, *SILENT))
+        ),
+        *(f for f in own if f.level not in ("refuse", "qualify")),
+    ]
+    said: tuple[Remark, ...] = (*table.remarks, *(_in_words(f) for f in beside))
+    return FoundLens(
+        lens=lens, nominal=nominal, named="", table=table, made=made, verdict=judged,
+        parameters=tuple(p for p in parameter_results(made) if p.name.startswith(f"{CAMERA}.")), errors=errors,
+        points=points, left=left, missed=missed, coverage=coverage, warnings=said, reasons=judged.reasons,
+    )  # fmt: skip
+
+
+def _in_words(found: Finding) -> Remark:
+    """What a machine does not explain a lens does not, for other reasons."""
+    if found.code != Code.ABOVE_STATED_NOISE:
+        return found.remark
+    return Remark.of(Code.LENS_LEAVES, left=found.numbers["left"], stated=found.numbers["stated"])
+
+
+def camera_points(table: CornerTable, made: Decision[Rig]) -> Array:
+    """Where corners are in the camera's frame, (n, 3) m."""
+    obs = table.pixels
+    poses = view_poses(made)[obs.configuration]
+    points = obs.extra["point"]
+    if obs.targets and obs.target is not None:
+        frames = np.array([[made.values[f"{t.name}.{s}"] for s in FRAME_SYMBOLS] for t in obs.targets])
+        held = se3.from_vector(frames)[obs.target]
+        points = np.einsum("nij,nj->ni", held[:, :3, :3], points) + held[:, :3, 3]
+    return np.asarray(np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3])

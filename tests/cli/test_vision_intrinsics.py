@@ -1,0 +1,207 @@
+"""`vision intrinsics`: lenses that the tests know, seen by formulas of their own."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from cli.runs import robocal as run
+from lens_world import BOARD, LENS, SIZE, SQUARE, board_rows, look, marker_rows, write
+
+from robocal.files.lens import read_lens
+
+IMAGE = "{}x{}".format(*SIZE)
+
+
+def find(*words):
+    """The document of a run, and its status."""
+    ran = run("vision", "intrinsics", *words, "--json")
+    assert ran.status in (0, 3), ran.err
+    return json.loads(ran.out), ran.status
+
+
+def column(listing, name):
+    return next(c["values"] for c in listing["columns"] if c["name"] == name)
+
+
+def numbers(document):
+    of = document["numbers"]
+    return {n: (v, s) for n, v, s in zip(*(column(of, k) for k in ("name", "value", "sigma")), strict=True)}
+
+
+def codes(document):
+    return {r["code"] for r in (*document["remarks"], *document["verdict"]["remarks"])}
+
+
+def board(tmp_path, count=16, noise=0.1, seed=1, name="corners.csv", **how):
+    rng = np.random.default_rng(seed)
+    return write(tmp_path / name, board_rows(look(rng, count, **how), noise, rng, how.get("points", BOARD)))
+
+
+def test_the_lens_is_found_and_told(tmp_path):
+    corners = board(tmp_path)
+    ran = run("vision", "intrinsics", corners, "--image", IMAGE, "-o", str(tmp_path / "lens.yaml"))
+    assert ran.status == 0 and "IMPROVED" in ran.out, ran.said
+    told = json.loads((tmp_path / "lens.json").read_text())
+    for name, (value, sigma) in numbers(told).items():
+        assert abs(value - LENS[name]) < 4 * sigma, name
+    assert numbers(told)["fx"][1] < 2
+    lens = read_lens(tmp_path / "lens.yaml").lens
+    assert lens.model == "brown" and lens.size == SIZE and lens.known == tuple(LENS)
+    assert np.allclose(lens.intrinsics, [v for v, _ in numbers(told).values()], rtol=1e-12)
+    assert told["errors"]["fitted"]["rms"] == pytest.approx(0.1 * np.sqrt(2), rel=0.06)
+    assert told["errors"]["fitted"]["rms"] < told["errors"]["left_out"]["rms"] < 1.3 * told["errors"]["fitted"]["rms"]
+    assert told["errors"]["nominal"]["rms"] > 10 * told["errors"]["unseen"]["rms"]
+    sure = dict(zip(column(told["sure"], "place"), column(told["sure"], "near"), strict=True))
+    assert sure["middle"] < 0.1 < min(v for k, v in sure.items() if k != "middle")
+    page = (tmp_path / "lens.html").read_text()
+    assert page.count("<svg") >= 3 and "Where residuals point" in page
+    again = run("vision", "intrinsics", corners, "--image", IMAGE, "-o", str(tmp_path / "lens.yaml"))
+    assert again.status == 2 and "lens.yaml" in again.err
+
+
+def test_a_better_lens_is_better_than_the_one_that_is_known(tmp_path):
+    first = board(tmp_path, seed=2)
+    assert run("vision", "intrinsics", first, "--image", IMAGE, "-o", str(tmp_path / "lens.yaml")).status == 0
+    again = board(tmp_path, seed=3, name="again.csv")
+    told, status = find(again, "--image", IMAGE, "--lens", str(tmp_path / "lens.yaml"))
+    assert status == 3 and told["verdict"]["status"] == "not_improved"  # the same camera: nothing is to be gained
+    other = board(tmp_path, seed=4, name="other.csv", lens=LENS | {"fx": 1080.0, "fy": 1085.0, "k1": -0.2})
+    told, status = find(other, "--image", IMAGE, "--lens", str(tmp_path / "lens.yaml"))
+    assert status == 0 and told["nominal"].startswith("lens.yaml")
+    ran = run("vision", "intrinsics", other, "--image", "1400x1000", "--lens", str(tmp_path / "lens.yaml"))
+    assert ran.status == 2 and "another size" in ran.err
+
+
+def test_numbers_stay_where_they_are_told_to(tmp_path):
+    told, _ = find(board(tmp_path), "--image", IMAGE, "--fix", "k3,p1", "--fix", "p2")
+    assert [numbers(told)[n][0] for n in ("k3", "p1", "p2")] == [0, 0, 0]
+    ran = run("vision", "intrinsics", board(tmp_path), "--image", IMAGE, "--fix", "k9")
+    assert ran.status == 2 and "k9" in ran.err
+
+
+def test_a_table_without_places(tmp_path):
+    rng = np.random.default_rng(5)
+    rows = board_rows(look(rng, 12), 0.1, rng, sigma=False)
+    kept = ("view", "corner", "u [px]", "v [px]")
+    corners = write(tmp_path / "hand.csv", [{k: r[k] for k in kept} for r in rows])
+    ran = run("vision", "intrinsics", corners, "--image", IMAGE)
+    assert ran.status == 2 and "--checker" in ran.err
+    told, status = find(corners, "--image", IMAGE, "--checker", "10x8", "--square", 25)
+    assert status == 0 and abs(numbers(told)["fx"][0] - LENS["fx"]) < 4 * numbers(told)["fx"][1]
+    ran = run("vision", "intrinsics", corners, "--image", IMAGE, "--checker", "8x6", "--square", 25)
+    assert ran.status == 2 and "no inner corner" in ran.err
+    ran = run("vision", "intrinsics", corners, "--image", IMAGE, "--checker", "8x10", "--square", 25)
+    assert ran.status == 2 and "no camera sees" in ran.err
+
+
+def markers(rng, count, noise, names, off=0.0):
+    """Rows of a sheet of twelve markers of 40 mm, each moved by as much in its plane."""
+    middles = np.array([(x, y, 0.0) for y in (0.06, 0.0, -0.06) for x in (-0.08, -0.02, 0.04, 0.1)])
+    middles[:, :2] += rng.normal(0, off, (12, 2))
+    points = np.concatenate([SQUARE * 0.02 + m for m in middles])
+    return marker_rows(look(rng, count, points), noise, rng, names)
+
+
+def test_markers_find_their_places(tmp_path):
+    rng = np.random.default_rng(6)
+    rows = markers(rng, 14, 0.05, range(20, 32), off=0.004)
+    seen = [r for k, r in enumerate(rows) if (k // 4 + int(r["view"][1:])) % 3]  # not all in every view
+    told, status = find(write(tmp_path / "m.csv", seen), "--size", 40, "--image", IMAGE)
+    assert status == 0 and set(numbers(told)) == set(LENS)
+    for name, (value, sigma) in numbers(told).items():
+        assert abs(value - LENS[name]) < 4 * sigma, name
+    apart = [r for r in rows if (int(r["marker"]) < 26) == (int(r["view"][1:]) < 8)]
+    ran = run("vision", "intrinsics", write(tmp_path / "n.csv", apart), "--size", 40, "--image", IMAGE)
+    assert ran.status == 2 and "no view joins" in ran.err
+
+
+def test_a_sheet_says_where_markers_are(tmp_path):
+    pytest.importorskip("cv2")
+    sheet = tmp_path / "sheet.pdf"
+    words = ("--paper", "300x240", "--columns", 4, "--rows", 3, "--size", 40, "--pitch", 60, "--first", 20)
+    assert run("vision", "sheet", "-o", str(sheet), *words).status == 0
+    rng = np.random.default_rng(7)
+    rows = markers(rng, 14, 0.05, range(20, 32))
+    corners = write(tmp_path / "m.csv", rows)
+    told, status = find(corners, "--sheet", str(sheet.with_suffix(".yaml")), "--image", IMAGE)
+    alone, _ = find(corners, "--size", 40, "--image", IMAGE)
+    assert status == 0 and abs(numbers(told)["fx"][0] - LENS["fx"]) < 4 * numbers(told)["fx"][1]
+    assert numbers(told)["fx"][1] < numbers(alone)["fx"][1]  # what is known need not be found
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda rows: [r for r in rows if r["view"] in ("v1", "v2")], "too few views"),
+        (lambda rows: [r | {"u [px]": r["v [px]"], "v [px]": r["u [px]"]} for r in rows], "exchanged"),
+        (lambda rows: [r | {"u [px]": SIZE[0] - 1 - float(r["u [px]"])} for r in rows], "mirrored"),
+        (lambda rows: [r | {"u [px]": 1.5 * float(r["u [px]"])} for r in rows], "outside"),
+        (
+            lambda rows: [
+                r | ({"u [px]": SIZE[0] - 1 - float(r["u [px]"])} if r["view"] in ("v3", "v7") else {}) for r in rows
+            ],
+            "v3, v7",
+        ),
+        (lambda rows: [{k: v for k, v in r.items() if k != "view"} for r in rows], "view"),
+    ],
+)
+def test_what_no_camera_sees_is_refused_before_anything_is_fitted(tmp_path, spoil, said):
+    """Corners by number, so that it is known which way the target is printed."""
+    rng = np.random.default_rng(8)
+    rows = marker_rows(look(rng, 10, SQUARE * 0.05), 0.1, rng, [7])
+    ran = run("vision", "intrinsics", write(tmp_path / "c.csv", spoil(rows)), "--size", 100, "--image", IMAGE)
+    assert ran.status == 2 and said in ran.said, ran.said
+
+
+def test_the_size_of_the_images_must_be_known(tmp_path):
+    ran = run("vision", "intrinsics", board(tmp_path))
+    assert ran.status == 2 and "--image" in ran.err
+    (tmp_path / "corners.json").write_text(
+        json.dumps({"image": SIZE, "corners": {}, "target": {"kind": "checkerboard"}})
+    )
+    assert find(str(tmp_path / "corners.csv"))[1] == 0
+
+
+def test_a_board_turned_by_half_does_no_harm(tmp_path):
+    rng = np.random.default_rng(11)
+    uv = look(rng, 12)
+    uv[::2] = uv[::2, ::-1]  # numbered from the other end
+    told, status = find(write(tmp_path / "c.csv", board_rows(uv, 0.1, rng)), "--image", IMAGE)
+    assert status == 0 and not codes(told) - {"gain-proven", "band-profiled"}
+
+
+# obeys: lens-focal-open
+def test_frontal_views_do_not_tell_a_focal_length(tmp_path):
+    told, status = find(board(tmp_path, tilt=0, depth=(0.45, 0.45)), "--image", IMAGE)
+    assert status == 3 and told["verdict"]["status"] == "refused" and "lens-focal-open" in codes(told)
+    told, status = find(board(tmp_path), "--image", IMAGE)
+    assert status == 0 and "lens-focal-open" not in codes(told)
+
+
+# obeys: lens-leaves
+# obeys: lens-folds
+@pytest.mark.parametrize(("how", "words", "code"), [
+    ({"noise": 0.05}, ("--fix", "k2,k3"), "lens-leaves"), ({"depth": (0.08, 0.3), "tilt": 0.4}, ("--fix", "k2,k3"), "lens-folds"),
+])  # fmt: skip
+def test_another_model_of_lenses_is_wanted(tmp_path, how, words, code):
+    corners = board(tmp_path, 20, wide=True, **how)
+    told, status = find(corners, "--image", IMAGE, *words)
+    assert code in codes(told) and (status == 3 or code == "lens-leaves")
+    better, status = find(corners, "--image", IMAGE, "--model", "fisheye")
+    assert status == 0 and code not in codes(better) and better["model"] == "fisheye"
+    assert better["errors"]["fitted"]["rms"] < 0.15 < told["errors"]["fitted"]["rms"]
+    assert abs(numbers(better)["fx"][0] - 420) < 4 * numbers(better)["fx"][1]
+
+
+# obeys: lens-overfitted
+# obeys: lens-folds-outside
+@pytest.mark.parametrize(("count", "noise", "seed", "size", "code"), [
+    (4, 1.0, 32, 0.7, "lens-overfitted"), (4, 1.0, 30, 1.0, "lens-folds-outside"),
+])  # fmt: skip
+def test_few_views_tell_little(tmp_path, count, noise, seed, size, code):
+    few, status = find(board(tmp_path, count, noise, seed, points=BOARD * size), "--image", IMAGE)
+    assert status == 3 and code in codes(few)
+    many, status = find(board(tmp_path, 24, noise, seed, points=BOARD * size), "--image", IMAGE)
+    assert status == 0 and code not in codes(many)
