@@ -53,14 +53,15 @@ class Sighting:
         return np.sqrt(np.diag(self.covariance)).reshape(-1, 2)
 
 
-def fit_sighting(levels: Array, marker: int, corners: Array, cells: Array) -> Sighting | None:
-    """A marker near corners (4, 2) that a search has found, from all its pixels, else from its edges; None where neither shows it."""
+def fit_sighting(levels: Array, marker: int, corners: Array, cells: Array, lens: Array | None = None) -> Sighting | None:
+    """A marker near corners (4, 2) that a search has found, from all its pixels, else from its edges; None where neither shows it.
+    lens: as in `fit_marker`."""
     side = float(np.hypot(*(np.roll(corners, -1, axis=0) - corners).T).max())
     allowed = max(ASTRAY[0] * side, ASTRAY[1])
     beyond = reaches_border(corners, len(cells), levels.shape)
     white = share_of_white(levels, corners)
     order = np.arange(4)
-    found = fit_marker(levels, corners, cells)
+    found = fit_marker(levels, corners, cells, lens)
     if found is not None:
         contrast, near = found.light[3], np.abs(found.corners - corners).max() < allowed
         if near and contrast > FAINT and found.noise < MISFIT * contrast:
