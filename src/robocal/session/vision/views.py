@@ -14,8 +14,10 @@ from robocal.files.image_files import GreyImage
 from robocal.files.marker_search import encode_picture, find_markers
 from robocal.quantities import Column, Listing
 from robocal.session.vision.target import Target, cells_of
+from robocal.vision.marker.fit import COMMON_LENS
 from robocal.vision.marker.motion import blur_of_motion
 from robocal.vision.sightings import BOARD, METHODS, Sighting, coverage_of
+from robocal.vision.square import poses_of_square
 
 __all__ = ["ImageView", "ViewSummary", "list_corners", "look_at", "look_mirrored"]
 
@@ -27,7 +29,8 @@ WIDTH = 420  # px, of a small picture
 class ViewSummary:
     """One view: its image, how many markers and corners it shows, the share of all numbers that any view shows, blur (px, the median), the
     length and direction by which it is smeared (px, deg), the share of bright pixels that may be cut off, the share of the image's parts
-    with corners, markers at the border, numbers seen twice, and those that could not be fitted."""
+    with corners, markers at the border, numbers seen twice, those that could not be fitted, and of one marker alone the angles between
+    each pose that it may have and facing the camera (deg, through a common lens)."""
 
     view: str
     file: str
@@ -46,6 +49,7 @@ class ViewSummary:
     twice: tuple[int, ...] = ()
     dropped: tuple[int, ...] = ()
     mirrored: bool = False
+    tilts: tuple[float, ...] = ()
 
 
 @record(eq=False)
@@ -76,6 +80,7 @@ def look_at(image: GreyImage, target: Target, picture: bool) -> ImageView:
         corners=sum(len(s.corner) for s in kept), blur=float(np.median(blurs)) if blurs else None, motion=length, direction=direction,
         white=float(np.mean([s.white for s in kept])) if kept else 0.0, coverage=coverage_of([s.place for s in kept], width, height),
         border=sum(s.cut for s in kept), edges=sum(s.method == METHODS[1] for s in kept), twice=twice, dropped=tuple(sorted(dropped)),
+        tilts=_tilts(kept[0], image.size) if len(kept) == len(markers) == 1 else (),
     )  # fmt: skip
     return ImageView(summary, kept, encode_picture(image.grey, WIDTH) if picture else b"")
 
@@ -100,6 +105,13 @@ def _motion(levels: Array, markers: Sequence[Sighting], target: Target) -> tuple
     across, along = np.linalg.eigh(np.mean(found, axis=0))[1].T
     wider = min(float(along @ one @ along - across @ one @ across) for one in found)
     return float(np.sqrt(12 * max(wider, 0.0))), float(np.degrees(np.arctan2(along[1], along[0])) % 180)
+
+
+def _tilts(s: Sighting, size: tuple[int, int]) -> tuple[float, ...]:
+    """How far (deg) a marker is from facing the camera, in both of its poses."""
+    focal, (u, v) = COMMON_LENS[0] * size[0], (np.array(size) - 1) / 2
+    lens = np.array([focal, focal, u, v, COMMON_LENS[1], 0.0, 0.0, 0.0, 0.0])
+    return tuple(float(np.degrees(p.tilt)) for p in poses_of_square(s.place, s.covariance, 1.0, lens))
 
 
 def _shortest_side(s: Sighting) -> float:
