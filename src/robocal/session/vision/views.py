@@ -99,7 +99,7 @@ def _motion(levels: Array, markers: Sequence[Sighting], target: Target) -> tuple
     for s in sorted(markers, key=_shortest_side):
         cells = cells_of(target.family or "", s.marker)
         if s.method == METHODS[0] and _shortest_side(s) >= SMEAR_CELL * len(cells) and len(found) < MARKERS:
-            found.append(blur_of_motion(levels, s.place, cells, s.blur))
+            found.append(blur_of_motion(levels, s.place, cells, s.blur, s.off))
     if not found:
         return 0.0, 0.0
     across, along = np.linalg.eigh(np.mean(found, axis=0))[1].T

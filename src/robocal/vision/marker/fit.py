@@ -23,6 +23,7 @@ COARSE, COARSE_STILL = 600, 0.05  # pixels of the first look, and when it ends (
 STILL, SAME_PIXELS = 3e-3, 0.1  # px: corners at rest; corners so little moved that the same pixels are used
 ROUNDS = 12
 OFF = 12.0  # of chi-square with two degrees of freedom: what is in the square was printed off its place (1 of 400 by chance)
+OFF_LEAST = 0.03  # cells: what is off by less may be the lens, or a sheet that is not flat; a print of 300 dpi is off by so much
 NEAR = 2  # px along u and v, within which misfits may be of one cause
 COMMON_LENS = (0.8, -0.25)  # focal length in image widths, k1: a webcam's
 
@@ -77,7 +78,7 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     g, size = np.empty(SIZE), PRINT
     sum_pixels(seen, at, by, p, ink, joints, limit, SIZE, g, a, rest)
     try:
-        if _is_off(g, a, noise):
+        if _is_off(g, a, noise**2 * _common(grey, inside, np.clip(rest, -limit, limit), box[2])):
             size = SIZE
             for _ in range(2):  # the noise falls
                 cost = fit_pixels(seen, at, by, p, ink, joints, limit, ROUNDS, STILL, SIZE, a, rest)
@@ -109,13 +110,14 @@ def _whole(a: Array) -> Array:
     return np.asarray(np.tril(a) + np.tril(a, -1).T)
 
 
-def _is_off(g: Array, a: Array, noise: float) -> bool:
-    """Whether a place of its own for what is in the square would lower the cost by more than chance (the score test). Raises LinAlgError."""
+def _is_off(g: Array, a: Array, variance: float) -> bool:
+    """Whether a place of its own for what is in the square is far, and lowers the cost by more than chance (score test). Raises LinAlgError."""
     a = _whole(a)
     by_rest = np.linalg.solve(a[:PRINT, :PRINT], np.column_stack([a[:PRINT, PRINT:], g[:PRINT]]))
     left = g[PRINT:] - a[PRINT:, :PRINT] @ by_rest[:, 2]
     free = a[PRINT:, PRINT:] - a[PRINT:, :PRINT] @ by_rest[:, :2]
-    return bool(left @ np.linalg.solve(free, left) > OFF * noise**2)
+    off = np.linalg.solve(free, left)
+    return bool(left @ off > OFF * variance and np.hypot(*off) > OFF_LEAST)
 
 
 def _common(grey: Array, inside: Bools, rest: Array, width: int) -> float:
