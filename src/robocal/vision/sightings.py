@@ -45,6 +45,7 @@ class Sighting:
     contrast: float
     method: str
     cut: bool = False  # its quiet zone ends at the border of the image
+    off: tuple[float, float] = (0.0, 0.0)  # cells, of what is in the square
     white: float = 0.0  # share of its bright cells that may be cut off
 
     @property
@@ -53,23 +54,24 @@ class Sighting:
         return np.sqrt(np.diag(self.covariance)).reshape(-1, 2)
 
 
-def fit_sighting(levels: Array, marker: int, corners: Array, cells: Array) -> Sighting | None:
-    """A marker near corners (4, 2) that a search has found, from all its pixels, else from its edges; None where neither shows it."""
+def fit_sighting(levels: Array, marker: int, corners: Array, cells: Array, lens: Array | None = None) -> Sighting | None:
+    """A marker near corners (4, 2) that a search has found, from all its pixels, else from its edges; None where neither shows it.
+    lens: as in `fit_marker`."""
     side = float(np.hypot(*(np.roll(corners, -1, axis=0) - corners).T).max())
     allowed = max(ASTRAY[0] * side, ASTRAY[1])
     beyond = reaches_border(corners, len(cells), levels.shape)
     white = share_of_white(levels, corners)
     order = np.arange(4)
-    found = fit_marker(levels, corners, cells)
+    found = fit_marker(levels, corners, cells, lens)
     if found is not None:
         contrast, near = found.light[3], np.abs(found.corners - corners).max() < allowed
         if near and contrast > FAINT and found.noise < MISFIT * contrast:
-            of = (found.blur, found.noise, float(contrast), METHODS[0], beyond, white)
+            of = (found.blur, found.noise, float(contrast), METHODS[0], beyond, (float(found.off[0]), float(found.off[1])), white)
             return Sighting(marker, order, found.corners, found.covariance, *of)
     edges = fit_edges(levels, corners)
     if edges is None or np.abs(edges[0] - corners).max() > allowed:
         return None
-    return Sighting(marker, order, *edges, np.nan, np.nan, np.nan, METHODS[1], beyond, white)
+    return Sighting(marker, order, *edges, np.nan, np.nan, np.nan, METHODS[1], beyond, white=white)
 
 
 def reaches_border(corners: Array, cells: int, shape: tuple[int, ...]) -> bool:

@@ -33,6 +33,10 @@ class VisionRemarks:
         "{count} of {total} images show one marker alone: {views}",
         "One small marker says little of where it is: bring several of one sheet into the image.",
     )
+    MARKER_HAS_TWO_POSES = Phrase(
+        "in {count} of {total} images one marker alone faces the camera within {most:g} deg, where two poses of it fit: {views}",
+        "Turn it by more, or bring several markers of one sheet into the image.",
+    )
     OTHER_DICTIONARY = Phrase(
         "of {given} {count} markers were found, of {better} {found}", "--dictionary {better} is probably right."
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from robocal.diagnose.limits import IMAGE_BLUR, IMAGE_COVERAGE, IMAGE_SMEAR, IMAGE_VIEWS, IMAGE_WHITE
+from robocal.diagnose.limits import FRONTAL, IMAGE_BLUR, IMAGE_COVERAGE, IMAGE_SMEAR, IMAGE_VIEWS, IMAGE_WHITE
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.vision.target import Target
@@ -53,6 +53,7 @@ def judge_views(
         one = [v for v in full if v.markers == 1]
         if len({n for i in islands for n in i}) > 1:  # of a target that is one marker there is no more to see
             tell(Code.ONE_MARKER_IN_VIEW, one)
+        tell(Code.MARKER_HAS_TWO_POSES, [v for v in one if min(v.tilts, default=FRONTAL) < FRONTAL], most=FRONTAL)
         if len(islands) > 1:
             groups = tuple(" ".join(map(str, i[:SHOWN])) + (" ..." if len(i) > SHOWN else "") for i in islands)
             said.append(Remark.of(Code.MARKERS_APART, count=len(islands), groups=groups))

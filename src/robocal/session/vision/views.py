@@ -14,8 +14,10 @@ from robocal.files.image_files import GreyImage
 from robocal.files.marker_search import encode_picture
 from robocal.quantities import Column, Listing
 from robocal.session.vision.target import Target
+from robocal.vision.marker.fit import COMMON_LENS
 from robocal.vision.marker.motion import blur_of_motion
 from robocal.vision.sightings import BOARD, METHODS, Sighting, coverage_of
+from robocal.vision.square import poses_of_square
 
 __all__ = ["ImageView", "ViewSummary", "list_corners", "look_at", "look_mirrored"]
 
@@ -27,8 +29,9 @@ WIDTH = 420  # px, of a small picture
 class ViewSummary:
     """One view: its image, how many markers and corners it shows, the share of all numbers that any view shows, blur (px, the median), the
     length and direction by which it is smeared (px, deg), the share of bright pixels that may be cut off, the share of the image's parts
-    with corners, markers at the border, numbers seen twice, those that could not be fitted, those that are not on the sheet, and whether
-    it was turned as its file says (EXIF)."""
+    with corners, markers at the border, numbers seen twice, those that could not be fitted, those that are not on the sheet, whether it was
+    turned as its file says (EXIF), and of one marker alone the angles between each pose that it may have and facing the camera (deg,
+    through a common lens)."""
 
     view: str
     file: str
@@ -49,6 +52,7 @@ class ViewSummary:
     strangers: tuple[int, ...] = ()
     mirrored: bool = False
     turned: bool = False
+    tilts: tuple[float, ...] = ()
 
 
 @record(eq=False)
@@ -89,6 +93,7 @@ def look_at(image: GreyImage, target: Target) -> ImageView:
         white=float(np.mean([s.white for s in kept])) if kept else 0.0, coverage=coverage_of([s.place for s in kept], width, height),
         border=sum(s.cut for s in kept), edges=sum(s.method == METHODS[1] for s in kept), twice=twice, dropped=tuple(sorted(dropped)),
         turned=image.turned, strangers=tuple(sorted(set(strangers))),
+        tilts=_tilts(kept[0], image.size) if len(kept) == len(markers) == 1 else (),
     )  # fmt: skip
     return ImageView(summary, kept)
 
@@ -106,12 +111,19 @@ def _motion(levels: Array, markers: Sequence[Sighting], target: Target) -> tuple
         cells = target.cells(s.marker)
         assert cells is not None
         if s.method == METHODS[0] and _shortest_side(s) >= SMEAR_CELL * len(cells) and len(found) < MARKERS:
-            found.append(blur_of_motion(levels, s.place, cells, s.blur))
+            found.append(blur_of_motion(levels, s.place, cells, s.blur, s.off))
     if not found:
         return 0.0, 0.0
     across, along = np.linalg.eigh(np.mean(found, axis=0))[1].T
     wider = min(float(along @ one @ along - across @ one @ across) for one in found)
     return float(np.sqrt(12 * max(wider, 0.0))), float(np.degrees(np.arctan2(along[1], along[0])) % 180)
+
+
+def _tilts(s: Sighting, size: tuple[int, int]) -> tuple[float, ...]:
+    """How far (deg) a marker is from facing the camera, in both of its poses."""
+    focal, (u, v) = COMMON_LENS[0] * size[0], (np.array(size) - 1) / 2
+    lens = np.array([focal, focal, u, v, COMMON_LENS[1], 0.0, 0.0, 0.0, 0.0])
+    return tuple(float(np.degrees(p.tilt)) for p in poses_of_square(s.place, s.covariance, 1.0, lens))
 
 
 def _shortest_side(s: Sighting) -> float:

@@ -1,6 +1,7 @@
 """Compiled fit of a square marker of known cells to the pixels that show it; callers own every buffer.
 
-parameters (16,): a homography of the square [-1, 1]^2, then blur and edge shift (px), then light:
+parameters (18,): a homography of the square [-1, 1]^2, then blur and edge shift (px), then light, then the place (cells) of what is
+printed in the square, where it is off; `size` of them are fitted, 16 or all:
     u = (h0 X + h1 Y + h2) / (h6 X + h7 Y + 1),  v = (h3 X + h4 Y + h5) / (h6 X + h7 Y + 1)
     grey = o0 + o1 X + o2 Y + (g0 + g1 X + g2 Y) t(X, Y)
 t is the cells' print (1 white, 0 black), blurred by a normal law and by the pixel's own square: in each cell a product of error functions,
@@ -17,7 +18,7 @@ from robocal._jit import kernel
 from robocal.estimate._kernels import backward, cholesky, forward
 from robocal.vision._kernels import distort, first_direction
 
-H, BLUR, SHIFT, LIGHT, SIZE = 8, 8, 9, 10, 16
+H, BLUR, SHIFT, LIGHT, PRINT, SIZE = 8, 8, 9, 10, 16, 18
 REACH = 4.0  # standard deviations beyond which an edge is not felt: 3e-5 of the contrast
 BOX = 1.0 / 12.0  # px^2, the variance of a pixel's own width
 TAIL = 1.0 / 120.0  # px^4, less its fourth cumulant
@@ -103,11 +104,15 @@ def choose(ideal, slope, h, blur, quiet, clear, out):
 
 
 @kernel(inline=True)
-def edges(at, width, low, high, tail, e, d):
-    """e, d (n + 1,) <- in low..high the response at `at` (cells) to the edge k, and its slope: the normal law's, by its series about a node
-    of the table, with the pixel's square in the fourth cumulant (Edgeworth)."""
+def edges(at, off, width, low, high, tail, z_of, e, d):
+    """z_of, e, d (n + 1,) <- in low..high how far `at` (cells) is from the edge k, in widths, the response to that edge, and its slope: the
+    normal law's, by its series about a node of the table, with the pixel's square in the fourth cumulant (Edgeworth). Edges between the
+    first and the last lie `off` (cells) from their places."""
     for k in range(low, high + 1):
         z = (at - k) / width
+        if 0 < k < len(e) - 1:
+            z -= off / width
+        z_of[k] = z
         if z >= REACH:
             e[k], d[k] = 1.0, 0.0
         elif z <= -REACH:
@@ -125,15 +130,17 @@ def edges(at, width, low, high, tail, e, d):
 
 
 @kernel
-def sum_pixels(grey, ideal, slope, p, cells, corners, limit, g, a):
-    """g (16,), lower a (16, 16) <- gradient and normal matrix of the robust cost, which is returned; cells (n, n): the print less 1;
-    corners (n + 1, n + 1): its mixed differences; limit: the residual beyond which the cost is linear (Huber)."""
+def sum_pixels(grey, ideal, slope, p, cells, corners, limit, size, g, a, rest):
+    """g (18,), lower a (18, 18) <- gradient and normal matrix of the robust cost, which is returned, by the first `size` parameters; rest
+    (m,) <- residuals; cells (n, n): the print less 1; corners (n + 1, n + 1): its mixed differences; limit: the residual beyond which the
+    cost is linear (Huber)."""
     n = cells.shape[0]
     inverse = np.empty((3, 3))
     invert(p, inverse)
     rows, left, weights = np.empty((SIZE, BLOCK)), np.empty(BLOCK), np.empty((SIZE, BLOCK))
     ex, ey, dx, dy = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
-    for i in range(SIZE):
+    qx, qy = np.empty(n + 1), np.empty(n + 1)
+    for i in range(size):
         g[i] = 0.0
         for j in range(i + 1):
             a[i, j] = 0.0
@@ -157,14 +164,17 @@ def sum_pixels(grey, ideal, slope, p, cells, corners, limit, g, a):
         rho = (sa * sc + sb * sd) / (steep * high)
         tail = TAIL / (24.0 * variance * variance)
         cx, cy = half * (x + 1.0), half * (y + 1.0)  # in cells
-        c0, c1 = max(math.ceil(cx - REACH * sx) - 1, 0), min(math.floor(cx + REACH * sx) + 1, n)
-        r0, r1 = max(math.ceil(cy - REACH * sy) - 1, 0), min(math.floor(cy + REACH * sy) + 1, n)
-        edges(cx, sx, c0, c1, tail * (sa**4 + sb**4) / (xx * xx), ex, dx)
-        edges(cy, sy, r0, r1, tail * (sc**4 + sd**4) / (yy * yy), ey, dy)
+        px, py = p[PRINT], p[PRINT + 1]
+        c0, c1 = max(math.ceil(min(cx, cx - px) - REACH * sx) - 1, 0), min(math.floor(max(cx, cx - px) + REACH * sx) + 1, n)
+        r0, r1 = max(math.ceil(min(cy, cy - py) - REACH * sy) - 1, 0), min(math.floor(max(cy, cy - py) + REACH * sy) + 1, n)
+        edges(cx, px, sx, c0, c1, tail * (sa**4 + sb**4) / (xx * xx), qx, ex, dx)
+        edges(cy, py, sy, r0, r1, tail * (sc**4 + sd**4) / (yy * yy), qy, ey, dy)
         t, tx, ty, ts, te = 1.0, 0.0, 0.0, 0.0, 0.0
+        ux = uy = 0.0  # the part of tx, ty that the square's own edges have
         for r in range(r0, r1):
             hy, gy = ey[r] - ey[r + 1], dy[r] - dy[r + 1]
-            by = (dy[r] * (cy - r) - dy[r + 1] * (cy - r - 1)) / sy
+            by = dy[r] * qy[r] - dy[r + 1] * qy[r + 1]
+            rim = (dy[r] if r == 0 else 0.0) - (dy[r + 1] if r == n - 1 else 0.0)
             for c in range(c0, c1):
                 if cells[r, c] == 0.0:
                     continue
@@ -172,7 +182,12 @@ def sum_pixels(grey, ideal, slope, p, cells, corners, limit, g, a):
                 t += cells[r, c] * hx * hy
                 tx += cells[r, c] * gx * hy
                 ty += cells[r, c] * hx * gy
-                ts -= cells[r, c] * ((dx[c] * (cx - c) - dx[c + 1] * (cx - c - 1)) / sx * hy + hx * by)
+                if c == 0:
+                    ux += cells[r, c] * dx[0] * hy
+                elif c == n - 1:
+                    ux -= cells[r, c] * dx[n] * hy
+                uy += cells[r, c] * hx * rim
+                ts -= cells[r, c] * ((dx[c] * qx[c] - dx[c + 1] * qx[c + 1]) * hy + hx * by)
                 # White grows into the black: an edge between two black cells is none.
                 own = 0.0
                 if c == 0 or cells[r, c - 1] == 0.0:
@@ -187,13 +202,13 @@ def sum_pixels(grey, ideal, slope, p, cells, corners, limit, g, a):
         for r in range(r0, r1 + 1):
             if dy[r] == 0.0:
                 continue
-            z = (cy - r) / sy
+            z = qy[r]
             z2 = z * z - 1.0
             z3 = z * (z2 - 2.0)
             for c in range(c0, c1 + 1):
                 if corners[r, c] == 0.0 or dx[c] == 0.0:
                     continue
-                q = (cx - c) / sx
+                q = qx[c]
                 q2 = q * q - 1.0
                 q3 = q * (q2 - 2.0)
                 f = corners[r, c] * dx[c] * dy[r] * rho
@@ -201,16 +216,17 @@ def sum_pixels(grey, ideal, slope, p, cells, corners, limit, g, a):
                 t += f * (1.0 + b * q * z + d * q2 * z2 + e * q3 * z3)
                 tx -= f * (q + b * q2 * z + d * q3 * z2)
                 ty -= f * (z + b * q * z2 + d * q2 * z3)
+        ax, ay = (ux - tx) / sx, (uy - ty) / sy  # by the place of the print; where edges cross, to first order
         tx, ty = tx / sx * half, ty / sy * half  # by X, Y
         te /= width
         t += p[SHIFT] * te
         gain = p[LIGHT + 3] + p[LIGHT + 4] * x + p[LIGHT + 5] * y
         residual = p[LIGHT] + p[LIGHT + 1] * x + p[LIGHT + 2] * y + gain * t - grey[i]
-        size = abs(residual)
+        rest[i] = residual
         weight = 1.0
-        if size > limit:
-            weight = limit / size
-            cost += limit * (size - 0.5 * limit)
+        if abs(residual) > limit:
+            weight = limit / abs(residual)
+            cost += limit * (abs(residual) - 0.5 * limit)
         else:
             cost += 0.5 * residual * residual
         # A step of the homography carries the print by (du, dv): the pixel sees what lay at -(du, dv).
@@ -225,16 +241,17 @@ def sum_pixels(grey, ideal, slope, p, cells, corners, limit, g, a):
         rows[8, k], rows[9, k] = gain * ts * p[BLUR] / variance, gain * te
         rows[10, k], rows[11, k], rows[12, k] = 1.0, x, y
         rows[13, k], rows[14, k], rows[15, k] = t, t * x, t * y
+        rows[16, k], rows[17, k] = gain * ax, gain * ay
         left[k] = residual
-        for j in range(SIZE):
+        for j in range(size):
             weights[j, k] = weight * rows[j, k]
         filled += 1
         if filled == BLOCK or i == len(grey) - 1:
             for k in range(filled, BLOCK):
                 left[k] = 0.0
-                for j in range(SIZE):
+                for j in range(size):
                     rows[j, k] = weights[j, k] = 0.0
-            for j in range(SIZE):
+            for j in range(size):
                 f = 0.0
                 for k in range(BLOCK):
                     f += weights[j, k] * left[k]
@@ -249,33 +266,33 @@ def sum_pixels(grey, ideal, slope, p, cells, corners, limit, g, a):
 
 
 @kernel
-def fit_pixels(grey, ideal, slope, p, cells, corners, limit, rounds, still, a):
-    """Levenberg-Marquardt from p (16,), in place, until no corner moves by `still` px; lower a (16, 16) <- the normal matrix there.
-    Returns the cost, or -1 where it finds no step."""
-    g, trial_g, q, step = np.empty(SIZE), np.empty(SIZE), np.empty(SIZE), np.empty(SIZE)
+def fit_pixels(grey, ideal, slope, p, cells, corners, limit, rounds, still, size, a, rest):
+    """Levenberg-Marquardt from p (18,), in place, by the first `size` parameters, until no corner moves by `still` px; lower a (18, 18) <-
+    the normal matrix there; rest (m,) <- residuals. Returns the cost, or -1 where it finds no step."""
+    g, trial_g, q, step = np.empty(SIZE), np.empty(SIZE), np.zeros(SIZE), np.empty(SIZE)
     trial_a, held = np.empty((SIZE, SIZE)), np.empty((SIZE, SIZE))
     lam = 1e-3
-    cost = sum_pixels(grey, ideal, slope, p, cells, corners, limit, g, a)
+    cost = sum_pixels(grey, ideal, slope, p, cells, corners, limit, size, g, a, rest)
     for _ in range(rounds):
-        for i in range(SIZE):
+        for i in range(size):
             for j in range(i):
                 held[i, j] = a[i, j]
             held[i, i] = a[i, i] * (1.0 + lam) + 1e-9
             step[i] = -g[i]
-        if not cholesky(held, SIZE):
+        if not cholesky(held, size):
             lam *= 10.0
             if lam > 1e6:
                 return -1.0
             continue
-        forward(held, SIZE, step)
-        backward(held, SIZE, step)
-        for i in range(SIZE):
+        forward(held, size, step)
+        backward(held, size, step)
+        for i in range(size):
             q[i] = p[i] + step[i]
         q[BLUR] = min(max(abs(q[BLUR]), 0.05), 8.0)
-        trial = sum_pixels(grey, ideal, slope, q, cells, corners, limit, trial_g, trial_a)
+        trial = sum_pixels(grey, ideal, slope, q, cells, corners, limit, size, trial_g, trial_a, rest)
         if trial <= cost:
             moved = farthest(p, q)
-            for i in range(SIZE):
+            for i in range(size):
                 p[i], g[i] = q[i], trial_g[i]
                 for j in range(i + 1):
                     a[i, j] = trial_a[i, j]

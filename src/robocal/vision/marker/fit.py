@@ -6,9 +6,9 @@ import numpy as np
 
 from robocal._jit import as_kernel_array
 from robocal._record import record
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.vision.camera import project
-from robocal.vision.marker._kernels import BLUR, LIGHT, SHIFT, SIZE, choose, fit_pixels, ideal_pixels
+from robocal.vision.marker._kernels import BLUR, LIGHT, PRINT, SHIFT, SIZE, choose, fit_pixels, ideal_pixels, sum_pixels
 
 __all__ = ["SQUARE", "MarkerFit", "fit_marker"]
 
@@ -22,13 +22,16 @@ QUANTUM = 0.3  # grey levels: the step of a camera's numbers, as noise
 COARSE, COARSE_STILL = 600, 0.05  # pixels of the first look, and when it ends (px)
 STILL, SAME_PIXELS = 3e-3, 0.1  # px: corners at rest; corners so little moved that the same pixels are used
 ROUNDS = 12
+OFF = 12.0  # of chi-square with two degrees of freedom: what is in the square was printed off its place (1 of 400 by chance)
+OFF_LEAST = 0.03  # cells: what is off by less may be the lens, or a sheet that is not flat; a print of 300 dpi is off by so much
+NEAR = 2  # px along u and v, within which misfits may be of one cause
 COMMON_LENS = (0.8, -0.25)  # focal length in image widths, k1: a webcam's
 
 
 @record(eq=False)
 class MarkerFit:
     """Corners (4, 2) in pixels, their covariance (8, 8), blur and edge shift (px; white grows), light (6,) in grey levels, noise in grey
-    levels (one pixel), and how many pixels were used."""
+    levels (one pixel), how many pixels were used, and where (2,) in cells that which is in the square is, if not in its place."""
 
     corners: Array
     covariance: Array
@@ -37,6 +40,7 @@ class MarkerFit:
     light: Array
     noise: float
     pixels: int
+    off: Array
 
 
 def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = None) -> MarkerFit | None:
@@ -63,18 +67,31 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
             dark, bright = np.percentile(seen, [10, 90])
             p[LIGHT], p[LIGHT + 3], limit = dark, bright - dark, 0.3 * (bright - dark)
         before = corners_of(p[:8])[0]
-        cost = fit_pixels(seen, at, by, p, ink, joints, limit, ROUNDS, STILL if step else COARSE_STILL, a)
+        rest = np.empty(len(seen))
+        cost = fit_pixels(seen, at, by, p, ink, joints, limit, ROUNDS, STILL if step else COARSE_STILL, PRINT, a, rest)
         if not cost >= 0.0:
             return None
         noise = float(np.sqrt(2 * cost / (len(seen) - SIZE)))
         limit = 3 * max(noise, QUANTUM)
         if step > 0 and np.abs(corners_of(p[:8])[0] - before).max() < SAME_PIXELS:
             break
-    found, by_h = corners_of(p[:8])
+    g, size = np.empty(SIZE), PRINT
+    sum_pixels(seen, at, by, p, ink, joints, limit, SIZE, g, a, rest)
     try:
-        spread = noise**2 * by_h @ np.linalg.inv(np.tril(a) + np.tril(a, -1).T)[:8, :8] @ by_h.T
+        if _is_off(g, a, noise**2 * _common(grey, inside, np.clip(rest, -limit, limit), box[2])):
+            size = SIZE
+            for _ in range(2):  # the noise falls
+                cost = fit_pixels(seen, at, by, p, ink, joints, limit, ROUNDS, STILL, SIZE, a, rest)
+                if not cost >= 0.0:
+                    return None
+                noise = float(np.sqrt(2 * cost / (len(seen) - SIZE)))
+                limit = 3 * max(noise, QUANTUM)
+            sum_pixels(seen, at, by, p, ink, joints, limit, SIZE, g, a, rest)
+        inverse = np.linalg.inv(_whole(a)[:size, :size])[:8, :8]
     except np.linalg.LinAlgError:
         return None
+    found, by_h = corners_of(p[:8])
+    spread = noise**2 * _common(grey, inside, np.clip(rest, -limit, limit), box[2]) * (by_h @ inverse @ by_h.T)
     if lens is None:
         bent = _bend(p[:8], image.shape)
         spread += np.outer(bent, bent)
@@ -85,7 +102,38 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
         for i in range(4):
             turn[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = by[i, :, :2] / lens[:2]
         spread = turn @ spread @ turn.T
-    return MarkerFit(found, spread, float(p[BLUR]), float(p[SHIFT]), p[LIGHT:].copy(), noise, int(count))
+    return MarkerFit(found, spread, float(p[BLUR]), float(p[SHIFT]), p[LIGHT:PRINT].copy(), noise, int(count), p[PRINT:].copy())
+
+
+def _whole(a: Array) -> Array:
+    """A symmetric matrix from its lower triangle."""
+    return np.asarray(np.tril(a) + np.tril(a, -1).T)
+
+
+def _is_off(g: Array, a: Array, variance: float) -> bool:
+    """Whether a place of its own for what is in the square is far, and lowers the cost by more than chance (score test). Raises LinAlgError."""
+    a = _whole(a)
+    by_rest = np.linalg.solve(a[:PRINT, :PRINT], np.column_stack([a[:PRINT, PRINT:], g[:PRINT]]))
+    left = g[PRINT:] - a[PRINT:, :PRINT] @ by_rest[:, 2]
+    free = a[PRINT:, PRINT:] - a[PRINT:, :PRINT] @ by_rest[:, :2]
+    off = np.linalg.solve(free, left)
+    return bool(left @ off > OFF * variance and np.hypot(*off) > OFF_LEAST)
+
+
+def _common(grey: Array, inside: Bools, rest: Array, width: int) -> float:
+    """By how much misfits that neighbours share widen a variance: the sum of products of neighbours' misfits by that of their squares,
+    weighed by the slope of the image, as corners are. 1 where they are noise."""
+    steep = np.hypot(*np.gradient(grey.reshape(-1, width)))
+    field = np.zeros(len(grey))
+    field[inside] = rest
+    field = field.reshape(-1, width) * steep
+    around = field
+    for axis in (0, 1):
+        sums = np.cumsum(np.pad(around, [(NEAR + 1, NEAR) if k == axis else (0, 0) for k in (0, 1)]), axis=axis)
+        reach = 2 * NEAR + 1
+        around = np.take(sums, range(reach, sums.shape[axis]), axis) - np.take(sums, range(sums.shape[axis] - reach), axis)
+    total = float(np.sum(field * field))
+    return max(float(np.sum(field * around)) / total, 1.0) if total > 0 else 1.0
 
 
 def _box(image: Array, corners: Array, n: int) -> tuple[Array, tuple[int, int, int, int]]:

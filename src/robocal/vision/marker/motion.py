@@ -17,8 +17,8 @@ FEWEST = 100  # pixels
 LARGEST = 300  # px: larger markers are looked at in a part
 
 
-def blur_of_motion(levels: Array, corners: Array, cells: Array, blur: float) -> Array:
-    """By how much (2, 2), in px^2, the variance of the blur of a marker differs from that of its isotropic fit.
+def blur_of_motion(levels: Array, corners: Array, cells: Array, blur: float, off: tuple[float, float] = (0.0, 0.0)) -> Array:
+    """By how much (2, 2), in px^2, the variance of the blur of a marker differs from that of its isotropic fit; off: cells, as in `Sighting`.
 
     The derivative of a blurred image by the variance along u is half its second derivative: what is left of the image is divided among
     those along u, v and between them, beside brightness and contrast (least squares).
@@ -35,10 +35,9 @@ def blur_of_motion(levels: Array, corners: Array, cells: Array, blur: float) -> 
     w = inverse[2, 0] * u + (inverse[2, 1] * v + inverse[2, 2])[:, None]
     x = (inverse[0, 0] * u + (inverse[0, 1] * v + inverse[0, 2])[:, None]) / w
     y = (inverse[1, 0] * u + (inverse[1, 1] * v + inverse[1, 2])[:, None]) / w
-    column, row = np.floor((x + 1) * n / 2).astype(int) + 1, np.floor((y + 1) * n / 2).astype(int) + 1
-    paper = np.pad(cells, 1, constant_values=1.0)
+    column, row = (np.clip(np.floor((c + 1) * n / 2 - d).astype(int), 0, n - 1) for c, d in ((x, off[0]), (y, off[1])))
     inside = (np.abs(x) < 1 + 2 / n) & (np.abs(y) < 1 + 2 / n)
-    shade = paper[np.clip(row, 0, n + 1), np.clip(column, 0, n + 1)]
+    shade = np.where((np.abs(x) < 1) & (np.abs(y) < 1), cells[row, column], 1.0)
     shape = (len(seen), SAMPLES, seen.shape[1], SAMPLES)
     ideal, shown = shade.reshape(shape).mean(axis=(1, 3)), inside.reshape(shape).all(axis=(1, 3))
     used = shown.copy()
