@@ -48,21 +48,12 @@ def _screw(s, value, r, p):
 
 
 @kernel
-def _value(e, level, start, column, rate, phi, bp, m):
-    value = level[e]
-    for t in range(start[e], start[e + 1]):
-        if column[t] >= 0:
-            value += rate[t] * phi[bp, m, column[t]]
-    return value
-
-
-@kernel
 def path_kernel(
     elements, constants, screws, start, terms, factor, theta, phi, trig, place, entries, entry_factor, first, pose, jac
 ):
     """Fills pose (B, M, 4, 4) and jac (B, M, 3 or 6, k); rows of jac are (v, w) of the end frame in base coordinates.
 
-    elements (E, 2): kind, varies with the row; terms (n, 2): parameter, column; entries (n, 5): element, component,
+    elements (E, 2): kind, may vary with the row; terms (n, 2): parameter, column; entries (n, 5): element, component,
     output column, phi column or -1, parameter or -1. Row m of the output reads row first + m of phi; trig (1 or B, M,
     D, 2) holds cos and sin of the phi columns that place (C,) finds there, so that an ordinary joint, v = v0 + q or
     v0 - q, needs no sine of its own in every iteration. Entries of one element lie together: its screw is carried to
@@ -80,12 +71,14 @@ def path_kernel(
     cosine, sine = room[:, 1], room[:, 2]
     fixed_r, fixed_p = room[:, 3:12], room[:, 12:15]
     before, at = room[:, 15:24], room[:, 24:27]
-    marks = np.zeros((n, 5), np.int64)
+    marks = np.zeros((n, 6), np.int64)
     skip = marks[:, 0]  # the identity: nothing to multiply
     shift = marks[:, 1]  # a frame that does not turn
     wanted = marks[:, 2]
     plain = marks[:, 3]  # +1 or -1 for an ordinary turning joint
     drive = marks[:, 4]  # and the column that drives it
+    until = marks[:, 5]  # where the live terms of an element end
+    live = np.empty(terms.shape[0], np.int64)  # terms that vary with the row: one times zero is nothing
     count = entries.shape[0]
     axis = np.empty(
         (count, 2), np.int64
@@ -110,17 +103,19 @@ def path_kernel(
             moving = 0
             gain = 0.0
             level[e] = constants[e]
+            plain[e] = 0
             for t in range(start[e], start[e + 1]):
                 rate[t] = factor[t] * theta[b, parameter[t]]
                 if column[t] < 0:
                     level[e] += rate[t]
-                else:
+                elif rate[t] != 0.0:
+                    live[start[e] + moving] = t
                     moving += 1
                     gain = rate[t]
                     drive[e] = place[column[t]]
-            if elements[e, 1] == 1:
-                plain[e] = 0
-                if 3 <= kind < 6 and moving == 1 and abs(gain) == 1.0:
+            until[e] = start[e] + moving
+            if moving > 0:
+                if 3 <= kind < 6 and moving == 1 and abs(gain) == 1.0 and drive[e] >= 0:
                     plain[e] = 1 if gain > 0.0 else -1
                     cosine[e] = math.cos(level[e])
                     sine[e] = math.sin(level[e])
@@ -159,7 +154,7 @@ def path_kernel(
             px, py, pz = 0.0, 0.0, 0.0
             for e in range(n):
                 kind = elements[e, 0]
-                varies = elements[e, 1] == 1
+                varies = until[e] > start[e]
                 if wanted[e] == 1:
                     # Where the element starts: its screw, seen from the base, is all that the Jacobian needs.
                     before[e, 0], before[e, 1], before[e, 2] = r0, r1, r2
@@ -172,7 +167,9 @@ def path_kernel(
                     c = cosine[e] * cq - sine[e] * sq
                     s = sine[e] * cq + cosine[e] * sq
                 elif varies:
-                    value = _value(e, level, start, column, rate, phi, bp, first + m)
+                    value = level[e]
+                    for k in range(start[e], until[e]):
+                        value += rate[live[k]] * phi[bp, first + m, column[live[k]]]
                     if kind < 3:
                         c = value
                         s = 0.0
