@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError, one_of
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
@@ -50,6 +50,11 @@ class Element:
 
     def __hash__(self) -> int:
         return self._hash
+
+    def without(self, names: frozenset[str]) -> Element:
+        """The same without the columns that some parameters, which are zero, multiply."""
+        kept = tuple([t for t in self.terms if t.column == "1" or t.parameter not in names]) if names else self.terms
+        return self if len(kept) == len(self.terms) else replace(self, terms=kept)
 
     @cached_property
     def _hash(self) -> int:  # of every element of every path that is asked for
