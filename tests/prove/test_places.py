@@ -296,3 +296,19 @@ def test_a_tracker_that_moved_among_visits_is_found(count, times, order):
         done = identify(robot, replace(data, observations=(replace(obs, value=value),)), Options(seed=seed))
         found += any(str(r.code).startswith("segment") for r in done.verdict.reasons)
     assert found >= 0.95 * draws
+
+
+@pytest.mark.parametrize("near", [2e-4, 0.01, 0.3])
+def test_rows_are_linked_as_one_by_one_pairs_would(near):
+    """Lists, revisited places, walks and a grid; every pair looked at, and links followed one row at a time."""
+    rng = np.random.default_rng(4)
+    lists = [rng.normal(size=(60, n)) for n in (1, 2, 6)]
+    walks = [np.cumsum(rng.normal(size=(90, n)) * near, axis=0) for n in (1, 3, 6)]
+    again = np.repeat(rng.normal(size=(20, 4)), 4, axis=0) + rng.normal(size=(80, 4)) * near / 2
+    for place in (*lists, *walks, again, rng.integers(0, 9, (80, 2)) * near, np.zeros((5, 3))):
+        linked = np.abs(place[:, None] - place).max(axis=2) <= near
+        label = np.arange(len(place))
+        while ((lower := np.where(linked, label, len(place)).min(axis=1)) < label).any():
+            label = lower
+        same = joined(where(place), near)
+        np.testing.assert_array_equal(same[:, None] == same, label[:, None] == label)

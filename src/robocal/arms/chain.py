@@ -105,7 +105,7 @@ class Chain(Whole):
             expected = f"{len(self.joints)} for {self.name}"
             raise ModelError("wrong number of joint values", found=q.shape[1], expected=expected)
         known = {name: q[:, i] for i, name in enumerate(self.joint_names)}
-        known.update({k: np.broadcast_to(np.asarray(v, float), (len(q),)) for k, v in (extra or {}).items()})
+        known.update(_columns(extra, len(q)))
         columns = (program or self.program).columns
         for made in self.derived:
             if any(name in columns for name in made.names):
@@ -124,7 +124,7 @@ class Chain(Whole):
         """T_base_tool (m, 4, 4) and J (m, 6, width) of some entries of the program, so many configurations at a time that
         their columns stay in the cache."""
         q = np.atleast_2d(np.asarray(joints, float))
-        recorded = {k: np.broadcast_to(np.asarray(v, float), (len(q),)) for k, v in (extra or {}).items()}
+        recorded = _columns(extra, len(q))
         theta, parts = self.table.values[None], []
         for first in range(0, max(len(q), 1), CHUNK if self.derived else max(len(q), 1)):
             some = slice(first, first + (CHUNK if self.derived else len(q)))
@@ -272,6 +272,12 @@ class Chain(Whole):
             for z in self.zeros
             if z.parameter in free or (z.parameter not in usual and z.parameter.rpartition(".")[0] in owners)
         )
+
+
+def _columns(extra: Extra, m: int) -> dict[str, Array]:
+    """Columns (m,) by name, of numbers too."""
+    arrays = {k: np.asarray(v, float) for k, v in (extra or {}).items()}
+    return {k: v if v.shape == (m,) else np.broadcast_to(v, (m,)) for k, v in arrays.items()}
 
 
 def drive_term(element: Element, joint: str) -> Term | None:

@@ -23,6 +23,7 @@ from robocal.estimate.problem import Problem
 from robocal.fit.fit import Fit
 from robocal.fit.misfit import errors
 from robocal.fit.noise import owners
+from robocal.fit.subsample import subsample
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
@@ -31,6 +32,7 @@ from robocal.measure.machine import Model
 __all__ = ["add_rounding", "rounding_rms"]
 
 MARGIN = 10.0  # tolerance: times as sensitive as the worst of a few rows
+GLANCE = 100  # grid: rows of an instrument and target that are few
 STEP = 1e-6  # rad or m
 MOST = 100_000  # rows at once
 EPS = float(np.finfo(float).eps)
@@ -55,6 +57,7 @@ def add_rounding(model: Model, data: DataSet, problem: Problem, x: Array, few: D
 def _nothing(model: Model, data: DataSet, few: DataSet, problem: Problem, x: Array) -> bool:
     """Whether rounding would stay below the noise of every row, were each MARGIN times as sensitive as the worst of few and
     written as coarsely as the worst of all."""
+    few = subsample(model, few, np.arange(len(few.configurations)), GLANCE)[0]
     digits = data.configurations.digits
     coarse = None if digits is None else np.broadcast_to(digits.max(axis=0, initial=0.0), digits.shape)
     where = replace(few.configurations, digits=coarse)

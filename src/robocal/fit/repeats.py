@@ -14,9 +14,10 @@ chance, poses of a list hardly stand so: of uniform ones in two joints one in tw
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from robocal import _scipy as scipy
 from robocal._types import Array, Bools, Ints
 from robocal.fit.limits import PLACE_DIAMETER, PLACE_GAP, PLACE_SHARE
 from robocal.measure.data import Configurations
@@ -28,6 +29,8 @@ WIDER = 1.5  # tolerance: times the widest place that stands apart from others
 FINER = 2.0  # grid: times from one size of places to the next
 CROWD = 256  # grid: neighbours; no place of a list has so many, and all pairs of a path would be too many
 WIDE = 1 << 16  # grid: distances at once: more would leave the cache
+ROUNDING = 1e-9  # tolerance: of a step: two numbers that far apart may lie a rounding further
+LARGEST = np.iinfo(np.int64).max
 ASKED = 100  # grid: rows of which neighbours are looked at
 GLANCE = 20  # grid: distances from one that is looked at to the next
 
@@ -151,16 +154,62 @@ def _link(place: Array, near: float) -> tuple[Ints, Bools]:
     some, whole = _loose(place, label, near), np.ones(len(place), dtype=bool)
     if not len(some):
         return label, whole
-    tree = scipy.spatial.cKDTree(place[some])
-    asked = place[some[:: max(1, len(some) // ASKED)]]
-    if near > NEAR and tree.query_ball_point(asked, near, p=np.inf, return_length=True).mean() > CROWD:
+    cells = _Cells(place[some], label[some], near)
+    asked = np.arange(0, len(some), max(1, len(some) // ASKED))
+    if near > NEAR and sum(len(a) for a, _ in cells.pairs(asked)) > CROWD * len(asked):
         whole[some] = False
         return label, whole
-    pairs = some[tree.query_pairs(near, p=np.inf, output_type="ndarray")]
-    graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(place), len(place)))
-    linked = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
-    label[some] = len(place) + linked[some]
+    linked = np.arange(len(some))
+    for a, b in cells.pairs(linked.copy()):
+        _merge(linked, a, b)
+    label[some] = len(place) + linked
     return label, whole
+
+
+class _Cells:
+    """Rows (m, n) in cells by their chain and the three components that extend furthest: what is within a step of a row lies in its cell
+    or beside it."""
+
+    def __init__(self, rows: Array, chain: Ints, near: float) -> None:
+        self.columns, self.near = np.ascontiguousarray(rows.T), near
+        number, beside = np.unique(chain, return_inverse=True)[1], np.zeros(1, dtype=np.int64)
+        for values in self.columns[np.argsort(-np.ptp(rows, axis=0), kind="stable")[:3]]:
+            # Many empty cells between two count as one: the numbers of all three components fit into one.
+            found, own = np.unique(np.floor(values / (near * (1 + ROUNDING))), return_inverse=True)
+            at = np.cumsum(np.append(1, np.minimum(np.diff(found), 2))).astype(np.int64)
+            many = int(at[-1]) + 2
+            if (int(number.max()) + 1) * many > LARGEST:
+                break
+            number, beside = number * many + at[own], np.add.outer(beside * many, np.arange(-1, 2)).ravel()
+        self.number, self.order = number, np.argsort(number, kind="stable")
+        self.beside = beside[len(beside) > 1 :: 3]  # each with the one before and the one behind it
+
+    def pairs(self, asked: Ints) -> Iterator[tuple[Ints, Ints]]:
+        """The pairs of rows within a step of each other, the first of which is asked for, each with itself too; some at a time."""
+        lying = self.number[self.order]
+        for step in self.beside:
+            low = np.searchsorted(lying, self.number[asked] + step - 1)
+            count = np.searchsorted(lying, self.number[asked] + step + 1, side="right") - low
+            ends = np.cumsum(count)
+            for part in np.split(np.arange(len(asked)), np.flatnonzero(np.diff(ends // WIDE)) + 1):
+                some = count[part]
+                a = np.repeat(asked[part], some)
+                b = self.order[np.repeat(low[part] - np.cumsum(some) + some, some) + np.arange(len(a))]
+                for values in self.columns:
+                    close = np.abs(values[a] - values[b]) <= self.near
+                    a, b = a[close], b[close]
+                yield a, b
+
+
+def _merge(label: Ints, a: Ints, b: Ints) -> None:
+    """Gives rows that are linked, a and b, the least label of all that are linked to them; a label is the number of a row that has it."""
+    while len(a):
+        one, other = label[a], label[b]
+        apart = one != other
+        a, b = a[apart], b[apart]
+        np.minimum.at(label, np.maximum(one, other)[apart], np.minimum(one, other)[apart])
+        while (label[label] != label).any():
+            label[:] = label[label]
 
 
 def _chains(place: Array, near: float) -> Ints:
@@ -171,7 +220,7 @@ def _chains(place: Array, near: float) -> Ints:
         for values in place.T:
             order = np.lexsort((values[some], label[some]))
             rows = some[order]
-            gap = (np.diff(values[rows]) > near * (1 + 1e-9)) | (np.diff(label[rows]) > 0)
+            gap = (np.diff(values[rows]) > near * (1 + ROUNDING)) | (np.diff(label[rows]) > 0)
             own = np.concatenate([[0], np.cumsum(gap)])
             # Who is alone stays so, and is not looked at again.
             company, now = np.bincount(own)[own] > 1, len(place) - len(some) + int(own[-1]) + 1

@@ -28,6 +28,7 @@ class Builder:
     configurations: Configurations
     local_targets: tuple[str, ...] = ()  # targets that are local blocks
     target_axes: tuple[int, ...] = (0, 1, 2, 3, 4, 5)  # the components that are free of them
+    nothing: frozenset[str] = frozenset()  # parameters that are zero and stay so: what they multiply is not asked for
 
     def rows(self, names: Iterable[str]) -> Ints:
         """The table rows of some parameters."""
@@ -72,7 +73,7 @@ class Builder:
     def tool(self, configuration: Ints, before: Sequence[Element] = (), after: Sequence[Element] = ()) -> Carrier:
         """The machine's tool or platform frame, with frames before and behind it."""
         moving = self.mechanism
-        first = (*before, *moving.elements)
+        first = (*before, *(e.without(self.nothing) for e in moving.elements))
         if moving.freedom is None:
             return self.path((*first, *after), configuration)
         own: Carrier

@@ -32,12 +32,14 @@ def reach(
     column_of = np.full(len(machine.table), -1, dtype=np.int64)
     for i, name in enumerate(names):
         column_of[machine.table.index[name]] = i
+    nothing = frozenset(machine.table.names[i] for i in np.flatnonzero((machine.table.values == 0) & (column_of < 0)))
     poses, jacobians = np.empty((m, 4, 4)), np.zeros((m, 6 if turn else 3, len(names)))
     for first in range(0, m, CHUNK):
         some = slice(first, min(first + CHUNK, m))
         count = some.stop - first
         where = Configurations(("",) * count, q[some], {k: v[some] for k, v in recorded.items()})
-        carrier = Builder(machine, machine.table, where).tool(np.arange(count)).bind(column_of)
+        builder = Builder(machine, machine.table, where, nothing=nothing)
+        carrier = builder.tool(np.arange(count)).bind(column_of)
         pose, jacobian, _ = carrier.pose(machine.table.values[None], 0, count, turn)
         poses[some] = pose[0]
         jacobians[some] = spread(jacobian[0], carrier.columns, len(names))

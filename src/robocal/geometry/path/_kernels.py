@@ -15,6 +15,9 @@ from robocal._jit import kernel
 from robocal.geometry._kernels import rotation_from_vector
 
 
+SMALL = 0.03  # rad: the first term left out is 2e-17
+
+
 @kernel
 def _screw(s, value, r, p):
     """r (9,), p (3,) <- exp(value * s) with s = (v, w)."""
@@ -47,13 +50,14 @@ def _screw(s, value, r, p):
     p[2] = vz + b * uz + c * (wx * uy - wy * ux)
 
 
-@kernel
-def _value(e, level, start, column, rate, phi, bp, m):
-    value = level[e]
-    for t in range(start[e], start[e + 1]):
-        if column[t] >= 0:
-            value += rate[t] * phi[bp, m, column[t]]
-    return value
+@kernel(inline=True)
+def turn(angle):
+    """cos and sin, by their series where it ends at rounding: most of what is added to a joint is milliradians."""
+    if abs(angle) > SMALL:
+        return math.cos(angle), math.sin(angle)
+    q = angle * angle
+    c = 1.0 - q * (0.5 - q * (1.0 / 24.0 - q / 720.0))
+    return c, angle * (1.0 - q * (1.0 / 6.0 - q * (1.0 / 120.0 - q / 5040.0)))
 
 
 @kernel
@@ -62,10 +66,10 @@ def path_kernel(
 ):
     """Fills pose (B, M, 4, 4) and jac (B, M, 3 or 6, k); rows of jac are (v, w) of the end frame in base coordinates.
 
-    elements (E, 2): kind, varies with the row; terms (n, 2): parameter, column; entries (n, 5): element, component,
+    elements (E, 2): kind, may vary with the row; terms (n, 2): parameter, column; entries (n, 5): element, component,
     output column, phi column or -1, parameter or -1. Row m of the output reads row first + m of phi; trig (1 or B, M,
     D, 2) holds cos and sin of the phi columns that place (C,) finds there, so that an ordinary joint, v = v0 + q or
-    v0 - q, needs no sine of its own in every iteration. Entries of one element lie together: its screw is carried to
+    v0 - q and little more, needs no sine of its own in every iteration. Entries of one element lie together: its screw is carried to
     the base once for all of them.
     """
     batch, rows = pose.shape[0], pose.shape[1]
@@ -73,33 +77,33 @@ def path_kernel(
     n = elements.shape[0]
     parameter = terms[:, 0]
     column = terms[:, 1]
-    rate = np.empty(terms.shape[0])  # what a term's column is multiplied by
+    # Terms that vary with the row, but for zero times a column: the columns, and what they are multiplied by.
+    live, rate = np.empty(terms.shape[0], np.int64), np.empty(terms.shape[0])
     # One allocation each for what elements have: a small problem is solved in the time of some hundred of them.
     room = np.zeros((n, 27))
     level = room[:, 0]  # what does not vary with the row
     cosine, sine = room[:, 1], room[:, 2]
     fixed_r, fixed_p = room[:, 3:12], room[:, 12:15]
     before, at = room[:, 15:24], room[:, 24:27]
-    marks = np.zeros((n, 5), np.int64)
+    marks = np.zeros((n, 6), np.int64)
     skip = marks[:, 0]  # the identity: nothing to multiply
     shift = marks[:, 1]  # a frame that does not turn
     wanted = marks[:, 2]
     plain = marks[:, 3]  # +1 or -1 for an ordinary turning joint
     drive = marks[:, 4]  # and the column that drives it
+    until = marks[:, 5]  # where the other live terms of an element end
     count = entries.shape[0]
     axis = np.empty(
         (count, 2), np.int64
     )  # which motion an entry is, the element's kind or the component of a frame; and
     share = np.empty(count)  # what an entry's motion is multiplied by, but for the row
-    new = 0  # whether it is the first of its column
+    known, new = np.zeros(width, np.int64), 0  # whether it is the first of its column
     for i in range(count):
         e = entries[i, 0]
         wanted[e] = 1
         axis[i, 0] = entries[i, 1] if elements[e, 0] == 7 else elements[e, 0]
-        axis[i, 1] = 1
-        for j in range(i):
-            if entries[j, 2] == entries[i, 2]:
-                axis[i, 1] = 0
+        axis[i, 1] = 1 - known[entries[i, 2]]
+        known[entries[i, 2]] = 1
         new += axis[i, 1]
     matrix = np.zeros((3, 3))
     nr = np.zeros(9)
@@ -108,22 +112,23 @@ def path_kernel(
         for e in range(n):
             kind = elements[e, 0]
             moving = 0
-            gain = 0.0
             level[e] = constants[e]
+            plain[e] = 0
             for t in range(start[e], start[e + 1]):
                 rate[t] = factor[t] * theta[b, parameter[t]]
                 if column[t] < 0:
                     level[e] += rate[t]
-                else:
-                    moving += 1
-                    gain = rate[t]
+                elif plain[e] == 0 and abs(rate[t]) == 1.0 and 3 <= kind < 6 and place[column[t]] >= 0:
+                    plain[e] = 1 if rate[t] > 0.0 else -1
                     drive[e] = place[column[t]]
-            if elements[e, 1] == 1:
-                plain[e] = 0
-                if 3 <= kind < 6 and moving == 1 and abs(gain) == 1.0:
-                    plain[e] = 1 if gain > 0.0 else -1
-                    cosine[e] = math.cos(level[e])
-                    sine[e] = math.sin(level[e])
+                elif rate[t] != 0.0:
+                    rate[start[e] + moving], live[start[e] + moving] = rate[t], column[t]
+                    moving += 1
+            until[e] = start[e] + moving
+            if plain[e] != 0:
+                cosine[e] = math.cos(level[e])
+                sine[e] = math.sin(level[e])
+            if plain[e] != 0 or moving > 0:
                 continue
             if kind == 7:
                 s = start[e]
@@ -159,26 +164,35 @@ def path_kernel(
             px, py, pz = 0.0, 0.0, 0.0
             for e in range(n):
                 kind = elements[e, 0]
-                varies = elements[e, 1] == 1
+                varies = until[e] > start[e]
+                value = 0.0 if plain[e] != 0 else level[e]
+                for k in range(start[e], until[e]):
+                    value += rate[k] * phi[bp, first + m, live[k]]
                 if wanted[e] == 1:
                     # Where the element starts: its screw, seen from the base, is all that the Jacobian needs.
-                    before[e, 0], before[e, 1], before[e, 2] = r0, r1, r2
-                    before[e, 3], before[e, 4], before[e, 5] = r3, r4, r5
-                    before[e, 6], before[e, 7], before[e, 8] = r6, r7, r8
-                    at[e, 0], at[e, 1], at[e, 2] = px, py, pz
+                    q = before[e]
+                    if kind == 0 or kind == 3 or kind >= 6:
+                        q[0], q[3], q[6] = r0, r3, r6
+                    if kind == 1 or kind == 4 or kind >= 6:
+                        q[1], q[4], q[7] = r1, r4, r7
+                    if kind == 2 or kind == 5 or kind >= 6:
+                        q[2], q[5], q[8] = r2, r5, r8
+                    if kind >= 3:
+                        at[e, 0], at[e, 1], at[e, 2] = px, py, pz
                 if plain[e] != 0:
                     cq = trig[bp, first + m, drive[e], 0]
                     sq = plain[e] * trig[bp, first + m, drive[e], 1]
                     c = cosine[e] * cq - sine[e] * sq
                     s = sine[e] * cq + cosine[e] * sq
+                    if varies:
+                        cq, sq = turn(value)
+                        c, s = c * cq - s * sq, s * cq + c * sq
                 elif varies:
-                    value = _value(e, level, start, column, rate, phi, bp, first + m)
                     if kind < 3:
                         c = value
                         s = 0.0
                     elif kind < 6:
-                        c = math.cos(value)
-                        s = math.sin(value)
+                        c, s = turn(value)
                     else:
                         c = 0.0
                         s = 0.0

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError, one_of
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
@@ -50,6 +50,11 @@ class Element:
 
     def __hash__(self) -> int:
         return self._hash
+
+    def without(self, names: frozenset[str]) -> Element:
+        """The same without the columns that some parameters, which are zero, multiply."""
+        kept = tuple([t for t in self.terms if t.column == "1" or t.parameter not in names]) if names else self.terms
+        return self if len(kept) == len(self.terms) else replace(self, terms=kept)
 
     @cached_property
     def _hash(self) -> int:  # of every element of every path that is asked for
@@ -113,9 +118,10 @@ class Program:
 
     @cached_property
     def turning(self) -> tuple[Ints, Ints]:
-        """The columns that alone turn an element about an axis, and the place of every column among them or -1, (C,)."""
+        """The columns that alone turn an element about an axis where the others' parameters are zero, the first of each element, and the
+        place of every column among them or -1, (C,)."""
         varying = (self.terms[self.start[e] : self.start[e + 1], 1] for e in np.flatnonzero(self._about))
-        alone = {int(own[own >= 0][0]) for own in varying if (own >= 0).sum() == 1}
+        alone = {int(own[own >= 0][0]) for own in varying}
         found = np.array(sorted(alone), dtype=np.int64)
         place = np.full(len(self.columns), -1, dtype=np.int64)
         place[found] = np.arange(len(found))
@@ -127,7 +133,7 @@ class Program:
         return np.asarray((kind >= 3) & (kind < 6) & (varies == 1))
 
     def cosines(self, phi: Array, *, rough: bool = False) -> Array:
-        """cos and sin of the columns that alone turn something, (..., D, 2); others are summed before a sine is taken.
+        """cos and sin of the columns that may alone turn something, (..., D, 2); others are summed before a sine is taken.
 
         Where three roundings do no harm, `rough` takes t = tan(a / 2), and (1 - t^2) / (1 + t^2) and 2 t / (1 + t^2): numpy has one
         tangent many times faster than a cosine and a sine.

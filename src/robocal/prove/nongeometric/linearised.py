@@ -24,7 +24,7 @@ from robocal.measure.base import problem as build
 from robocal.measure.machine import Model
 from robocal.prove.split import Split
 
-__all__ = ["Linearised", "linearise_fit"]
+__all__ = ["Linearised", "held", "linearise_fit"]
 
 CHUNK = 128  # columns at once
 
@@ -66,9 +66,8 @@ class Linearised:
     def observable_count(self, added: Ints, columns: Ints, noise: float) -> int:
         """How many combinations of added columns are seen above the noise, whatever the others are."""
         g = self.whole
-        inner = g[np.ix_(columns, columns)] + noise * np.eye(len(columns))
         cross = g[np.ix_(columns, added)]
-        values = np.linalg.eigvalsh(g[np.ix_(added, added)] - cross.T @ np.linalg.solve(inner, cross))
+        values = np.linalg.eigvalsh(g[np.ix_(added, added)] - cross.T @ np.linalg.solve(held(g, columns, noise), cross))
         return int((values > noise).sum())
 
     def unseen(
@@ -98,8 +97,15 @@ class Linearised:
 def ridge(gram: Array, columns: Ints, noise: Array | float, off: Array | float = 0.0) -> Array:
     """The step of some columns, in units of the error expected of each, where they are held around the values from which they are
     `off`."""
-    inner = gram[np.ix_(columns, columns)] + noise * np.eye(len(columns))
+    inner = held(gram, columns, noise)
     return np.asarray(np.linalg.solve(inner, -gram[columns, -1] - noise * np.asarray(off)))
+
+
+def held(gram: Array, columns: Ints, noise: Array | float) -> Array:
+    """The part of a Gram matrix that some columns have, with what holds them on its diagonal."""
+    inner = gram[columns].take(columns, axis=1)
+    inner.flat[:: len(columns) + 1] += noise
+    return np.asarray(inner)
 
 
 def linearise_fit(model: Model, part: Fit, added: Sequence[str], split: Split) -> Linearised:
