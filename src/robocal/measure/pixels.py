@@ -186,4 +186,6 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     ]
 
 
-PIXELS = register(Kind("pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1, scale=SCALE))
+PIXELS = register(
+    Kind("pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1, scale=SCALE, views=True)
+)

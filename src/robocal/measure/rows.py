@@ -281,6 +281,8 @@ class Kind:
     scale: float = (
         0.0  # how far the scale of such an instrument is usually off, as a factor; 0: its readings are lengths
     )
+    # Whether all that is read at one configuration is one view (an image): wrong together, and left out together.
+    views: bool = False
     owner: str = ""  # the option, and the key in a data file, that names the owner of the kind's own numbers
 
 
