@@ -58,7 +58,7 @@ def test_any_size_can_be_drawn(value):
 
 def test_strange_rows_in_words():
     row = Made(
-        configuration="p1", group="tracker", target="", source="a.csv", row=7, distance=12.34, p_value=0.0, value=[1.0, 2.0],
+        configuration="p1", group="tracker", target="", source="a.csv", row=7, rows=1, distance=12.34, p_value=0.0, value=[1.0, 2.0],
         units=["mm", "mm"], set_aside=True, counted=False, cause=Made(sentence="exact zeros"),
     )  # fmt: skip
     (table,) = outlier_blocks([row]).blocks

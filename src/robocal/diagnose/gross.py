@@ -30,15 +30,17 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
+from robocal.diagnose.drawn_poses import restore_poses
 from robocal.diagnose.limits import GROSS_DISTANCE
 from robocal.diagnose.rounding import add_rounding
 from robocal.diagnose.studentised import StudentisedResiduals, far_from, studentise
+from robocal.diagnose.views import join_views
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns
 from robocal.fit.baseline import Baseline, baseline, frame_names
 from robocal.fit.fit import Fit, chosen_weights, search_poses_again
-from robocal.fit.noise import Tau, assess, owners, same_tau, tau_of, under
+from robocal.fit.noise import Tau, assess, by_observation, owners, same_tau, tau_of, under
 from robocal.fit.soft_fit import NEAR, find_noise, recall_rounds, soften, tries_noise
 from robocal.fit.subsample import subsample
 from robocal.measure.base import problem as build
@@ -142,10 +144,12 @@ def sift(model: Model, data: DataSet, configurations: Ints, watch: Watch | None 
     known = add_rounding(model, data, search.problem_at(tau, used, "none"), x, None if few.data is data else few.data)
     if known is not data:
         data, search = known, replace(search, data=known)
+    every = tuple(np.ones(len(o), dtype=bool) for o in data.observations)
     for _ in range(ROUNDS):
         soft = soften(search.problem_at(tau, used, "none"), start)
         there, away = x, studentise(soft, x, tau)
-        far = _by_observation(data, soft, away.far)
+        far = join_views(data, by_observation(data, soft, away.far))
+        x, far = restore_poses(data, search.problem_at(tau, every, "none"), x, tau, far)
         now = tuple(
             ~(f & np.isin(o.configuration, configurations)) for f, o in zip(far, data.observations, strict=True)
         )
@@ -171,7 +175,8 @@ def _nominal(search: _GrossSearch, whole: DataSet) -> tuple[Array, Tau, tuple[Bo
         if frames:
             x = least_squares(made.with_free(frames), x).x
     there = search.problem_at(tau, every, "none").with_free(frames)
-    far = _by_observation(search.data, there, studentise(there, x, tau).far)
+    far = join_views(search.data, by_observation(search.data, there, studentise(there, x, tau).far))
+    x, far = restore_poses(search.data, there, x, tau, far)
     return x, tau, tuple(~f for f in far)
 
 
@@ -197,7 +202,9 @@ def neither(model: Model, data: DataSet, base: Baseline, found: Fit, configurati
     if not any(a.any() for a in one):
         return one
     other = far_from(data, found.problem, found.solution.x, configurations)
-    return tuple(a & b for a, b in zip(one, other.far, strict=True))
+    both = by_observation(data, found.problem, [a & b for a, b in zip(one, other.far, strict=True)])
+    whole = join_views(data, both)
+    return tuple(whole[own][term.index] for own, term in owners(data, found.problem))
 
 
 def mark_used(data: DataSet, used: Iterable[Bools]) -> DataSet:
@@ -210,11 +217,3 @@ def share(data: DataSet) -> float:
     """Which share of the rows is set aside."""
     rows = sum(len(o) for o in data.observations)
     return sum(int((~o.used).sum()) for o in data.observations if o.used is not None) / max(rows, 1)
-
-
-def _by_observation(data: DataSet, problem: Problem, values: Sequence[Bools]) -> tuple[Bools, ...]:
-    """What is known of the rows of terms, for the rows of observations."""
-    out = tuple(np.zeros(len(o), dtype=bool) for o in data.observations)
-    for (own, term), value in zip(owners(data, problem), values, strict=True):
-        out[own][term.index] = value
-    return out

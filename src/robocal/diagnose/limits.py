@@ -38,6 +38,8 @@ GROSS_DISTANCE = limit(6.0, "robust sigma", "Six sigma happen once in 10^9 hones
 GROSS_TAILS = limit(2.0, "times that",
     "Where the scale is what a model leaves, tails are longer than those of noise.", "tests/statistics/test_gross_rows.py")
 GROSS_SHARE = limit(0.2, "of the rows", "A larger share of excluded rows are no outliers any more.")
+VIEW_FAR = limit(0.5, "of the rows of a view", "More than half fail together; one corner fails alone.", "tests/diagnose/test_views.py")
+VIEW_FITS = limit(5.0, "times the median error", "A view that is where it belongs misses by no more.", "tests/diagnose/test_views.py")
 ZERO_ROWS_SHARE = limit(0.5, "of the rows", "Zeros in more rows are what an instrument reads (a ball in a socket), no dropped beam.")
 MATCH_CHANCE = limit(1e-3, "chance", "A row that fits another place is taken for one that does not, once in a thousand.")
 MATCH_LUCK = limit(0.05, "rows", "So many other rows may fit by luck where one does.")

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,10 +28,11 @@ from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import MATCH_CHANCE, MATCH_LUCK, SHIFTED_ROWS, ZERO_ROWS_SHARE
 from robocal.diagnose.studentised import StudentisedResiduals
+from robocal.diagnose.view_causes import causes_of_views
+from robocal.diagnose.views import view_blocks
 from robocal.estimate.problem import Problem
-from robocal.fit.noise import owners
-from robocal.measure.base import Rows, kind_of
-from robocal.measure.base import problem as build
+from robocal.fit.noise import by_observation, owners
+from robocal.measure.base import Rows, kind_of, predict_rows
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
@@ -47,7 +48,8 @@ class Outlier:
     """An observation that does not belong to the others: where it stands and what was measured (SI), how many robust standard
     deviations it is away from a fit without it, the chance that the farthest of all rows would be, whether it was set aside,
     whether the verdict counts its error (of a row that was set aside too, where one of the two models comes near it), and the
-    likeliest cause."""
+    likeliest cause. Of a view that does not belong to the others as a whole: how many `rows` it has, of which `row` is the first, and the
+    median distance of these; `view` is false of a row on its own."""
 
     configuration: str
     group: str
@@ -62,6 +64,12 @@ class Outlier:
     set_aside: bool = True
     counted: bool = False
     cause: Remark | None = None
+    rows: int = 1
+
+    @property
+    def view(self) -> bool:
+        """Whether this is a view, all of it."""
+        return self.rows > 1
 
 
 def name_outliers(
@@ -77,17 +85,20 @@ def name_outliers(
     `data` marks those that were set aside, and `away` says how far each is. `counted` are those whose error the verdict counts, by unit
     in the order of `evidence.errors`.
     """
-    out = []
+    out, told_of = [], []
     seen = dict.fromkeys(counted or (), 0)
+    some = by_observation(data, problem, [o | ~t.used for o, t in zip(away.outlying, problem.terms, strict=True)])
+    blocks = [view_blocks(o, s) for o, s in zip(data.observations, some, strict=True)]
     for t, (own, term) in enumerate(owners(data, problem)):
         told = np.zeros(len(term.index), dtype=bool)
         for *_, unit in term.parts:
             if counted is not None and unit in counted:
                 told |= counted[unit][seen[unit] : seen[unit] + len(told)]
                 seen[unit] += len(told)
+        told_of.append(told)
         obs = data.observations[own]
         # What is far and was used all the same is no gross row, but it is told.
-        strange = np.flatnonzero(away.outlying[t] | ~term.used)
+        strange = np.flatnonzero((away.outlying[t] | ~term.used) & (blocks[own][term.index] < 0))
         said = _causes(obs, term, x, strange, _of_targets(model, data, own, term.index[strange], problem, x))
         for i in strange:
             row = int(term.index[i])
@@ -100,7 +111,45 @@ def name_outliers(
                     bool(told[i]), said[int(i)],
                 )
             )  # fmt: skip
+    if any((b >= 0).any() for b in blocks):
+        out += _name_views(model, data, problem, x, away, told_of, blocks)
     return tuple(sorted(out, key=lambda o: -o.distance))
+
+
+def _name_views(
+    model: Model,
+    data: DataSet,
+    problem: Problem,
+    x: Array,
+    away: StudentisedResiduals,
+    told: Sequence[Bools],
+    blocks: Sequence[Ints],
+) -> Iterator[Outlier]:
+    """The views that are far as a whole, each as one."""
+    distance, chance, leverage = (by_observation(data, problem, v) for v in (away.distance, away.chance, away.leverage))
+    counted, used = (by_observation(data, problem, v) for v in (told, [t.used for t in problem.terms]))
+    for own, (obs, block) in enumerate(zip(data.observations, blocks, strict=True)):
+        each = [np.flatnonzero(block == b) for b in np.unique(block[block >= 0])]
+        causes = causes_of_views(model, data, own, each, problem, x)
+        for rows, cause in zip(each, causes, strict=True):
+            # A view as a whole is named by its configuration, a part of one by its target too.
+            seen = np.count_nonzero(obs.configuration == obs.configuration[rows[0]])
+            part = obs.target is not None and len(rows) < seen
+            yield Outlier(
+                configuration=data.configurations.ids[int(obs.configuration[rows[0]])],
+                group=obs.label,
+                kind=obs.kind,
+                target=obs.targets[int(obs.target[rows[0]])].name if part and obs.target is not None else "",
+                source=obs.source,
+                row=None if obs.rows is None else int(obs.rows[rows].min()),
+                distance=float(np.median(distance[own][rows])),
+                p_value=float(chance[own][rows].min()),
+                leverage=float(np.median(leverage[own][rows])),
+                set_aside=not used[own][rows].any(),
+                counted=bool(counted[own][rows].any()),
+                cause=cause,
+                rows=len(rows),
+            )
 
 
 def _causes(obs: Observations, term: Rows, x: Array, strange: Ints, of_targets: Array | None) -> dict[int, Remark]:
@@ -132,13 +181,7 @@ def _of_targets(model: Model, data: DataSet, own: int, rows: Ints, problem: Prob
         return None
     n, count = len(rows), len(obs.targets)
     each = replace(obs.take(np.tile(rows, count)), target=np.repeat(np.arange(count), n))
-    made = build(model, DataSet(data.configurations, (each,)))
-    there = np.array([[np.atleast_2d(x)[0, problem.table.index[name]] for name in made.table.names]])
-    out = np.empty((n * count, kind_of(obs).size))
-    for term in made.terms:
-        assert isinstance(term, Rows)
-        out[term.index] = term.predict(there)
-    return np.moveaxis(out.reshape(count, n, -1), 0, 1)
+    return np.moveaxis(predict_rows(model, data, each, problem.table, x).reshape(count, n, -1), 0, 1)
 
 
 def cause(obs: Observations, row: int) -> Remark:

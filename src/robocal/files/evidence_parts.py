@@ -77,7 +77,8 @@ class OutlierRow:
     """A row that does not belong to the others: its value (mm, deg, px), distance in robust standard deviations from a fit
     without it, corrected for its leverage; p_value is the chance that the farthest of all rows would be, without any outlier.
     set_aside: not fitted; counted: the verdict counts its error, of a row that was set aside where one of the two models comes near
-    it."""
+    it. Of a view that does not belong to the others as a whole, `rows` is how many rows it has, `row` the first of them, and distance
+    their median."""
 
     configuration: str
     group: str
@@ -85,6 +86,7 @@ class OutlierRow:
     target: str = ""
     source: str = ""
     row: int | None = None
+    rows: int = 1
     distance: Number
     p_value: Number
     leverage: Number = None

@@ -10,9 +10,11 @@ and Paule (1970), Birge (1932) for the ratio.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal import _scipy as scipy
 from robocal._record import record, replace
@@ -24,9 +26,11 @@ from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet, Observations
 
 __all__ = [
-    "NoiseGroup", "Tau", "apply_noise", "assess", "median", "noise_dof", "owners", "quantile", "same_tau", "tau_of", "under",
+    "NoiseGroup", "Tau", "apply_noise", "assess", "by_observation", "median", "noise_dof", "owners", "quantile", "same_tau", "tau_of",
+    "under",
 ]  # fmt: skip
 
+Known = TypeVar("Known", bound=np.generic)
 Key = tuple[str, str]  # (sensor group, SI unit)
 Tau = Mapping[Key, float]
 LEAST = 1e-9  # of its rows, that a group keeps as degrees of freedom
@@ -220,6 +224,15 @@ def owners(data: DataSet, problem: Problem) -> Iterator[tuple[int, Rows]]:
             assert isinstance(term, Rows)
             taken += len(term.index)
             yield number, term
+
+
+def by_observation(data: DataSet, problem: Problem, values: Sequence[NDArray[Known]]) -> tuple[NDArray[Known], ...]:
+    """What is known of the rows of terms, (m,) each, for the rows of observations, (k,) each."""
+    kind = values[0].dtype if values else np.dtype(bool)
+    out: tuple[NDArray[Known], ...] = tuple(np.zeros(len(o), dtype=kind) for o in data.observations)
+    for (own, term), value in zip(owners(data, problem), values, strict=True):
+        out[own][term.index] = value
+    return out
 
 
 def under(problem: Problem, stated: DataSet, tau: Tau) -> Problem:

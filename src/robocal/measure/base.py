@@ -16,12 +16,24 @@ from robocal.errors import ModelError, nearest
 from robocal.estimate.families import Family
 from robocal.estimate.problem import Problem
 from robocal.measure.builder import Builder
-from robocal.measure.data import DataSet, Frame, same_rows
+from robocal.measure.data import DataSet, Frame, Observations, same_rows
 from robocal.measure.machine import Model, Rig, freedom_of
 from robocal.measure.rows import KINDS, Kind, Rows, kind_of, register
 from robocal.parameters import Parameter, ParameterTable, Together
 
-__all__ = ["KINDS", "Builder", "Kind", "Model", "Rig", "Rows", "kind_of", "problem", "register", "synthesise"]
+__all__ = [
+    "KINDS",
+    "Builder",
+    "Kind",
+    "Model",
+    "Rig",
+    "Rows",
+    "kind_of",
+    "predict_rows",
+    "problem",
+    "register",
+    "synthesise",
+]
 
 
 def problem(
@@ -161,3 +173,16 @@ def synthesise(
             value = kind.disturb(value, noise * obs.sigma * rng.standard_normal(value.shape))
         out.append(replace(obs, value=value))
     return DataSet(data.configurations, tuple(out))
+
+
+def predict_rows(machine: Model, data: DataSet, obs: Observations, known: ParameterTable, x: Array) -> Array:
+    """What some rows would read, (k, d), where x (1, P) has the values of the table `known` of the data, and the poses of configurations
+    behind it. The rows may be of other configurations and targets than any that were measured."""
+    made = problem(machine, DataSet(replace(data.configurations), (obs,)))
+    values = np.atleast_2d(x)
+    there = np.concatenate([values[:, [known.index[n] for n in made.table.names]], values[:, len(known) :]], axis=1)
+    out = np.empty((len(obs), kind_of(obs).size))
+    for term in made.terms:
+        assert isinstance(term, Rows)
+        out[term.index] = term.predict(there)
+    return out

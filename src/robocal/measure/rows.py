@@ -284,6 +284,8 @@ class Kind:
     together: Callable[[Observations], Sequence[Together]] = (
         lambda obs: ()
     )  # priors that several of its own numbers share
+    # Whether all that is read at one configuration is one view (an image): wrong together, and left out together.
+    views: bool = False
     owner: str = ""  # the option, and the key in a data file, that names the owner of the kind's own numbers
 
 

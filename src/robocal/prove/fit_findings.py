@@ -13,6 +13,7 @@ import numpy as np
 from robocal import _scipy as scipy
 from robocal._record import record, replace
 from robocal.diagnose.check_registry import Finding, When, check, doubt, note, once
+from robocal.diagnose.exchanged_views import exchanged_views
 from robocal.diagnose.growth import at_end, drift_of_file, error_growth, largest_growth
 from robocal.diagnose.limits import BAND_CHANCE, CURVATURE, STEP_MISLEADS
 from robocal.diagnose.outliers import Outlier, name_outliers
@@ -217,7 +218,15 @@ def doubt_outliers(context: Decision[Model]) -> Iterator[Finding]:
         ):
             if some:
                 first, far = some[0].configuration, some[0].distance if np.isfinite(some[0].distance) else None
-                counted = sum(o.counted for o in some) if code is Code.OUTLIERS else 0
+                counted = sum(o.rows for o in some if o.counted) if code is Code.OUTLIERS else 0
+                rows, views = sum(o.rows for o in some), sum(o.view for o in some)
                 yield doubt(
-                    code, group=group, count=len(some), total=total, configuration=first, distance=far, counted=counted or None
+                    code, group=group, count=rows, total=total, views=views or None, configuration=first, distance=far,
+                    counted=counted or None,
                 )  # fmt: skip
+
+
+@check("views", When.FIT, order=15, needs=("proven",))
+def doubt_views(context: Decision[Model]) -> Iterator[Finding]:
+    """Views that are exchanged."""
+    yield from exchanged_views(context.need_data, outliers(context))

@@ -73,7 +73,7 @@ def changes(result: Any, most: int = CHANGES) -> list[Any]:
 def omissions(result: Any) -> str:
     """What the fit did not use, and what it could not tell, in one line."""
     split, seen = result.split, result.identifiability
-    aside = sum(1 for o in result.outliers if o.set_aside)
+    aside = sum(o.rows for o in result.outliers if o.set_aside)
     parts = [
         f"{len(split.held_out)} of {len(split.held_out) + len(split.fit)} configurations held out"
         if split.held_out

@@ -281,10 +281,23 @@ def outlier_blocks(rows: Sequence[Any]) -> Section:
     for o in rows:
         where = o.group + (f", {o.target}" if o.target else "")
         value = f"{', '.join(figure(v) for v in o.value)} {'/'.join(dict.fromkeys(o.units))}"
+        value = value if o.rows == 1 else f"{o.rows} rows"
         told = "used" if not o.set_aside else "not fitted, counted" if o.counted else "set aside"
         why = "" if o.cause is None else o.cause.sentence
         size, chance = f"{figure(o.distance, 3)} sigma", _chance(o.p_value)
-        cells.append((o.configuration, where, o.source, str(o.row or "-"), value, size, chance, told, why))
+        cells.append(
+            (
+                o.configuration if o.rows == 1 else f"view {o.configuration}",
+                where,
+                o.source,
+                str(o.row or "-"),
+                value,
+                size,
+                chance,
+                told,
+                why,
+            )
+        )
     columns = ("strange row", "instrument", "file", "row", "value", "distance", "chance", "", "likely cause")
     caption = (
         "Distance from a fit without them, in standard deviations, and how often chance alone would show a farthest row like it "
@@ -292,11 +305,19 @@ def outlier_blocks(rows: Sequence[Any]) -> Section:
     )
     shown = table(*columns, right=(3, 5), rows=cells, caption=caption, detail=(6,), brief=TEN)
     less = quiet(f"the first {TEN} of {len(rows)}; result.json has all") if len(rows) > TEN else ()
-    first = ", ".join(f"{o.source or o.group} row {o.row or o.configuration}" for o in rows[:NAMED])
+    first = ", ".join(map(_outlier_name, rows[:NAMED]))
     more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
     brief = quiet(f"rows that do not belong to the others: {first}{more}")
     title = "Rows that do not belong to the others"
     return Section.of("", shown, *less, title=title, key="outliers", brief=brief, folded=True)
+
+
+def _outlier_name(o: Any) -> str:
+    """The file and the row; of a view its name, the instrument, and how many rows from which on."""
+    if o.rows == 1:
+        return f"{o.source or o.group} row {o.row or o.configuration}"
+    part = f" ({o.target})" if o.target else ""
+    return f"view {o.configuration} of {o.group}{part} ({o.rows} rows of {o.source}{f' from {o.row}' if o.row else ''})"
 
 
 def _chance(p: float | None) -> str:

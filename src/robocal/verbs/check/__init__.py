@@ -104,7 +104,7 @@ def _summary_section(found: Checked) -> Section:
 
 def _without(found: Checked) -> str:
     """Which rows a mean does not count."""
-    aside = sum(o.set_aside for o in found.outliers)
+    aside = sum(o.rows for o in found.outliers if o.set_aside)
     if not aside or found.misfit_of_all is None:
         return ""
     return f", {figure(found.misfit_of_all * 1e3)} mm with the rows that are set aside ({aside})"

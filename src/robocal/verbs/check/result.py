@@ -9,6 +9,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal.diagnose.check_registry import Context, When, run
+from robocal.diagnose.exchanged_views import exchanged_views
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.gross import sift
 from robocal.diagnose.outliers import Outlier, name_outliers
@@ -181,6 +182,7 @@ def check_data(inputs: Inputs, watch: Watch | None = None) -> Checked:
     context = Context(machine, measured, Baseline(problem, x), watch=watch)
     findings = [*run(When.DATA, context), *findings_of_segments.run(context)]
     strange = name_outliers(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
+    findings += exchanged_views(sifted.data, strange)
     parts = [(r, a, b) for r in problem.residuals(x) for a, b, unit in r.parts if unit == "m"]
     lengths = [(np.linalg.norm(r.value[:, a:b], axis=1), r.used) for r, a, b in parts]
     misfit = float(np.concatenate([v[used] for v, used in lengths]).mean()) if lengths else None

@@ -1,0 +1,53 @@
+"""Two views that fit each other's place, in whichever instruments they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from robocal.diagnose.check_registry import Finding, doubt
+from robocal.diagnose.outliers import Outlier
+from robocal.diagnose.view_causes import VIEW_EXCHANGED
+from robocal.measure.base import kind_of
+from robocal.measure.data import DataSet
+from robocal.remarks.english import declare
+from robocal.remarks.remark import Quantity
+
+__all__ = ["VIEWS_EXCHANGED", "exchanged_views"]
+
+VIEWS_EXCHANGED = declare(
+    "views-exchanged",
+    "views {view} and {partner} of {instruments} are exchanged[, of all {every} instruments that saw both: it is their joint values]: each "
+    "fits the place of the other, and with that the error of the worse falls from {stated:.3g} to {left:.3g}",
+    "Exchange the joint values (or lengths) of the two in {files}, or the numbers of their images there.",
+)
+
+
+def exchanged_views(data: DataSet, strange: Sequence[Outlier]) -> Iterator[Finding]:
+    """A doubt of every pair; where all instruments that saw both say so, it is what moves the machine that is exchanged."""
+    pairs: dict[tuple[str, str], list[Outlier]] = {}
+    ids = data.configurations.ids
+    for o in strange:
+        if o.cause is not None and o.cause.code == VIEW_EXCHANGED:
+            one, other = sorted((o.configuration, str(dict(o.cause.items)["partner"])), key=ids.index)
+            pairs.setdefault((one, other), []).append(o)
+    for (one, other), some in pairs.items():
+        mine = tuple(sorted({o.group for o in some}))
+        files = tuple(sorted({o.source.replace("\\", "/").rpartition("/")[2] for o in some}))
+        count = sum(_saw(data, i, one) and _saw(data, i, other) for i in range(len(data.observations)))
+        every = count if 1 < count == len(mine) else None
+        amounts = {k: max((_amount(o, k) for o in some), key=lambda q: q.value) for k in ("stated", "left")}
+        yield doubt(VIEWS_EXCHANGED, view=one, partner=other, instruments=mine, every=every, files=files, **amounts)
+
+
+def _saw(data: DataSet, own: int, name: str) -> bool:
+    """Whether an instrument has a view of a name."""
+    obs = data.observations[own]
+    return kind_of(obs).views and any(data.configurations.ids[c] == name for c in np.unique(obs.configuration))
+
+
+def _amount(o: Outlier, name: str) -> Quantity:
+    amount = dict(o.cause.items)[name] if o.cause is not None else None
+    assert isinstance(amount, Quantity)
+    return amount

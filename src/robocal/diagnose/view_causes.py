@@ -1,0 +1,91 @@
+"""Why a view does not belong to the others: what the model predicts of its points from the configurations of other views.
+
+A view fits a configuration where the median error of its points is of the size of the noise, and a fraction of what it is at its own.
+Two views that fit each other's are exchanged. One that fits another's alone has the wrong number, or its joint values are another's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robocal._record import replace
+from robocal._types import Array, Ints
+from robocal.diagnose.limits import EXPLAINED_CLEARLY, VIEW_FITS
+from robocal.estimate.problem import Problem
+from robocal.fit.noise import median, owners
+from robocal.measure.base import kind_of, predict_rows
+from robocal.measure.data import DataSet, Observations
+from robocal.measure.machine import Model
+from robocal.remarks.english import declare
+from robocal.remarks.remark import Quantity, Remark
+
+__all__ = ["VIEW_ALONE", "VIEW_ELSEWHERE", "VIEW_EXCHANGED", "causes_of_views"]
+
+VIEW_EXCHANGED = declare(
+    "view-exchanged",
+    "views {view} and {partner} of {instrument} fit each other's place: exchanged (error {stated:.3g} to {left:.3g})",
+    "Exchange the joint values of the two, or the numbers of their images.",
+)
+VIEW_ELSEWHERE = declare(
+    "view-elsewhere",
+    "view {view} of {instrument} fits the place of view {partner} (error {stated:.3g} to {left:.3g})",
+    "Give the view the joint values of its own moment, or leave it out.",
+)
+VIEW_ALONE = declare(
+    "view-alone",
+    "view {view} of {instrument} is off as a whole: its joint values or its image are of another moment, or something moved",
+    "Leave the view out, or measure it again.",
+)
+POINTS = 9  # grid: points of a view that are looked at
+MOST = 50  # grid: views that are looked at
+PLACES = 500  # grid: places at which a view is tried
+
+
+def causes_of_views(
+    model: Model, data: DataSet, own: int, views: Sequence[Ints], problem: Problem, x: Array
+) -> list[Remark]:
+    """The likeliest cause of every one of some views, rows (n,) each, of the observations `own`."""
+    obs, ids = data.observations[own], data.configurations.ids
+    here = [int(obs.configuration[rows[0]]) for rows in views]
+    tried = views[:MOST] if obs.value.ndim == 2 else ()
+    places = np.unique(np.append(np.unique(obs.configuration)[:PLACES], here[:MOST]).astype(np.int64))
+    noise = _noise(data, own, problem, x) if tried else 0.0
+    fits: dict[int, tuple[int, float, float]] = {}
+    for rows, c in zip(tried, here, strict=False):
+        some = rows[np.unique(np.linspace(0, len(rows) - 1, POINTS).astype(np.int64))]
+        error = _errors(model, data, obs, some, places, problem, x)
+        best, stated = int(np.argmin(error)), float(error[np.searchsorted(places, c)])
+        if error[best] <= min(VIEW_FITS * noise, stated / EXPLAINED_CLEARLY):
+            fits[c] = int(places[best]), stated, float(error[best])
+    out = []
+    for c in here:
+        names = {"view": ids[c], "instrument": obs.label}
+        if c not in fits:
+            out.append(Remark.of(VIEW_ALONE, **names))
+            continue
+        to, *misses = fits[c]
+        code = VIEW_EXCHANGED if to in fits and fits[to][0] == c else VIEW_ELSEWHERE
+        before, after = (Quantity(e, kind_of(obs).parts[0][2]) for e in misses)
+        out.append(Remark.of(code, partner=ids[to], stated=before, left=after, **names))
+    return out
+
+
+def _noise(data: DataSet, own: int, problem: Problem, x: Array) -> float:
+    """The median error of the rows of one instrument that were used."""
+    start, stop, _ = kind_of(data.observations[own]).parts[0]
+    pairs = zip(owners(data, problem), problem.residuals(x), strict=True)
+    errors = [np.linalg.norm(r.value[t.used, start:stop], axis=1) for (o, t), r in pairs if o == own]
+    every = np.concatenate(errors)
+    return median(every) if len(every) else 0.0
+
+
+def _errors(
+    model: Model, data: DataSet, obs: Observations, rows: Ints, places: Ints, problem: Problem, x: Array
+) -> Array:
+    """The median error of some rows if they were seen from each of some configurations, (C,)."""
+    start, stop, _ = kind_of(obs).parts[0]
+    there = replace(obs.take(np.tile(rows, len(places))), configuration=np.repeat(places, len(rows)))
+    off = (predict_rows(model, data, there, problem.table, x) - there.value)[:, start:stop]
+    return np.asarray(np.median(np.linalg.norm(off, axis=1).reshape(len(places), -1), axis=1))

@@ -1,0 +1,93 @@
+"""A view is one finding: what is wrong with all of an image is said once, left out once, and named by its configuration and camera."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from view_worlds import GRID, MACHINES, exchange, pixels, with_seen
+
+from robocal.diagnose.view_causes import VIEW_ALONE, VIEW_ELSEWHERE, VIEW_EXCHANGED
+from robocal.fit.options import Options
+from robocal.prove.identify import identify
+
+FAST = Options(hold_out=0.0, leave_one_out=False)
+EACH = pytest.mark.parametrize("machine", MACHINES)
+
+
+def strange(model, data):
+    return identify(model, data, FAST).outliers
+
+
+@EACH
+def test_a_view_that_is_off_is_one_finding_and_a_corner_stays_a_row(machine, rng):
+    model, _, data = MACHINES[machine](rng, 30)
+    own = pixels(data)[1]
+    obs = data.observations[own]
+    value = np.array(obs.value)
+    value[obs.configuration == 12] += [31.0, -17.0]
+    lone = np.flatnonzero(obs.configuration == 20)[30]
+    value[lone] += [9.0, 4.0]
+    found = strange(model, with_seen(data, own, value=value))
+    assert {(o.configuration, o.group, o.rows, o.row) for o in found} == {
+        ("p12", "cam1", len(GRID), 12 * len(GRID) + 2),
+        ("p20", "cam1", 1, lone + 2),
+    }
+    assert all(o.set_aside for o in found)
+    (view,) = (o for o in found if o.view)
+    assert view.cause.code == VIEW_ALONE and "view p12 of cam1" in view.cause.sentence
+
+
+@EACH
+def test_nothing_is_said_of_good_views(machine, rng):
+    model, _, data = MACHINES[machine](rng, 30)
+    assert not strange(model, data)
+
+
+@EACH
+def test_two_views_that_are_exchanged_are_named(machine, rng):
+    model, _, data = MACHINES[machine](rng, 30)
+    own = pixels(data)[-1]
+    found = identify(model, exchange(data, own, 4, 17), FAST)
+    assert {(o.configuration, o.group, o.rows, o.cause.code) for o in found.outliers} == {
+        (c, data.observations[own].label, len(GRID), VIEW_EXCHANGED) for c in ("p4", "p17")
+    }
+    assert all(o.set_aside for o in found.outliers)
+    (said,) = (r for r in found.warnings if r.code == "views-exchanged")
+    assert "views p4 and p17" in said.sentence and "joint values" not in said.sentence
+
+
+def test_two_joint_rows_that_are_exchanged_are_told_from_two_images(rng):
+    model, _, data = MACHINES["arm"](rng, 30)
+    for own in pixels(data):
+        data = exchange(data, own, 4, 17)
+    (said,) = (r for r in identify(model, data, FAST).warnings if r.code == "views-exchanged")
+    assert "views p4 and p17 of cam0, cam1 are exchanged, of all 2" in said.sentence and "joint values" in said.sentence
+
+
+@EACH
+def test_a_view_that_is_of_another_configuration_is_named(machine, rng):
+    model, _, data = MACHINES[machine](rng, 30)
+    own = pixels(data)[-1]
+    obs = data.observations[own]
+    value = np.array(obs.value)
+    value[obs.configuration == 4] = value[obs.configuration == 17] + rng.normal(0, 0.2, (len(GRID), 2))
+    found = strange(model, with_seen(data, own, value=value))
+    (view,) = (o for o in found if o.view)
+    assert view.configuration == "p4" and view.cause.code == VIEW_ELSEWHERE and "of view p17" in view.cause.sentence
+
+
+@EACH
+def test_a_wrong_marker_is_left_out_of_a_good_view(machine, rng):
+    """Four targets on what moves: all corners of one in one view are off."""
+    model, _, data = MACHINES[machine](rng, 30)
+    own = pixels(data)[0]
+    obs = data.observations[own]
+    part = np.tile(np.arange(len(GRID)) % 4, len(np.unique(obs.configuration)))
+    targets = tuple(replace(obs.targets[0], name=f"board{k}") for k in range(4))
+    value = np.array(obs.value)
+    value[(obs.configuration == 7) & (part == 2)] += [12.0, 8.0]
+    found = strange(model, with_seen(data, own, value=value, target=part, targets=targets))
+    (view,) = found
+    assert (view.configuration, view.target, view.rows) == ("p7", "board2", np.count_nonzero(part == 2) / 30)
