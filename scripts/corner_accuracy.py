@@ -180,11 +180,15 @@ def main() -> None:
     words.add_argument("--seed", type=int, default=1)
     told = words.parse_args()
     names = told.rows or [*ROWS, "textures"]
-    print(f"{'row':12} {'dictionary':10} {'count':>5} {'found':>6} {'rms':>7} {'asked':>6} {'outward':>8} {'shift':>7} {'asked':>6} {'chi2':>5} {'blur':>6}")
+    print(
+        f"{'row':12} {'dictionary':10} {'count':>5} {'found':>6} {'rms':>7} {'asked':>6} {'outward':>8} {'shift':>7} {'asked':>6} {'chi2':>5} {'blur':>6}"
+    )
     for name in names:
         for family in FAMILIES:
             if name == "textures":
-                print(f"{name:12} {family:10} {TEXTURES:5d} false markers: {false_markers(family, told.seed)}", flush=True)
+                print(
+                    f"{name:12} {family:10} {TEXTURES:5d} false markers: {false_markers(family, told.seed)}", flush=True
+                )
                 continue
             row = ROWS[name]
             m = measure(row, family, told.count, told.seed)

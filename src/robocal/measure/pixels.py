@@ -194,5 +194,16 @@ def together(obs: Observations) -> Sequence[Together]:
 
 
 PIXELS = register(
-    Kind("pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1, scale=SCALE, together=together, views=True)
+    Kind(
+        "pixels",
+        2,
+        terms,
+        parameters,
+        ((0, 2, "px"),),
+        owner="camera",
+        unstated=0.1,
+        scale=SCALE,
+        together=together,
+        views=True,
+    )
 )

@@ -102,7 +102,9 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
         for i in range(4):
             turn[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = by[i, :, :2] / lens[:2]
         spread = turn @ spread @ turn.T
-    return MarkerFit(found, spread, float(p[BLUR]), float(p[SHIFT]), p[LIGHT:PRINT].copy(), noise, int(count), p[PRINT:].copy())
+    return MarkerFit(
+        found, spread, float(p[BLUR]), float(p[SHIFT]), p[LIGHT:PRINT].copy(), noise, int(count), p[PRINT:].copy()
+    )
 
 
 def _whole(a: Array) -> Array:
@@ -131,7 +133,9 @@ def _common(grey: Array, inside: Bools, rest: Array, width: int) -> float:
     for axis in (0, 1):
         sums = np.cumsum(np.pad(around, [(NEAR + 1, NEAR) if k == axis else (0, 0) for k in (0, 1)]), axis=axis)
         reach = 2 * NEAR + 1
-        around = np.take(sums, range(reach, sums.shape[axis]), axis) - np.take(sums, range(sums.shape[axis] - reach), axis)
+        around = np.take(sums, range(reach, sums.shape[axis]), axis) - np.take(
+            sums, range(sums.shape[axis] - reach), axis
+        )
     total = float(np.sum(field * field))
     return max(float(np.sum(field * around)) / total, 1.0) if total > 0 else 1.0
 
