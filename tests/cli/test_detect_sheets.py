@@ -116,3 +116,17 @@ def test_a_sheet_of_nothing_is_refused(tmp_path):
     file.write_text("robocal: 1\nkind: sheet\nunit: mm\npaper: [210, 297]\n")
     told = run("vision", "detect", str(tmp_path / "s" / "images"), "--sheet", str(file))
     assert told.status == 2 and "sheet.yaml" in told.err
+
+
+def test_views_that_would_help_most_are_listed_before_a_lens_is_known(tmp_path):
+    photographs(tmp_path / "s", "--pattern checkerboard --paper 130x150 --columns 5 --rows 6")
+    ran = run(
+        "vision", "detect", str(tmp_path / "s" / "images"), "--checker", "5x6", "--json"
+    )  # no size: a lens needs none
+    further = {c["name"]: c["values"] for c in json.loads(ran.out)["further"]["columns"]}
+    assert further["view"] == ["now", *(f"+ {k}" for k in range(1, 11))]
+    assert further["sure"] == sorted(further["sure"], reverse=True) and further["sure"][1] < 0.7 * further["sure"][0]
+    several = photographs(tmp_path / "g", "--pattern grid --paper 130x130 --columns 2 --rows 2")
+    assert len(several) == 3
+    ran = run("vision", "detect", str(tmp_path / "g" / "images"), "--dictionary", "6x6_50", "--json")
+    assert json.loads(ran.out)["further"] is None  # nobody states where the markers are

@@ -9,6 +9,7 @@ from typing import Any
 
 from robocal.diagnose.limits import IMAGE_SMEAR
 from robocal.remarks.remark import percent
+from robocal.report.lens import further_section
 from robocal.report.sections import Cell, Detail, Figure, Section, Style, Text, ends, figure, quiet, table
 from robocal.report.svg import crosses, drawing, num
 
@@ -44,6 +45,8 @@ def detect_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
         yield Section.of(
             "", table("markers that views join", rows=((line,) for line in lines)), title="Groups", key="groups"
         )
+    if found.further is not None:
+        yield further_section(found.further)
     yield from ends(found.remarks, written)
 
 

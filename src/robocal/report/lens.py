@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from robocal._types import Array, Bools
+from robocal.quantities import Listing
 from robocal.remarks.remark import percent, sentences
 from robocal.report.numbers import significant
 from robocal.report.sections import Figure, Section, Text, VerdictBlock, ends, figure, listing_table, quiet
 from robocal.report.svg import AxisScale, axes, drawing, label, line, num, path, points, polyline, rect
 
-__all__ = ["lens_pictures", "lens_sections"]
+__all__ = ["further_section", "lens_pictures", "lens_sections"]
 
 VERDICTS: dict[str, tuple[str, Any, str]] = {
     "improved": ("improved", "good", "On views that were left out this lens is better than the nominal one."),
@@ -22,6 +23,7 @@ VERDICTS: dict[str, tuple[str, Any, str]] = {
     "refused": ("refused", "bad", "Do not use these numbers; they are listed for diagnosis only."),
 }
 BRIEF = 12  # views that a terminal lists
+FIRST = 4  # further ones that a terminal lists, and how it is now
 WIDE = 620.0  # px, of a picture
 ARROWS = 3000  # of a picture
 GRID = 13, 9  # grid: places at which a pixel's spread is asked
@@ -62,7 +64,17 @@ def lens_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     yield Section.of(
         "", type(table)(table.columns, table.rows, table.right, brief=BRIEF), title="View by view", key="views"
     )
+    if found.further is not None:
+        yield further_section(found.further)
     yield from ends(found.warnings, written)
+
+
+def further_section(further: Listing) -> Section:
+    """Where the target should be in more views."""
+    table = listing_table(further)
+    shown = type(table)(table.columns, table.rows, table.right, brief=FIRST)
+    note = "views that would help most: where the target should be; sure: one standard deviation, a mean over the image"
+    return Section.of("", shown, *quiet(note), title="Views that would help most", key="further")
 
 
 def _unseen(errors: Any) -> Iterator[Text]:

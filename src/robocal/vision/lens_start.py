@@ -13,7 +13,7 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array, Bools, Ints
 
-__all__ = ["FlatViews", "find_focal", "flat_places", "look_flat"]
+__all__ = ["FlatViews", "find_focal", "flat_places", "flat_poses", "look_flat"]
 
 FLAT = 1e-3  # tolerance: of the target's size, that it may stand out of a plane
 WIDEST, LONGEST = 0.15, 30.0  # widths of an image: focal lengths beyond which no closed form is believed
@@ -106,3 +106,16 @@ def find_focal(seen: FlatViews, size: tuple[int, int]) -> float | None:
     square = -float(p @ p) / float(p @ q) if p @ q < 0 else np.inf
     f = float(np.sqrt(square))
     return f if WIDEST * width < f < LONGEST * width else None
+
+
+def flat_poses(seen: FlatViews, intrinsics: Array) -> Array:
+    """T_camera_target (s, 4, 4) of the views that have a homography, through a lens whose distortion is left out."""
+    h = seen.homography[np.isfinite(seen.homography).all(axis=(1, 2))].copy()
+    fx, fy, cx, cy = intrinsics[:4]
+    h[:, 0], h[:, 1] = (h[:, 0] - cx * h[:, 2]) / fx, (h[:, 1] - cy * h[:, 2]) / fy
+    h /= np.linalg.norm(h[:, :, :2], axis=1).mean(axis=1)[:, None, None]
+    out = np.tile(np.eye(4), (len(h), 1, 1))
+    turn = np.stack([h[:, :, 0], h[:, :, 1], np.cross(h[:, :, 0], h[:, :, 1])], axis=2)
+    u, _, vt = np.linalg.svd(turn)
+    out[:, :3, :3], out[:, :3, 3] = u @ vt, h[:, :, 2]
+    return out

@@ -27,7 +27,7 @@ from robocal.vision.camera import MODELS
 from robocal.vision.lens_start import FlatViews, find_focal, flat_places, look_flat
 from robocal.vision.lenses import Lens
 
-__all__ = ["fit_lens", "found_lens", "look_at_views", "plain_lens", "view_poses"]
+__all__ = ["expected_of", "fit_lens", "found_lens", "look_at_views", "plain_lens", "view_poses"]
 
 # What the numbers of a lens are expected to be off by without data: of the width of the image; else without a unit.
 OF_WIDTH = {"fx": 0.3, "fy": 0.3, "cx": 0.05, "cy": 0.05}
@@ -42,12 +42,16 @@ def plain_lens(size: tuple[int, int], model: str = "brown") -> Lens:
     return Lens.of(model, numbers + [0.0] * (len(MODELS[model].symbols) - 4), size)
 
 
+def expected_of(symbol: str, width: int) -> float:
+    """What a number of a lens is expected to be off by without data, of images so wide."""
+    return OF_WIDTH[symbol] * width if symbol in OF_WIDTH else TANGENTIAL if symbol[0] == "p" else EXPECTED
+
+
 def lens_rig(lens: Lens, free: Sequence[str], width: int) -> Rig:
     """The camera as a machine without joints, some of whose numbers are to be found."""
     rows = []
     for symbol, value, unit in zip(lens.kind.symbols, lens.numbers, lens.kind.units, strict=True):
-        size = OF_WIDTH[symbol] * width if symbol in OF_WIDTH else TANGENTIAL if symbol[0] == "p" else EXPECTED
-        rows.append(Parameter(f"{CAMERA}.{symbol}", value, unit, symbol in free, expected=size))
+        rows.append(Parameter(f"{CAMERA}.{symbol}", value, unit, symbol in free, expected=expected_of(symbol, width)))
     return Rig(CAMERA, ParameterTable(tuple(rows)))
 
 

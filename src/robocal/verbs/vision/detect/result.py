@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
+from robocal.session.vision.further import views_before_a_fit
 from robocal.session.vision.judge import judge_views
 from robocal.session.vision.target import Target, find_target, target_of, target_on
 from robocal.session.vision.views import ImageView, ViewSummary, list_corners, look_at, look_mirrored
@@ -38,7 +40,8 @@ MIRRORS = 3  # images without a marker, mirrored or not, after which no more are
 @record(kw_only=True)
 class DetectDocument(Document):
     """corners.json: the target, the size of the images, each view, groups of markers that views join, the share of the image with
-    corners, how many markers or boards were fitted in which way, and the corners."""
+    corners, how many markers or boards were fitted in which way, the corners, and the views that would help most to find the
+    lens."""
 
     target: dict[str, Any]
     image: tuple[int, int]
@@ -47,6 +50,7 @@ class DetectDocument(Document):
     coverage: float
     methods: dict[str, int]
     corners: Listing
+    further: Listing | None
     provenance: Origin
 
 
@@ -81,6 +85,21 @@ class Detected(VerbResult):
         """The list, where it is not written."""
         return (None, None) if self.files else (listing_text(self.listing), self.listing)
 
+    @cached_property
+    def further(self) -> Listing | None:
+        """The views that would help most to find the lens; None of markers whose places on one target nobody states."""
+        numbers = {s.marker for v in self.views for s in v.sightings}
+        whole = self.target.squares is not None or self.target.sheet is not None or len(numbers) == 1
+        if not whole or len({(v.summary.width, v.summary.height) for v in self.views}) > 1:
+            return None
+        target = replace(self.target, size=self.target.size or 1.0, square=self.target.square or 1.0)
+        seen = [(k, s, p) for k, v in enumerate(self.views) for s in v.sightings if (p := target.places(s)) is not None]
+        if not seen:
+            return None
+        view = np.repeat([k for k, _, _ in seen], [len(p) for _, _, p in seen])
+        pixels, places = np.concatenate([s.place for _, s, _ in seen]), np.concatenate([p for _, _, p in seen])
+        return views_before_a_fit(places, pixels, view, len(self.views), self.size)
+
     @property
     def head(self) -> dict[str, Any]:
         """What stands at the head of its page."""
@@ -100,6 +119,7 @@ class Detected(VerbResult):
             coverage=self.coverage,
             methods=self.methods,
             corners=self.listing,
+            further=self.further,
         )
 
     def texts(self) -> Mapping[str, str | bytes]:

@@ -36,6 +36,7 @@ from robocal.remarks.remark import Remark, sentences
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
+from robocal.session.vision.further import further_views
 from robocal.session.vision.lens_fit import fit_lens, found_lens, look_at_views, plain_lens, view_poses
 from robocal.session.vision.lens_judge import judge_lens, refuse_views
 from robocal.session.watching import computable
@@ -66,8 +67,8 @@ class LensErrors:
 @record(kw_only=True)
 class LensDocument(Document):
     """lens.json: model, size of the images, verdict, the numbers, errors in px, each view, how surely the lens says where a point is seen
-    (one standard deviation along the worst direction: at the distance of the target, and far away), and the share of the image with
-    corners."""
+    (one standard deviation along the worst direction: at the distance of the target, and far away), the views that would help most, and the
+    share of the image with corners."""
 
     model: str
     image: tuple[int, int]
@@ -79,6 +80,7 @@ class LensDocument(Document):
     errors: LensErrors
     views: Listing
     sure: Listing
+    further: Listing | None
     coverage: float
     aside: int
     provenance: Origin
@@ -202,6 +204,16 @@ class FoundLens(VerdictResult):
             )
         )
 
+    @cached_property
+    def further(self) -> Listing | None:
+        """The views that would help most; None where markers have places of their own, each by itself."""
+        obs = self.table.pixels
+        if len(obs.targets) > 1:
+            return None
+        points = np.unique(np.round(obs.extra["point"], 9), axis=0)  # tolerance: m, of places that are one
+        sigma = self.errors.fitted.rms / np.sqrt(2.0)
+        return further_views(points, view_poses(self.made), self.lens, self.lens.known, sigma)
+
     @property
     def head(self) -> dict[str, Any]:
         """What stands at the head of its page."""
@@ -220,6 +232,7 @@ class FoundLens(VerdictResult):
         return self.document_of(
             LensDocument, model=self.lens.model, image=self.table.size, nominal=self.named, verdict=said, numbers=self.numbers,
             correlation=self.lens.correlation.tolist(), unit="px", errors=self.errors, views=self.views, sure=self.surely,
+            further=self.further,
             coverage=self.coverage, aside=int(self.aside.sum()),
         )  # fmt: skip
 
