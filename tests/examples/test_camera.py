@@ -60,8 +60,11 @@ def identify(place, columns):
     """The data file of the page reads the table, when joint values were added."""
     robot = read_robot(EXAMPLES / "hand-eye" / "robot.yaml").chain
     assert isinstance(robot, Chain)
-    names = ["view", "u [px]", "v [px]", "su [px]", "sv [px]", "point_x [mm]", "point_y [mm]", "point_z [mm]"]
-    rows = [[columns[n.partition(" ")[0]][i] for n in names] for i in range(len(columns["u"]))]
+    units = dict.fromkeys(("u", "v", "su", "sv", "blur"), " [px]") | dict.fromkeys(
+        ("point_x", "point_y", "point_z"), " [mm]"
+    )
+    names = [n + units.get(n, "") for n in columns]
+    rows = [list(row) for row in zip(*columns.values(), strict=True)]
     joints = {
         v: list(q)
         for v, q in zip(dict.fromkeys(columns["view"]), np.random.default_rng(0).uniform(-60, 60, (12, 6)), strict=True)
@@ -70,7 +73,9 @@ def identify(place, columns):
     (place / "corners.csv").write_text(text)
     (yaml,) = re.findall(r"^```yaml\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
     (place / "data.yaml").write_text(yaml)
-    (pixels,) = read_dataset(place / "data.yaml", robot).dataset.observations
+    read = read_dataset(place / "data.yaml", robot)
+    (pixels,) = read.dataset.observations
+    assert not any(u.columns for u in read.unread)
     assert pixels.kind == "pixels" and len(pixels.value) == len(rows)
 
 
