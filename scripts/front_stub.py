@@ -95,17 +95,16 @@ def texts() -> dict[Path, str]:
     errors = [EXPLICIT.format(module="robocal.errors", name=n) for n in robocal.ERRORS]
     version = EXPLICIT.format(module="robocal._version", name="__version__")
     results = [line for name in robocal.CALLS if name != "identify" for line in _result(name)[1]]
-    groups = [EXPLICIT.format(module="robocal.front", name=n) for n in robocal.GROUPS]
+    groups = [f"from robocal.front import {word} as {name}" for name, word in robocal.GROUPS.items()]
     every = [version, *errors, *groups, *arrays, *found, *results]
     imports = "\n".join(sorted(every, key=_order))
     names = ",\n    ".join(f'"{n}"' for n in robocal.__all__)
     ours = HEAD.format(imports=imports, given="Arm | Measurements | Found[Any]")
-    ours += "".join(f"{n}: tuple[str, ...]\n" for n in ("ARRAYS", "FOUND", "ERRORS", "GROUPS", "CALLS"))
+    ours += "".join(f"{n}: tuple[str, ...]\n" for n in ("ARRAYS", "FOUND", "ERRORS", "CALLS"))
+    ours += "GROUPS: dict[str, str]\n"
     ours += f"__all__ = [\n    {names},\n]\n\n"
     ours += "\n".join(stub(name) for name in robocal.CALLS)
-    return {ROOT / "__init__.pyi": ours} | {
-        ROOT / "front" / f"{group.python}.pyi": _grouped(word) for word, group in GROUPS.items()
-    }
+    return {ROOT / "__init__.pyi": ours} | {ROOT / "front" / f"{word}.pyi": _grouped(word) for word in GROUPS}
 
 
 def _grouped(word: str) -> str:

@@ -16,7 +16,7 @@ from robocal._version import __version__ as __version__
 ARRAYS = ("Arm", "Measurements", "measurements", "robot", "table")
 FOUND = ("Found", "Identified")
 ERRORS = ("Cancelled", "InputError")
-GROUPS = ("cable", "camera")  # verbs under one word
+GROUPS = {"cable": "cable", "camera": "vision"}  # verbs under one word, and that of the command line
 TERMINAL = ("demo", "report")  # verbs that are no functions: they only write files for people
 
 
@@ -29,7 +29,7 @@ def _calls() -> tuple[str, ...]:
 
 def __getattr__(name: str) -> object:
     if name in GROUPS:
-        found: object = import_module(f"robocal.front.{name}")
+        found: object = import_module(f"robocal.front.{GROUPS[name]}")
     elif name in (*ARRAYS, *FOUND, *ERRORS):
         room = "front.arrays" if name in ARRAYS else "front.verb_result" if name in FOUND else "errors"
         found = getattr(import_module(f"robocal.{room}"), name)

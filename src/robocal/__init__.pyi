@@ -8,7 +8,7 @@ from robocal.errors import Cancelled as Cancelled
 from robocal.errors import InputError as InputError
 from robocal.files.cable.caspr import Caspr as _import_model_Caspr
 from robocal.front import cable as cable
-from robocal.front import camera as camera
+from robocal.front import vision as camera
 from robocal.front.arrays import Arm as Arm
 from robocal.front.arrays import Measurements as Measurements
 from robocal.front.arrays import measurements as measurements
@@ -37,8 +37,8 @@ _Watch = Callable[[dict[str, object]], None]
 ARRAYS: tuple[str, ...]
 FOUND: tuple[str, ...]
 ERRORS: tuple[str, ...]
-GROUPS: tuple[str, ...]
 CALLS: tuple[str, ...]
+GROUPS: dict[str, str]
 __all__ = [
     "Arm",
     "Cancelled",

@@ -23,7 +23,7 @@ class VisionRemarks:
     )
     NO_TARGET_FOUND = Phrase(
         "no image shows a target: {tried}",
-        "Check that the whole target with its white rim is in the images, sharp, and name it: --sheet, --dictionary, --checker or --charuco.",
+        "Check that the target with its white rim is whole and sharp, and name it: --sheet, --dictionary, --checker or --charuco.",
     )
     NO_MARKER_IN_VIEW = Phrase(
         "{count} of {total} images show no target: {views}",
