@@ -178,15 +178,15 @@ def fold_mask(points: Array, intrinsics: Array) -> Bools:
     return np.asarray(behind | (x * x + y * y >= fold_radius(intrinsics) ** 2))
 
 
-def unproject(uv: Array, intrinsics: Array) -> Array:
-    """Unit directions (..., 3) that a lens (n,) images at pixels uv (..., 2), by Newton's method along the radius, then in the plane; NaN
-    where there is none before it folds back."""
+def unproject(uv: Array, intrinsics: Array, nearest: bool = False) -> Array:
+    """Unit directions (..., 3) that a lens (n,) images at pixels uv (..., 2), by Newton's method along the radius, then in the plane. Where
+    there is none before it folds back: NaN, or with `nearest` the direction on that side at which it folds."""
     fold = fold_radius(intrinsics)
     given = (np.asarray(uv, dtype=float) - intrinsics[2:4]) / intrinsics[:2]
     with np.errstate(all="ignore"):
         size = np.linalg.norm(given, axis=-1)
         r = _radius(size, intrinsics, fold)
-        p = given * np.where(size > 0, r / np.where(size > 0, size, 1.0), 1.0)[..., None]
+        p = begin = given * np.where(size > 0, r / np.where(size > 0, size, 1.0), 1.0)[..., None]
         for _ in range(STEPS):
             out, by = _place(p[..., 0], p[..., 1], intrinsics)
             (a, b), (c, d) = np.moveaxis(by / intrinsics[:2, None], (-2, -1), (0, 1))
@@ -198,6 +198,8 @@ def unproject(uv: Array, intrinsics: Array) -> Array:
         left = np.abs(_place(p[..., 0], p[..., 1], intrinsics)[0] - uv) / intrinsics[:2]
         radius = np.linalg.norm(p, axis=-1)
         found = (left < MISSED * (1 + np.abs(given))).all(axis=-1) & (radius < fold)
+        if nearest:
+            p, radius, found = np.where(found[..., None], p, begin), np.where(found, radius, r), np.isfinite(r)
         ray = np.concatenate([p, np.ones((*radius.shape, 1))], axis=-1)
         if model_of(intrinsics) is FISHEYE:
             ray[..., :2] *= np.sinc(radius / np.pi)[..., None]
