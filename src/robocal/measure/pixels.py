@@ -157,9 +157,9 @@ def _spans(active: Bools) -> list[tuple[int, int, int]]:
 
 
 def rays(obs: Observations, uv: Array) -> Array:
-    """Unit directions (k, 3) in the camera that the stated intrinsics project to pixels uv (k, 2); NaN where there is none before the
-    lens folds back."""
-    return unproject(uv, np.array([p.value for p in parameters(obs)]))
+    """Unit directions (k, 3) in the camera that the stated intrinsics project to pixels uv (k, 2); of a pixel beyond those where the lens
+    folds back, the farthest direction on that side."""
+    return unproject(uv, np.array([p.value for p in parameters(obs)]), nearest=True)
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
