@@ -36,7 +36,7 @@ from robocal.remarks.remark import Remark, sentences
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
-from robocal.session.vision.lens_fit import fit_lens, found_lens, look_at_views, plain_lens, view_poses
+from robocal.session.vision.lens_fit import fit_lens, lens_of, look_at_views, plain_lens, view_poses
 from robocal.session.vision.lens_judge import judge_lens, refuse_views
 from robocal.session.watching import computable
 from robocal.vision.camera import MODELS, project, unproject
@@ -46,7 +46,7 @@ from robocal.vision.sightings import coverage_of
 if TYPE_CHECKING:
     from robocal.verbs.vision.intrinsics import Options
 
-__all__ = ["FoundLens", "LensDocument", "find_lens"]
+__all__ = ["Intrinsics", "LensDocument", "find_lens"]
 
 SILENT = ("place", "coverage")  # checks that ask where the base of a machine is: here nothing has one
 
@@ -85,7 +85,7 @@ class LensDocument(Document):
 
 
 @record(kw_only=True, eq=False)
-class FoundLens(VerdictResult):
+class Intrinsics(VerdictResult):
     """A lens from corners, with everything that its page shows."""
 
     lens: Lens
@@ -229,7 +229,7 @@ class FoundLens(VerdictResult):
 
     def details(self) -> Iterator[Section]:
         """Pictures: where residuals point, what they are along the radius, and how sure a pixel is."""
-        from robocal.report.lens import lens_pictures
+        from robocal.report.intrinsics import lens_pictures
 
         yield from lens_pictures(self)
 
@@ -241,7 +241,7 @@ def tilts(made: Decision[Rig]) -> Array:
     return np.asarray(np.degrees(np.arccos(np.clip(np.abs(np.sum(poses[:, :3, 2] * way, axis=1)), 0.0, 1.0))))
 
 
-def find_lens(o: Options, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> FoundLens:
+def find_lens(o: Options, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Intrinsics:
     """Reads corners, finds the lens, and judges it. Raises InputError."""
     if len(set(files)) < len(files):
         raise ModelError("a lens is a YAML", key="--output", found=files[0], expected="a name that ends in .yaml")
@@ -255,7 +255,7 @@ def find_lens(o: Options, watch: Watch | None = None, command: str = "", files: 
     with computable(o.corners):
         made = fit_lens(table, nominal, o.fix, o.lens is not None, watch)
         source = f"{len(table.data.configurations)} views, {o.corners.name}"
-        found = _judge(o, table, made, nominal, found_lens(made, nominal, table.size, source))
+        found = _judge(o, table, made, nominal, lens_of(made, nominal, table.size, source))
     return replace(found, named=named, inputs=(*table.files, *inputs), command=command, files=files)
 
 
@@ -276,7 +276,7 @@ def _nominal(o: Options, table: CornerTable) -> tuple[Lens, str, tuple[InputFile
     return replace(lens, size=table.size), f"{o.lens.name}, {lens.model}", (read.file,)
 
 
-def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -> FoundLens:
+def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -> Intrinsics:
     """The verdict: that of every identification, and what a lens has to be besides."""
     obs, terms = table.pixels, made.need_fit.problem.terms
     row = by_unit(terms, [t.index for _, t in owners(made.need_data, made.need_fit.problem)], "px")
@@ -315,7 +315,7 @@ def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, l
         *(f for f in own if f.level not in ("refuse", "qualify")),
     ]
     said: tuple[Remark, ...] = (*table.remarks, *(_in_words(f) for f in beside))
-    return FoundLens(
+    return Intrinsics(
         lens=lens, nominal=nominal, named="", table=table, made=made, verdict=judged,
         parameters=tuple(p for p in parameter_results(made) if p.name.startswith(f"{CAMERA}.")), errors=errors,
         points=points, left=left, missed=missed, coverage=coverage, warnings=said, reasons=judged.reasons,
