@@ -30,6 +30,7 @@ class Options(BaseOptions):
     \b
     robocal vision detect images --checker 10x8 --square 20 -o corners.csv
     robocal vision intrinsics corners.csv -o lens.yaml
+    robocal vision intrinsics corners.csv --images images -o lens.yaml
     robocal vision intrinsics corners.csv --lens lens.yaml
     robocal vision intrinsics table.csv --image 1920x1080 --checker 10x8 --square 20
 
@@ -59,6 +60,9 @@ class Options(BaseOptions):
     sheet: Path | None = option(None, "sheet.yaml of robocal vision sheet: where its markers are", "FILE")
     image: str | None = option(
         None, "Size of the images in pixels", "WIDTHxHEIGHT", otherwise="that in the JSON beside the corners"
+    )
+    images: tuple[str, ...] = option(
+        (), "Images of the corners, as for detect: markers are fitted again in them, with the lens", "IMAGES"
     )
     exclude: w.Exclude = ()
     output: Path | None = option(

@@ -35,6 +35,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, sentences
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerdictResult
+from robocal.session.vision.corner_refit import RefitCorners, refit_corners
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
 from robocal.session.vision.lens_fit import fit_lens, lens_of, look_at_views, plain_lens, view_poses
 from robocal.session.vision.lens_judge import judge_lens, refuse_views
@@ -66,8 +67,8 @@ class LensErrors:
 @record(kw_only=True)
 class LensDocument(Document):
     """lens.json: model, size of the images, verdict, the numbers, errors in px, each view, how surely the lens says where a point is seen
-    (one standard deviation along the worst direction: at the distance of the target, and far away), and the share of the image with
-    corners."""
+    (one standard deviation along the worst direction: at the distance of the target, and far away), the share of the image with corners,
+    how many were set aside, and how far they moved when they were fitted again with the lens."""
 
     model: str
     image: tuple[int, int]
@@ -81,6 +82,7 @@ class LensDocument(Document):
     sure: Listing
     coverage: float
     aside: int
+    again: RefitCorners | None
     provenance: Origin
 
 
@@ -100,6 +102,7 @@ class Intrinsics(VerdictResult):
     left: Array  # (n, 2) what the lens leaves of them, px
     missed: Array  # (n,) the error of each when its view was left out, px; NaN where it was not
     coverage: float
+    again: RefitCorners | None = None
     files: tuple[str, ...] = ()
 
     @property
@@ -220,7 +223,7 @@ class Intrinsics(VerdictResult):
         return self.document_of(
             LensDocument, model=self.lens.model, image=self.table.size, nominal=self.named, verdict=said, numbers=self.numbers,
             correlation=self.lens.correlation.tolist(), unit="px", errors=self.errors, views=self.views, sure=self.surely,
-            coverage=self.coverage, aside=int(self.aside.sum()),
+            coverage=self.coverage, aside=int(self.aside.sum()), again=self.again,
         )  # fmt: skip
 
     def texts(self) -> Mapping[str, str | bytes]:
@@ -252,11 +255,19 @@ def find_lens(o: Options, watch: Watch | None = None, command: str = "", files: 
     )
     nominal, named, inputs = _nominal(o, table)
     refuse_views(table, None if nominal.model == "fisheye" else look_at_views(table))
-    with computable(o.corners):
+    source = f"{len(table.data.configurations)} views, {o.corners.name}"
+
+    def fit(table: CornerTable) -> tuple[Decision[Rig], Lens]:
         made = fit_lens(table, nominal, o.fix, o.lens is not None, watch)
-        source = f"{len(table.data.configurations)} views, {o.corners.name}"
-        found = _judge(o, table, made, nominal, lens_of(made, nominal, table.size, source))
-    return replace(found, named=named, inputs=(*table.files, *inputs), command=command, files=files)
+        return made, lens_of(made, nominal, table.size, source)
+
+    again = None
+    with computable(o.corners):
+        made, lens = fit(table)
+        if o.images:
+            table, made, lens, again = refit_corners(table, lens, o.images, fit, watch)
+        found = _judge(table, made, nominal, lens)
+    return replace(found, named=named, again=again, inputs=(*table.files, *inputs), command=command, files=files)
 
 
 def _nominal(o: Options, table: CornerTable) -> tuple[Lens, str, tuple[InputFile, ...]]:
@@ -276,7 +287,7 @@ def _nominal(o: Options, table: CornerTable) -> tuple[Lens, str, tuple[InputFile
     return replace(lens, size=table.size), f"{o.lens.name}, {lens.model}", (read.file,)
 
 
-def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -> Intrinsics:
+def _judge(table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -> Intrinsics:
     """The verdict: that of every identification, and what a lens has to be besides."""
     obs, terms = table.pixels, made.need_fit.problem.terms
     row = by_unit(terms, [t.index for _, t in owners(made.need_data, made.need_fit.problem)], "px")
