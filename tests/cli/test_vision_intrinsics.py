@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 from cli.runs import robocal as run
-from lens_world import BOARD, LENS, SIZE, SQUARE, board_rows, look, marker_rows, write
+from lens_world import BOARD, LENS, SIZE, SQUARE, board_rows, look, marker_rows, turn, write
 
 from robocal.files.lens import read_lens
 
@@ -129,6 +129,37 @@ def test_a_sheet_says_where_markers_are(tmp_path):
     alone, _ = find(corners, "--size", 40, "--image", IMAGE)
     assert status == 0 and abs(numbers(told)["fx"][0] - LENS["fx"]) < 4 * numbers(told)["fx"][1]
     assert numbers(told)["fx"][1] < numbers(alone)["fx"][1]  # what is known need not be found
+
+
+def test_markers_are_fitted_again_with_their_lens(tmp_path):
+    """Without a lens its bend moves corners; with it they are as good as their pixels."""
+    cv2 = pytest.importorskip("cv2")
+    from robocal.files.images import family_cells
+    from robocal.simulation.images import Photograph, render
+    from robocal.vision.sheets import Marker, Sheet
+
+    size, lens = (640, 480), np.array([520.0, 523.0, 321.0, 237.0, -0.25, 0.06, 0, 0, 0])
+    cells = family_cells("6x6_250", range(6))
+    places = [(x, y) for y in (0.04, -0.04) for x in (-0.08, 0.0, 0.08)]
+    sheet = Sheet("s", 0.24, 0.16, tuple(Marker("6x6_250", i, cells[i], *at, 0.055) for i, at in enumerate(places)))
+    rng = np.random.default_rng(12)
+    (tmp_path / "im").mkdir()
+    for k in range(9):
+        at = np.eye(4)
+        at[:3, :3] = turn(rng.uniform(-1, 1, 3) * (0.5, 0.5, 3)) @ np.diag([1.0, -1, -1])
+        at[:3, 3] = [*rng.uniform(-0.06, 0.06, 2), rng.uniform(0.22, 0.32)]
+        image = render([(sheet, at)], lens, size, Photograph(blur=0.8, noise=3.0), 110.0, rng)
+        assert cv2.imwrite(str(tmp_path / "im" / f"v{k}.png"), image)
+    corners, images = str(tmp_path / "c.csv"), str(tmp_path / "im")
+    assert run("vision", "detect", images, "--dictionary", "6x6_250", "--size", 55, "-o", corners).status == 0
+    first, _ = find(corners)
+    told, status = find(corners, "--images", images)
+    assert status == 0 and told["again"]["last"] < 0.005 < told["again"]["first"]
+    assert told["errors"]["fitted"]["rms"] < 0.3 * first["errors"]["fitted"]["rms"]
+    for (value, sigma), true in zip(numbers(told).values(), lens, strict=True):
+        assert abs(value - true) < 4 * sigma
+    ran = run("vision", "intrinsics", corners, "--images", str(board(tmp_path, name="no.csv")))
+    assert ran.status == 2
 
 
 @pytest.mark.parametrize(

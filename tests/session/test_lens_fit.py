@@ -29,7 +29,14 @@ def table(uv, sigma=None, points=BOARD):
     )  # fmt: skip
     views = Configurations(tuple(f"v{i + 1}" for i in range(count)))
     return CornerTable(
-        data=DataSet(views, (obs,)), size=SIZE, marker=("",) * len(flat), upright=True, files=(), remarks=()
+        data=DataSet(views, (obs,)),
+        size=SIZE,
+        marker=("",) * len(flat),
+        corner=np.zeros(len(flat), dtype=int),
+        family=None,
+        upright=True,
+        files=(),
+        remarks=(),
     )
 
 

@@ -22,8 +22,8 @@ WIDEST, LONGEST = 0.15, 30.0  # widths of an image: focal lengths beyond which n
 @record(eq=False)
 class FlatViews:
     """Homographies (S, 3, 3) from places on a target (m) to pixels, of each sight of one target in one `view` (S,), positive in front of
-    the camera; the root of the mean square (S,) that each leaves, and the extent of its pixels about their middle, (px); NaN where a sight has
-    less than four points."""
+    the camera; the root of the mean square (S,) that each leaves, and the extent of its pixels about their middle, (px); NaN where a sight
+    has less than four points."""
 
     view: Ints
     homography: Array

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from robocal._record import record, replace
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.dataset import Reading, read_datasets
@@ -35,12 +35,15 @@ DECIMALS = 1e-9  # tolerance: m, of places that are one
 
 @record(kw_only=True, eq=False)
 class CornerTable:
-    """Corners as data of kind pixels, whose lens is to be found; width and height of the images; marker (n,) of every row, and whether
-    it is known that the places on the target are those of its printed side, x right, y up."""
+    """Corners as data of kind pixels, whose lens is to be found; width and height of the images; of every row its marker and the number of
+    its corner (n,); the dictionary of the markers where it is known; and whether it is known that places on the target are those of its
+    printed side, x right, y up."""
 
     data: DataSet
     size: tuple[int, int]
     marker: tuple[str, ...]
+    corner: Ints
+    family: str | None
     upright: bool
     files: tuple[InputFile, ...]
     remarks: tuple[Any, ...]
@@ -87,7 +90,9 @@ def read_corners(
     data = replace(found.dataset, observations=(replace(obs, frame=None, group=CORNERS),))
     files = found.files if beside is None else (*found.files, beside)
     return CornerTable(
-        data=data, size=width_height, marker=_markers(table, found), upright=upright, files=files, remarks=_news(found)
+        data=data, size=width_height, marker=tuple(_cells(table, found, "marker", "")),
+        corner=np.array(_cells(table, found, "corner", "0"), dtype=float).astype(np.int64),
+        family=(known.get("target") or {}).get("dictionary"), upright=upright, files=files, remarks=_news(found)
     )  # fmt: skip
 
 
@@ -219,13 +224,13 @@ def _image_size(word: str | None, known: Any) -> tuple[int, int]:
     return int(known[0]), int(known[1])
 
 
-def _markers(table: CsvTable, found: Reading) -> tuple[str, ...]:
+def _cells(table: CsvTable, found: Reading, column: str, otherwise: str) -> list[str]:
+    """A column of the table at the rows that were read."""
     (obs,) = found.dataset.observations
-    if obs.rows is None or not table.has("marker"):
-        return ("",) * len(obs)
-    cells = table.texts("marker")
-    at = {int(line): i for i, line in enumerate(table.lines)}
-    return tuple(cells[at[int(line)]] for line in obs.rows)
+    if obs.rows is None or not table.has(column):
+        return [otherwise] * len(obs)
+    cells = table.texts(column)
+    return [cells[i] for i in np.searchsorted(table.lines, obs.rows).tolist()]
 
 
 def _news(found: Reading) -> tuple[Any, ...]:

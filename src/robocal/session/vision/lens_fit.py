@@ -27,7 +27,7 @@ from robocal.vision.camera import MODELS
 from robocal.vision.lens_start import FlatViews, find_focal, flat_places, look_flat
 from robocal.vision.lenses import Lens
 
-__all__ = ["expected_of", "fit_lens", "found_lens", "look_at_views", "plain_lens", "view_poses"]
+__all__ = ["expected_of", "fit_lens", "lens_of", "look_at_views", "plain_lens", "view_poses"]
 
 # What the numbers of a lens are expected to be off by without data: of the width of the image; else without a unit.
 OF_WIDTH = {"fx": 0.3, "fy": 0.3, "cx": 0.05, "cy": 0.05}
@@ -90,7 +90,7 @@ def fit_lens(
     return replace(made, fit=replace(fit, solution=replace(fit.solution, x=ended.x, cost=ended.cost)))
 
 
-def found_lens(made: Decision[Rig], nominal: Lens, size: tuple[int, int], source: str = "") -> Lens:
+def lens_of(made: Decision[Rig], nominal: Lens, size: tuple[int, int], source: str = "") -> Lens:
     """The lens that was found, with what its numbers may be off by."""
     symbols = nominal.kind.symbols
     numbers = [made.values[f"{CAMERA}.{s}"] for s in symbols]

@@ -12,7 +12,7 @@ import numpy as np
 from robocal._record import replace
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
-from robocal.fit.starts.cameras import POINTS, resect_sights
+from robocal.fit.starts.cameras import resect_sights
 from robocal.geometry import se3
 from robocal.measure.data import Frame, Observations
 from robocal.measure.pixels import rays
@@ -22,6 +22,7 @@ from robocal.vision.sightings import find_islands
 __all__ = ["place_markers"]
 
 EXPECTED = 0.2, 1.0  # of a marker's place where views show it, m and rad
+WHOLE = 4  # grid: corners of a marker that is seen whole
 SHOWN = 8  # grid: markers that a sentence names
 
 
@@ -54,7 +55,7 @@ def _sights(obs: Observations, target: Ints) -> tuple[Ints, Ints, Array]:
     order = np.lexsort((target, obs.configuration))
     key = obs.configuration[order] * len(obs.targets) + target[order]
     kinds, first, many = np.unique(key, return_index=True, return_counts=True)
-    whole = many >= POINTS
+    whole = many >= WHOLE
     rows = order[np.isin(key, kinds[whole])]
     begin = np.cumsum(np.append(0, many[whole][:-1]))
     along = rays(obs, obs.value)

@@ -13,7 +13,7 @@ from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
-    from robocal.verbs.vision.intrinsics.result import FoundLens
+    from robocal.verbs.vision.intrinsics.result import Intrinsics
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -30,6 +30,7 @@ class Options(BaseOptions):
     \b
     robocal vision detect images --checker 10x8 --square 20 -o corners.csv
     robocal vision intrinsics corners.csv -o lens.yaml
+    robocal vision intrinsics corners.csv --images images -o lens.yaml
     robocal vision intrinsics corners.csv --lens lens.yaml
     robocal vision intrinsics table.csv --image 1920x1080 --checker 10x8 --square 20
 
@@ -60,6 +61,9 @@ class Options(BaseOptions):
     image: str | None = option(
         None, "Size of the images in pixels", "WIDTHxHEIGHT", otherwise="that in the JSON beside the corners"
     )
+    images: tuple[str, ...] = option(
+        (), "Images of the corners, as for detect: markers are fitted again in them, with the lens", "IMAGES"
+    )
     exclude: w.Exclude = ()
     output: Path | None = option(
         None, "Write the lens here, and a document and a page beside it", "FILE.yaml", short="-o"
@@ -67,7 +71,7 @@ class Options(BaseOptions):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[FoundLens]:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Intrinsics]:
     """Finds a lens; FILE.yaml gets FILE.json and FILE.html beside it. Raises InputError."""
     from robocal.verbs.vision.intrinsics.result import find_lens
 
@@ -78,8 +82,8 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Fo
     return run_verb(beside, files, lambda: find_lens(o, watch, command, files), sections, details)
 
 
-def sections(made: Outcome[FoundLens]) -> Iterator[Section]:
+def sections(made: Outcome[Intrinsics]) -> Iterator[Section]:
     """The verdict, the numbers, and how well each view is met."""
-    from robocal.report.lens import lens_sections
+    from robocal.report.intrinsics import lens_sections
 
     yield from lens_sections(made.result, made.written)

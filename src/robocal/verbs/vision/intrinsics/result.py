@@ -35,9 +35,10 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, sentences
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerdictResult
+from robocal.session.vision.corner_refit import RefitCorners, refit_corners
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
 from robocal.session.vision.further import further_views
-from robocal.session.vision.lens_fit import fit_lens, found_lens, look_at_views, plain_lens, view_poses
+from robocal.session.vision.lens_fit import fit_lens, lens_of, look_at_views, plain_lens, view_poses
 from robocal.session.vision.lens_judge import judge_lens, refuse_views
 from robocal.session.watching import computable
 from robocal.vision.camera import MODELS, project, unproject
@@ -47,7 +48,7 @@ from robocal.vision.sightings import coverage_of
 if TYPE_CHECKING:
     from robocal.verbs.vision.intrinsics import Options
 
-__all__ = ["FoundLens", "LensDocument", "find_lens"]
+__all__ = ["Intrinsics", "LensDocument", "find_lens"]
 
 SILENT = ("place", "coverage")  # checks that ask where the base of a machine is: here nothing has one
 
@@ -67,8 +68,8 @@ class LensErrors:
 @record(kw_only=True)
 class LensDocument(Document):
     """lens.json: model, size of the images, verdict, the numbers, errors in px, each view, how surely the lens says where a point is seen
-    (one standard deviation along the worst direction: at the distance of the target, and far away), the views that would help most, and the
-    share of the image with corners."""
+    (one standard deviation along the worst direction: at the distance of the target, and far away), the views that would help most, the
+    share of the image with corners, how many were set aside, and how far they moved when they were fitted again with the lens."""
 
     model: str
     image: tuple[int, int]
@@ -83,11 +84,12 @@ class LensDocument(Document):
     further: Listing | None
     coverage: float
     aside: int
+    again: RefitCorners | None
     provenance: Origin
 
 
 @record(kw_only=True, eq=False)
-class FoundLens(VerdictResult):
+class Intrinsics(VerdictResult):
     """A lens from corners, with everything that its page shows."""
 
     lens: Lens
@@ -102,6 +104,7 @@ class FoundLens(VerdictResult):
     left: Array  # (n, 2) what the lens leaves of them, px
     missed: Array  # (n,) the error of each when its view was left out, px; NaN where it was not
     coverage: float
+    again: RefitCorners | None = None
     files: tuple[str, ...] = ()
 
     @property
@@ -232,8 +235,7 @@ class FoundLens(VerdictResult):
         return self.document_of(
             LensDocument, model=self.lens.model, image=self.table.size, nominal=self.named, verdict=said, numbers=self.numbers,
             correlation=self.lens.correlation.tolist(), unit="px", errors=self.errors, views=self.views, sure=self.surely,
-            further=self.further,
-            coverage=self.coverage, aside=int(self.aside.sum()),
+            further=self.further, coverage=self.coverage, aside=int(self.aside.sum()), again=self.again,
         )  # fmt: skip
 
     def texts(self) -> Mapping[str, str | bytes]:
@@ -242,7 +244,7 @@ class FoundLens(VerdictResult):
 
     def details(self) -> Iterator[Section]:
         """Pictures: where residuals point, what they are along the radius, and how sure a pixel is."""
-        from robocal.report.lens import lens_pictures
+        from robocal.report.intrinsics import lens_pictures
 
         yield from lens_pictures(self)
 
@@ -254,7 +256,7 @@ def tilts(made: Decision[Rig]) -> Array:
     return np.asarray(np.degrees(np.arccos(np.clip(np.abs(np.sum(poses[:, :3, 2] * way, axis=1)), 0.0, 1.0))))
 
 
-def find_lens(o: Options, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> FoundLens:
+def find_lens(o: Options, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Intrinsics:
     """Reads corners, finds the lens, and judges it. Raises InputError."""
     if len(set(files)) < len(files):
         raise ModelError("a lens is a YAML", key="--output", found=files[0], expected="a name that ends in .yaml")
@@ -265,11 +267,19 @@ def find_lens(o: Options, watch: Watch | None = None, command: str = "", files: 
     )
     nominal, named, inputs = _nominal(o, table)
     refuse_views(table, None if nominal.model == "fisheye" else look_at_views(table))
-    with computable(o.corners):
+    source = f"{len(table.data.configurations)} views, {o.corners.name}"
+
+    def fit(table: CornerTable) -> tuple[Decision[Rig], Lens]:
         made = fit_lens(table, nominal, o.fix, o.lens is not None, watch)
-        source = f"{len(table.data.configurations)} views, {o.corners.name}"
-        found = _judge(o, table, made, nominal, found_lens(made, nominal, table.size, source))
-    return replace(found, named=named, inputs=(*table.files, *inputs), command=command, files=files)
+        return made, lens_of(made, nominal, table.size, source)
+
+    again = None
+    with computable(o.corners):
+        made, lens = fit(table)
+        if o.images:
+            table, made, lens, again = refit_corners(table, lens, o.images, fit, watch)
+        found = _judge(table, made, nominal, lens)
+    return replace(found, named=named, again=again, inputs=(*table.files, *inputs), command=command, files=files)
 
 
 def _nominal(o: Options, table: CornerTable) -> tuple[Lens, str, tuple[InputFile, ...]]:
@@ -289,7 +299,7 @@ def _nominal(o: Options, table: CornerTable) -> tuple[Lens, str, tuple[InputFile
     return replace(lens, size=table.size), f"{o.lens.name}, {lens.model}", (read.file,)
 
 
-def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -> FoundLens:
+def _judge(table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -> Intrinsics:
     """The verdict: that of every identification, and what a lens has to be besides."""
     obs, terms = table.pixels, made.need_fit.problem.terms
     row = by_unit(terms, [t.index for _, t in owners(made.need_data, made.need_fit.problem)], "px")
@@ -328,7 +338,7 @@ def _judge(o: Options, table: CornerTable, made: Decision[Rig], nominal: Lens, l
         *(f for f in own if f.level not in ("refuse", "qualify")),
     ]
     said: tuple[Remark, ...] = (*table.remarks, *(_in_words(f) for f in beside))
-    return FoundLens(
+    return Intrinsics(
         lens=lens, nominal=nominal, named="", table=table, made=made, verdict=judged,
         parameters=tuple(p for p in parameter_results(made) if p.name.startswith(f"{CAMERA}.")), errors=errors,
         points=points, left=left, missed=missed, coverage=coverage, warnings=said, reasons=judged.reasons,

@@ -49,6 +49,7 @@ def lens_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
             f"   rms of {count} corners in {views} views, as fitted{aside}",
         ),
         *_unseen(errors),
+        *_again(found.again),
         *quiet(f"corners in {percent(found.coverage)} of the image; nominal: {found.named}"),
     )
     numbers = [c for c in found.numbers.columns if c.name not in ("low", "high")]
@@ -83,6 +84,12 @@ def _unseen(errors: Any) -> Iterator[Text]:
             (f"{figure(errors.left_out.rms, 3)} px", "strong"),
             "   rms of views that were left out one by one, their own poses fitted",
         )
+
+
+def _again(again: Any) -> Iterator[Text]:
+    if again is not None:
+        moved = f"moved corners by {figure(again.first, 2)} px at first, by {figure(again.last, 2)} px in the end (rms)"
+        yield from quiet(f"{again.markers} markers fitted again with the lens: {again.rounds} rounds, which {moved}")
 
 
 def lens_pictures(found: Any) -> Iterator[Section]:
