@@ -312,6 +312,37 @@ def fit_pixels(grey, ideal, slope, p, cells, corners, limit, rounds, still, size
 
 
 @kernel
+def share_misfits(grey, inside, rest, width, limit, near):
+    """By how much misfits that neighbours share, within `near` px, widen a variance: the sum of products of neighbours' misfits by that of
+    their squares, weighed by the slope of the image as corners are; 1 where they are noise. grey, inside (m,): a box of `width`; rest: of
+    the pixels inside."""
+    height = len(grey) // width
+    field = np.zeros(len(grey))
+    k = 0
+    for i in range(len(grey)):
+        if not inside[i]:
+            continue
+        r, c = i // width, i % width
+        if 0 < r < height - 1 and 0 < c < width - 1:
+            du, dv = grey[i + 1] - grey[i - 1], grey[i + width] - grey[i - width]
+            field[i] = min(max(rest[k], -limit), limit) * math.sqrt(du * du + dv * dv)
+        k += 1
+    own = shared = 0.0
+    for r in range(near, height - near):
+        for c in range(near, width - near):
+            f = field[r * width + c]
+            if f == 0.0:
+                continue
+            around = 0.0
+            for y in range(r - near, r + near + 1):
+                for i in range(y * width + c - near, y * width + c + near + 1):
+                    around += field[i]
+            own += f * f
+            shared += f * around
+    return max(shared / own, 1.0) if own > 0.0 else 1.0
+
+
+@kernel
 def farthest(p, q):
     """How far (px) a corner of the square moves between two homographies."""
     most = 0.0
