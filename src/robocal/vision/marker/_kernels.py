@@ -85,9 +85,9 @@ def ideal_pixels(u0, v0, width, lens, ideal, slope):
 
 
 @kernel
-def choose(ideal, slope, h, blur, quiet, clear, out):
-    """out (m,) <- whether a pixel shows the marker or its quiet zone (`quiet`, in X), at least `clear` blur widths from the zone's rim;
-    returns how many. ideal (m, 2), slope (m, 4)."""
+def choose(ideal, slope, h, blur, quiet, clear, joined, out):
+    """out (m,) <- whether a pixel shows the marker or its quiet zone (`quiet`, in X), at least `clear` blur widths from the zone's rim, and
+    of markers `joined` by black squares at their corners from these; returns how many. ideal (m, 2), slope (m, 4)."""
     inverse = np.empty((3, 3))
     invert(h, inverse)
     count = 0
@@ -101,9 +101,10 @@ def choose(ideal, slope, h, blur, quiet, clear, out):
         yu, yv = (inverse[1, 0] - y * inverse[2, 0]) / w, (inverse[1, 1] - y * inverse[2, 1]) / w
         a, b = xu * slope[i, 0] + xv * slope[i, 2], xu * slope[i, 1] + xv * slope[i, 3]
         c, d = yu * slope[i, 0] + yv * slope[i, 2], yu * slope[i, 1] + yv * slope[i, 3]
-        left = quiet - clear * math.sqrt(variance * (a * a + b * b))
-        high = quiet - clear * math.sqrt(variance * (c * c + d * d))
-        out[i] = abs(x) <= 1.0 + left and abs(y) <= 1.0 + high
+        across, along = clear * math.sqrt(variance * (a * a + b * b)), clear * math.sqrt(variance * (c * c + d * d))
+        out[i] = abs(x) <= 1.0 + quiet - across and abs(y) <= 1.0 + quiet - along
+        if joined and abs(x) > 1.0 - across and abs(y) > 1.0 - along:
+            out[i] = False
         count += out[i]
     return count
 

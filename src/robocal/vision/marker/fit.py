@@ -55,10 +55,12 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     p, a = np.zeros(SIZE), np.zeros((SIZE, SIZE))
     p[:8] = homography(SQUARE, corners if lens is None else _ideal(corners, lens))
     p[BLUR] = FIRST_BLUR
+    # Two cells of black around the code: the markers of an AprilGrid, between which there are squares.
+    joined = bool((np.concatenate([cells[1], cells[-2], cells[:, 1], cells[:, -2]]) == 0).all())
     inside = np.empty(len(ideal), dtype=bool)
     limit, noise, count = np.inf, 0.0, 0
     for step in range(ROUNDS):
-        count = choose(ideal, slope, p, p[BLUR], 2 * QUIET / len(cells), CLEAR, inside)
+        count = choose(ideal, slope, p, p[BLUR], 2 * QUIET / len(cells), CLEAR, joined, inside)
         if count < 2 * SIZE:
             return None
         thin = max(count // COARSE, 1) if step == 0 else 1
