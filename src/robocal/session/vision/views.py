@@ -9,7 +9,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import SMEAR_CELL
+from robocal.diagnose.limits import IMAGE_SMEAR, SMEAR_CELL
 from robocal.files.image_files import GreyImage
 from robocal.files.marker_search import encode_picture
 from robocal.quantities import Column, Listing
@@ -111,7 +111,11 @@ def _motion(levels: Array, markers: Sequence[Sighting], target: Target) -> tuple
         cells = target.cells(s.marker)
         assert cells is not None
         if s.method == METHODS[0] and _shortest_side(s) >= SMEAR_CELL * len(cells) and len(found) < MARKERS:
-            found.append(blur_of_motion(levels, s.place, cells, s.blur, s.off))
+            one = blur_of_motion(levels, s.place, cells, s.blur, s.off)
+            found.append(one)
+            low, high = np.linalg.eigvalsh(one)
+            if 12 * (high - low) < IMAGE_SMEAR**2:  # others can only make it less
+                break
     if not found:
         return 0.0, 0.0
     across, along = np.linalg.eigh(np.mean(found, axis=0))[1].T

@@ -80,9 +80,9 @@ def ideal_pixels(u0, v0, width, lens, ideal, slope):
 
 
 @kernel
-def choose(ideal, slope, h, blur, quiet, clear, out):
-    """out (m,) <- whether a pixel shows the marker or its quiet zone (`quiet`, in X), at least `clear` blur widths from the zone's rim;
-    returns how many. ideal (m, 2), slope (m, 4)."""
+def choose(ideal, slope, h, blur, quiet, clear, joined, out):
+    """out (m,) <- whether a pixel shows the marker or its quiet zone (`quiet`, in X), at least `clear` blur widths from the zone's rim, and
+    of markers `joined` by black squares at their corners from these; returns how many. ideal (m, 2), slope (m, 4)."""
     inverse = np.empty((3, 3))
     invert(h, inverse)
     count = 0
@@ -96,9 +96,10 @@ def choose(ideal, slope, h, blur, quiet, clear, out):
         yu, yv = (inverse[1, 0] - y * inverse[2, 0]) / w, (inverse[1, 1] - y * inverse[2, 1]) / w
         a, b = xu * slope[i, 0] + xv * slope[i, 2], xu * slope[i, 1] + xv * slope[i, 3]
         c, d = yu * slope[i, 0] + yv * slope[i, 2], yu * slope[i, 1] + yv * slope[i, 3]
-        left = quiet - clear * math.sqrt(variance * (a * a + b * b))
-        high = quiet - clear * math.sqrt(variance * (c * c + d * d))
-        out[i] = abs(x) <= 1.0 + left and abs(y) <= 1.0 + high
+        across, along = clear * math.sqrt(variance * (a * a + b * b)), clear * math.sqrt(variance * (c * c + d * d))
+        out[i] = abs(x) <= 1.0 + quiet - across and abs(y) <= 1.0 + quiet - along
+        if joined and abs(x) > 1.0 - across and abs(y) > 1.0 - along:
+            out[i] = False
         count += out[i]
     return count
 
@@ -310,6 +311,37 @@ def fit_pixels(grey, ideal, slope, p, cells, corners, limit, rounds, still, size
             if lam > 1e6:
                 break
     return cost
+
+
+@kernel
+def share_misfits(grey, inside, rest, width, limit, near):
+    """By how much misfits that neighbours share, within `near` px, widen a variance: the sum of products of neighbours' misfits by that of
+    their squares, weighed by the slope of the image as corners are; 1 where they are noise. grey, inside (m,): a box of `width`; rest: of
+    the pixels inside."""
+    height = len(grey) // width
+    field = np.zeros(len(grey))
+    k = 0
+    for i in range(len(grey)):
+        if not inside[i]:
+            continue
+        r, c = i // width, i % width
+        if 0 < r < height - 1 and 0 < c < width - 1:
+            du, dv = grey[i + 1] - grey[i - 1], grey[i + width] - grey[i - width]
+            field[i] = min(max(rest[k], -limit), limit) * math.sqrt(du * du + dv * dv)
+        k += 1
+    own = shared = 0.0
+    for r in range(near, height - near):
+        for c in range(near, width - near):
+            f = field[r * width + c]
+            if f == 0.0:
+                continue
+            around = 0.0
+            for y in range(r - near, r + near + 1):
+                for i in range(y * width + c - near, y * width + c + near + 1):
+                    around += field[i]
+            own += f * f
+            shared += f * around
+    return max(shared / own, 1.0) if own > 0.0 else 1.0
 
 
 @kernel

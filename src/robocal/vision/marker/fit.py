@@ -6,9 +6,9 @@ import numpy as np
 
 from robocal._jit import as_kernel_array
 from robocal._record import record
-from robocal._types import Array, Bools
+from robocal._types import Array
 from robocal.vision.camera import project
-from robocal.vision.marker._kernels import BLUR, LIGHT, PRINT, SHIFT, SIZE, choose, fit_pixels, ideal_pixels, sum_pixels
+from robocal.vision.marker._kernels import BLUR, LIGHT, PRINT, SHIFT, SIZE, choose, fit_pixels, ideal_pixels, share_misfits, sum_pixels
 
 __all__ = ["SQUARE", "MarkerFit", "fit_marker"]
 
@@ -55,10 +55,12 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     p, a = np.zeros(SIZE), np.zeros((SIZE, SIZE))
     p[:8] = homography(SQUARE, corners if lens is None else _ideal(corners, lens))
     p[BLUR] = FIRST_BLUR
+    # Two cells of black around the code: the markers of an AprilGrid, between which there are squares.
+    joined = bool((np.concatenate([cells[1], cells[-2], cells[:, 1], cells[:, -2]]) == 0).all())
     inside = np.empty(len(ideal), dtype=bool)
     limit, noise, count = np.inf, 0.0, 0
     for step in range(ROUNDS):
-        count = choose(ideal, slope, p, p[BLUR], 2 * QUIET / len(cells), CLEAR, inside)
+        count = choose(ideal, slope, p, p[BLUR], 2 * QUIET / len(cells), CLEAR, joined, inside)
         if count < 2 * SIZE:
             return None
         thin = max(count // COARSE, 1) if step == 0 else 1
@@ -78,7 +80,7 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     g, size = np.empty(SIZE), PRINT
     sum_pixels(seen, at, by, p, ink, joints, limit, SIZE, g, a, rest)
     try:
-        if _is_off(g, a, noise**2 * _common(grey, inside, np.clip(rest, -limit, limit), box[2])):
+        if _is_off(g, a, noise**2) and _is_off(g, a, noise**2 * share_misfits(grey, inside, rest, box[2], limit, NEAR)):
             size = SIZE
             for _ in range(2):  # the noise falls
                 cost = fit_pixels(seen, at, by, p, ink, joints, limit, ROUNDS, STILL, SIZE, a, rest)
@@ -91,7 +93,7 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     except np.linalg.LinAlgError:
         return None
     found, by_h = corners_of(p[:8])
-    spread = noise**2 * _common(grey, inside, np.clip(rest, -limit, limit), box[2]) * (by_h @ inverse @ by_h.T)
+    spread = noise**2 * share_misfits(grey, inside, rest, box[2], limit, NEAR) * (by_h @ inverse @ by_h.T)
     if lens is None:
         bent = _bend(p[:8], image.shape)
         spread += np.outer(bent, bent)
@@ -120,24 +122,6 @@ def _is_off(g: Array, a: Array, variance: float) -> bool:
     free = a[PRINT:, PRINT:] - a[PRINT:, :PRINT] @ by_rest[:, :2]
     off = np.linalg.solve(free, left)
     return bool(left @ off > OFF * variance and np.hypot(*off) > OFF_LEAST)
-
-
-def _common(grey: Array, inside: Bools, rest: Array, width: int) -> float:
-    """By how much misfits that neighbours share widen a variance: the sum of products of neighbours' misfits by that of their squares,
-    weighed by the slope of the image, as corners are. 1 where they are noise."""
-    steep = np.hypot(*np.gradient(grey.reshape(-1, width)))
-    field = np.zeros(len(grey))
-    field[inside] = rest
-    field = field.reshape(-1, width) * steep
-    around = field
-    for axis in (0, 1):
-        sums = np.cumsum(np.pad(around, [(NEAR + 1, NEAR) if k == axis else (0, 0) for k in (0, 1)]), axis=axis)
-        reach = 2 * NEAR + 1
-        around = np.take(sums, range(reach, sums.shape[axis]), axis) - np.take(
-            sums, range(sums.shape[axis] - reach), axis
-        )
-    total = float(np.sum(field * field))
-    return max(float(np.sum(field * around)) / total, 1.0) if total > 0 else 1.0
 
 
 def _box(image: Array, corners: Array, n: int) -> tuple[Array, tuple[int, int, int, int]]:
