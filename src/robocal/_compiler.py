@@ -137,6 +137,11 @@ class _Kept(CompileResultCacheImpl):
         *kept, environments = super().reduce(cres)
         return (*kept, tuple(e for e in environments if e.consts))
 
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """The kernel; its object code, of which a library that was loaded keeps nothing, is told by `code`."""
+        self.code = payload[0][-1][0]
+        return super().rebuild(target_context, payload)
+
 
 class _Cache(FunctionCache):
     """numba's cache, which here never raises: without it a kernel is compiled again, which is slow and right.
@@ -171,8 +176,10 @@ class _Cache(FunctionCache):
                 self.flush()
             return None
         # Two processes that save two signatures at one moment can leave one's code under the other's name.
-        if found is not None and tuple(found.signature.args) != tuple(getattr(sig, "args", sig)):
+        if found is None or tuple(found.signature.args) != tuple(getattr(sig, "args", sig)):
             return None
+        with contextlib.suppress(Exception):  # of ours beside it nothing may be left
+            self._save_code(store.folder, found, self._impl.code)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -180,7 +187,7 @@ class _Cache(FunctionCache):
         try:
             if store is not None and store.is_current():
                 super().save_overload(sig, data)
-                self._save_code(store.folder, data)
+                self._save_code(store.folder, data, data.library.serialize_using_object_code()[-1][0])
         except NumbaWarning:  # warnings are errors in the tests: "this kernel cannot be cached" is its author's to know
             raise
         except Exception:  # a full disk, a folder that went away
@@ -188,14 +195,15 @@ class _Cache(FunctionCache):
         finally:
             self._give_back()
 
-    def _save_code(self, folder: Path, made: Any) -> None:
+    def _save_code(self, folder: Path, made: Any, code: bytes) -> None:
         """Beside numba's file one of machine code alone, where the code needs nothing but what is in it."""
         words = _words(made.signature.args)
         path = None if words is None else _machine_code.file_of(folder, self.function, words)
-        held = [made.environment, *made._find_referenced_environments()]
-        if path is None or made.lifted or made.reload_init or any(e.consts for e in held):
+        if path is None or path.exists():
             return
-        _, _, (code, _) = made.library.serialize_using_object_code()
+        held = [made.environment, *made._find_referenced_environments()]
+        if made.lifted or made.reload_init or any(e.consts for e in held):
+            return
         facts = made.fndesc
         _machine_code.save(path, code, facts.llvm_cpython_wrapper_name, made.target_context.get_env_name(facts))
 

@@ -152,14 +152,21 @@ def save(path: Path, code: bytes, wrapper: str, environment: str) -> None:
 
 
 def load(path: Path, function: Callable[..., Any]) -> Callable[..., Any] | None:
-    """What calls the machine code of a file; None where there is none, or what there is is torn."""
+    """What calls the machine code of a file; None where there is none, or what there was was torn: it is made anew."""
     try:
         told = path.read_bytes()
+    except OSError:
+        return None
+    try:
         mark, line, code = told.split(b"\n", 2)
         head = json.loads(line)
-        if mark + b"\n" != MARK or head["size"] != len(code) or head["sum"] != zlib.crc32(code):
-            return None
-    except (OSError, ValueError, KeyError, TypeError):
+        whole = mark + b"\n" == MARK and head["size"] == len(code) and head["sum"] == zlib.crc32(code)
+        wrapper, place_of = str(head["wrapper"]), str(head["environment"])
+    except (ValueError, KeyError, TypeError):
+        whole = False
+    if not whole:
+        with suppress(OSError):
+            path.unlink()
         return None
     with _lock:
         import llvmlite.binding as llvm
@@ -167,8 +174,8 @@ def load(path: Path, function: Callable[..., Any]) -> Callable[..., Any] | None:
         engine, dynfunc = _engine(), _extension("_dynfunc")
         engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         engine.finalize_object()
-        address = engine.get_function_address(head["wrapper"])
-        place = engine.get_global_value_address(head["environment"])
+        address = engine.get_function_address(wrapper)
+        place = engine.get_global_value_address(place_of)
         if not address or not place:
             return None
         environment = dynfunc.Environment(function.__globals__)

@@ -203,6 +203,111 @@ def test_torn_files_are_compiled_over(tiny: Tiny, damage: bytes) -> None:
     assert tiny.run()["compilations"] == 0
 
 
+DAMAGES: dict[str, Callable[[bytes], bytes]] = {
+    "empty": lambda told: b"",
+    "half": lambda told: told[: len(told) // 2],
+    "all but the last byte": lambda told: told[:-1],
+    "another byte of the code": lambda told: told[:-99] + bytes([told[-99] ^ 1]) + told[-98:],
+    "another version": lambda told: told.replace(b"machine code 1", b"machine code 0", 1),
+    "a head that is none": lambda told: told.replace(b"{", b"[", 1),
+    "a head without its words": lambda told: told.replace(b'"wrapper"', b'"warpper"', 1),
+}
+
+
+@pytest.mark.slow
+@compiled
+def test_damaged_machine_code_says_the_same_and_is_made_anew(tiny: Tiny) -> None:
+    assert tiny.run(WITHOUT) == [6.0, True, True, 20.0]
+    (path,) = (p for p in files(tiny.folder / "cache", "*.code") if ".total-" in p.name)
+    whole = path.read_bytes()
+    for what, damage in DAMAGES.items():
+        assert (torn := damage(whole)) != whole
+        path.write_bytes(torn)
+        assert tiny.run(WITHOUT)[::3] == [6.0, 20.0], what
+        assert path.read_bytes() == whole, what
+    assert tiny.run(WITHOUT) == [6.0, False, False, 20.0]
+
+
+MIXED = """
+import sys
+import numpy as np
+from tiny import _jit
+from tiny.mixed._kernels import mixed
+a, told = np.array([1.0, 2.0]), []
+given = [((a, 3), 0.5, None, True), ((a, 3), 0.5, 2.0, True), ((a, 3), np.float64(0.5), None, np.bool_(False))]
+for one in [*given, *given, ((a, 3), 2, None, True), ((a, 3.5), 0.5, None, True), ((a[::-1], 3), 0.5, None, True), *given]:
+    told.append([mixed(*one), "numba" in sys.modules])
+print(json.dumps(told))
+"""
+MIXED_KERNEL = """
+from tiny._jit import kernel
+@kernel
+def mixed(pair, by, more, flag):
+    a, n = pair
+    s = 0.0
+    for i in range(a.shape[0]):
+        s += a[i] * (i + 1)
+    s = s * by + n
+    if more is not None:
+        s += 100.0 * more
+    return -s if flag else s
+"""
+
+
+@pytest.mark.slow
+@compiled
+def test_tuples_numbers_and_none_go_to_the_code_for_them(tiny: Tiny) -> None:
+    """What is compiled goes without numba, what is not with it, and what comes after is told as before."""
+    room = tiny.folder / "tiny" / "mixed"
+    room.mkdir()
+    (room / "__init__.py").write_text("")
+    (room / "_kernels.py").write_text(MIXED_KERNEL)
+    known = [-5.5, -205.5, 5.5]
+    right = [*known, *known, -13.0, -6.0, -5.0, *known]
+    told = tiny.run(MIXED)
+    assert [value for value, _ in told] == right
+    assert tiny.run(MIXED) == [[value, False] for value in right[:8]] + told[8:]
+
+
+POOL = {
+    "f8[:,::1]": np.zeros((2, 3)), "f8[::1]": np.zeros(3), "i8[::1]": np.zeros(3, np.int64), "b1[::1]": np.zeros(3, np.bool_),
+    "f8": 1.5, "i8": 2, "b1": True, "none": None,
+    "UniTuple(f8, 2)": (1.0, 2.0), "UniTuple(f8, 3)": (1.0, 2.0, 3.0), "Tuple((f8, i8))": (1.0, 2),
+    "Tuple((f8[::1], Tuple((i8, none))))": (np.zeros(2), (1, None)),
+}  # fmt: skip
+ALSO: list[tuple[Any, str | None]] = [
+    (np.float64(1.5), "f8"), (np.int64(2), "i8"), (np.bool_(True), "b1"), (np.ones((1, 0)), "f8[:,::1]"),
+    (np.asfortranarray(np.ones((2, 3))), None), (np.zeros(4)[::2], None), (np.broadcast_to(np.zeros(3), (2, 3)), None),
+    (np.zeros(3, ">f8"), None), (np.zeros(3, np.float32), None), (np.frombuffer(bytes(25), np.float64, 3, 1), None),
+    (np.array(1.0), None), (np.zeros((2, 3)).view(np.matrix), None), (np.int32(2), None), (np.float32(1.5), None), (1j, None),
+    ("1", None), ([1.0], None), ((1.0, "1"), None), ((), None), (2**70, "i8"),
+]  # fmt: skip
+
+
+def test_a_guard_lets_in_its_own_types_and_nothing_else() -> None:
+    everything = [*((v, words) for words, v in POOL.items()), *ALSO]
+    kinds = {words: _machine_code.types_of((v,)) for words, v in POOL.items()}
+    for words, own in kinds.items():
+        assert own is not None and _machine_code.notation(own) == words
+        # Alone, as the second of two arguments, and where the code of another type is asked first.
+        ready = {words: lambda *args: "ready"}
+        for other, others in kinds.items():
+            assert others is not None
+            alone = _machine_code.guard({own: ready[words]}, lambda *args: "other")
+            after = _machine_code.guard({others: lambda *args: other, own: ready[words]}, lambda *args: "other")
+            beside = _machine_code.guard({(*others, *own): ready[words]}, lambda *args: "other")
+            for value, mine in everything:
+                right = "ready" if mine == words else "other"
+                assert alone(value) == right, (words, value)
+                assert after(value) == (other if mine == other != words else right)
+                assert beside(POOL[other], value) == right
+        if own is not None:
+            both = _machine_code.guard(
+                {own: lambda *args: "one", (*own, *own): lambda *args: "two"}, lambda *args: "other"
+            )
+            assert both(POOL[words]) == "other"  # of different counts none
+
+
 def test_no_folder_anywhere(tiny: Tiny) -> None:
     nowhere = "import tempfile; tempfile.tempdir = '/dev/null/nowhere'\n"
     told = tiny.run(first=nowhere, HOME="/dev/null/nowhere", ROBOCAL_CACHE_DIR="")

@@ -73,7 +73,8 @@ class Builder:
     def tool(self, configuration: Ints, before: Sequence[Element] = (), after: Sequence[Element] = ()) -> Carrier:
         """The machine's tool or platform frame, with frames before and behind it."""
         moving = self.mechanism
-        first = (*before, *(e.without(self.nothing) for e in moving.elements))
+        own_elements = [e.without(self.nothing) for e in moving.elements] if self.nothing else moving.elements
+        first = (*before, *own_elements)
         if moving.freedom is None:
             return self.path((*first, *after), configuration)
         own: Carrier

@@ -14,7 +14,6 @@ import numpy as np
 from robocal._jit import kernel
 from robocal.geometry._kernels import rotation_from_vector
 
-
 SMALL = 0.03  # rad: the first term left out is 2e-17
 
 

@@ -53,7 +53,7 @@ class Element:
 
     def without(self, names: frozenset[str]) -> Element:
         """The same without the columns that some parameters, which are zero, multiply."""
-        kept = tuple([t for t in self.terms if t.column == "1" or t.parameter not in names]) if names else self.terms
+        kept = tuple([t for t in self.terms if t.column == "1" or t.parameter not in names])
         return self if len(kept) == len(self.terms) else replace(self, terms=kept)
 
     @cached_property
