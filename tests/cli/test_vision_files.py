@@ -152,3 +152,21 @@ def test_no_opencv_is_one_sentence(tmp_path, views, monkeypatch):
     run("vision", "sheet", "-o", tmp_path / "a.pdf").assert_refused("robocal[vision]")
     assert not list(tmp_path.iterdir())
     assert run("vision", "sheet", "--pattern", "checkerboard", "-o", tmp_path / "a.pdf").status == 0
+
+
+@pytest.mark.parametrize(("old", "new", "said"), [
+    ("columns: 5", "columns: 6", "expected 21, one in each white square"), ("columns: 5", "columns: 1", "at least 3"),
+    ("columns: 5", "columns: 100000", "checkerboards[0]"), ("border: 1", "border: 9", "border"), ("6x6_250", "6x6_20", "6x6_250"),
+    ("id: 3,", "id: 300,", "0 to 249"),
+])  # fmt: skip
+def test_a_sheet_that_is_wrong_is_named(tmp_path, views, old, new, said):
+    assert run("vision", "sheet", "--pattern", "charuco", "-o", tmp_path / "a.pdf").status == 0
+    sheet = tmp_path / "a.yaml"
+    text = sheet.read_text()
+    assert old in text
+    sheet.write_text(text.replace(old, new))
+    run("vision", "detect", views, "--sheet", sheet).assert_refused("a.yaml", said)
+
+
+def test_a_board_of_more_markers_than_its_dictionary_has(views):
+    run("vision", "detect", views, "--charuco", "20x20", "--dictionary", "4x4_50").assert_refused("at most 50 markers")

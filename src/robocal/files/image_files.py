@@ -120,8 +120,9 @@ def _expand(place: str) -> list[Path]:
 
 
 def _natural(path: Path) -> tuple[Any, ...]:
-    """img2 before img10."""
-    return tuple((0, int(t), "") if t.isdigit() else (1, 0, t) for t in re.split(r"(\d+)", str(path)) if t)
+    """img2 before img10: of numbers the longer is the larger."""
+    parts = (t.lstrip("0") if t.isdigit() else t for t in re.split(r"(\d+)", str(path)))
+    return tuple((len(t), t) if k % 2 else (0, t) for k, t in enumerate(parts))
 
 
 def _image(path: Path, view: str) -> GreyImage:
