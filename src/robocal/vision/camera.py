@@ -17,7 +17,18 @@ from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.errors import require
 
-__all__ = ["MODELS", "SYMBOLS", "LensModel", "fold_mask", "fold_radius", "image_of", "model_of", "project", "unproject"]
+__all__ = [
+    "MODELS",
+    "SYMBOLS",
+    "LensModel",
+    "fold_mask",
+    "fold_radius",
+    "image_of",
+    "image_radius",
+    "model_of",
+    "project",
+    "unproject",
+]
 
 SYMBOLS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 AXIS = 1e-24  # of a square of slopes: so near to the axis, angle and slope are one
@@ -168,6 +179,15 @@ def fold_radius(intrinsics: Array) -> float:
     roots = np.concatenate([polynomial.polyroots(polynomial.polytrim(p, TINY)) for p in (rise, low)])
     real = roots.real[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0)]  # tolerance: of arithmetic
     return float(min(most, np.sqrt(real.min(initial=np.inf))))
+
+
+def image_radius(intrinsics: Array) -> float:
+    """How far from its centre, by its focal lengths, a lens (n,) images at most before it folds back; infinite where it never does."""
+    r, n = fold_radius(intrinsics), _name(intrinsics)
+    if not np.isfinite(r):
+        return np.inf
+    top, low = (_series([n[s] for s in part], np.asarray(r * r))[0] for part in _radial(model_of(intrinsics)))
+    return float(r * top / low) if low > 0 else np.inf
 
 
 def fold_mask(points: Array, intrinsics: Array) -> Bools:
