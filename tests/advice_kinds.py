@@ -37,6 +37,15 @@ def a_bar(folder):
     return first, identify(files)
 
 
+@obeyed("lens-folds")
+def another_lens(folder):
+    files = simulate(folder, "pixels")
+    edit(files[1], ("k1: 0,", "k1: -3,"))
+    first = identify(files)
+    edit(files[1], ("k1: -3,", "k1: 0,"))
+    return first, identify(files)
+
+
 @obeyed("scale-open")
 def no_bar(folder):
     files = simulate(folder, "point")

@@ -9,12 +9,14 @@ import pytest
 from files.data_samples import write_dataset
 from files.kind_samples import ARM, put, texts
 
+from robocal.diagnose.check_registry import Context
+from robocal.diagnose.lens_fold import lens_folds
 from robocal.errors import FormatError, InputError, ModelError
 from robocal.estimate.priors import shared_root
 from robocal.files.dataset import read_dataset
 from robocal.files.lens import lens_text
 from robocal.measure.base import problem
-from robocal.vision.camera import SYMBOLS
+from robocal.vision.camera import SYMBOLS, image_of
 from robocal.vision.lenses import Lens
 
 NUMBERS = [1406.0, 1406.2, 643.0, 478.0, 0.004, 0, 0, 0, 0]
@@ -37,7 +39,7 @@ def read(tmp_path, camera, more="", lens=LENS, form="robocal"):
 
 
 def options(reading):
-    return reading.dataset.observations[0].options
+    return options_of(reading.dataset)
 
 
 def test_the_lens_of_a_file_is_a_prior_that_its_numbers_share(tmp_path):
@@ -203,3 +205,35 @@ def test_two_files_of_one_camera(tmp_path):
     second.write_text(text.replace("lens.yaml", "other.yaml"), encoding="utf-8")
     with pytest.raises(ModelError, match="two different priors"):
         problem(ARM, read_dataset(first, ARM).dataset + read_dataset(second, ARM).dataset)
+
+
+@pytest.mark.parametrize(
+    ("lens", "told"),
+    [
+        ("fx: 1400, fy: 1400, cx: 640, cy: 480, k1: -3", True),
+        ("fx: 300, fy: 300, cx: 640, cy: 480, model: fisheye, k1: -0.3", True),
+        ("fx: 1400, fy: 1400, cx: 640, cy: 480, model: rational, k4: 5, k5: 9", True),
+        ("fx: 1400, fy: 1400, cx: 640, cy: 480, k1: -0.3, k2: 0.1", False),
+        ("fx: 1400, fy: 1400, cx: 640, cy: 480, k1: 0.5", False),
+        ("fx: 600, fy: 600, cx: 640, cy: 480, model: fisheye, k1: 0.02, k2: -0.01", False),
+    ],
+)
+def test_pixels_beyond_the_fold_are_counted(tmp_path, lens, told):
+    """As many as no direction is imaged at, found on a grid of directions of the tests' own."""
+    data = read(tmp_path, f"{{name: left, {lens}}}", lens=None).dataset
+    found = list(lens_folds.run(Context(ARM, data)))
+    numbers, seen = np.array(options_of(data)["intrinsics"]), data.observations[0].value
+    r = np.linspace(0, 1.5, 20001)
+    fish = len(numbers) == 8
+    flat = np.column_stack([r, 0 * r, 1 + 0 * r])
+    u = image_of(np.column_stack([np.sin(r), 0 * r, np.cos(r)]) if fish else flat, numbers)[:, 0]
+    rising = np.append(np.diff(u) > 0, False)
+    most = u[np.argmin(rising)] - numbers[2] if not rising[:-1].all() else np.inf
+    lost = (np.hypot(*(seen - numbers[2:4]).T) > most).sum()
+    assert bool(found) == told == bool(lost)
+    if told:
+        assert found[0].numbers["count"] == lost and found[0].numbers["radius"].value == pytest.approx(most, rel=1e-3)
+
+
+def options_of(data):
+    return data.observations[0].options

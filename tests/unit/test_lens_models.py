@@ -112,6 +112,8 @@ def test_where_a_lens_folds_back(name):
         assert image_of(at(np.array([1.001 * fold])), lens)[0, 0] < image_of(at(np.array([fold])), lens)[0, 0]
         most = image_of(at(np.array([fold])), lens)[0]
         assert np.isnan(unproject(most + [1.0, 0.0], lens)).all()
+        farthest = unproject(most + [1.0, 0.0], lens, nearest=True)
+        np.testing.assert_allclose(farthest, at(np.array([fold]))[0] / np.linalg.norm(at(np.array([fold]))), atol=1e-5)
         inside = unproject(most - [1.0, 0.0], lens)
         assert np.isfinite(inside).all() and not fold_mask(inside, lens)
     assert list(fold_mask(at(np.array([0.999, 1.001]) * fold), lens)) == [False, True]

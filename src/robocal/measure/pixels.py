@@ -21,13 +21,14 @@ from robocal.measure.data import Observations
 from robocal.measure.rows import NONE, Kind, Rows, SightRows, register
 from robocal.measure.sights.views import SharedView, sights_of, views_of
 from robocal.parameters import FRAME_SYMBOLS, Parameter, Together
-from robocal.vision.camera import model_of, project, unproject
+from robocal.vision.camera import image_radius, model_of, project, unproject
 
-__all__ = ["PIXELS", "rays"]
+__all__ = ["PIXELS", "fold_of_lens", "rays"]
 
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 FEW = 4  # problems that lack less than one in so many of what any of them has are told by what they lack
 SCALE = 5e-3  # of a printed marker or board: a printer scales, paper and glue swell
+NEAR_RIM = 0.9  # of the farthest that a lens images: pixels beyond are looked at one by one
 HELD = np.full((1, 6), -1, dtype=np.int64)
 
 
@@ -157,9 +158,18 @@ def _spans(active: Bools) -> list[tuple[int, int, int]]:
 
 
 def rays(obs: Observations, uv: Array) -> Array:
-    """Unit directions (k, 3) in the camera that the stated intrinsics project to pixels uv (k, 2); NaN where there is none before the
-    lens folds back."""
-    return unproject(uv, np.array([p.value for p in parameters(obs)]))
+    """Unit directions (k, 3) in the camera that the stated intrinsics project to pixels uv (k, 2); of a pixel beyond those where the lens
+    folds back, the farthest direction on that side."""
+    return unproject(uv, np.array([p.value for p in parameters(obs)]), nearest=True)
+
+
+def fold_of_lens(obs: Observations) -> tuple[float, Bools]:
+    """How far from its centre (px) the stated lens images at most, where it folds back, and which rows (k,) lie where it images nothing."""
+    lens = np.array([p.value for p in parameters(obs)])
+    radius, lost = image_radius(lens), np.zeros(len(obs), dtype=np.bool_)
+    far = np.hypot(*((obs.value - lens[2:4]) / lens[:2]).T) > NEAR_RIM * radius
+    lost[far] = np.isnan(unproject(obs.value[far], lens)[:, 0])
+    return float(radius * np.sqrt(lens[0] * lens[1])), lost
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:

@@ -17,12 +17,23 @@ from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.errors import require
 
-__all__ = ["MODELS", "SYMBOLS", "LensModel", "fold_mask", "fold_radius", "image_of", "model_of", "project", "unproject"]
+__all__ = [
+    "MODELS",
+    "SYMBOLS",
+    "LensModel",
+    "fold_mask",
+    "fold_radius",
+    "image_of",
+    "image_radius",
+    "model_of",
+    "project",
+    "unproject",
+]
 
 SYMBOLS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 AXIS = 1e-24  # of a square of slopes: so near to the axis, angle and slope are one
 TINY = 1e-100  # of a coefficient that no direction feels
-STEPS, STILL = 60, 1e-14  # of a search for a direction; where it ends
+STEPS, NEAR, STILL = 60, 1e-6, 1e-14  # of a search for a direction; where it ends along the radius, and in the plane
 MISSED = 1e-9  # of a place, by a direction that was found
 
 
@@ -68,8 +79,8 @@ def project(points: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
     intrinsics (..., n) in the order of the model's symbols, broadcast against the points. Raises ModelError.
     """
     x, y, by = _flatten(points, intrinsics)
-    uv, slope, ji = _place(x, y, intrinsics)
-    return uv, slope @ by, ji
+    uv, slope = _place(x, y, intrinsics)
+    return uv, slope @ by, _answer(x, y, intrinsics)
 
 
 def _flatten(points: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
@@ -92,28 +103,34 @@ def _flatten(points: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
     return px * s, py * s, by
 
 
-def _place(x: Array, y: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
-    """Pixels (..., 2) of undistorted places, with their derivatives by these (..., 2, 2) and by the numbers of the lens (..., 2, n)."""
-    model = model_of(intrinsics)
-    n = dict(zip(model.symbols, np.moveaxis(intrinsics, -1, 0), strict=True))
-    fx, fy, p1, p2 = n["fx"], n["fy"], n.get("p1", 0.0), n.get("p2", 0.0)
-    r2 = x * x + y * y
-    above, below = _radial(model)
-    (top, dtop), (low, dlow) = (_series([n[s] for s in part], r2) for part in (above, below))
+def _place(x: Array, y: Array, intrinsics: Array) -> tuple[Array, Array]:
+    """Pixels (..., 2) of undistorted places, with their derivatives by these (..., 2, 2)."""
+    n = _name(intrinsics)
+    fx, fy, p1, p2, r2 = n["fx"], n["fy"], n.get("p1", 0.0), n.get("p2", 0.0), x * x + y * y
+    (top, dtop), (low, dlow) = (_series([n[s] for s in part], r2) for part in _radial(model_of(intrinsics)))
     d = top / low
     dd = (dtop - d * dlow) / low  # derivative of d with respect to r2
-    xd = x * d + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
-    yd = y * d + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+    u = fx * (x * d + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + n["cx"]
+    v = fy * (y * d + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + n["cy"]
     xy = 2 * x * y * dd + 2 * p1 * x + 2 * p2 * y
-    u, v = fx * xd + n["cx"], fy * yd + n["cy"]
     by = np.empty((*u.shape, 2, 2))
     by[..., 0, 0] = fx * (d + 2 * x * x * dd + 2 * p1 * y + 6 * p2 * x)
     by[..., 0, 1], by[..., 1, 0] = fx * xy, fy * xy
     by[..., 1, 1] = fy * (d + 2 * y * y * dd + 6 * p1 * y + 2 * p2 * x)
-    ji = np.zeros((*u.shape, 2, len(model.symbols)))
-    ji[..., 0, 0], ji[..., 1, 1] = xd, yd
+    return np.stack([u, v], axis=-1), by
+
+
+def _answer(x: Array, y: Array, intrinsics: Array) -> Array:
+    """The derivatives (..., 2, n) of pixels by the numbers of the lens."""
+    model, n, r2 = model_of(intrinsics), _name(intrinsics), x * x + y * y
+    fx, fy, p1, p2, at = n["fx"], n["fy"], n.get("p1", 0.0), n.get("p2", 0.0), model.symbols.index
+    above, below = _radial(model)
+    top, low = (_series([n[s] for s in part], r2)[0] for part in (above, below))
+    d = top / low
+    ji = np.zeros((*np.broadcast_shapes(x.shape, np.shape(fx)), 2, len(model.symbols)))
+    ji[..., 0, 0] = x * d + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+    ji[..., 1, 1] = y * d + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
     ji[..., 0, 2] = ji[..., 1, 3] = 1.0
-    at = model.symbols.index
     for part, factor in ((above, 1 / low), (below, -d / low)):
         for power, symbol in enumerate(part, start=1):
             gain = r2**power * factor
@@ -121,7 +138,12 @@ def _place(x: Array, y: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
     if model is not FISHEYE:
         ji[..., 0, 6], ji[..., 1, 6] = fx * 2 * x * y, fy * (r2 + 2 * y * y)
         ji[..., 0, 7], ji[..., 1, 7] = fx * (r2 + 2 * x * x), fy * 2 * x * y
-    return np.stack([u, v], axis=-1), by, ji
+    return ji
+
+
+def _name(intrinsics: Array) -> dict[str, Array]:
+    """The numbers of a lens by symbol."""
+    return dict(zip(model_of(intrinsics).symbols, np.moveaxis(np.asarray(intrinsics, dtype=float), -1, 0), strict=True))
 
 
 def _radial(model: LensModel) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -144,8 +166,7 @@ def fold_radius(intrinsics: Array) -> float:
     infinite where it never does. What is tangential is left out."""
     from numpy.polynomial import polynomial
 
-    model = model_of(intrinsics)
-    n = dict(zip(model.symbols, np.asarray(intrinsics, dtype=float).tolist(), strict=True))
+    model, n = model_of(intrinsics), _name(intrinsics)
     most = np.pi if model is FISHEYE else np.inf
     top, low = (np.array([1.0, *(n[s] for s in part)]) for part in _radial(model))
     twice = np.array([0.0, 2.0])
@@ -160,6 +181,15 @@ def fold_radius(intrinsics: Array) -> float:
     return float(min(most, np.sqrt(real.min(initial=np.inf))))
 
 
+def image_radius(intrinsics: Array) -> float:
+    """How far from its centre, by its focal lengths, a lens (n,) images at most before it folds back; infinite where it never does."""
+    r, n = fold_radius(intrinsics), _name(intrinsics)
+    if not np.isfinite(r):
+        return np.inf
+    top, low = (_series([n[s] for s in part], np.asarray(r * r))[0] for part in _radial(model_of(intrinsics)))
+    return float(r * top / low) if low > 0 else np.inf
+
+
 def fold_mask(points: Array, intrinsics: Array) -> Bools:
     """Whether points (..., 3) in camera coordinates are where a lens (n,) cannot see them: beyond the radius at which it folds back, or
     behind it; a fisheye may see what lies behind."""
@@ -168,17 +198,17 @@ def fold_mask(points: Array, intrinsics: Array) -> Bools:
     return np.asarray(behind | (x * x + y * y >= fold_radius(intrinsics) ** 2))
 
 
-def unproject(uv: Array, intrinsics: Array) -> Array:
-    """Unit directions (..., 3) that a lens (n,) images at pixels uv (..., 2), by Newton's method along the radius, then in the plane; NaN
-    where there is none before it folds back."""
+def unproject(uv: Array, intrinsics: Array, nearest: bool = False) -> Array:
+    """Unit directions (..., 3) that a lens (n,) images at pixels uv (..., 2), by Newton's method along the radius, then in the plane. Where
+    there is none before it folds back: NaN, or with `nearest` the direction on that side at which it folds."""
     fold = fold_radius(intrinsics)
     given = (np.asarray(uv, dtype=float) - intrinsics[2:4]) / intrinsics[:2]
     with np.errstate(all="ignore"):
         size = np.linalg.norm(given, axis=-1)
         r = _radius(size, intrinsics, fold)
-        p = given * np.where(size > 0, r / np.where(size > 0, size, 1.0), 1.0)[..., None]
+        p = begin = given * np.where(size > 0, r / np.where(size > 0, size, 1.0), 1.0)[..., None]
         for _ in range(STEPS):
-            out, by, _ = _place(p[..., 0], p[..., 1], intrinsics)
+            out, by = _place(p[..., 0], p[..., 1], intrinsics)
             (a, b), (c, d) = np.moveaxis(by / intrinsics[:2, None], (-2, -1), (0, 1))
             e, f = np.moveaxis((uv - out) / intrinsics[:2], -1, 0)
             step = np.stack([d * e - b * f, a * f - c * e], axis=-1) / (a * d - b * c)[..., None]
@@ -188,6 +218,8 @@ def unproject(uv: Array, intrinsics: Array) -> Array:
         left = np.abs(_place(p[..., 0], p[..., 1], intrinsics)[0] - uv) / intrinsics[:2]
         radius = np.linalg.norm(p, axis=-1)
         found = (left < MISSED * (1 + np.abs(given))).all(axis=-1) & (radius < fold)
+        if nearest:
+            p, radius, found = np.where(found[..., None], p, begin), np.where(found, radius, r), np.isfinite(r)
         ray = np.concatenate([p, np.ones((*radius.shape, 1))], axis=-1)
         if model_of(intrinsics) is FISHEYE:
             ray[..., :2] *= np.sinc(radius / np.pi)[..., None]
@@ -197,8 +229,7 @@ def unproject(uv: Array, intrinsics: Array) -> Array:
 
 def _radius(size: Array, intrinsics: Array, fold: float) -> Array:
     """The radius that the lens images at `size` (...), before it folds back; near the fold where there is none."""
-    model = model_of(intrinsics)
-    n = dict(zip(model.symbols, intrinsics, strict=True))
+    model, n = model_of(intrinsics), _name(intrinsics)
     low, high = np.zeros_like(size), np.full_like(size, fold)
     r = np.minimum(size, 0.9 * fold)
     for _ in range(STEPS):
@@ -209,8 +240,8 @@ def _radius(size: Array, intrinsics: Array, fold: float) -> Array:
         to = r - off / (d + 2 * r * r * (dtop - d * dunder) / under)
         # A step that leaves what is known to hold the radius is one to its middle, or outward where it has no end.
         middle = np.where(np.isfinite(high), (low + high) / 2, 2 * low + 1)
-        to = np.where((to > low) & (to < high), to, middle)
-        still = np.abs(to - r) <= STILL * (1 + r)
+        to = np.where((to >= low) & (to <= high), to, middle)
+        still = np.abs(to - r) <= NEAR * (1 + r)
         r = to
         if still.all():
             break

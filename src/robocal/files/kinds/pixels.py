@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import FiniteFloat, PositiveFloat, PositiveInt
@@ -62,7 +62,7 @@ class CameraModel(FileModel):
     k6: FiniteFloat | None = None
     sigma: Numbers = None
     correlation: list[list[FiniteFloat]] | None = None
-    free: bool | list[str] | str | None = None
+    free: Any = None
 
 
 class CornersModel(FileModel):

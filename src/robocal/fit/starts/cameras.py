@@ -147,21 +147,17 @@ def _pixels(seen: TargetRows) -> list[dict[str, float]]:
     frame = seen.obs.frame
     if frame is None or not any(frame.free):
         return []
+    point = seen.obs.extra["point"][seen.index]
     along = rays(seen.obs, seen.value)
-    good = np.isfinite(along[:, 0])  # a pixel that the lens as stated cannot image says nothing of a start
-    along, index = along[good], seen.index[good]
-    if len(index) < 3:
-        return []
-    point = seen.obs.extra["point"][index]
     out = []
     if seen.outside is not None:
-        held = seen.at(seen.machine)[good]
+        held = seen.at(seen.machine)
         there = np.einsum("mij,mj->mi", held[:, :3, :3], point) + held[:, :3, 3]
         out += [frame_values(frame.name, t) for t in resect(there, along)]
-    where = seen.obs.configuration[index]
+    where = seen.obs.configuration[seen.index]
     places = [i for i in (np.flatnonzero(where == c) for c in np.unique(where)) if len(i) >= POINTS][:POSES]
     if len(places) >= 3:
         every, first = np.concatenate(places), np.cumsum([0, *map(len, places[:-1])])
         measured = np.stack([best for (best,) in resect_sights(point[every], along[every], first, 1)])
-        out += poses(seen, measured, seen.machine[good][[i[0] for i in places]])
+        out += poses(seen, measured, seen.machine[[i[0] for i in places]])
     return out

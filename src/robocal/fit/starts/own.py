@@ -121,8 +121,7 @@ def _pixels(model: Model, obs: Observations, lacking: Bools) -> Array:
 
     out = np.full((len(lacking), 4, 4), np.nan)
     along = rays(obs, obs.value)
-    wanted = lacking[obs.configuration] & np.isfinite(along[:, 0])
-    for target, rows in _by_target(obs, np.flatnonzero(wanted)):
+    for target, rows in _by_target(obs, np.flatnonzero(lacking[obs.configuration])):
         for c in np.unique(obs.configuration[rows]):
             mine = rows[obs.configuration[rows] == c]
             if np.isnan(out[c, 0, 0]) and len(mine) >= POINTS:
