@@ -131,6 +131,7 @@ def test_a_sheet_says_where_markers_are(tmp_path):
     assert numbers(told)["fx"][1] < numbers(alone)["fx"][1]  # what is known need not be found
 
 
+@pytest.mark.slow
 def test_markers_are_fitted_again_with_their_lens(tmp_path):
     """Without a lens its bend moves corners; with it they are as good as their pixels."""
     cv2 = pytest.importorskip("cv2")
@@ -193,6 +194,10 @@ def test_the_size_of_the_images_must_be_known(tmp_path):
         json.dumps({"image": SIZE, "corners": {}, "target": {"kind": "checkerboard"}})
     )
     assert find(str(tmp_path / "corners.csv"))[1] == 0
+    said = {"image": SIZE, "corners": {}, "target": {}, "remarks": [{"code": "image-sizes-differ"}]}
+    (tmp_path / "corners.json").write_text(json.dumps(said))
+    ran = run("vision", "intrinsics", str(tmp_path / "corners.csv"))
+    assert ran.status == 2 and "several sizes" in ran.err
 
 
 def test_a_board_turned_by_half_does_no_harm(tmp_path):

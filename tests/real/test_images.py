@@ -46,3 +46,23 @@ def test_a_charuco_board_is_found(shared_data):
     told = robocal("vision", "detect", shared_data / "charuco-arm" / "images", *words).document
     assert sum(v["markers"] for v in told["views"]) >= 250 and sum(v["corners"] > 0 for v in told["views"]) == 16
     assert "image-overexposed" in {r["code"] for r in told["remarks"]}
+
+
+@pytest.mark.slow
+def test_the_lens_of_a_ur3_camera_is_no_worse_than_published(shared_data, tmp_path):
+    folder = shared_data / "ur3-cameras" / "intrinsics" / "cam1"
+    corners = tmp_path / "corners.csv"
+    assert robocal("vision", "detect", folder, "--checker", "10x8", "--square", 20, "-o", corners).status == 0
+    told = robocal("vision", "intrinsics", corners, "--json").document
+    assert told["verdict"]["status"] == "improved" and len(told["views"]["columns"][0]["values"]) == 36
+    assert told["errors"]["fitted"]["rms"] < 0.235  # published: 0.249
+    assert told["errors"]["fitted"]["rms"] < told["errors"]["left_out"]["rms"] < 0.26
+    of = {c["name"]: c["values"] for c in told["numbers"]["columns"]}
+    names = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+    published = dict(
+        zip(names, (1572.93, 1582.40, 952.94, 578.20, -0.3811, 0.0909, -0.00471, -0.00128, 0.0795), strict=True)
+    )
+    for name, value, sigma in zip(of["name"], of["value"], of["sigma"], strict=True):
+        assert abs(value - published[name]) < sigma  # the same images
+    # What a board that is not flat leaves is the same in a whole view: even noise would say 1.4 px.
+    assert 4 < of["sigma"][0] < 10

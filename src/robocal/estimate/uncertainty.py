@@ -22,7 +22,7 @@ from __future__ import annotations
 import numpy as np
 
 from robocal import _scipy as scipy
-from robocal._record import record
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.estimate.elimination import Squares, beside_blocks, eliminate, reducible, reweight, squares, triangle
 from robocal.estimate.problem import Problem
@@ -37,6 +37,7 @@ EPS = float(np.finfo(float).eps)
 SHARP = 1e-8  # of the rows: so much the number of columns may be wrong by
 LEVEL = 0.95  # of every interval and band
 MANY, DEGREE = 200, 24  # radii at once that are worth a polynomial, and its degree
+ROOMY = 3  # rows for each number of a block: of fewer, what they leave says little
 MOST_KNOWN = 1 - 1e-3  # leverage: of what knows more its residual says nothing
 
 
@@ -233,12 +234,25 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
         E[1/n sum_u |Q_u^T (I - H_u)^(-1/2) r_u|^2] = 1
 
     When that is exceeded by three standard deviations, the jackknife's variance (exponent -1) over its value for even
-    noise is returned; `lin` is the problem linearised there, where the caller has it. Sources: Bell and McCaffrey, Bias
+    noise is returned; `lin` is the problem linearised there, where the caller has it. Where every configuration has a block of its
+    own, J is what these leave of it; of blocks that have few rows, or priors, nothing is said. Sources: Bell and McCaffrey, Bias
     reduction in standard errors (2002); MacKinnon and White (1985).
     """
     lin = reweight(problem.linearize(x) if lin is None else lin, problem)
-    if not problem.n or problem.blocks or len(lin.r) <= problem.n:
+    if not problem.n or len(lin.r) <= problem.n:
         return 1.0
+    own = lin.jl.shape[1]  # numbers that the block of a configuration takes
+    blocks = len(np.unique(lin.local)) if own else 0
+    if problem.blocks:
+        if (
+            not own
+            or lin.jm.shape[1]
+            or lin.hold is not None
+            or (lin.local < 0).any()
+            or len(lin.r) < ROOMY * own * blocks
+        ):
+            return 1.0
+        lin = replace(lin, j=beside_blocks(lin)[1])
     scaled = lin.j * problem.scales
     _, values, vt = np.linalg.svd(triangle(np.vstack([triangle(scaled), problem.prior_root * problem.scales])))
     known = values > Squares.resolution * values.max(initial=0.0)
@@ -247,7 +261,7 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
     n = float(np.sum(q**2))
     if not n:
         return 1.0
-    counted = len(lin.r) - problem.repeated
+    counted = len(lin.r) - problem.repeated - own * blocks
     r = lin.r * np.sqrt(max(counted - n, 0.0) / max(float(lin.r @ lin.r), 1e-300))
     together = lin.configuration if label is None else label[lin.configuration]
     order = np.argsort(together, kind="stable")
@@ -270,8 +284,8 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
         jackknife += float(np.sum(square / (1 - known) ** 2))
         even += float(np.sum(known / (1 - known)))
         # Residuals are in units of their own spread, so what all components have in common does not scatter.
-        common = n / len(lin.r)
-        spread += float(np.sum(2 * (known - common) ** 2)) + 2 * len(rows) * (count - short) * common**2
+        common = n / (len(lin.r) - own * blocks)
+        spread += float(np.sum(2 * (known - common) ** 2)) + 2 * len(rows) * max(count - own - short, 0) * common**2
     if gentle / n <= 1 + 3 * np.sqrt(spread) / n:
         return 1.0
     return max(jackknife / even, 1.0)

@@ -25,7 +25,7 @@ from robocal.vision.marker.fit import fit_marker
 __all__ = ["RefitCorners", "refit_corners"]
 
 ROUNDS = 6  # grid: of corners and lens; each moves them a tenth of the one before
-ASTRAY = 0.1, 1.0  # of a marker's extent, or px: that corners may move in one round
+ASTRAY = 0.1, 1.0  # tolerance: of a marker's extent, or px: that corners may move in one round
 
 
 @record

@@ -20,6 +20,7 @@ from robocal.files.sheet import read_sheet
 from robocal.files.text import InputFile, read_text
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Rig
+from robocal.remarks.code import Code
 from robocal.session.vision.target import read_squares
 from robocal.vision.sheets import Checker, inner_corners
 
@@ -204,6 +205,9 @@ def _beside(place: Path) -> tuple[InputFile | None, Mapping[str, Any]]:
     except ValueError:
         return None, {}
     known = isinstance(said, dict) and "corners" in said and "image" in said
+    if known and any(r.get("code") == Code.IMAGE_SIZES_DIFFER for r in said.get("remarks", ()) if isinstance(r, dict)):
+        expected = "images of one size: each crop or scale has a lens of its own"
+        raise FormatError("these corners are of images of several sizes", file=other, expected=expected)
     return (InputFile(other, source.sha256), said) if known else (None, {})
 
 
@@ -234,6 +238,4 @@ def _cells(table: CsvTable, found: Reading, column: str, otherwise: str) -> list
 
 
 def _news(found: Reading) -> tuple[Any, ...]:
-    from robocal.remarks.code import Code
-
     return tuple(r for r in found.warnings if r.code != Code.COLUMNS_UNREAD)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -44,9 +44,6 @@ from robocal.session.watching import computable
 from robocal.vision.camera import MODELS, project, unproject
 from robocal.vision.lenses import Lens
 from robocal.vision.sightings import coverage_of
-
-if TYPE_CHECKING:
-    from robocal.verbs.vision.intrinsics import Options
 
 __all__ = ["Intrinsics", "LensDocument", "find_lens"]
 
@@ -96,7 +93,7 @@ class Intrinsics(VerdictResult):
     nominal: Lens
     named: str  # what the nominal lens is, in words
     table: CornerTable
-    made: Decision[Rig]
+    decision: Decision[Rig]
     verdict: Verdict
     parameters: tuple[ParameterResult, ...]
     errors: LensErrors
@@ -115,7 +112,7 @@ class Intrinsics(VerdictResult):
     @property
     def aside(self) -> Bools:
         """Which corners were set aside, (n,)."""
-        used = self.made.need_data.observations[0].used
+        used = self.decision.need_data.observations[0].used
         return np.zeros(len(self.left), dtype=np.bool_) if used is None else ~used
 
     @cached_property
@@ -132,7 +129,7 @@ class Intrinsics(VerdictResult):
         points = ways[seen] * self.distance
         _, to_point, to_lens = project(points, self.lens.intrinsics)
         names = [f"{CAMERA}.{s}" for s in self.lens.kind.symbols]
-        covariance = pixel_covariance(self.made, points, to_point, to_lens, names, far)
+        covariance = pixel_covariance(self.decision, points, to_point, to_lens, names, far)
         out[seen] = np.sqrt(np.linalg.eigvalsh(covariance)[:, -1])
         return out
 
@@ -184,7 +181,7 @@ class Intrinsics(VerdictResult):
                 ),
                 Column("worst", "px", worst, figures=3),
                 Column("distance", "mm", 1e3 * far / np.maximum(many, 1), figures=4),
-                Column("tilt", "deg", tilts(self.made), figures=2),
+                Column("tilt", "deg", tilts(self.decision), figures=2),
             )
         )
 
@@ -244,7 +241,7 @@ class Intrinsics(VerdictResult):
 
     def details(self) -> Iterator[Section]:
         """Pictures: where residuals point, what they are along the radius, and how sure a pixel is."""
-        from robocal.report.intrinsics import lens_pictures
+        from robocal.report.lens_page import lens_pictures
 
         yield from lens_pictures(self)
 
@@ -256,7 +253,7 @@ def tilts(made: Decision[Rig]) -> Array:
     return np.asarray(np.degrees(np.arccos(np.clip(np.abs(np.sum(poses[:, :3, 2] * way, axis=1)), 0.0, 1.0))))
 
 
-def find_lens(o: Options, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Intrinsics:
+def find_lens(o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Intrinsics:
     """Reads corners, finds the lens, and judges it. Raises InputError."""
     if len(set(files)) < len(files):
         raise ModelError("a lens is a YAML", key="--output", found=files[0], expected="a name that ends in .yaml")
@@ -282,7 +279,7 @@ def find_lens(o: Options, watch: Watch | None = None, command: str = "", files: 
     return replace(found, named=named, again=again, inputs=(*table.files, *inputs), command=command, files=files)
 
 
-def _nominal(o: Options, table: CornerTable) -> tuple[Lens, str, tuple[InputFile, ...]]:
+def _nominal(o: Any, table: CornerTable) -> tuple[Lens, str, tuple[InputFile, ...]]:
     """The lens that is known so far, what it is in words, and its file."""
     if o.lens is None:
         words = f"the plain camera: f = {table.size[0]} px (the width), c in the middle, no distortion"
@@ -339,7 +336,7 @@ def _judge(table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -
     ]
     said: tuple[Remark, ...] = (*table.remarks, *(_in_words(f) for f in beside))
     return Intrinsics(
-        lens=lens, nominal=nominal, named="", table=table, made=made, verdict=judged,
+        lens=lens, nominal=nominal, named="", table=table, decision=made, verdict=judged,
         parameters=tuple(p for p in parameter_results(made) if p.name.startswith(f"{CAMERA}.")), errors=errors,
         points=points, left=left, missed=missed, coverage=coverage, warnings=said, reasons=judged.reasons,
     )  # fmt: skip

@@ -13,7 +13,7 @@ from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
-    from robocal.verbs.vision.intrinsics.result import Intrinsics
+    from robocal.session.vision.lens_result import Intrinsics
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -73,7 +73,7 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Intrinsics]:
     """Finds a lens; FILE.yaml gets FILE.json and FILE.html beside it. Raises InputError."""
-    from robocal.verbs.vision.intrinsics.result import find_lens
+    from robocal.session.vision.lens_result import find_lens
 
     if o.output is None:
         return run_verb(o, (), lambda: find_lens(o, watch, command), sections)
@@ -84,6 +84,6 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[In
 
 def sections(made: Outcome[Intrinsics]) -> Iterator[Section]:
     """The verdict, the numbers, and how well each view is met."""
-    from robocal.report.intrinsics import lens_sections
+    from robocal.report.lens_page import lens_sections
 
     yield from lens_sections(made.result, made.written)
