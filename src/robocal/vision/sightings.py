@@ -54,7 +54,9 @@ class Sighting:
         return np.sqrt(np.diag(self.covariance)).reshape(-1, 2)
 
 
-def fit_sighting(levels: Array, marker: int, corners: Array, cells: Array, lens: Array | None = None) -> Sighting | None:
+def fit_sighting(
+    levels: Array, marker: int, corners: Array, cells: Array, lens: Array | None = None
+) -> Sighting | None:
     """A marker near corners (4, 2) that a search has found, from all its pixels, else from its edges; None where neither shows it.
     lens: as in `fit_marker`."""
     side = float(np.hypot(*(np.roll(corners, -1, axis=0) - corners).T).max())
@@ -66,7 +68,15 @@ def fit_sighting(levels: Array, marker: int, corners: Array, cells: Array, lens:
     if found is not None:
         contrast, near = found.light[3], np.abs(found.corners - corners).max() < allowed
         if near and contrast > FAINT and found.noise < MISFIT * contrast:
-            of = (found.blur, found.noise, float(contrast), METHODS[0], beyond, (float(found.off[0]), float(found.off[1])), white)
+            of = (
+                found.blur,
+                found.noise,
+                float(contrast),
+                METHODS[0],
+                beyond,
+                (float(found.off[0]), float(found.off[1])),
+                white,
+            )
             return Sighting(marker, order, found.corners, found.covariance, *of)
     edges = fit_edges(levels, corners)
     if edges is None or np.abs(edges[0] - corners).max() > allowed:

@@ -171,8 +171,14 @@ def sum_pixels(grey, ideal, slope, p, cells, corners, limit, size, g, a, rest):
         tail = TAIL / (24.0 * variance * variance)
         cx, cy = half * (x + 1.0), half * (y + 1.0)  # in cells
         px, py = p[PRINT], p[PRINT + 1]
-        c0, c1 = max(math.ceil(min(cx, cx - px) - REACH * sx) - 1, 0), min(math.floor(max(cx, cx - px) + REACH * sx) + 1, n)
-        r0, r1 = max(math.ceil(min(cy, cy - py) - REACH * sy) - 1, 0), min(math.floor(max(cy, cy - py) + REACH * sy) + 1, n)
+        c0, c1 = (
+            max(math.ceil(min(cx, cx - px) - REACH * sx) - 1, 0),
+            min(math.floor(max(cx, cx - px) + REACH * sx) + 1, n),
+        )
+        r0, r1 = (
+            max(math.ceil(min(cy, cy - py) - REACH * sy) - 1, 0),
+            min(math.floor(max(cy, cy - py) + REACH * sy) + 1, n),
+        )
         edges(cx, px, sx, c0, c1, tail * (sa**4 + sb**4) / (xx * xx), qx, ex, dx)
         edges(cy, py, sy, r0, r1, tail * (sc**4 + sd**4) / (yy * yy), qy, ey, dy)
         t, tx, ty, ts, te = 1.0, 0.0, 0.0, 0.0, 0.0
