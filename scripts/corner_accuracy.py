@@ -1,4 +1,4 @@
-"""How well corners of markers are found in images whose truth is known: `python scripts/corner_accuracy.py [ROW ...] [--count N] [--seed S]`.
+"""How well corners of markers are found in drawn images: `python scripts/corner_accuracy.py [ROW ...] [--count N] [--seed S]`.
 
 Every row draws images with the product's renderer (8 x 8 samples a pixel, noise, blur, a lens with k1 -0.25, texture around the markers),
 lets OpenCV find the markers and fits their corners with the lens known. The markers have one cell of quiet zone. A row tells:
@@ -7,6 +7,7 @@ outward    mean of the error away from the middle of the marker (px)
 shift      the larger of the mean errors of u and v (px)
 chi2       mean of e' C^-1 e / 8 with the covariance (8, 8) of each marker
 found      share of the markers that are found and fitted
+named      share of the images in which a motion is named, by `vision detect` without the lens
 blur       mean of the blur that is fitted, less the true one (px)
 """
 
@@ -15,13 +16,19 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from robocal._types import Array
+from robocal.diagnose.limits import IMAGE_SMEAR
+from robocal.files.image_files import GreyImage
 from robocal.files.images import family_cells, opencv
 from robocal.files.marker_search import find_markers
+from robocal.files.text import InputFile
+from robocal.session.vision.target import Target
+from robocal.session.vision.views import look_at
 from robocal.simulation.images import Photograph, render, texture
 from robocal.vision.camera import image_of
 from robocal.vision.sheets import Marker, Sheet, marker_corners
@@ -33,6 +40,7 @@ FAMILIES = ("6x6_250", "36h11")
 EDGE = 0.1  # m, of a marker
 TILT = 50.0  # deg, at most
 SMALL, LARGE = (20.0, 40.0), (40.0, 120.0)  # px: roots of the markers' areas
+NEAR = 5.0  # px: what a search may be off by
 TEXTURES = 100
 
 
@@ -121,41 +129,49 @@ def place(middle: Array, side: float, rng: np.random.Generator) -> Array:
     return at
 
 
-def fits(row: Row, family: str, count: int, seed: int) -> Iterator[tuple[Array, Sighting | None]]:
+def names_motion(scene: Scene, family: str) -> bool:
+    """Whether `vision detect` calls an image smeared."""
+    image = GreyImage("one", InputFile(Path("one.png"), ""), scene.grey, scene.grey.astype(float))
+    return look_at(image, Target(family), picture=False).summary.motion >= IMAGE_SMEAR
+
+
+def fits(scene: Scene, family: str) -> Iterator[tuple[Array, Sighting | None]]:
     """The true corners of each marker, and what is found of it."""
-    for scene in scenes(row, family, count, seed):
-        levels = scene.grey.astype(float)
-        found = find_markers(scene.grey, family)
-        for number, corners in zip(scene.numbers, scene.corners, strict=True):
-            near = [c for c in found.corners[found.ids == number] if np.abs(c - corners).max() < 5.0]
-            cells = family_cells(family, [number])[0]
-            yield corners, fit_sighting(levels, number, near[0], cells, LENS) if near else None
+    levels = scene.grey.astype(float)
+    found = find_markers(scene.grey, family)
+    for number, corners in zip(scene.numbers, scene.corners, strict=True):
+        near = [c for c in found.corners[found.ids == number] if np.abs(c - corners).max() < NEAR]
+        cells = family_cells(family, [number])[0]
+        yield corners, fit_sighting(levels, number, near[0], cells, LENS) if near else None
 
 
 def measure(row: Row, family: str, count: int, seed: int) -> dict[str, float]:
     """What a row tells."""
-    errors, outward, chi2, blurs = [], [], [], []
-    seen = total = 0
+    errors, outward, chi2, blurs, named = [], [], [], [], []
+    total = 0
     start = time.process_time()
-    for corners, one in fits(row, family, count, seed):
-        total += 1
-        if one is None or one.method != METHODS[0]:
-            continue
-        seen += 1
-        e = one.place - corners
-        away = corners - corners.mean(axis=0)
-        errors.append(e)
-        outward.append((e * away).sum(axis=1) / np.hypot(*away.T))
-        chi2.append(e.ravel() @ np.linalg.solve(one.covariance, e.ravel()) / 8)
-        blurs.append(one.blur)
+    for scene in scenes(row, family, count, seed):
+        if "motion" in row.how:
+            named.append(names_motion(scene, family))
+        for corners, one in fits(scene, family):
+            total += 1
+            if one is None or one.method != METHODS[0]:
+                continue
+            e = one.place - corners
+            away = corners - corners.mean(axis=0)
+            errors.append(e)
+            outward.append((e * away).sum(axis=1) / np.hypot(*away.T))
+            chi2.append(e.ravel() @ np.linalg.solve(one.covariance, e.ravel()) / 8)
+            blurs.append(one.blur)
     return {
         "count": total,
-        "found": seen / total,
+        "found": len(errors) / total,
         "rms": float(np.sqrt(np.mean(np.square(errors)))),
         "outward": float(np.mean(outward)),
         "shift": float(np.abs(np.mean(errors, axis=(0, 1))).max()),
         "chi2": float(np.mean(chi2)),
         "blur": float(np.mean(blurs)) - row.how["blur"],
+        "named": float(np.mean(named)) if named else np.nan,
         "seconds": time.process_time() - start,
     }
 
@@ -180,22 +196,30 @@ def main() -> None:
     words.add_argument("--seed", type=int, default=1)
     told = words.parse_args()
     names = told.rows or [*ROWS, "textures"]
-    print(
-        f"{'row':12} {'dictionary':10} {'count':>5} {'found':>6} {'rms':>7} {'asked':>6} {'outward':>8} {'shift':>7} {'asked':>6} {'chi2':>5} {'blur':>6}"
-    )
+    head = ("count", "found", "rms", "asked", "outward", "shift", "asked", "chi2", "blur", "named")
+    print(f"{'row':12} {'dictionary':10} " + " ".join(f"{h:>7}" for h in head))
     for name in names:
         for family in FAMILIES:
             if name == "textures":
                 print(
-                    f"{name:12} {family:10} {TEXTURES:5d} false markers: {false_markers(family, told.seed)}", flush=True
+                    f"{name:12} {family:10} false markers in {TEXTURES} images: {false_markers(family, told.seed)}",
+                    flush=True,
                 )
                 continue
             row = ROWS[name]
             m = measure(row, family, told.count, told.seed)
-            print(
-                f"{name:12} {family:10} {m['count']:5d} {m['found']:6.3f} {m['rms']:7.4f} {row.rms:6.3f} {m['outward']:8.4f}"
-                f" {m['shift']:7.4f} {row.bias:6.3f} {m['chi2']:5.2f} {m['blur']:6.3f}  {m['seconds']:.0f} s", flush=True
-            )  # fmt: skip
+            values = (
+                m["found"],
+                m["rms"],
+                row.rms,
+                m["outward"],
+                m["shift"],
+                row.bias,
+                m["chi2"],
+                m["blur"],
+                m["named"],
+            )
+            print(f"{name:12} {family:10} {m['count']:7d} " + " ".join(f"{v:7.4f}" for v in values), flush=True)
 
 
 if __name__ == "__main__":

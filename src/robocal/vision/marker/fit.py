@@ -8,7 +8,18 @@ from robocal._jit import as_kernel_array
 from robocal._record import record
 from robocal._types import Array
 from robocal.vision.camera import project
-from robocal.vision.marker._kernels import BLUR, LIGHT, PRINT, SHIFT, SIZE, choose, fit_pixels, ideal_pixels, share_misfits, sum_pixels
+from robocal.vision.marker._kernels import (
+    BLUR,
+    LIGHT,
+    PRINT,
+    SHIFT,
+    SIZE,
+    choose,
+    fit_pixels,
+    ideal_pixels,
+    share_misfits,
+    sum_pixels,
+)
 
 __all__ = ["SQUARE", "MarkerFit", "fit_marker"]
 
@@ -115,7 +126,10 @@ def _whole(a: Array) -> Array:
 
 
 def _is_off(g: Array, a: Array, variance: float) -> bool:
-    """Whether a place of its own for what is in the square is far, and lowers the cost by more than chance (score test). Raises LinAlgError."""
+    """Whether what is in the square has a place of its own that is far, and explains more than chance does (score test).
+
+    Raises LinAlgError.
+    """
     a = _whole(a)
     by_rest = np.linalg.solve(a[:PRINT, :PRINT], np.column_stack([a[:PRINT, PRINT:], g[:PRINT]]))
     left = g[PRINT:] - a[PRINT:, :PRINT] @ by_rest[:, 2]

@@ -20,7 +20,8 @@ LARGEST = 300  # px: larger markers are looked at in a part
 def blur_of_motion(
     levels: Array, corners: Array, cells: Array, blur: float, off: tuple[float, float] = (0.0, 0.0)
 ) -> Array:
-    """By how much (2, 2), in px^2, the variance of the blur of a marker differs from that of its isotropic fit; off: cells, as in `Sighting`.
+    """By how much (2, 2), in px^2, the variance of the blur of a marker differs from that of its isotropic fit; off:
+    cells, as in `Sighting`.
 
     The derivative of a blurred image by the variance along u is half its second derivative: what is left of the image is divided among
     those along u, v and between them, beside brightness and contrast (least squares).
