@@ -8,8 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sizes import size
 from trials import ROBOTS, TRACKER, joints, observations, open_robot, perturbed
 
+from robocal.diagnose.segments import find
 from robocal.diagnose.segments.find import find_segments
 from robocal.diagnose.segments.running_sums import SegmentScan
 from robocal.diagnose.segments.tell import segment_remarks
@@ -132,6 +134,32 @@ def test_noise_free_numbers_are_no_steps(rng):
     true = perturbed(robot, rng)
     data = synthesise(true, DataSet(joints(robot, rng, 60), (replace(observations("position", 60), sigma=None),)))
     assert not searched(robot, data)
+
+
+def test_where_all_together_are_small_none_is_named_beside_the_others(monkeypatch):
+    """No bound says so: steps of all sizes about the least that is named, searched with and without the early end."""
+    rng, early = np.random.default_rng(11), []
+    little = find._are_small
+
+    def goes_on(*asked):
+        early.append(bool(asked[1]) and little(*asked))
+        return False
+
+    for k in range(size(4000, 50)):
+        m = int(rng.integers(30, 90))
+        robot, true, data = rig(ROBOTS[k % len(ROBOTS)], ["position", "pose"][k % 2], m, rng, stated=k % 3 == 0)
+        for _ in range(int(rng.integers(1, 4))):
+            first, last = np.sort(rng.integers(0, m, 2))
+            step = direction(rng) / STEP * 10 ** rng.uniform(-4.3, -2.8)
+            profile = (np.arange(m) >= first) & (np.arange(m) < last + 5)
+            data = moved(true, data, profile, step, ["target", "instrument"][int(rng.integers(2))])
+        with monkeypatch.context() as patch:
+            patch.setattr(find, "_are_small", goes_on)
+            whole = searched(robot, data)
+        assert [(s.cause, s.first, s.last) for s in searched(robot, data)] == [
+            (s.cause, s.first, s.last) for s in whole
+        ]
+    assert sum(early) > 0.05 * len(early) > 1
 
 
 def test_the_search_of_a_long_file_takes_little_memory():

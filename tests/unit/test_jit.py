@@ -221,7 +221,8 @@ def test_damaged_machine_code_says_the_same_and_is_made_anew(tiny: Tiny) -> None
     (path,) = (p for p in files(tiny.folder / "cache", "*.code") if ".total-" in p.name)
     whole = path.read_bytes()
     for what, damage in DAMAGES.items():
-        assert (torn := damage(whole)) != whole
+        torn = damage(whole)
+        assert torn != whole
         path.write_bytes(torn)
         assert tiny.run(WITHOUT)[::3] == [6.0, 20.0], what
         assert path.read_bytes() == whole, what
@@ -286,26 +287,24 @@ ALSO: list[tuple[Any, str | None]] = [
 
 def test_a_guard_lets_in_its_own_types_and_nothing_else() -> None:
     everything = [*((v, words) for words, v in POOL.items()), *ALSO]
-    kinds = {words: _machine_code.types_of((v,)) for words, v in POOL.items()}
+    kinds = {words: _machine_code.types_of((v,)) or () for words, v in POOL.items()}
     for words, own in kinds.items():
-        assert own is not None and _machine_code.notation(own) == words
-        # Alone, as the second of two arguments, and where the code of another type is asked first.
-        ready = {words: lambda *args: "ready"}
+        assert _machine_code.notation(own) == words
+        # Of different counts of arguments none goes in.
+        assert _machine_code.guard({own: says("one"), (*own, *own): says("two")}, says("other"))(POOL[words]) == "other"
         for other, others in kinds.items():
-            assert others is not None
-            alone = _machine_code.guard({own: ready[words]}, lambda *args: "other")
-            after = _machine_code.guard({others: lambda *args: other, own: ready[words]}, lambda *args: "other")
-            beside = _machine_code.guard({(*others, *own): ready[words]}, lambda *args: "other")
+            # Alone, as the second of two arguments, and where the code of another type is asked first.
+            alone = _machine_code.guard({own: says("ready")}, says("other"))
+            after = _machine_code.guard({others: says(other), own: says("ready")}, says("other"))
+            beside = _machine_code.guard({(*others, *own): says("ready")}, says("other"))
             for value, mine in everything:
                 right = "ready" if mine == words else "other"
-                assert alone(value) == right, (words, value)
-                assert after(value) == (other if mine == other != words else right)
-                assert beside(POOL[other], value) == right
-        if own is not None:
-            both = _machine_code.guard(
-                {own: lambda *args: "one", (*own, *own): lambda *args: "two"}, lambda *args: "other"
-            )
-            assert both(POOL[words]) == "other"  # of different counts none
+                assert alone(value) == beside(POOL[other], value) == right, (words, value)
+                assert after(value) == (other if mine == other != words else right), (words, other, value)
+
+
+def says(word: str) -> Callable[..., str]:
+    return lambda *args: word
 
 
 def test_no_folder_anywhere(tiny: Tiny) -> None:

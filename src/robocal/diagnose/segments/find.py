@@ -94,8 +94,7 @@ def _find_together(state: SegmentModel, long: list[RowSequence], most: int, trie
         before_each.append(after)
         some.append(_widen(after, best, some))
         after = model if some[-1] is best else after.with_segments(some[-1])
-    # Their squares add up: where all together are not large, no one beside the others is.
-    if sum(_strength(w, one, after)[1] ** 2 for w, one in zip(before_each, some, strict=True)) < 1:
+    if _are_small(before_each, some, after):
         return []
     found_at, others = [f.place for f in some], _Others(state)
     for _ in range(SWEEPS if len(some) > 1 else 0):
@@ -123,6 +122,12 @@ def _find_together(state: SegmentModel, long: list[RowSequence], most: int, trie
         del some[last]
         after, others = each[last], _Others(state)
     return []
+
+
+def _are_small(before_each: list[SegmentModel], some: list[SegmentFit], after: SegmentModel) -> bool:
+    """Whether segments are not large all together, each on top of those before it: their squares add up, so none will be beside the others.
+    No bound holds this strictly; tests hold it against the search without it."""
+    return sum(_strength(w, one, after)[1] ** 2 for w, one in zip(before_each, some, strict=True)) < 1
 
 
 class _Others:
