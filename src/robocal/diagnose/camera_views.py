@@ -44,27 +44,27 @@ __all__ = ["AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED",
 
 AXES_EXCHANGED = declare(
     "axes-exchanged",
-    "u and v of {instruments} are exchanged: with that, the error of three quarters falls from {stated:.3g} to {left:.3g}[, and the target stands "
-    "before the camera: {behind:.0%} of the views had it behind]",
+    "u and v of {instruments} are exchanged: with that, the error of most points falls from {stated:.3g} to {left:.3g}[, and the target "
+    "stands before the camera: {behind:.0%} of the views had it behind]",
     "Name the columns the other way round in {files}: {line}.",
 )
 IMAGE_MIRRORED = declare(
     "image-mirrored",
     "the images of {instruments} are mirrored, or show the target from behind: {behind:.0%} of the views have it behind the camera; with "
-    "u counted from the other side, the error of three quarters is {left:.3g}",
+    "u counted from the other side, the error of most points is {left:.3g}",
     "Undo the mirror: write width - 1 - u in place of u in {files}, or turn mirroring off in the camera's driver. If the target was seen "
     "from behind, give its points the x that they have from there.",
 )
 VIEWS_SHIFTED = declare(
     "views-shifted",
-    "the views of {instruments} stand {shift} {where} their configurations: with that, the error of three quarters falls from {stated:.3g} to "
+    "the views of {instruments} stand {shift} {where} their configurations: with that, the error of most points falls from {stated:.3g} to "
     "{left:.3g}",
     "Move the images (u, v) of {files} {way} by {shift} against the joint values or lengths, and leave out views without a partner.",
 )
 TARGET_TURNED = declare(
     "target-turned",
     "in {count} of {total} views of {instruments} the target is labelled from its other end ({views}): with half a turn there, the "
-    "error of three quarters falls from {stated:.3g} to {left:.3g}",
+    "error of most points falls from {stated:.3g} to {left:.3g}",
     "Number the points of these views in {files} from the other end: the first takes the place of the last[, (x, y) becomes "
     "({x:.6g} - x, {y:.6g} - y)]. A board whose number of corners is odd one way and even the other does not look the same.",
 )
@@ -82,8 +82,8 @@ Reread = Callable[[Observations], Observations]
 
 @record
 class _Trial:
-    """What frames leave of every instrument, as a share of its focal length or of what it reads, (O,); and of a camera the share of the
-    sights that have their target behind it, (O,)."""
+    """What frames leave of half and of three quarters of the rows of every instrument, as a share of its focal length or of what it
+    reads, (2, O); and of a camera the share of the sights that have their target behind it, (O,)."""
 
     left: Array
     behind: Array
@@ -122,8 +122,8 @@ def _measure(data: DataSet, problem: Problem, x: Array) -> _Trial:
         errors[own].append(np.linalg.norm(r.value.reshape(len(r.configuration), -1)[:, start:stop], axis=1))
         if isinstance(term, PixelRows):
             behind[own] += term.behind(x) * len(term.index) / len(data.observations[own])
-    left = [quantile(np.concatenate(e), VIEWS_RIGHT) / _size(o) for e, o in zip(errors, data.observations, strict=True)]
-    return _Trial(np.array(left), behind)
+    pairs = [(np.concatenate(e), _size(o)) for e, o in zip(errors, data.observations, strict=True)]
+    return _Trial(np.array([[quantile(e, level) / size for e, size in pairs] for level in (0.5, VIEWS_RIGHT)]), behind)
 
 
 def _size(obs: Observations) -> float:
@@ -149,10 +149,12 @@ class _Search:
         if freedom_of(self.model) is None:
             alone = [replace(self, data=self._only((i,)), cameras=(0,)) for i in self.cameras]
             found = [f for one in alone for f in one._of_group((0,))]
-            together = [] if found or len(alone) < 2 else list(self._of_turned(self.cameras))
-            return _merge([*found, *together])
+            # Half of the views of a camera may be turned, and nothing but the other cameras says which half.
+            if len(alone) > 1 and all(f.code == TARGET_TURNED for f in found):
+                found = list(self._of_turned(self.cameras)) or found
+            return _merge(found)
         stated = self._fit({}, robust=True)
-        order = sorted(self.cameras, key=lambda i: -float(stated.left[i] + stated.behind[i]))
+        order = sorted(self.cameras, key=lambda i: -float(stated.left[1, i] + stated.behind[i]))
         groups = [(order[0],), *([self.cameras] if len(order) > 1 else []), *((i,) for i in order[1:])]
         for group in groups:
             if found := self._of_group(group, stated):
@@ -173,14 +175,14 @@ class _Search:
         """Cameras each of which alone is explained, but not all together: one may have its target the other way round."""
         stated = self._fit({}, robust=True)
         if (stated.left > VIEWS_ASK).any():
-            yield from self._best(list(self._turns(group)), stated)
+            yield from list(self._best(list(self._turns(group)), stated))[:1]
 
     def _best(self, changes: list[_Change], stated: _Trial) -> Iterator[Finding]:
         """Findings of the changes that leave least, where they explain what was left."""
         rough = [float(self._fit(c.cameras_read).left.sum()) for c in changes]
         few = [changes[i] for i in np.argsort(rough, kind="stable")[:BEST]]
         trials = [(c, self._fit(c.cameras_read, robust=True)) for c in few]
-        good = [(float(t.left.sum()), c, t) for c, t in trials if _explains(stated, t)]
+        good = [(float(t.left.sum()), c, t) for c, t in trials if any(_explains(stated, t, k) for k in range(2))]
         least = min((g[0] for g in good), default=0.0)
         for left, change, trial in good:
             if left <= EXPLANATIONS_ALIKE * least:
@@ -194,10 +196,10 @@ class _Search:
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
         part = DataSet(self.data.configurations, tuple(_thin(o, where, points) for o in read)).take(where)
         if len(part.observations) != len(read):
-            return _Trial(np.full(len(read), np.inf), np.ones(len(read)))
+            return _Trial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):
             everyone = np.arange(len(part.configurations))
-            found = fit_baseline(self.model, part, everyone, "huber" if robust else "none")
+            found = fit_baseline(self.model, part, everyone, "tukey" if robust else "none")
             return _measure(part, found.problem, found.x)
 
     def _changes(self, group: tuple[int, ...]) -> Iterator[_Change]:
@@ -237,13 +239,14 @@ class _Search:
         group = list(change.cameras_read)
         some = [self.data.observations[i] for i in group]
         # Told in the numbers of the instrument that was worst; where poses follow the cameras, it may be another one.
-        worst = int(np.argmax(stated.left))
+        level = int(_explains(stated, trial, 1))
+        worst = int(np.argmax(stated.left[level]))
         size, unit = _size(self.data.observations[worst]), kind_of(self.data.observations[worst]).parts[0][2]
         numbers: dict[str, Number] = {
             "instruments": tuple(o.label for o in some),
             "files": tuple(dict.fromkeys(o.source.replace("\\", "/").rpartition("/")[2] for o in some)),
-            "stated": Quantity(float(stated.left[worst]) * size, unit),
-            "left": Quantity(float(trial.left[worst]) * size, unit),
+            "stated": Quantity(float(stated.left[level, worst]) * size, unit),
+            "left": Quantity(float(trial.left[level, worst]) * size, unit),
         }
         if change.code in (AXES_EXCHANGED, IMAGE_MIRRORED):
             numbers |= {"behind": float(stated.behind[group].max()) or None, "line": "pixels: {columns: [v, u]}"}
@@ -265,14 +268,16 @@ class _Search:
         return {"count": len(names), "total": total, "views": (*names[:NAMED], *more), "x": ends[0], "y": ends[1]}
 
 
-def _explains(stated: _Trial, trial: _Trial) -> bool:
-    """Whether a change explains what was left: every target stands before its camera, and all instruments are explained."""
-    if (trial.behind > VIEWS_BEHIND).any() or (trial.left > VIEWS_ASK).any():
+def _explains(stated: _Trial, trial: _Trial, level: int) -> bool:
+    """Whether a change explains what was left of half or of three quarters of the rows: every target stands before its camera, and all
+    instruments are explained."""
+    before, after = float(stated.left[level].max()), float(trial.left[level].max())
+    if (trial.behind > VIEWS_BEHIND).any() or after > VIEWS_ASK:
         return False
-    before, after = float(stated.left.max()), float(trial.left.max())
     # What is explained from behind is a mirrored image: the right one leaves no less.
-    limit = EXPLANATIONS_ALIKE * before if (stated.behind > VIEWS_BEHIND).any() else before / EXPLAINED_CLEARLY
-    return after <= max(limit, LEAST)
+    if (stated.behind > VIEWS_BEHIND).any():
+        return after <= max(EXPLANATIONS_ALIKE * before, LEAST)
+    return before > VIEWS_ASK and after <= before / EXPLAINED_CLEARLY
 
 
 def _merge(found: Sequence[Finding]) -> list[Finding]:
