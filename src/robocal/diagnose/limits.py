@@ -40,6 +40,11 @@ GROSS_TAILS = limit(2.0, "times that",
 GROSS_SHARE = limit(0.2, "of the rows", "A larger share of excluded rows are no outliers any more.")
 VIEW_FAR = limit(0.5, "of the rows of a view", "More than half fail together; one corner fails alone.", "tests/diagnose/test_views.py")
 VIEW_FITS = limit(5.0, "times the median error", "A view that is where it belongs misses by no more.", "tests/diagnose/test_views.py")
+VIEWS_ASK = limit(5e-3, "of the focal length, or of the reading",
+    "No nominal machine misses a quarter of the points by more than 5 mm at 1 m.", "tests/diagnose/test_camera_views.py")
+VIEWS_RIGHT = limit(0.75, "of the rows",
+    "A quarter may be gross; more are looked for in what is wrong with all.", "tests/diagnose/test_camera_views.py")
+VIEWS_BEHIND = limit(0.5, "of the views", "A camera sees what is before it.", "tests/diagnose/test_camera_views.py")
 ZERO_ROWS_SHARE = limit(0.5, "of the rows", "Zeros in more rows are what an instrument reads (a ball in a socket), no dropped beam.")
 MATCH_CHANCE = limit(1e-3, "chance", "A row that fits another place is taken for one that does not, once in a thousand.")
 MATCH_LUCK = limit(0.05, "rows", "So many other rows may fit by luck where one does.")

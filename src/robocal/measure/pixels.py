@@ -23,7 +23,7 @@ from robocal.measure.sights.views import SharedView, sights_of, views_of
 from robocal.parameters import FRAME_SYMBOLS, Parameter, Together
 from robocal.vision.camera import image_radius, model_of, project, unproject
 
-__all__ = ["PIXELS", "fold_of_lens", "rays"]
+__all__ = ["PIXELS", "PixelRows", "fold_of_lens", "rays"]
 
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 FEW = 4  # problems that lack less than one in so many of what any of them has are told by what they lack
@@ -95,6 +95,13 @@ class PixelRows(SightRows):
             t, j, jl, sight, first, self.point, np.ascontiguousarray(x[:, self.numbers]), self.own, r, jac, local
         )
         return r - self.values_at(which, first, rows), jac, local
+
+    def behind(self, x: Array) -> float:
+        """The share of the sights whose first point lies behind the camera."""
+        first = self.sights.edges[:-1]
+        (t, _, _), sight, _ = self.bind(np.full(x.shape[1], -1, dtype=np.int64)).look(x, 0, len(self.index))
+        t = t[0, sight[first]]
+        return float(np.mean(np.einsum("si,si->s", t[:, 2, :3], self.point[first]) + t[:, 2, 3] <= 0))
 
     def stretch(self, x: Array, r: Array, first: int, rows: int) -> Array:
         """Of points that are stated 1 + s too far from the origin of their target."""
