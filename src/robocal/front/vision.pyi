@@ -5,8 +5,8 @@ from typing import Any
 
 from robocal.front.arrays import Measurements
 from robocal.front.verb_result import Found
+from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.verbs.vision.detect.result import Detected as _detect_Detected
-from robocal.verbs.vision.intrinsics.result import Intrinsics as _intrinsics_Intrinsics
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
 _Path = str | os.PathLike[str]
