@@ -37,7 +37,7 @@ def a_bar(folder):
     return first, identify(files)
 
 
-@obeyed("lens-folds")
+@obeyed("pixels-beyond-fold")
 def another_lens(folder):
     files = simulate(folder, "pixels")
     edit(files[1], ("k1: 0,", "k1: -3,"))

@@ -10,18 +10,18 @@ from robocal.measure.pixels import fold_of_lens
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["lens_folds"]
+__all__ = ["pixels_beyond_fold"]
 
 FOLDS = declare(
-    "lens-folds",
+    "pixels-beyond-fold",
     "{count} of {total} pixels of {group} are out of reach of the lens as stated, which folds back {radius:.4g} from its centre",
     "Check its numbers, and the size of the images that they are for. A polynomial holds only where the lens was calibrated: for a wide "
     "lens take `model: rational` or `fisheye`.",
 )
 
 
-@check("lens-folds", When.DATA, order=35, needs=("data",))
-def lens_folds(context: Context[Model]) -> Iterator[Finding]:
+@check("pixels-beyond-fold", When.DATA, order=35, needs=("data",))
+def pixels_beyond_fold(context: Context[Model]) -> Iterator[Finding]:
     """Pixels beyond those at which the stated lens of their camera folds back."""
     for obs in context.need_data.observations:
         if obs.kind != "pixels" or obs.value.ndim != 2:

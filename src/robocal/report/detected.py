@@ -9,7 +9,7 @@ from typing import Any
 
 from robocal.diagnose.limits import IMAGE_SMEAR
 from robocal.remarks.remark import percent
-from robocal.report.intrinsics import further_section
+from robocal.report.lens_page import further_section
 from robocal.report.sections import Cell, Detail, Figure, Section, Style, Text, ends, figure, quiet, table
 from robocal.report.svg import crosses, drawing, num
 

@@ -212,7 +212,7 @@ class Intrinsics(VerdictResult):
             return None
         points = np.unique(np.round(obs.extra["point"], 9), axis=0)  # tolerance: m, of places that are one
         sigma = self.errors.fitted.rms / np.sqrt(2.0)
-        return further_views(points, view_poses(self.made), self.lens, self.lens.known, sigma)
+        return further_views(points, view_poses(self.decision), self.lens, self.lens.known, sigma)
 
     @property
     def head(self) -> dict[str, Any]:
