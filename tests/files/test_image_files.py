@@ -59,9 +59,9 @@ def test_colour_transparency_and_many_bits_have_the_same_levels(tmp_path):
         assert np.abs(one.levels[1:] - PLAIN[1:]).max() <= 1.1, name
 
 
-def turned(path, way):
+def turned(path, way, image=PLAIN):
     """A JPEG whose EXIF says how the camera was turned."""
-    data = save(path, PLAIN).read_bytes()
+    data = save(path, image).read_bytes()
     entry = struct.pack("<HHIHH", 0x0112, 3, 1, way, 0)
     exif = b"Exif\0\0II*\0\x08\0\0\0" + struct.pack("<H", 1) + entry + b"\0\0\0\0"
     path.write_bytes(data[:2] + b"\xff\xe1" + struct.pack(">H", len(exif) + 2) + exif + data[2:])

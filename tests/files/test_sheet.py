@@ -19,9 +19,9 @@ DPI = 600
 SHEETS = {
     "marker": ("--pattern marker --paper 60x100 --first 17", 1),
     "grid": ("--paper 100x130 --columns 2 --rows 2 --ids 3,200,7,11 --size 20 --pitch 30", 4),
-    "tags": ("--paper 120x120 --columns 3 --rows 2 --family 36h11 --border 2", 6),
+    "tags": ("--paper 120x120 --columns 3 --rows 2 --dictionary 36h11 --border 2", 6),
     "checkerboard": ("--pattern checkerboard --paper 90x110 --columns 5 --rows 6", 0),
-    "charuco": ("--pattern charuco --paper 130x140 --columns 4 --rows 4 --family 4x4_50", 8),
+    "charuco": ("--pattern charuco --paper 130x140 --columns 4 --rows 4 --dictionary 4x4_50", 8),
     "aprilgrid": ("--pattern aprilgrid --paper 120x120 --columns 3 --rows 3 --first 5", 9),
 }
 
@@ -173,7 +173,7 @@ def test_the_scale_of_a_print_counts(tmp_path):
         ("--pattern charuco --square 30 --size 25", ["at most 20 mm"]),
         ("--paper A5", ["A4"]),
         ("--paper 9x9", ["30 to 5000 mm"]),
-        ("--family 6x6_200", ["6x6_250"]),
+        ("--dictionary 6x6_200", ["6x6_250"]),
         ("--first 240", ["0 to 249"]),
         ("--ids 1,2", ["20 different numbers"]),
         ("--ids 1,a", ["3,7,12"]),
@@ -197,7 +197,7 @@ def test_what_cannot_be_printed_is_refused(tmp_path, words, said):
         ("id: 200", "id: 250", "0 to 249"),
         ("paper: [100, 130]", "paper: [100]", "two numbers"),
         ("corners: [[-25,", "corners: [[-24,", "upright"),
-        ("family:", "famly:", "family"),
+        ("dictionary:", "dictionry:", "dictionary"),
     ],
 )
 def test_a_yaml_that_is_wrong_is_refused(tmp_path, old, new, said):

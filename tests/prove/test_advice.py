@@ -31,6 +31,8 @@ QUICK = (
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
     "band-blind": "unit/test_total.py",
+    "board-turns": "cli/test_detect_sheets.py",
+    "markers-off-sheet": "cli/test_detect_sheets.py",
     "baselines-apart": "prove/test_baselines.py",
     "no-change-found": "session/test_own_machines.py",
     "frame-fixed": "prove/test_frames_alone.py",
@@ -47,6 +49,12 @@ OTHER = {
     "rows-of-two-robots": "session/test_naming_causes.py",
     "rows-off": "session/test_naming_causes.py",
 }
+OTHER |= dict.fromkeys(
+    "image-turned image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "
+    "dictionary-unsure board-found size-not-stated two-of-one-number mirrored-image markers-apart markers-at-border image-overexposed "
+    "motion-blur image-blurred edges-alone marker-dropped image-hardly-covered".split(),
+    "cli/test_vision_advice.py",
+)
 
 
 def _cost(at: int, code: str) -> list[pytest.MarkDecorator]:

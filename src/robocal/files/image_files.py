@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.errors import FileError, reason_of
 from robocal.files.images import opencv
@@ -43,6 +43,12 @@ class GreyImage:
     grey: Array
     levels: Array
     remarks: tuple[Remark, ...] = ()
+
+    @property
+    def mirrored(self) -> GreyImage:
+        """The same from right to left."""
+        grey, levels = (np.ascontiguousarray(part[:, ::-1]) for part in (self.grey, self.levels))
+        return replace(self, grey=grey, levels=levels)
 
     @property
     def size(self) -> tuple[int, int]:

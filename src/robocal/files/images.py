@@ -11,7 +11,7 @@ import numpy as np
 from robocal._types import Array
 from robocal.errors import MissingExtra, ModelError, one_of
 
-__all__ = ["FAMILIES", "family_cells", "opencv"]
+__all__ = ["FAMILIES", "family_border", "family_cells", "opencv"]
 
 # Our names of dictionaries, and OpenCV's.
 FAMILIES = {f"{n}x{n}_{count}": f"DICT_{n}X{n}_{count}" for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)}
@@ -26,6 +26,12 @@ def opencv() -> Any:
     except ImportError:
         raise MissingExtra("vision", "OpenCV") from None
     return cv2
+
+
+def family_border(family: str, cells: int) -> int:
+    """Cells of black around the code of a dictionary's markers that have so many cells along a side."""
+    aruco = opencv().aruco
+    return int(cells - aruco.getPredefinedDictionary(getattr(aruco, FAMILIES[family])).markerSize) // 2
 
 
 def family_cells(family: str, ids: Iterable[int], border: int = 1) -> Array:

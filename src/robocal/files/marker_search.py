@@ -18,7 +18,7 @@ from robocal.files.images import FAMILIES, opencv
 
 __all__ = [
     "FamilyTrial", "MarkersInImage", "charuco_markers", "choose_family", "encode_picture", "find_charuco", "find_checker",
-    "find_markers", "measure_checker", "smallest_family",
+    "find_markers", "largest_family", "measure_checker", "smallest_family",
 ]  # fmt: skip
 
 ENLARGE = 1_500_000  # px: larger images are looked at once
@@ -44,26 +44,27 @@ class MarkersInImage:
 
 @record
 class FamilyTrial:
-    """The largest dictionary of the family that fits best, or none, the smallest one with all numbers that were found, how many
-    markers these are, and of the next family."""
+    """The largest dictionary of the family that fits best, or none, how many markers these are, and of the next family; the smallest
+    dictionaries of both with all numbers that were found."""
 
     family: str | None
     smallest: str
     count: int
     next: int
+    next_family: str
 
 
 NOTHING = MarkersInImage(np.empty(0, dtype=np.int64), np.empty((0, 4, 2)))
 
 
-def find_markers(grey: Array, family: str) -> MarkersInImage:
-    """Markers of a dictionary in an image (h, w) of bytes."""
-    first = _look(grey, family, strict=False)
+def find_markers(grey: Array, family: str, border: int = 1) -> MarkersInImage:
+    """Markers of a dictionary in an image (h, w) of bytes; border: cells of black around their code."""
+    first = _look(grey, family, border, strict=False)
     if grey.size > ENLARGE:
         return first
     cv2 = opencv()
     twice = cv2.resize(grey, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
-    second = _look(twice, family, strict=False, fine=True)
+    second = _look(twice, family, border, strict=False, fine=True)
     return _join(first, MarkersInImage(second.ids, (second.corners - 0.5) / 2))
 
 
@@ -81,16 +82,16 @@ def choose_family(images: Sequence[Array]) -> FamilyTrial:
             else cv2.resize(grey, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
         )
         for family in LARGEST:
-            found = _look(small, family, strict=True)
+            found = _look(small, family, 1, strict=True)
             counts[family] += len(found)
             most[family] = max([most[family], *found.ids.tolist()])
         if time.monotonic() - start > PATIENCE * 2 / 3:
             break
     best, *others = sorted(LARGEST, key=lambda f: -counts[f])
     count, following = counts[best], counts[others[0]]
-    if count == 0 or count < DICTIONARY_AHEAD * following:
-        return FamilyTrial(None, "", count, following)
-    return FamilyTrial(best, smallest_family(best, most[best]), count, following)
+    chosen = best if count and count >= DICTIONARY_AHEAD * following else None
+    smallest = [smallest_family(f, most[f]) for f in (best, others[0])]
+    return FamilyTrial(chosen, smallest[0], count, following, smallest[1])
 
 
 def smallest_family(family: str, number: int) -> str:
@@ -101,12 +102,19 @@ def smallest_family(family: str, number: int) -> str:
     return next(f"{stem}_{n}" for n in SIZES if number < n)
 
 
-def _look(grey: Array, family: str, *, strict: bool, fine: bool = False) -> MarkersInImage:
+def largest_family(family: str) -> str:
+    """The largest dictionary of the family of one."""
+    stem, _, size = family.partition("_")
+    return f"{stem}_{SIZES[-1]}" if size.isdigit() else family
+
+
+def _look(grey: Array, family: str, border: int, *, strict: bool, fine: bool = False) -> MarkersInImage:
     cv2 = opencv()
     aruco = cv2.aruco
     how = aruco.DetectorParameters()
     how.cornerRefinementMethod = aruco.CORNER_REFINE_NONE
     how.perspectiveRemovePixelPerCell = 8
+    how.markerBorderBits = border
     how.minMarkerPerimeterRate = 0.01
     if fine:
         how.adaptiveThreshWinSizeStep = 4
@@ -139,7 +147,8 @@ def _inside(point: Array, corners: Array) -> bool:
 
 
 def find_checker(grey: Array, columns: int, rows: int) -> Array | None:
-    """Inner corners (rows, columns, 2) of a checkerboard with so many of them, or None."""
+    """Inner corners (rows, columns, 2) of a checkerboard with so many of them, or None. The square at the top left is black, where a
+    turn of the board can make it so."""
     cv2 = opencv()
     size = (columns, rows)
     finders: tuple[Callable[[], Any], ...] = (
@@ -151,8 +160,24 @@ def find_checker(grey: Array, columns: int, rows: int) -> Array | None:
     for find in finders:
         there, corners = find()
         if there and corners is not None and len(corners) == columns * rows:
-            return np.asarray(corners, dtype=float).reshape(rows, columns, 2)
+            return _black_first(grey, np.asarray(corners, dtype=float).reshape(rows, columns, 2))
     return None
+
+
+def _black_first(grey: Array, grid: Array) -> Array:
+    """The corners (rows, columns, 2), from that of its ends on at which the first square is black: finders begin at any. Never mirrored."""
+    along, down = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
+    if along[0] * down[1] - along[1] * down[0] < 0:
+        grid = grid[:, ::-1]
+    rows, columns = grid.shape[:2]
+    for turned in [grid, grid[::-1, ::-1], *((np.rot90(grid, k) for k in (1, 3)) if rows == columns else ())]:
+        middle = (turned[:-1, :-1] + turned[1:, 1:] + turned[:-1, 1:] + turned[1:, :-1]) / 4
+        u, v = np.rint(middle).astype(int).reshape(-1, 2).T
+        level = grey[v, u].astype(float)
+        odd = np.indices((rows - 1, columns - 1)).sum(axis=0).ravel() % 2 == 1
+        if level[~odd].mean() < level[odd].mean():
+            return np.asarray(turned)
+    return grid
 
 
 def measure_checker(grey: Array) -> tuple[int, int] | None:
@@ -165,22 +190,29 @@ def measure_checker(grey: Array) -> tuple[int, int] | None:
     return max(columns, rows), min(columns, rows)
 
 
-def _charuco(squares: tuple[int, int], family: str, legacy: bool, share: float) -> Any:
+def _charuco(squares: tuple[int, int], family: str, legacy: bool, share: float, ids: Sequence[int] = ()) -> Any:
     cv2 = opencv()
     dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, FAMILIES[family]))
-    board = cv2.aruco.CharucoBoard(squares, 1.0, share, dictionary)
+    board = cv2.aruco.CharucoBoard(squares, 1.0, share, dictionary, np.array(ids, dtype=np.int32) if ids else None)
     board.setLegacyPattern(legacy)
     return board
 
 
-def find_charuco(grey: Array, squares: tuple[int, int], family: str, legacy: bool) -> tuple[Ints, Array] | None:
-    """Numbers (k,) and places (k, 2) of the inner corners of a ChArUco board of columns x rows squares; None where too few markers tell."""
+def find_charuco(
+    grey: Array, squares: tuple[int, int], family: str, legacy: bool, ids: Sequence[int] = (), border: int = 1
+) -> tuple[Ints, Array] | None:
+    """Numbers (k,) and places (k, 2) of the inner corners of a ChArUco board of columns x rows squares, whose markers have numbers from 0
+    or `ids`, by rows from the top left; None where too few markers tell."""
+    cv2 = opencv()
     # Corners come from homographies of the markers beside them: the share of a square that a marker fills hardly matters.
-    board = _charuco(squares, family, legacy, 0.5)
-    corners, ids, _, _ = opencv().aruco.CharucoDetector(board).detectBoard(grey)
-    if ids is None or len(ids) == 0:
+    board = _charuco(squares, family, legacy, 0.5, ids)
+    how = cv2.aruco.DetectorParameters()
+    how.markerBorderBits = border
+    search = cv2.aruco.CharucoDetector(board, cv2.aruco.CharucoParameters(), how)
+    corners, numbers, _, _ = search.detectBoard(grey)
+    if numbers is None or len(numbers) == 0:
         return None
-    return np.asarray(ids, dtype=np.int64).ravel(), np.asarray(corners, dtype=float).reshape(-1, 2)
+    return np.asarray(numbers, dtype=np.int64).ravel(), np.asarray(corners, dtype=float).reshape(-1, 2)
 
 
 def charuco_markers(squares: tuple[int, int], family: str, legacy: bool, share: float) -> dict[int, Array]:

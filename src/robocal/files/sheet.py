@@ -72,7 +72,7 @@ def foot(width: float, words: str) -> Iterator[str]:
 
 
 def describe_sheet(sheet: Sheet, border: int, words: str) -> str:
-    """sheet.yaml: family, numbers and corners of markers, squares and checkerboards, in mm."""
+    """sheet.yaml: dictionary, numbers and corners of markers, squares and checkerboards, in mm."""
 
     def mm(*values: float) -> str:
         return "[" + ", ".join(number(round(1e3 * v, 6) + 0.0) for v in values) + "]"
@@ -88,7 +88,10 @@ def describe_sheet(sheet: Sheet, border: int, words: str) -> str:
         "# Origin in the middle of the paper, x right, y up, z out of it.",
     ]
     if sheet.markers:
-        lines += [f"family: {flow(sheet.markers[0].family)}", f"border: {border}    # cells of black around the code"]
+        lines += [
+            f"dictionary: {flow(sheet.markers[0].family)}",
+            f"border: {border}    # cells of black around the code",
+        ]
         lines += ["# Corners of the black squares: top left, top right, bottom right, bottom left.", "markers:"]
         for m in sheet.markers:
             corners = ", ".join(mm(x, y) for x, y, _ in marker_corners(m))
@@ -131,7 +134,7 @@ class SheetModel(FileModel):
     unit: str
     scale: FiniteFloat = 1.0
     paper: list[FiniteFloat]
-    family: str = ""
+    dictionary: str = ""
     border: int = 1
     markers: list[PrintModel] = []  # noqa: RUF012 - as pydantic has it
     checkerboards: list[BoardModel] = []  # noqa: RUF012
@@ -147,7 +150,7 @@ def read_sheet(path: str | os.PathLike[str]) -> Sheet:
     pair(document, model.paper, ("paper",))
     ids = [m.id for m in model.markers]
     document.insist(len(set(ids)) == len(ids), "a number stands twice", ("markers",), found=ids)
-    cells = family_cells(model.family, ids, model.border) if ids else ()
+    cells = family_cells(model.dictionary, ids, model.border) if ids else ()
     markers = []
     for i, (m, code) in enumerate(zip(model.markers, cells, strict=True)):
         at = ("markers", i, "corners")
@@ -157,7 +160,7 @@ def read_sheet(path: str | os.PathLike[str]) -> Sheet:
         middle, edge = corners.mean(axis=0), corners[1, 0] - corners[0, 0]
         right = edge > 0 and np.abs(SQUARE[:, :2] * edge / 2 + middle - corners).max() < 1e-3 * edge
         document.insist(right, "not an upright square", at, found=m.corners, expected="from the top left on, clockwise")
-        markers.append(Marker(model.family, m.id, code, unit * middle[0], unit * middle[1], unit * edge))
+        markers.append(Marker(model.dictionary, m.id, code, unit * middle[0], unit * middle[1], unit * edge))
     checkers = []
     for i, c in enumerate(model.checkerboards):
         pair(document, c.middle, ("checkerboards", i, "middle"))

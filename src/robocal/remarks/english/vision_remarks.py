@@ -24,7 +24,7 @@ class VisionRemarks:
     )
     NO_MARKER_IN_VIEW = Phrase(
         "{count} of {total} images show no target: {views}",
-        "Look at their pictures on the page: the target may be outside, too small, blurred or covered.",
+        "Look at their pictures (-o corners.csv writes a page): the target may be outside, too small, blurred or covered.",
     )
     ONE_MARKER_IN_VIEW = Phrase(
         "{count} of {total} images show one marker alone: {views}",
@@ -38,11 +38,15 @@ class VisionRemarks:
         "Name the one that was printed: --dictionary.",
     )
     DICTIONARY_UNSURE = Phrase(
-        "no dictionary has {ahead:g} times as many markers as the next: {count} and {next}",
+        "no dictionary has {ahead:g} times as many markers as the next: {count} of {first}, {next} of {second}",
         "Name the one that was printed: --dictionary.",
     )
     BOARD_FOUND = Phrase(
         "a checkerboard of {columns} x {rows} squares was found", "Name it, if this is not the whole board: --checker."
+    )
+    BOARD_TURNS = Phrase(
+        "a board of {columns} x {rows} squares looks the same turned by half: views may number its corners from either end",
+        "Where the board's direction matters, on a robot, print one with an odd and an even number of squares, as 6 x 9.",
     )
     SIZE_NOT_STATED = Phrase(
         "the size of the {what} is not stated: without it corners have no places on the target",
@@ -55,6 +59,10 @@ class VisionRemarks:
     MIRRORED_IMAGE = Phrase(
         "{count} of {total} images show markers only when they are mirrored: {views}",
         "Switch mirroring off in the camera or its driver, or take the images without the mirror.",
+    )
+    MARKERS_OFF_SHEET = Phrase(
+        "markers were found that are not on the sheet, and left out: {numbers}",
+        "If the images show another sheet, give its own file: --sheet.",
     )
     MARKERS_APART = Phrase(
         "the markers fall into {count} groups that no image joins: {groups}",
@@ -76,11 +84,11 @@ class VisionRemarks:
     )
     EDGES_ALONE = Phrase(
         "{count} of {total} markers were fitted by their four edges, for their pixels do not agree with their cells: {views}",
-        "Look for shadows, glare, dirt or a bent sheet there; these corners are less exact.",
+        "Give more light, and keep fingers, shadows, glare and dirt off the markers: these corners are less exact.",
     )
     MARKER_DROPPED = Phrase(
         "{count} markers were found and left out, for neither pixels nor edges agree with them: {views}",
-        "Look at their pictures on the page: a marker that is covered, dirty or bent should be free and flat.",
+        "Look at their pictures (-o corners.csv writes a page): a marker should be free, clean and flat.",
     )
     IMAGE_HARDLY_COVERED = Phrase(
         "corners lie in {share:.0%} of the image",

@@ -55,6 +55,9 @@ def judge_views(
         if len(islands) > 1:
             groups = tuple(" ".join(map(str, i[:SHOWN])) + (" ..." if len(i) > SHOWN else "") for i in islands)
             said.append(Remark.of(Code.MARKERS_APART, count=len(islands), groups=groups))
+    strange = tuple(sorted({n for v in views for n in v.strangers}))
+    if strange:
+        said.append(Remark.of(Code.MARKERS_OFF_SHEET, numbers=strange))
     for view in views:
         if view.twice:
             said.append(Remark.of(Code.TWO_OF_ONE_NUMBER, view=view.view, numbers=view.twice))
@@ -83,6 +86,9 @@ def judge_views(
         said.append(Remark.of(Code.MARKER_DROPPED, count=sum(len(v.dropped) for v in lost), views=names))
     if len(full) >= IMAGE_VIEWS and coverage < IMAGE_COVERAGE:
         said.append(Remark.of(Code.IMAGE_HARDLY_COVERED, share=coverage))
+    if target.family is None and target.squares is not None and sum(target.squares) % 2 == 0:
+        columns, rows = target.squares
+        said.append(Remark.of(Code.BOARD_TURNS, columns=columns, rows=rows))
     lacks = [("marker", "--size")] if target.size is None and target.family is not None else []
     lacks += [("square", "--square")] if target.square is None and target.squares is not None else []
     said += [Remark.of(Code.SIZE_NOT_STATED, what=what, option=name) for what, name in lacks]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,39 +13,47 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import DICTIONARY_AHEAD
-from robocal.errors import ModelError, look_up
+from robocal.errors import FileError, ModelError, look_up
 from robocal.files.image_files import GreyImage, ImageSource, read_images
-from robocal.files.images import FAMILIES, family_cells
+from robocal.files.images import FAMILIES, family_border, family_cells
 from robocal.files.marker_search import (
     charuco_markers,
     choose_family,
     find_charuco,
     find_checker,
     find_markers,
+    largest_family,
     measure_checker,
+    smallest_family,
 )
+from robocal.files.sheet import read_sheet
 from robocal.progress import Watch, tell
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.vision.checker.crossing import fit_saddles
-from robocal.vision.sightings import BOARD, Sighting, fit_sighting
+from robocal.vision.sheets import SQUARE, Sheet, inner_corners, marker_corners
+from robocal.vision.sightings import BOARD, METHODS, Sighting, fit_sighting
 
-__all__ = ["Target", "find_target", "target_of"]
+__all__ = ["Target", "find_target", "target_of", "target_on"]
 
 LOOKS = 3  # images that tell what the target is
+FURTHER = 2  # grid: markers of larger numbers than a dictionary has, that are no chance
 MOST_SQUARES = 200  # tolerance: what a board may have
 
 
 @record
 class Target:
     """Markers of a dictionary (`family`), a board of `squares` (columns, rows), or both: ChArUco. Edges in m, where they are known;
-    `legacy`: the first square of a ChArUco board is white where rows are even, as OpenCV before 4.6 printed it."""
+    `legacy`: the first square of a ChArUco board is white where rows are even, as OpenCV before 4.6 printed it; `border`: cells of black
+    around the code of a marker; `sheet`: what stands where, where its file was given."""
 
     family: str | None = None
     squares: tuple[int, int] | None = None
     size: float | None = None
     square: float | None = None
     legacy: bool = False
+    border: int = 1
+    sheet: Sheet | None = None
 
     @property
     def text(self) -> str:
@@ -63,14 +72,25 @@ class Target:
         size, square = (None if v is None else {"value": 1e3 * v, "unit": "mm"} for v in (self.size, self.square))
         return {"kind": kind, "dictionary": self.family, "squares": self.squares, "size": size, "square": square}
 
-    def search(self, image: GreyImage) -> tuple[list[Sighting], list[int]]:
-        """What an image shows of it, and the numbers of markers that were found and could not be fitted."""
+    def cells(self, number: int) -> Array | None:
+        """Cells (n, n) of a marker; None of one that is not on the sheet."""
+        if self.sheet is not None:
+            return next((m.cells for m in self.sheet.markers if m.id == number), None)
+        return cells_of(self.family or "", number)
+
+    def search(self, image: GreyImage) -> tuple[list[Sighting], list[int], list[int]]:
+        """What an image shows of it, the numbers of markers that could not be fitted, and of those that it does not have."""
         seen: list[Sighting] = []
         dropped: list[int] = []
+        strangers: list[int] = []
         if self.family is not None:
-            found = find_markers(image.grey, self.family)
+            found = find_markers(image.grey, self.family, self.border)
             for number, corners in zip(found.ids.tolist(), found.corners, strict=True):
-                one = fit_sighting(image.levels, number, corners, cells_of(self.family, number))
+                cells = self.cells(number)
+                if cells is None:
+                    strangers.append(number)
+                    continue
+                one = fit_sighting(image.levels, number, corners, cells)
                 if one is None:
                     dropped.append(number)
                 else:
@@ -81,16 +101,25 @@ class Target:
                 grid = find_checker(image.grey, columns, rows)
                 start = None if grid is None else (np.arange(columns * rows), grid.reshape(-1, 2))
             else:
-                start = find_charuco(image.grey, self.squares, self.family, self.legacy)
+                start = find_charuco(image.grey, self.squares, self.family, self.legacy, self.ids, self.border)
             if start is not None:
                 board = fit_saddles(image.levels, *start, columns)
                 if board is not None:
                     seen.append(board)
-        return seen, dropped
+        return seen, dropped, strangers
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """The numbers of the markers on its sheet."""
+        return () if self.sheet is None else tuple(m.id for m in self.sheet.markers)
 
     def places(self, sighting: Sighting) -> Array | None:
         """Where the corners (k, 3) are on the target, in m: of a marker about its middle, else about the board's;
-        None where sizes lack."""
+        None where sizes lack. Of a sheet about the middle of its paper."""
+        if self.sheet is not None:
+            if sighting.marker != BOARD:
+                return marker_corners(next(m for m in self.sheet.markers if m.id == sighting.marker))[sighting.corner]
+            return inner_corners(self.sheet.checkers[0]).reshape(-1, 3)[sighting.corner]
         if sighting.marker != BOARD and self.squares is None:
             return None if self.size is None else SQUARE[sighting.corner] * (self.size / 2)
         if self.square is None or self.squares is None:
@@ -104,9 +133,6 @@ class Target:
         row, column = np.divmod(sighting.corner, columns)
         x, y = column - (columns - 1) / 2, (rows - 1) / 2 - row
         return np.stack([x, y, np.zeros(len(row))], axis=1) * self.square
-
-
-SQUARE = np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
 
 
 @cache
@@ -125,6 +151,22 @@ def _on_board(target: Target) -> dict[int, Array]:
 def cells_of(family: str, number: int) -> Array:
     """Cells (n, n) of one marker."""
     return np.asarray(family_cells(family, [number])[0])
+
+
+def target_on(path: Path) -> Target:
+    """The target on the sheet of a sheet.yaml. Raises InputError."""
+    sheet = read_sheet(path)
+    if len(sheet.checkers) > 1:
+        raise FileError("a sheet of several boards", file=path, key="checkerboards", expected="one, or markers alone")
+    if not sheet.checkers and not sheet.markers:
+        raise FileError("a sheet with nothing on it", file=path, expected="markers, or a board")
+    board = sheet.checkers[0] if sheet.checkers else None
+    squares = None if board is None else (board.columns, board.rows)
+    square, legacy = (None, False) if board is None else (board.square, board.white_first)
+    if not sheet.markers:
+        return Target(None, squares, None, square, sheet=sheet)
+    one = sheet.markers[0]
+    return Target(one.family, squares, one.size, square, legacy, family_border(one.family, len(one.cells)), sheet)
 
 
 def target_of(
@@ -172,7 +214,7 @@ def find_target(
     tell(watch, "target")
     some = _some(sources, every)
     if wanted is not None:
-        return _check(wanted, some)
+        return _check(wanted, some, sources, every)
     trial = choose_family([i.grey for i in some])
     if trial.family is not None:
         found = replace(lengths, family=trial.family)
@@ -182,8 +224,15 @@ def find_target(
         if (board := measure_checker(image.grey)) is not None:
             columns, rows = board[0] + 1, board[1] + 1
             return replace(lengths, squares=(columns, rows)), [Remark.of(Code.BOARD_FOUND, columns=columns, rows=rows)]
+    mirror = choose_family([some[0].mirrored.grey])
+    if mirror.family is not None and mirror.count > trial.count:
+        found = replace(lengths, family=mirror.family)
+        if found.search(some[0].mirrored)[0]:
+            return found, []
     if trial.count and trial.family is None:
-        return lengths, [Remark.of(Code.DICTIONARY_UNSURE, ahead=DICTIONARY_AHEAD, count=trial.count, next=trial.next)]
+        names = {"first": trial.smallest, "second": trial.next_family}
+        counts = {"count": trial.count, "next": trial.next}
+        return lengths, [Remark.of(Code.DICTIONARY_UNSURE, ahead=DICTIONARY_AHEAD, **counts, **names)]
     return lengths, []
 
 
@@ -199,27 +248,42 @@ def _some(sources: Sequence[ImageSource], every: int) -> list[GreyImage]:
     return out
 
 
-def _check(wanted: Target, some: Sequence[GreyImage]) -> tuple[Target, list[Remark]]:
-    """Another target than the one named where that is not seen and another is; how a ChArUco board was printed."""
-    if wanted.family is not None:
-        count = sum(len(find_markers(i.grey, wanted.family)) for i in some)
-        if wanted.squares is not None:
-            old, new = (
-                sum(
-                    len(f[0])
-                    for i in some
-                    if (f := find_charuco(i.grey, wanted.squares, wanted.family, legacy)) is not None
-                )
-                for legacy in (True, False)
+def _numbers(family: str, images: Iterable[GreyImage]) -> list[int]:
+    """Numbers of markers that all their pixels agree with."""
+    target = Target(family)
+    return [s.marker for i in images for s in target.search(i)[0] if s.method == METHODS[0]]
+
+
+def _other(given: str, count: int, largest: str, found: int, sources: Sequence[ImageSource], every: int) -> Remark:
+    """Another dictionary than that given is seen: the smallest that holds the numbers of all images."""
+    better = smallest_family(largest, max(_numbers(largest, read_images(sources, every)), default=0))
+    return Remark.of(Code.OTHER_DICTIONARY, given=given, count=count, better=better, found=found)
+
+
+def _check(
+    wanted: Target, some: Sequence[GreyImage], sources: Sequence[ImageSource], every: int
+) -> tuple[Target, list[Remark]]:
+    """What speaks for another dictionary than the one named: that it is not seen and another is, or that larger numbers of its family
+    are; and how a ChArUco board was printed."""
+    family = wanted.family
+    if family is None:
+        return wanted, []
+    count = sum(len(find_markers(i.grey, family, wanted.border)) for i in some)
+    if wanted.squares is not None and wanted.sheet is None:
+        finds = {
+            legacy: sum(
+                len(f[0]) for i in some if (f := find_charuco(i.grey, wanted.squares, family, legacy)) is not None
             )
-            wanted = replace(wanted, legacy=old > new)
-        if count < len(some):
-            trial = choose_family([i.grey for i in some])
-            if (
-                trial.family is not None
-                and trial.family != wanted.family
-                and trial.count >= DICTIONARY_AHEAD * max(count, 1)
-            ):
-                facts = {"given": wanted.family, "count": count, "better": trial.smallest, "found": trial.count}
-                return wanted, [Remark.of(Code.OTHER_DICTIONARY, **facts)]
+            for legacy in (True, False)
+        }
+        wanted = replace(wanted, legacy=finds[True] > finds[False])
+    largest = largest_family(family)
+    if count < len(some):
+        trial = choose_family([i.grey for i in some])
+        if trial.family not in (None, largest) and trial.count >= DICTIONARY_AHEAD * max(count, 1):
+            return wanted, [_other(family, count, str(trial.family), trial.count, sources, every)]
+    if wanted.squares is None and wanted.sheet is None and largest != family:
+        numbers = _numbers(largest, some)
+        if sum(n >= int(family.partition("_")[2]) for n in numbers) >= FURTHER:
+            return wanted, [_other(family, count, largest, len(numbers), sources, every)]
     return wanted, []

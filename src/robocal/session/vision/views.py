@@ -11,9 +11,9 @@ from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import SMEAR_CELL
 from robocal.files.image_files import GreyImage
-from robocal.files.marker_search import encode_picture, find_markers
+from robocal.files.marker_search import encode_picture
 from robocal.quantities import Column, Listing
-from robocal.session.vision.target import Target, cells_of
+from robocal.session.vision.target import Target
 from robocal.vision.marker.motion import blur_of_motion
 from robocal.vision.sightings import BOARD, METHODS, Sighting, coverage_of
 
@@ -27,7 +27,8 @@ WIDTH = 420  # px, of a small picture
 class ViewSummary:
     """One view: its image, how many markers and corners it shows, the share of all numbers that any view shows, blur (px, the median), the
     length and direction by which it is smeared (px, deg), the share of bright pixels that may be cut off, the share of the image's parts
-    with corners, markers at the border, numbers seen twice, and those that could not be fitted."""
+    with corners, markers at the border, numbers seen twice, those that could not be fitted, and those that are not on the
+    sheet."""
 
     view: str
     file: str
@@ -45,6 +46,7 @@ class ViewSummary:
     edges: int
     twice: tuple[int, ...] = ()
     dropped: tuple[int, ...] = ()
+    strangers: tuple[int, ...] = ()
     mirrored: bool = False
 
 
@@ -56,14 +58,23 @@ class ImageView:
     sightings: tuple[Sighting, ...]
     picture: bytes = b""
 
+    @property
+    def lacking(self) -> bool:
+        """Whether it shows nothing, or not all that was found."""
+        return not self.sightings or bool(self.summary.dropped)
+
+    def with_picture(self, image: GreyImage) -> ImageView:
+        """The same, with a small picture."""
+        return replace(self, picture=encode_picture(image.grey, WIDTH))
+
     def with_share(self, share: float) -> ImageView:
         """The same, with the share of all numbers that it shows."""
         return replace(self, summary=replace(self.summary, share=share))
 
 
-def look_at(image: GreyImage, target: Target, picture: bool) -> ImageView:
+def look_at(image: GreyImage, target: Target) -> ImageView:
     """What an image shows of a target. A number that it shows twice is left out: nobody knows which is which."""
-    seen, dropped = target.search(image)
+    seen, dropped, strangers = target.search(image)
     counts = Counter(s.marker for s in seen)
     twice = tuple(sorted(n for n, count in counts.items() if count > 1))
     kept = tuple(sorted((s for s in seen if s.marker not in twice), key=lambda s: s.marker))
@@ -76,15 +87,14 @@ def look_at(image: GreyImage, target: Target, picture: bool) -> ImageView:
         corners=sum(len(s.corner) for s in kept), blur=float(np.median(blurs)) if blurs else None, motion=length, direction=direction,
         white=float(np.mean([s.white for s in kept])) if kept else 0.0, coverage=coverage_of([s.place for s in kept], width, height),
         border=sum(s.cut for s in kept), edges=sum(s.method == METHODS[1] for s in kept), twice=twice, dropped=tuple(sorted(dropped)),
+        strangers=tuple(sorted(set(strangers))),
     )  # fmt: skip
-    return ImageView(summary, kept, encode_picture(image.grey, WIDTH) if picture else b"")
+    return ImageView(summary, kept)
 
 
 def look_mirrored(view: ImageView, image: GreyImage, target: Target) -> ImageView:
     """The same view, which shows no marker; said where its mirror image does."""
-    assert target.family is not None
-    found = find_markers(np.ascontiguousarray(image.grey[:, ::-1]), target.family)
-    return replace(view, summary=replace(view.summary, mirrored=len(found) > 0))
+    return replace(view, summary=replace(view.summary, mirrored=bool(target.search(image.mirrored)[0])))
 
 
 def _motion(levels: Array, markers: Sequence[Sighting], target: Target) -> tuple[float, float]:
@@ -92,7 +102,8 @@ def _motion(levels: Array, markers: Sequence[Sighting], target: Target) -> tuple
     variance of the blur along it, in all markers alike; what a lens does differs between them. 0 where no marker is large enough."""
     found: list[Array] = []
     for s in sorted(markers, key=_shortest_side):
-        cells = cells_of(target.family or "", s.marker)
+        cells = target.cells(s.marker)
+        assert cells is not None
         if s.method == METHODS[0] and _shortest_side(s) >= SMEAR_CELL * len(cells) and len(found) < MARKERS:
             found.append(blur_of_motion(levels, s.place, cells, s.blur))
     if not found:

@@ -24,10 +24,11 @@ IMAGES = Arg("IMAGES...", "Images of one camera: files, folders, patterns, lists
 class Options(BaseOptions):
     """Find printed targets in the images of one camera, and list their corners for kind: pixels.
 
-    Targets are markers (ArUco, AprilTag; several on a sheet are a grid), a checkerboard, or a ChArUco board. Without --dictionary
-    and --checker all are tried on three images.
+    Targets are markers (ArUco, AprilTag; several on a sheet are a grid), a checkerboard, or a ChArUco board. A sheet
+    of robocal vision sheet says all of it: --sheet. Without --sheet, --dictionary and --checker all are tried on three images.
 
     \b
+    robocal vision detect images --sheet sheet.yaml -o corners.csv
     robocal vision detect images -o corners.csv
     robocal vision detect "cam1/*.png" --dictionary 36h11 --size 60
     robocal vision detect images --checker 10x8 --square 20 -o corners.csv
@@ -40,6 +41,7 @@ class Options(BaseOptions):
     """
 
     images: Annotated[tuple[str, ...], IMAGES]
+    sheet: Path | None = option(None, "The YAML of a printed sheet, in place of dictionary, board and sizes", "FILE")
     dictionary: str | None = option(
         None, "Dictionary of the markers: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original", "NAME"
     )

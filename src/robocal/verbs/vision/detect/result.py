@@ -15,7 +15,7 @@ from robocal.files.image_files import find_images, read_images
 from robocal.files.marker_search import smallest_family
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
-from robocal.files.text import InputFile
+from robocal.files.text import InputFile, read_text
 from robocal.progress import Watch, tell
 from robocal.quantities import Listing
 from robocal.remarks.code import Code
@@ -23,7 +23,7 @@ from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
 from robocal.session.vision.judge import judge_views
-from robocal.session.vision.target import Target, find_target, target_of
+from robocal.session.vision.target import Target, find_target, target_of, target_on
 from robocal.session.vision.views import ImageView, ViewSummary, list_corners, look_at, look_mirrored
 from robocal.vision.sightings import BOARD, METHODS, coverage_of, find_islands
 
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 __all__ = ["DetectDocument", "Detected", "detect"]
 
-PICTURES = 24  # on a page; of more images an even selection
-MIRRORS = 3  # images without a marker that are looked at mirrored as well
+PICTURES = 24  # on a page; of more images an even selection, and as many of those that lack something
+MIRRORS = 3  # images without a marker, mirrored or not, after which no more are looked at mirrored
 
 
 @record(kw_only=True)
@@ -118,27 +118,36 @@ def detect(o: Options, watch: Watch | None = None, command: str = "", files: tup
     """Finds the target, then its corners in every image. Raises InputError."""
     if len(set(files)) < len(files):
         raise ModelError("corners are a CSV", key="--output", found=files[0], expected="a name that ends in .csv")
-    wanted = target_of(o.dictionary, o.checker, o.charuco, o.size, o.square)
+    named = ("dictionary", "checker", "charuco", "size", "square")
+    if o.sheet is not None:
+        o.refuse(named, "the sheet says this already", "--sheet alone, or none")
+        wanted: Target | None = target_on(o.sheet)
+    else:
+        wanted = target_of(*(getattr(o, n) for n in named))
     sources = find_images(o.images)
     lengths = Target(size=_metres(o.size), square=_metres(o.square))
     target, said = find_target(wanted, lengths, sources, o.every, watch)
     apart = max(1, -(-len(sources) // PICTURES))
     views: list[ImageView] = []
-    inputs: dict[InputFile, None] = {}
-    mirrors = 0
+    inputs: dict[InputFile, None] = {} if o.sheet is None else {InputFile(o.sheet, read_text(o.sheet).sha256): None}
+    misses = lacking = 0
     for number, image in enumerate(read_images(sources, o.every)):
         tell(watch, "detect", what=image.view)
         inputs[image.file] = None
         said.extend(image.remarks)
-        view = look_at(image, target, bool(files) and number % apart == 0 and number < apart * PICTURES)
-        if not view.sightings and target.family is not None and mirrors < MIRRORS:
-            mirrors += 1
+        view = look_at(image, target)
+        if not view.sightings and target.family is not None and misses < MIRRORS:
             view = look_mirrored(view, image, target)
+            misses += not view.summary.mirrored
+        chosen = number % apart == 0 and number < apart * PICTURES
+        if files and (chosen or (view.lacking and lacking < PICTURES)):
+            lacking += not chosen
+            view = view.with_picture(image)
         views.append(view)
     numbers = sorted({(s.marker, k) for v in views for s in v.sightings for k in s.corner.tolist()})
     views = [v.with_share(v.summary.corners / max(len(numbers), 1)) for v in views]
     markers = sorted({n for n, _ in numbers if n != BOARD})
-    if wanted is None and target.family is not None:
+    if wanted is None and target.family is not None and markers:
         target = replace(target, family=smallest_family(target.family, max(markers, default=0)))
         said.append(Remark.of(Code.DICTIONARY_FOUND, family=str(target.family)))
     seen = np.array([[any(s.marker == n for s in v.sightings) for n in markers] for v in views], dtype=bool)

@@ -36,7 +36,7 @@ class Options(BaseOptions):
         "grid", "What to print", "PATTERN", choices=("marker", "grid", "checkerboard", "charuco", "aprilgrid")
     )
     paper: str = option("A4", "A4, A3, letter, or WIDTHxHEIGHT in mm", "PAPER")
-    family: str | None = option(
+    dictionary: str | None = option(
         None, "Dictionary of the markers, such as 6x6_250 or 36h11", "NAME", otherwise="6x6_250; 36h11 for an aprilgrid"
     )
     first: int = option(0, "Number of the first marker", "N", least=0)

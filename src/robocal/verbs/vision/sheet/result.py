@@ -69,7 +69,7 @@ def print_sheet(o: Any) -> Printed:
     columns, rows = GRIDS[o.pattern]
     columns, rows = o.columns or columns, o.rows or rows
     kalibr = o.pattern == "aprilgrid"
-    family, border = o.family or ("36h11" if kalibr else "6x6_250"), o.border or (2 if kalibr else 1)
+    family, border = o.dictionary or ("36h11" if kalibr else "6x6_250"), o.border or (2 if kalibr else 1)
     count = {"checkerboard": 0, "charuco": columns * rows // 2}.get(o.pattern, columns * rows)
     ids = _numbers(o, count)
     cells = family_cells(family, ids, border)
@@ -91,7 +91,7 @@ def _refuse_strangers(o: Any) -> None:
     message = f"{o.pattern} has no such option"
     none = {
         "marker": ("columns", "rows", "square", "pitch"), "grid": ("square",), "charuco": ("pitch",), "aprilgrid": ("square", "pitch"),
-        "checkerboard": ("family", "first", "ids", "size", "pitch", "border"),
+        "checkerboard": ("dictionary", "first", "ids", "size", "pitch", "border"),
     }[o.pattern]  # fmt: skip
     o.refuse(none, message, "another pattern")
     if o.ids and o.departs("first"):

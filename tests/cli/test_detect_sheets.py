@@ -1,0 +1,118 @@
+"""`vision detect --sheet`: sheets that the product prints, seen through the lens of its renderer, at known poses."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from cli.runs import robocal as run
+from scipy.spatial.transform import Rotation
+
+from robocal.files.sheet import read_sheet
+from robocal.simulation.images import Photograph, render, texture
+from robocal.vision.camera import image_of
+
+cv2 = pytest.importorskip("cv2")
+SIZE = 640, 480
+LENS = np.array([500.0, 500.0, 320.0, 240.0, 0, 0, 0, 0, 0])
+
+
+def poses(seed, height):
+    """T_camera_sheet of three tilted views."""
+    rng, out = np.random.default_rng(seed), np.tile(np.eye(4), (3, 1, 1))
+    for k, t in enumerate(out):
+        turn = Rotation.from_rotvec(rng.normal(0.0, 0.3, 3)) * Rotation.from_euler("z", 170.0 * k, degrees=True)
+        t[:3, :3] = (Rotation.from_rotvec([np.pi, 0.0, 0.0]) * turn).as_matrix()
+        t[:3, 3] = [0.003, -0.002, height]
+    return out
+
+
+def photographs(folder, words, height=0.22):
+    """A sheet as `vision sheet` prints it, three photographs of it, and the poses."""
+    folder.mkdir()
+    assert run("vision", "sheet", *words.split(), "-o", str(folder / "sheet.pdf")).status == 0
+    sheet, there = read_sheet(folder / "sheet.yaml"), poses(4, height)
+    (folder / "images").mkdir()
+    for k, t in enumerate(there):
+        light = Photograph(blur=0.7, noise=1.0)
+        image = render([(sheet, t)], LENS, SIZE, light, texture(SIZE, k), np.random.default_rng(k))
+        assert cv2.imwrite(str(folder / "images" / f"{k}.png"), image)
+    return there
+
+
+def detect(folder, *words):
+    """Rows of corners as (view, marker, u, v, x, y, z), and the codes of remarks."""
+    ran = run("vision", "detect", str(folder / "images"), *words, "--json")
+    assert ran.status == 0, ran.err
+    document = json.loads(ran.out)
+    columns = {c["name"]: c["values"] for c in document["corners"]["columns"]}
+    names = ("view", "u", "v", "point_x", "point_y", "point_z")
+    rows = np.array([[float(x) for x in columns[n]] for n in names]).T
+    return rows, columns["marker"], {r["code"] for r in document["remarks"]}
+
+
+def apart(rows, there):
+    """How far (px) corners are from where the poses put the places that are stated for them, in mm."""
+    pose = there[rows[:, 0].astype(int)]
+    points = np.einsum("kij,kj->ki", pose[:, :3, :3], rows[:, 3:] / 1e3) + pose[:, :3, 3]
+    return rows[:, 1:3] - image_of(points, LENS)
+
+
+@pytest.mark.parametrize(("words", "corners"), [
+    ("--pattern grid --paper 130x130 --columns 2 --rows 2 --first 30", 48),
+    ("--pattern charuco --paper 130x140 --columns 4 --rows 4 --first 17 --dictionary 4x4_50", 3 * (9 + 32)),
+    ("--pattern aprilgrid --paper 120x130 --columns 2 --rows 2", 48),
+    ("--pattern checkerboard --paper 130x150 --columns 5 --rows 6", 60),
+])  # fmt: skip
+def test_a_sheet_says_what_stands_where(tmp_path, words, corners):
+    there = photographs(tmp_path / "s", words)
+    rows, _, codes = detect(tmp_path / "s", "--sheet", str(tmp_path / "s" / "sheet.yaml"))
+    off = apart(rows, there)
+    assert len(rows) == corners and np.abs(off).max() < 0.1 and np.sqrt(np.mean(off**2)) < 0.03
+    assert not {"size-not-stated", "dictionary-found", "board-turns"} & codes
+
+
+# obeys: markers-off-sheet
+def test_markers_of_another_sheet_are_left_out_until_their_sheet_is_given(tmp_path):
+    photographs(tmp_path / "s", "--pattern grid --paper 130x130 --columns 2 --rows 2 --first 30")
+    photographs(tmp_path / "t", "--pattern grid --paper 130x130 --columns 2 --rows 2 --first 32")
+    rows, marker, codes = detect(tmp_path / "s", "--sheet", str(tmp_path / "t" / "sheet.yaml"))
+    assert set(marker) == {32, 33} and len(rows) == 24 and "markers-off-sheet" in codes
+    rows, marker, codes = detect(tmp_path / "s", "--sheet", str(tmp_path / "s" / "sheet.yaml"))
+    assert set(marker) == {30, 31, 32, 33} and "markers-off-sheet" not in codes
+
+
+# obeys: board-turns
+def test_a_board_that_looks_the_same_turned_by_half_is_said(tmp_path):
+    there = photographs(tmp_path / "s", "--pattern checkerboard --paper 130x150 --columns 5 --rows 7")
+    rows, _, codes = detect(tmp_path / "s", "--sheet", str(tmp_path / "s" / "sheet.yaml"))
+    turned = rows * [1, 1, 1, -1, -1, 1]
+    middle = (rows[:, 3:].max(axis=0) + rows[:, 3:].min(axis=0)) * [0, 1, 0]
+    turned[:, 3:] += middle
+    either = np.minimum(*(np.abs(apart(r, there)).max(axis=1) for r in (rows, turned)))
+    assert "board-turns" in codes and either.max() < 0.1
+    photographs(tmp_path / "t", "--pattern checkerboard --paper 130x150 --columns 5 --rows 6")
+    assert "board-turns" not in detect(tmp_path / "t", "--checker", "5x6", "--square", "20")[2]
+
+
+@pytest.mark.parametrize("words", ["--dictionary 6x6_50", "--size 40", "--checker 5x6"])
+def test_a_sheet_and_what_it_says_are_not_given_together(tmp_path, words):
+    photographs(tmp_path / "s", "--pattern marker --paper 130x130")
+    told = run(
+        "vision",
+        "detect",
+        str(tmp_path / "s" / "images"),
+        "--sheet",
+        str(tmp_path / "s" / "sheet.yaml"),
+        *words.split(),
+    )
+    assert told.status == 2 and words.split()[0] in told.err and "--sheet alone" in told.err
+
+
+def test_a_sheet_of_nothing_is_refused(tmp_path):
+    photographs(tmp_path / "s", "--pattern marker --paper 130x130")
+    file = tmp_path / "s" / "sheet.yaml"
+    file.write_text("robocal: 1\nkind: sheet\nunit: mm\npaper: [210, 297]\n")
+    told = run("vision", "detect", str(tmp_path / "s" / "images"), "--sheet", str(file))
+    assert told.status == 2 and "sheet.yaml" in told.err
