@@ -271,6 +271,7 @@ class Kind:
     disturb: Callable[[Array, Array], Array] = lambda value, noise: value + noise
     frames: Callable[[Observations], Sequence[Frame]] = lambda obs: ()
     numbers: tuple[Number, ...] = ()  # its own, of which those exist whose owner is named
+    together: Callable[[Observations], Sequence[Together]] = lambda obs: ()  # priors that several of its own numbers share
     unstated: float = 1e-4  # sigma of every component where none is stated, until the residuals tell better
     positional: bool = False  # whether its first three numbers say where the target is, in the instrument's frame
     # Whether readings are lengths themselves; else only a stated length says how long the machine is.
