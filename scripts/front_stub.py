@@ -1,4 +1,4 @@
-"""Types of the Python front door, from the options and results of the verbs: writes src/robocal/__init__.pyi and front/cable.pyi.
+"""Types of the Python front door, from the options and results of the verbs: writes src/robocal/__init__.pyi and those of front/.
 
 python scripts/front_stub.py            say whether they are as the verbs say; exit status 1 where they are not
 python scripts/front_stub.py --write    write them
@@ -16,7 +16,7 @@ from pathlib import Path
 import robocal
 from robocal.front.calls import docstring_of
 from robocal.verbs.option import Arg, OptionField, entries
-from robocal.verbs.registry import CABLE
+from robocal.verbs.registry import GROUPS
 
 ROOT = Path(__file__).parent.parent / "src" / "robocal"
 HEAD = """# Made by scripts/front_stub.py from the options of the verbs.
@@ -95,21 +95,27 @@ def texts() -> dict[Path, str]:
     errors = [EXPLICIT.format(module="robocal.errors", name=n) for n in robocal.ERRORS]
     version = EXPLICIT.format(module="robocal._version", name="__version__")
     results = [line for name in robocal.CALLS if name != "identify" for line in _result(name)[1]]
-    every = [version, *errors, "from robocal.front import cable as cable", *arrays, *found, *results]
+    groups = [f"from robocal.front import {word} as {name}" for name, word in robocal.GROUPS.items()]
+    every = [version, *errors, *groups, *arrays, *found, *results]
     imports = "\n".join(sorted(every, key=_order))
     names = ",\n    ".join(f'"{n}"' for n in robocal.__all__)
     ours = HEAD.format(imports=imports, given="Arm | Measurements | Found[Any]")
     ours += "".join(f"{n}: tuple[str, ...]\n" for n in ("ARRAYS", "FOUND", "ERRORS", "CALLS"))
+    ours += "GROUPS: dict[str, str]\n"
     ours += f"__all__ = [\n    {names},\n]\n\n"
     ours += "\n".join(stub(name) for name in robocal.CALLS)
-    own = [EXPLICIT.format(module="robocal.front.cable_arrays", name=n) for n in ("CableArm", "robot")]
-    own += ["from robocal.front.arrays import Measurements", "from robocal.front.verb_result import Found"]
-    own += [line for name in CABLE for line in _result(f"cable.{name}")[1]]
-    imports = "\n".join(sorted(own, key=_order))
-    cables = HEAD.format(imports=imports, given="Measurements | Found[Any]") + "\n".join(
-        stub(f"cable.{n}") for n in CABLE
-    )
-    return {ROOT / "__init__.pyi": ours, ROOT / "front" / "cable.pyi": cables}
+    return {ROOT / "__init__.pyi": ours} | {ROOT / "front" / f"{word}.pyi": _grouped(word) for word in GROUPS}
+
+
+def _grouped(word: str) -> str:
+    """The verbs under one word."""
+    paths = [f"{word}.{name}" for name in GROUPS[word].verbs]
+    own = ["from robocal.front.arrays import Measurements", "from robocal.front.verb_result import Found"]
+    if word == "cable":
+        own += [EXPLICIT.format(module="robocal.front.cable_arrays", name=n) for n in ("CableArm", "robot")]
+    own += [line for path in paths for line in _result(path)[1]]
+    head = HEAD.format(imports="\n".join(sorted(own, key=_order)), given="Measurements | Found[Any]")
+    return head + "\n".join(map(stub, paths))
 
 
 def main() -> int:

@@ -46,3 +46,16 @@ def places(h, points):
     """Pixels (k, 2) of points (k, 2) of the sheet."""
     q = np.column_stack([points, np.ones(len(points))]) @ h.T
     return q[:, :2] / q[:, 2:]
+
+
+def draw_images(folder):
+    """Two images of two markers of 48 mm, of 6x6_250, in a new folder. Raises MissingExtra without OpenCV."""
+    from robocal.files.images import family_cells, opencv
+
+    sheet = None
+    for k, cells in enumerate(family_cells("6x6_250", (3, 17))):
+        sheet = paper(cells, 75.0 * k, 0.0, 6.0, sheet)
+    folder.mkdir()
+    for k in range(2):
+        image = image_of(sheet, np.array([[1, 0.05, 30.0 + k], [-0.03, 1, 40.0], [0, 1e-4, 1]]), 220, 130)
+        assert opencv().imwrite(str(folder / f"{k}.png"), image)

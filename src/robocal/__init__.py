@@ -16,6 +16,7 @@ from robocal._version import __version__ as __version__
 ARRAYS = ("Arm", "Measurements", "measurements", "robot", "table")
 FOUND = ("Found", "Identified")
 ERRORS = ("Cancelled", "InputError")
+GROUPS = {"cable": "cable", "camera": "vision"}  # verbs under one word, and that of the command line
 TERMINAL = ("demo", "report")  # verbs that are no functions: they only write files for people
 
 
@@ -27,8 +28,8 @@ def _calls() -> tuple[str, ...]:
 
 
 def __getattr__(name: str) -> object:
-    if name == "cable":
-        found: object = import_module("robocal.front.cable")
+    if name in GROUPS:
+        found: object = import_module(f"robocal.front.{GROUPS[name]}")
     elif name in (*ARRAYS, *FOUND, *ERRORS):
         room = "front.arrays" if name in ARRAYS else "front.verb_result" if name in FOUND else "errors"
         found = getattr(import_module(f"robocal.{room}"), name)
@@ -45,4 +46,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted([*ARRAYS, *FOUND, *ERRORS, *_calls(), "__version__", "cable"])
+    return sorted([*ARRAYS, *FOUND, *ERRORS, *_calls(), *GROUPS, "__version__"])

@@ -8,6 +8,7 @@ from robocal.errors import Cancelled as Cancelled
 from robocal.errors import InputError as InputError
 from robocal.files.cable.caspr import Caspr as _import_model_Caspr
 from robocal.front import cable as cable
+from robocal.front import vision as camera
 from robocal.front.arrays import Arm as Arm
 from robocal.front.arrays import Measurements as Measurements
 from robocal.front.arrays import measurements as measurements
@@ -37,6 +38,7 @@ ARRAYS: tuple[str, ...]
 FOUND: tuple[str, ...]
 ERRORS: tuple[str, ...]
 CALLS: tuple[str, ...]
+GROUPS: dict[str, str]
 __all__ = [
     "Arm",
     "Cancelled",
@@ -46,6 +48,7 @@ __all__ = [
     "Measurements",
     "__version__",
     "cable",
+    "camera",
     "check",
     "compensate",
     "drift",

@@ -16,16 +16,20 @@ from files.test_forty_urdfs import COUNT, sample
 
 from robocal.arms import catalog
 from robocal.arms.conventions import CONVENTIONS
+from robocal.errors import MissingExtra
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.caspr import open_caspr
 from robocal.files.cable.pose_lists import read_cable_lengths, read_platform_poses
 from robocal.files.covariance import read_covariance
 from robocal.files.dataset import read_dataset
+from robocal.files.image_files import find_images, read_images
+from robocal.files.images import opencv
 from robocal.files.offset_file import read_offsets
 from robocal.files.pose_table import read_poses, read_region
 from robocal.files.result import read_result
 from robocal.files.robot import open_robot
 from robocal.files.runfolder import read_accuracy, read_residuals
+from robocal.files.sheet import read_sheet
 from robocal.files.studyfile import read_study
 from robocal.files.table_description import describe_table
 from robocal.files.targets import read_targets
@@ -75,7 +79,9 @@ def readers(folder: Path) -> list[list[Reader]]:
             _lists(folder),
             _documents(folder),
             _cable_data(),
+            _images(folder),
         )
+        if group is not None
     ]
 
 
@@ -194,6 +200,27 @@ def _documents(folder: Path) -> Iterator[Reader]:
     for form, name in (("offsets", "offsets.csv"), ("ros", "offsets.yaml"), ("xacro", "offsets.xacro")):
         text = robocal("export", arm / "run", "--format", form).out
         yield _of("offsets", {name: text}, lambda f, n=name: read_offsets(f / n, ARM))
+
+
+def _images(folder: Path) -> list[Reader] | None:
+    """Printed sheets, lists of images, and images; none without OpenCV."""
+    try:
+        cv2 = opencv()
+    except MissingExtra:
+        return None
+    made = []
+    for pattern in ("grid", "charuco", "aprilgrid"):
+        words = ("--pattern", pattern, "--columns", 3, "--rows", 3)
+        assert robocal("vision", "sheet", *words, "-o", folder / f"{pattern}.pdf").status == 0
+        text = (folder / f"{pattern}.yaml").read_text()
+        made.append(_of("sheet", {"sheet.yaml": text}, lambda f: read_sheet(f / "sheet.yaml")))
+    ramp = np.add.outer(np.arange(40), np.arange(60)).astype(np.uint8) * 2
+    images: dict[str, str | bytes] = {f"a.{e}": cv2.imencode(f".{e}", ramp)[1].tobytes() for e in ("png", "jpg", "pgm")}
+    for name in images:
+        made.append(_of("image", {name: images[name]}, lambda f, n=name: list(read_images(find_images([str(f / n)])))))
+    listed = {"list.txt": "a.png\na.jpg\n"} | images
+    made.append(_of("list of images", listed, lambda f: list(read_images(find_images([str(f / "list.txt")])))))
+    return made
 
 
 def _cable_data() -> Iterator[Reader]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import shutil
 import zlib
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,10 @@ import pytest
 from cli.runs import ROBOT
 from files.test_cable import caspr
 from killing import FOREIGN, count_calls, duration, judge, killed_after, killed_at, readable
+from printed import draw_images
 
 from robocal.cli.main import main
+from robocal.errors import MissingExtra
 
 KILLS = int(os.environ.get("ROBOCAL_KILLS", "0"))
 LAVAL = Path(__file__).parents[2] / "examples" / "cable-laval" / "robot.yaml"
@@ -40,6 +43,8 @@ VERBS = {
     "cable forward": ((*CABLE, "forward", "LAVAL", "l.csv", "-o", "OUT/p.csv", "--force"), ("--sigma", "0.5")),
     "cable tension": ((*CABLE, "tension", "LAVAL", "p.csv", "--force", "-o", "OUT"), ("--payload", "5")),
     "cable workspace": ((*CABLE, "workspace", "LAVAL", "--cells", "8", "--rays", "100", "--force", "-o", "OUT"), ("--payload", "5")),
+    "vision detect": (("vision", "detect", "images", "--dictionary", "6x6_250", "--force", "-o", "OUT/corners.csv"), ("--size", "48")),
+    "vision sheet": (("vision", "sheet", "--force", "-o", "OUT/sheet.pdf"), ("--first", "7")),
     "cable poses": ((*CABLE, "poses", "LAVAL", "-n", "20", "--force", "-o", "OUT"), ("--seed", "7")),
 }  # fmt: skip
 
@@ -61,6 +66,8 @@ def home(tmp_path_factory):
     (here / "q.csv").write_text("j1 [deg],j2 [deg],j3 [deg]\n10,20,30\n-20,10,5\n")
     (here / "p.csv").write_text("x [m],y [m],z [m],rx [deg],ry [deg],rz [deg]\n0,0,0.1,0,0,0\n0.1,0,0,0,0,0\n")
     assert main(["cable", "inverse", str(LAVAL), str(here / "p.csv"), "-o", str(here / "l.csv")]) == 0
+    with suppress(MissingExtra):
+        draw_images(here / "images")
     return here
 
 
@@ -79,6 +86,8 @@ def command(home, words, out):
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_verb_that_is_killed(home, tmp_path, verb):
     words, other = VERBS[verb]
+    if words[0] == "vision":
+        pytest.importorskip("cv2")
     old, new = tmp_path / "old", tmp_path / "new"
     for folder, more in ((old, ()), (new, other or ())):
         folder.mkdir()

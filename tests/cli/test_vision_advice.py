@@ -14,7 +14,7 @@ from cli.test_vision_detect import TILT, checker, codes, detect, grid, save
 from files.test_image_files import turned
 from printed import image_of, places
 
-pytest.importorskip("cv2")
+cv2 = pytest.importorskip("cv2")
 WIDTH, HEIGHT = 240, 130
 NAME = ("--dictionary", "6x6_250", "--size", 48)
 Words = tuple[object, ...]
@@ -67,8 +67,23 @@ def numbers_of(document, code):
 # obeys: image-turned
 @advice("image-turned")
 def turned_by_exif(at):
-    one, two = turned(at / "a.jpg", 6, plain()), turned(at / "b.jpg", 1, plain())
-    return (one, *NAME), (two, *NAME)
+    for name, way in (("a/1", 6), ("a/2", 6), ("b/1", 1), ("b/2", 1)):
+        turned(at / f"{name}.jpg", way, plain())
+    return (at / "a", *NAME), (at / "b", *NAME)
+
+
+# obeys: video-ends-early
+@advice("video-ends-early")
+def film(at):
+    whole, part = at / "whole.avi", at / "part.avi"
+    made = cv2.VideoWriter(str(whole), cv2.VideoWriter_fourcc(*"MJPG"), 10, (WIDTH, HEIGHT))
+    if not made.isOpened():
+        pytest.skip("this OpenCV writes no video")
+    for _ in range(20):
+        made.write(cv2.cvtColor(plain(), cv2.COLOR_GRAY2BGR))
+    made.release()
+    part.write_bytes(whole.read_bytes()[: whole.stat().st_size * 2 // 3])
+    return (part, *NAME), (whole, *NAME)
 
 
 # obeys: image-sizes-differ

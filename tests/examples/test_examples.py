@@ -86,8 +86,16 @@ def test_command(place, capsys, folder, number, status, verdict):
 
 
 def test_every_command_is_tried():
-    """The validation and the UR10 have tests of their own below, cable robots and studies theirs in files of their own."""
-    own = {("rv-2aj", 1), ("rv-2aj", 3), ("rv-2aj", 4), ("ur10-tracker", 0), ("ur10-tracker", 1)}
+    """The validation and the UR10 have tests of their own below, cable robots, studies and the camera theirs in files of their own."""
+    own = {
+        ("camera", 0),
+        ("camera", 1),
+        ("rv-2aj", 1),
+        ("rv-2aj", 3),
+        ("rv-2aj", 4),
+        ("ur10-tracker", 0),
+        ("ur10-tracker", 1),
+    }
     known = {(folder, number) for folder, number, *_ in EXPECTED} | own
     folders = sorted(p.name for p in EXAMPLES.iterdir() if p.is_dir() and not p.name.startswith(("cable-", "studies")))
     for kind in READERS:

@@ -8,6 +8,7 @@ import json
 import re
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -16,18 +17,19 @@ from cli.runs import robocal, small
 from cli.worlds import CABLE as CABLE_ROBOT
 from cli.worlds import PLACES, POSES, TARGETS
 from files.test_cable import caspr
+from printed import draw_images
 from report.markup import Page
 from rich.console import Console
 
 import robocal as rc
 from robocal.cli.draw import drawn
-from robocal.errors import Cancelled, InputError, ModelError
+from robocal.errors import Cancelled, InputError, MissingExtra, ModelError
 from robocal.files.cable.write import describe_cable
 from robocal.front.verb_result import Found
 from robocal.report.html import html
 from robocal.report.page import page
 from robocal.verbs.option import entries
-from robocal.verbs.registry import CABLE, VERBS
+from robocal.verbs.registry import GROUPS, VERBS
 
 # What Python and the command line are called with, in one place: the verb, its words, and the same as Python says them.
 PAIRS = {
@@ -70,6 +72,14 @@ PAIRS = {
         "cable require cable.yaml list.csv --sigma 2mm --accuracy 4mm",
         lambda: rc.cable.require("cable.yaml", "list.csv", sigma="2mm", accuracy="4mm"),
     ),
+    "camera.detect": (
+        "vision detect images --dictionary 6x6_250 --size 48",
+        lambda: rc.camera.detect(Path("images"), dictionary="6x6_250", size=48.0),
+    ),
+    "camera.sheet": (
+        "vision sheet --ids 3,4 --columns 2 --rows 1 --force",
+        lambda: rc.camera.sheet(ids=(3, 4), columns=2, rows=1, force=True),
+    ),
 }
 
 
@@ -91,6 +101,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, text in (texts | {"free.yaml": describe_cable(free())}).items():
         (folder / name).write_text(text, encoding="utf-8")
     assert robocal("identify", folder / "robot.yaml", folder / "data.yaml", "-o", folder / "run").status == 0
+    with suppress(MissingExtra):
+        draw_images(folder / "images")
     caspr(folder)
     listed(folder / "list.csv", 12, robot=box())
     (folder / "lengths.csv").write_text(robocal("cable", "inverse", folder / "cable.yaml", folder / "places.csv").out)
@@ -119,6 +131,8 @@ def test_python_and_the_command_line_say_the_same(place: Path, monkeypatch: pyte
 
     monkeypatch.chdir(place)
     words, call = PAIRS[name]
+    if name.startswith("camera"):
+        pytest.importorskip("cv2")
     ran, found = robocal(*words.split(), "--json"), call()
     assert ran.status == (0 if found.trusted else 3), ran.err
     same(json.loads(ran.out), json.loads(json.dumps(plain(found.document))))
@@ -156,11 +170,14 @@ def everywhere(found: Found) -> None:
         assert not re.search(r"\b(None|nan|inf)\b", read.text), read.text
 
 
-@pytest.mark.parametrize("name", [*rc.CALLS, *(f"cable.{n}" for n in CABLE)])
+@pytest.mark.parametrize(
+    "name", [*rc.CALLS, *(f"{word}.{name}" for word, group in GROUPS.items() for name in group.verbs)]
+)
 def test_every_option_is_named_with_its_default(name: str) -> None:
     from importlib import import_module
 
-    call = getattr(rc.cable, name.partition(".")[2]) if "." in name else getattr(rc, name)
+    word, _, verb = name.rpartition(".")
+    call = getattr(getattr(rc, GROUPS[word].python), verb) if word else getattr(rc, name)
     told = entries(import_module(f"robocal.verbs.{name}").Options)
     signature = inspect.signature(call)
     assert list(signature.parameters) == [*(e.python for e in told), "watch"]
@@ -195,6 +212,11 @@ def test_the_front_door_is_small_and_documented() -> None:
         rc.nothing  # noqa: B018
     with pytest.raises(AttributeError, match="workspace"):
         rc.cable.nothing  # noqa: B018
+    with pytest.raises(AttributeError, match="detect"):
+        rc.camera.nothing  # noqa: B018
+    assert {group.python: word for word, group in GROUPS.items()} == rc.GROUPS and dir(rc.camera) == [
+        *GROUPS["vision"].verbs
+    ]
 
 
 @pytest.mark.parametrize("call", [rc.check, rc.study, rc.predict], ids=["check", "study", "predict"])

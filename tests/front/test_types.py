@@ -19,12 +19,14 @@ reveal_type(rc.identify("a", "b").result.verdict.status)
 reveal_type(rc.validate("a", "b").result.iso)
 reveal_type(rc.cable.tension("a", "b").result.margin)
 reveal_type(rc.cable.forward("a", "b").result.solution.converged)
+reveal_type(rc.camera.detect("a", size=48.0).result.coverage)
 """
 TYPES = (
     r"Literal\['improved'\] \| Literal\['located'\] \| Literal\['not_improved'\] \| Literal\['refused'\]|Literal\['improved', 'located', 'not_improved', 'refused'\]",
     r"Mapping\[str, Any\]|dict\[str, Any\]|Standard",
     r"ndarray\[.*float64\]\]",
     r"ndarray\[.*bool.*",
+    r"float",
 )
 
 

@@ -55,7 +55,7 @@ OTHER = {
     "rows-off": "session/test_naming_causes.py",
 }
 OTHER |= dict.fromkeys(
-    "image-turned image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "
+    "image-turned video-ends-early image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "
     "dictionary-unsure board-found size-not-stated two-of-one-number mirrored-image markers-apart markers-at-border image-overexposed "
     "motion-blur image-blurred edges-alone marker-dropped image-hardly-covered".split(),
     "cli/test_vision_advice.py",

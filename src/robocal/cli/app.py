@@ -23,7 +23,7 @@ import click
 from robocal.cli.guard import ANYWHERE, DONE, UNTRUSTED, complain
 from robocal.cli.terminal import Terminal, command_line
 from robocal.remarks.remark import full_text
-from robocal.verbs.option import Arg, OptionField, entries
+from robocal.verbs.option import FILE_UNITS, Arg, OptionField, entries
 from robocal.verbs.registry import COMMAND_NAMES, GROUPS, VERBS
 
 __all__ = ["Task", "build", "command"]
@@ -104,6 +104,19 @@ class _Argument(click.Argument):
         self.line = told.metavar, told.help + ("  [required]" if entry.required else "")
 
 
+class _Number(click.types.FloatParamType):
+    """A number, which is told in which unit it is wanted where it is none."""
+
+    def __init__(self, unit: str) -> None:
+        self.words = f" in the robot file's unit of {unit}" if unit in FILE_UNITS else f" in {unit}" if unit else ""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        try:
+            return float(value)
+        except ValueError:
+            self.fail(f"{value!r} is not a number{self.words}", param, ctx)
+
+
 class _Command(click.Command):
     """A verb: its arguments have a part of the help, before the options."""
 
@@ -175,6 +188,8 @@ def _parameter(entry: OptionField) -> click.Parameter:
     names = [n for n in (told.short, f"{entry.word}/{told.negative}" if told.negative else entry.word) if n]
     shown = not (entry.required or entry.several or entry.optional or entry.kind is bool or entry.default == "")
     facts = _facts(entry) | ({"is_flag": True} if entry.kind is bool else {"multiple": entry.several})
+    if entry.kind is float:
+        facts["type"] = _Number(told.unit)
     metavar = None if entry.kind is bool else told.metavar or told.numbers or entry.name.upper()
     return click.Option([*names, entry.name], metavar=metavar, help=told.text, show_default=shown, **facts)
 

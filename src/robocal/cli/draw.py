@@ -89,7 +89,7 @@ def _table(block: blocks.Table) -> PlainTable:
 def _paths(block: blocks.Written) -> Text:
     """Where the files are; the report first, because that is what people open."""
     ordered = sorted(block.paths, key=lambda p: (p.name != "report.html", p.name))
-    return Text(f"Written to {ordered[0].parent}: {', '.join(p.name for p in ordered)}")
+    return Text(f"Written{block.folder and f' to {block.folder}'}: {', '.join(p.name for p in ordered)}")
 
 
 class PlainTable(Table):

@@ -285,6 +285,7 @@ IMAGE_SMEAR = limit(3.0, "px", "A motion of the camera as long bends no edge, bu
 IMAGE_BLUR = limit(2.0, "px", "From here on corners are worse than the noise of a good detector (0.02 px).")
 IMAGE_WHITE = limit(0.5, "of the bright pixels", "Half of what is white around the markers is as bright as the camera can say.")
 IMAGE_COVERAGE = limit(0.4, "of 8 x 6 parts", "A lens is known where corners were, and here most of it is not.")
+VIDEO_FRAMES = limit(0.95, "of the frames that a video states", "Some files state their frames from length and rate, a little wrong.")
 IMAGE_VIEWS = limit(5, "images", "Of fewer, nobody expects that they cover the image.")
 CORNER_AT_REST = limit(0.005, "px", "A third of what corners of a good image are off by; the next round moves them a tenth of it.")
 LENS_VIEWS = limit(3, "views", "Two views of a flat target leave no number to check four of a lens with.", "Zhang (2000)")

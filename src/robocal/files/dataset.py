@@ -168,7 +168,8 @@ def _read_rows(reader: RowReader, kind: KindFile, name: str, exclude: Sequence[E
     if missing:
         left.append(LeftOut(table.path, tuple(sorted(missing)), "missing"))
     said = (*(o.remark for o in left), *made.warnings)
-    return replace(made, left_out=tuple(left), warnings=said, unread=(left_over(table, vocabulary(reader.machine)),))
+    unread = left_over(table, vocabulary(reader.machine), kind.silent)
+    return replace(made, left_out=tuple(left), warnings=said, unread=(unread,))
 
 
 def _kind_file(kind: object, document: YamlDocument, machine: Model) -> KindFile:

@@ -14,6 +14,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
+from robocal.diagnose.limits import VIDEO_FRAMES
 from robocal.errors import FileError, reason_of
 from robocal.files.images import opencv
 from robocal.files.text import InputFile, read_bytes, read_text
@@ -36,12 +37,14 @@ TAIL = 1 << 16  # bytes: cameras write previews and notes behind an image
 
 @record(eq=False)
 class GreyImage:
-    """An image of a view: its brightness (h, w) as bytes for searching, and as it was read, in levels of 0 to 255, for fitting."""
+    """An image of a view: its brightness (h, w) as bytes for searching, and as it was read, in levels of 0 to 255, for fitting;
+    whether it was turned as its file says (EXIF)."""
 
     view: str
     file: InputFile
     grey: Array
     levels: Array
+    turned: bool = False
     remarks: tuple[Remark, ...] = ()
 
     @property
@@ -97,7 +100,8 @@ def read_images(sources: Sequence[ImageSource], every: int = 10) -> Iterator[Gre
 def _expand(place: str) -> list[Path]:
     path = Path(place)
     if path.is_dir():
-        inside = [p for p in path.iterdir() if p.suffix.lower() in IMAGES | VIDEOS and not p.name.startswith(".")]
+        named = (p for p in path.iterdir() if p.suffix.lower() in IMAGES | VIDEOS and not p.name.startswith("."))
+        inside = [p for p in named if not p.is_dir()]
         if not inside:
             raise FileError("there are no images in this folder", file=path, expected=", ".join(sorted(IMAGES)))
         return inside
@@ -108,13 +112,17 @@ def _expand(place: str) -> list[Path]:
         return [Path(m) for m in matches]
     if path.suffix.lower() == ".txt":
         lines = [line.strip() for line in read_text(path).text.splitlines()]
-        return [path.parent / line for line in lines if line and not line.startswith("#")]
+        listed = [path.parent / line for line in lines if line and not line.startswith("#")]
+        if not listed:
+            raise FileError("there are no images in this list", file=path, expected="a path in each line")
+        return listed
     return [path]
 
 
 def _natural(path: Path) -> tuple[Any, ...]:
-    """img2 before img10."""
-    return tuple((0, int(t), "") if t.isdigit() else (1, 0, t) for t in re.split(r"(\d+)", str(path)) if t)
+    """img2 before img10: of numbers the longer is the larger."""
+    parts = (t.lstrip("0") if t.isdigit() else t for t in re.split(r"(\d+)", str(path)))
+    return tuple((len(t), t) if k % 2 else (0, t) for k, t in enumerate(parts))
 
 
 def _image(path: Path, view: str) -> GreyImage:
@@ -126,12 +134,11 @@ def _image(path: Path, view: str) -> GreyImage:
     if raw is None:
         expected = "an image: PNG, JPEG, TIFF, BMP, PGM, WebP"
         raise FileError("this is not an image that OpenCV can read", file=path, expected=expected)
-    said: list[Remark] = []
+    turned = False
     if b"Exif" in data[:TAIL] or b"eXIf" in data[:TAIL]:
         as_stored = _decode(data, flags | cv2.IMREAD_IGNORE_ORIENTATION)
-        if as_stored.shape != raw.shape or not np.array_equal(as_stored, raw):
-            said.append(Remark.of(Code.IMAGE_TURNED, file=str(path)))
-    return _grey(raw, view, InputFile(path, hashlib.sha256(data).hexdigest()), said)
+        turned = as_stored.shape != raw.shape or not np.array_equal(as_stored, raw)
+    return replace(_grey(raw, view, InputFile(path, hashlib.sha256(data).hexdigest())), turned=turned)
 
 
 def _decode(data: bytes, flags: int) -> Any:
@@ -161,17 +168,17 @@ def _refuse_size(width: int, height: int, path: Path) -> None:
         raise FileError("the image is too small", file=path, found=f"{width} x {height} pixels")
 
 
-def _grey(raw: Any, view: str, file: InputFile, said: Sequence[Remark] = ()) -> GreyImage:
+def _grey(raw: Any, view: str, file: InputFile) -> GreyImage:
     """Levels of 0 to 255; of 16 bits the range that the camera uses."""
     _refuse_size(raw.shape[1], raw.shape[0], file.file)
     if raw.dtype == np.uint8:
-        return GreyImage(view, file, raw, raw, tuple(said))
+        return GreyImage(view, file, raw, raw)
     most = float(np.max(raw)) if np.isfinite(raw).all() else np.inf
     if not 0 < most < np.inf or (raw.dtype.kind == "f" and most > RANGES[-1]):
         raise FileError("the image has no levels of brightness", file=file.file, found=f"a maximum of {most:g}")
     top = next(r for r in RANGES if most <= r) if raw.dtype.kind != "f" or most > 1 else 1.0
     levels: Array = (255.0 / top) * np.asarray(raw, dtype=float)
-    return GreyImage(view, file, np.clip(np.rint(levels), 0, 255).astype(np.uint8), levels, tuple(said))
+    return GreyImage(view, file, np.clip(np.rint(levels), 0, 255).astype(np.uint8), levels)
 
 
 def _frames(path: Path, view: str, every: int) -> Iterator[GreyImage]:
@@ -182,15 +189,22 @@ def _frames(path: Path, view: str, every: int) -> Iterator[GreyImage]:
         if not film.isOpened():
             raise FileError("this is not a video that OpenCV can read", file=path, expected="a video, or images")
         number = 0
+        last: GreyImage | None = None  # one is kept back, for what is said at the end
         while film.grab():
             if number % every == 0:
                 there, frame = film.retrieve()
                 if there:
+                    if last is not None:
+                        yield last
                     flat = frame if frame.ndim == 2 else cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
-                    yield _grey(flat, f"{view}-{number}", file)
+                    last = _grey(flat, f"{view}-{number}", file)
             number += 1
-        if number == 0:
+        if last is None:
             raise FileError("the video has no frames", file=path)
+        stated = int(film.get(cv2.CAP_PROP_FRAME_COUNT))
+        short = number < VIDEO_FRAMES * stated
+        said = [Remark.of(Code.VIDEO_ENDS_EARLY, file=str(path), count=number, stated=stated)] if short else []
+        yield replace(last, remarks=tuple(said))
     finally:
         film.release()
 

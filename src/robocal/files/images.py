@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable
 from typing import Any
@@ -18,9 +19,13 @@ FAMILIES = {f"{n}x{n}_{count}": f"DICT_{n}X{n}_{count}" for n in (4, 5, 6, 7) fo
 FAMILIES |= {name: f"DICT_APRILTAG_{name}" for name in ("16h5", "25h9", "36h10", "36h11")}
 FAMILIES |= {"mip_36h12": "DICT_ARUCO_MIP_36h12", "original": "DICT_ARUCO_ORIGINAL"}
 
+LOGS = {"OPENCV_LOG_LEVEL": "SILENT", "OPENCV_FFMPEG_LOGLEVEL": "-8"}
+
 
 def opencv() -> Any:
     """The module cv2. Raises MissingExtra."""
+    for name, level in LOGS.items():  # what is wrong with a file is said in our words
+        os.environ.setdefault(name, level)
     try:
         import cv2
     except ImportError:

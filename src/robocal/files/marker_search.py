@@ -14,6 +14,7 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.diagnose.limits import DICTIONARY_AHEAD
+from robocal.errors import ModelError
 from robocal.files.images import FAMILIES, opencv
 
 __all__ = [
@@ -193,6 +194,10 @@ def measure_checker(grey: Array) -> tuple[int, int] | None:
 def _charuco(squares: tuple[int, int], family: str, legacy: bool, share: float, ids: Sequence[int] = ()) -> Any:
     cv2 = opencv()
     dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, FAMILIES[family]))
+    wanted, most = squares[0] * squares[1] // 2, len(dictionary.bytesList)
+    if wanted > most:
+        found, expected = f"{squares[0]} x {squares[1]} squares", f"at most {most} markers, those of {family}"
+        raise ModelError("the dictionary has too few markers for this board", found=found, expected=expected)
     board = cv2.aruco.CharucoBoard(squares, 1.0, share, dictionary, np.array(ids, dtype=np.int32) if ids else None)
     board.setLegacyPattern(legacy)
     return board

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import FiniteFloat
 
 from robocal._version import __version__
+from robocal.errors import ModelError
 from robocal.files.images import family_cells
 from robocal.files.pdf import Box, page_of, rectangles, text_line
 from robocal.files.schema import FileModel, Name, Version, validate
@@ -24,6 +25,7 @@ __all__ = ["FOOT", "describe_sheet", "read_sheet", "sheet_pdf"]
 FOOT = 0.022  # m, at the foot of the paper, for bar and text
 BAR = 100  # mm
 LINES = 3
+BORDERS, SQUARES = 2, 200  # cells around a code, squares along a board: at most
 LETTER = 0.56  # of the height of Helvetica's letters, the width of a wide text's
 
 
@@ -142,7 +144,7 @@ class SheetModel(FileModel):
 
 
 def read_sheet(path: str | os.PathLike[str]) -> Sheet:
-    """The sheet of a sheet.yaml, at the scale that was measured. Raises FormatError, ModelError, MissingExtra."""
+    """The sheet of a sheet.yaml, at the scale that was measured. Raises FileError, FormatError, MissingExtra."""
     document = load(path)
     model = validate(SheetModel, document)
     document.insist(0.5 < model.scale < 2, "not a scale", ("scale",), found=model.scale, expected="about 1")
@@ -150,7 +152,14 @@ def read_sheet(path: str | os.PathLike[str]) -> Sheet:
     pair(document, model.paper, ("paper",))
     ids = [m.id for m in model.markers]
     document.insist(len(set(ids)) == len(ids), "a number stands twice", ("markers",), found=ids)
-    cells = family_cells(model.dictionary, ids, model.border) if ids else ()
+    document.insist(
+        1 <= model.border <= BORDERS, "not a border", ("border",), found=model.border, expected="1 or 2 cells"
+    )
+    try:
+        cells = family_cells(model.dictionary, ids, model.border) if ids else ()
+    except ModelError as error:
+        key = "markers" if error.key == "id" else "dictionary"
+        raise error.of_file(document.path, key=key, row=document.row((key,))) from None
     markers = []
     for i, (m, code) in enumerate(zip(model.markers, cells, strict=True)):
         at = ("markers", i, "corners")
@@ -164,7 +173,7 @@ def read_sheet(path: str | os.PathLike[str]) -> Sheet:
     checkers = []
     for i, c in enumerate(model.checkerboards):
         pair(document, c.middle, ("checkerboards", i, "middle"))
-        good = c.columns > 0 and c.rows > 0 and c.square > 0 and c.first in ("black", "white")
+        good = 0 < c.columns <= SQUARES and 0 < c.rows <= SQUARES and c.square > 0 and c.first in ("black", "white")
         document.insist(
             good, "not a checkerboard", ("checkerboards", i), expected="columns, rows, square, first: black or white"
         )

@@ -15,6 +15,7 @@ from robocal.files.text import MemoryFile
 from robocal.front.arrays import Arm, Measurements
 from robocal.front.verb_result import Found, Identified
 from robocal.verbs.option import Arg, Option, OptionField, entries
+from robocal.verbs.registry import GROUPS
 
 __all__ = ["call", "docstring_of"]
 
@@ -32,12 +33,12 @@ def call(path: str) -> Callable[..., Any]:
         given = signature.bind(*words, **options).arguments if set(options) <= set(told) else _unknown(options, told)
         given = _links(given, told)
         values = {told[name].name: _value(told[name], value) for name, value in given.items()}
-        return made(path, module.run(module.Options(**values), watch, f"robocal.{path}(...)"))
+        return made(path, module.run(module.Options(**values), watch, f"{verb.__module__}.{verb.__name__}(...)"))
 
     signature = inspect.Signature([_parameter(e) for e in told.values()])
     whole = [*signature.parameters.values(), inspect.Parameter("watch", inspect.Parameter.KEYWORD_ONLY, default=None)]
     verb.__name__ = verb.__qualname__ = path.rpartition(".")[2]
-    verb.__module__ = "robocal.cable" if "." in path else "robocal"
+    verb.__module__ = f"robocal.{GROUPS[path.partition('.')[0]].python}" if "." in path else "robocal"
     verb.__signature__ = inspect.Signature(whole)  # type: ignore[attr-defined]
     verb.__doc__ = docstring_of(path)
     return verb

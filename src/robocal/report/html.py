@@ -75,7 +75,8 @@ def _block(block: Block, heading: str) -> Iterator[str]:
         case blocks.Written():
             if block.paths:
                 names = ", ".join(escape(p.name) for p in block.paths)
-                yield f"<p>Written to <code>{escape(str(block.paths[0].parent))}</code>: {names}</p>"
+                place = block.folder and f" to <code>{escape(block.folder)}</code>"
+                yield f"<p>Written{place}: {names}</p>"
         case blocks.Figure():
             yield _figure(block, heading)
         case blocks.Pair():

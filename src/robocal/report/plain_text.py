@@ -39,7 +39,7 @@ def _lines(block: Block) -> Iterator[str]:
                 yield from _lines(one)
         case blocks.Written():
             if block.paths:
-                yield f"Written to {block.paths[0].parent}: {', '.join(p.name for p in block.paths)}"
+                yield f"Written{block.folder and f' to {block.folder}'}: {', '.join(p.name for p in block.paths)}"
         case blocks.Figure():
             if block.caption:
                 yield f"[{block.caption}]"

@@ -186,6 +186,11 @@ class Written:
 
     paths: tuple[Path, ...]
 
+    @property
+    def folder(self) -> str:
+        """Where they are, if not here."""
+        return "" if self.paths[0].parent == Path() else str(self.paths[0].parent)
+
 
 @record
 class Pair:

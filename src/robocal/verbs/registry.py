@@ -10,11 +10,12 @@ __all__ = ["CABLE", "COMMAND_NAMES", "GROUPS", "PATHS", "VERBS", "VISION", "Verb
 
 
 class VerbGroup(NamedTuple):
-    """Verbs under one word: their line in the list, their help, and the verbs."""
+    """Verbs under one word: their line in the list, their help, the verbs, and the word in Python, `rc.cable`."""
 
     line: str
     help: str
     verbs: Mapping[str, str]
+    python: str
 
 
 VERBS: Mapping[str, str] = MappingProxyType({
@@ -56,8 +57,12 @@ GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
         "Cable-driven parallel robots: lengths, poses, tensions, workspaces, lists of poses.\n\n"
         "robocal new cable writes a file to start from.",
         CABLE,
+        "cable",
     ),
-    "vision": VerbGroup("Cameras and printed sheets.", "Cameras: sheets to print, images to corners, lenses.", VISION),
+    # In Python robocal.vision is the package of what these verbs compute with.
+    "vision": VerbGroup(
+        "Cameras and printed sheets.", "Cameras: sheets to print, images to corners, lenses.", VISION, "camera"
+    ),
 })  # fmt: skip
 # Where every verb is in `robocal.verbs`.
 PATHS = (*VERBS, *(f"{word}.{name}" for word, group in GROUPS.items() for name in group.verbs))

@@ -114,7 +114,8 @@ def whole(model: Any, values: Values, around: Around) -> Sequence[Part]:
 class KindFile:
     """A kind of measurement in files: the model of its data.yaml, how its columns are read and written, and which parts
     of a target it can see; `free` says what of its place is free unless stated, `located` whether its first three
-    values are where the tool is, and `lengths` is the section whose readings are lengths; its `name` is told by the registry."""
+    values are where the tool is, `lengths` is the section whose readings are lengths, and `silent` are columns that belong there and that
+    nobody need read; its `name` is told by the registry."""
 
     model: type[DataModel]
     read: Callable[[Any, CsvTable, YamlDocument], Values]
@@ -125,6 +126,7 @@ class KindFile:
     free: tuple[bool, ...] = FULL
     located: bool = False
     lengths: str = ""
+    silent: tuple[str, ...] = ()
     name: str = ""
 
 

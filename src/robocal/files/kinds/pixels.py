@@ -244,4 +244,9 @@ points: {{columns: [point_x, point_y, point_z], unit: {length}}}    # in the tar
 frame: {{name: camera, mount: base, free: true}}    # say roughly where: the base seen from the camera; in hand: mount: tool
 camera: {{name: lens, fx: 1400, fy: 1400, cx: 640, cy: 480, free: []}}    # or file: lens.yaml; free: true identifies all
 """
-PIXELS = KindFile(PixelsModel, read_pixels, write_pixels, PIXELS_KEYS, parts=parts)
+# What `vision detect` writes beside what is read here.
+DETECTED = (
+    *"marker corner point_x point_y point_z blur method suv".split(),
+    *(f"c{a}_{b}{j}" for a in "uv" for j in range(4) for b in "uv"),
+)
+PIXELS = KindFile(PixelsModel, read_pixels, write_pixels, PIXELS_KEYS, parts=parts, silent=DETECTED)

@@ -11,8 +11,11 @@ class VisionRemarks:
     """What is remarked on images and what they show."""
 
     IMAGE_TURNED = Phrase(
-        "{file} says how the camera was turned (EXIF), and was turned so",
+        "{count} of {total} images say how the camera was turned (EXIF), and were turned so: {views}",
         "Take all images without turning, and switch this off in the camera: the lens does not turn with it.",
+    )
+    VIDEO_ENDS_EARLY = Phrase(
+        "{file} ends after {count} of {stated} frames", "Copy the video again: a part of the file is missing."
     )
     IMAGE_SIZES_DIFFER = Phrase(
         "the images have {count} sizes: {views} has {width} x {height} pixels, most have {usual}",
@@ -20,7 +23,7 @@ class VisionRemarks:
     )
     NO_TARGET_FOUND = Phrase(
         "no image shows a target: {tried}",
-        "Check that the whole target with its white rim is in the images, sharp, and name it: --dictionary, --checker or --charuco.",
+        "Check that the target with its white rim is whole and sharp, and name it: --sheet, --dictionary, --checker or --charuco.",
     )
     NO_MARKER_IN_VIEW = Phrase(
         "{count} of {total} images show no target: {views}",

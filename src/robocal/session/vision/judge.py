@@ -36,17 +36,18 @@ def judge_views(
     mirrored = tuple(v.view for v in views if v.mirrored)
     if mirrored:
         reasons.append(Remark.of(Code.MIRRORED_IMAGE, count=len(mirrored), total=total, views=mirrored))
+
+    def tell(code: str, some: Sequence[ViewSummary], **facts: float) -> None:
+        if some:
+            said.append(Remark.of(code, count=len(some), total=total, views=tuple(v.view for v in some), **facts))
+
+    tell(Code.IMAGE_TURNED, [v for v in views if v.turned])
     if not full:
         what = (
             "all dictionaries and checkerboards were tried" if target.text == "none" else f"{target.text} were searched"
         )
         reasons.append(Remark.of(Code.NO_TARGET_FOUND, tried=what))
         return said, reasons
-
-    def tell(code: str, some: Sequence[ViewSummary], **facts: float) -> None:
-        if some:
-            said.append(Remark.of(code, count=len(some), total=total, views=tuple(v.view for v in some), **facts))
-
     tell(Code.NO_MARKER_IN_VIEW, [v for v in views if not v.corners])
     if target.family is not None and target.squares is None:
         one = [v for v in full if v.markers == 1]

@@ -38,6 +38,7 @@ __all__ = ["Target", "find_target", "target_of", "target_on"]
 
 LOOKS = 3  # images that tell what the target is
 FURTHER = 2  # grid: markers of larger numbers than a dictionary has, that are no chance
+FEWEST = 3  # tolerance: squares along a board
 MOST_SQUARES = 200  # tolerance: what a board may have
 
 
@@ -163,6 +164,16 @@ def target_on(path: Path) -> Target:
     board = sheet.checkers[0] if sheet.checkers else None
     squares = None if board is None else (board.columns, board.rows)
     square, legacy = (None, False) if board is None else (board.square, board.white_first)
+    if board is not None:
+        count, wanted = len(sheet.markers), board.columns * board.rows // 2
+        if min(board.columns, board.rows) < FEWEST:
+            found = f"{board.columns} x {board.rows} squares"
+            raise FileError(
+                "too small a board", file=path, key="checkerboards", found=found, expected=f"at least {FEWEST}"
+            )
+        if count not in (0, wanted):
+            expected = f"{wanted}, one in each white square, or none"
+            raise FileError("a board with other markers", file=path, key="markers", found=count, expected=expected)
     if not sheet.markers:
         return Target(None, squares, None, square, sheet=sheet)
     one = sheet.markers[0]
@@ -201,7 +212,7 @@ def target_of(
 def read_squares(word: str, key: str) -> tuple[int, int]:
     found = re.fullmatch(r"\s*(\d+)\s*[xX×]\s*(\d+)\s*", word)
     numbers = (int(found[1]), int(found[2])) if found else (0, 0)
-    if min(numbers) < 3 or max(numbers) > MOST_SQUARES:
+    if min(numbers) < FEWEST or max(numbers) > MOST_SQUARES:
         raise ModelError("not the squares of a board", key=key, found=word, expected="columns x rows, as 10x8")
     return numbers
 

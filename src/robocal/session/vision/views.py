@@ -27,8 +27,8 @@ WIDTH = 420  # px, of a small picture
 class ViewSummary:
     """One view: its image, how many markers and corners it shows, the share of all numbers that any view shows, blur (px, the median), the
     length and direction by which it is smeared (px, deg), the share of bright pixels that may be cut off, the share of the image's parts
-    with corners, markers at the border, numbers seen twice, those that could not be fitted, and those that are not on the
-    sheet."""
+    with corners, markers at the border, numbers seen twice, those that could not be fitted, those that are not on the sheet, and whether
+    it was turned as its file says (EXIF)."""
 
     view: str
     file: str
@@ -48,6 +48,7 @@ class ViewSummary:
     dropped: tuple[int, ...] = ()
     strangers: tuple[int, ...] = ()
     mirrored: bool = False
+    turned: bool = False
 
 
 @record(eq=False)
@@ -87,7 +88,7 @@ def look_at(image: GreyImage, target: Target) -> ImageView:
         corners=sum(len(s.corner) for s in kept), blur=float(np.median(blurs)) if blurs else None, motion=length, direction=direction,
         white=float(np.mean([s.white for s in kept])) if kept else 0.0, coverage=coverage_of([s.place for s in kept], width, height),
         border=sum(s.cut for s in kept), edges=sum(s.method == METHODS[1] for s in kept), twice=twice, dropped=tuple(sorted(dropped)),
-        strangers=tuple(sorted(set(strangers))),
+        turned=image.turned, strangers=tuple(sorted(set(strangers))),
     )  # fmt: skip
     return ImageView(summary, kept)
 

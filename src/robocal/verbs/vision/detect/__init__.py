@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from robocal._record import record, replace
+from robocal.errors import ModelError
 from robocal.report.sections import Section
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import Arg, BaseOptions, option
@@ -66,7 +67,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[De
 
     if o.output is None:
         return run_verb(o, (), lambda: detect(o, watch, command))
-    files = tuple(o.output.with_suffix(end).name for end in (o.output.suffix or ".csv", ".json", ".html"))
+    if o.output.suffix.lower() != ".csv":  # --force on an image would replace it
+        raise ModelError("corners are a CSV", key="--output", found=str(o.output), expected="a name that ends in .csv")
+    files = tuple(o.output.with_suffix(end).name for end in (o.output.suffix, ".json", ".html"))
     beside = replace(o, output=o.output.parent)
     return run_verb(beside, files, lambda: detect(o, watch, command, files), sections, details)
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robocal._record import record, replace
-from robocal.errors import ModelError
 from robocal.files.display import listing_text
 from robocal.files.image_files import find_images, read_images
 from robocal.files.marker_search import smallest_family
@@ -116,8 +115,6 @@ class Detected(VerbResult):
 
 def detect(o: Options, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Detected:
     """Finds the target, then its corners in every image. Raises InputError."""
-    if len(set(files)) < len(files):
-        raise ModelError("corners are a CSV", key="--output", found=files[0], expected="a name that ends in .csv")
     named = ("dictionary", "checker", "charuco", "size", "square")
     if o.sheet is not None:
         o.refuse(named, "the sheet says this already", "--sheet alone, or none")

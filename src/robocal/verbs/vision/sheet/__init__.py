@@ -43,8 +43,8 @@ class Options(BaseOptions):
     ids: tuple[str, ...] = option((), "Numbers of the markers, in place of one after the other", "IDS", listed=True)
     columns: int | None = option(None, "Markers or squares side by side", "N", least=1, most=100)
     rows: int | None = option(None, "Markers or squares one below the other", "N", least=1, most=100)
-    size: float | None = option(None, "Edge of a marker's black square", "MM", unit="mm", above=0, wrong="not a length")
-    square: float | None = option(None, "Edge of a square of a board", "MM", unit="mm", above=0, wrong="not a length")
+    size: float | None = option(None, "Edge of a marker's black square", "MM", unit="mm", least=1, wrong="not a length")
+    square: float | None = option(None, "Edge of a square of a board", "MM", unit="mm", least=1, wrong="not a length")
     pitch: float | None = option(
         None,
         "From marker to marker of a grid",

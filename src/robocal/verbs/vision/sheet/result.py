@@ -24,6 +24,7 @@ __all__ = ["Printed", "SheetDocument", "print_sheet"]
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "letter": (215.9, 279.4)}  # mm
 GRIDS = {"marker": (1, 1), "grid": (4, 5), "checkerboard": (6, 9), "charuco": (5, 7), "aprilgrid": (6, 6)}
+SQUARES = 3  # tolerance: as `detect` has it
 BOARDS = ("checkerboard", "charuco")
 
 
@@ -68,11 +69,14 @@ def print_sheet(o: Any) -> Printed:
         refuse_existing(file, (), o.force)
     columns, rows = GRIDS[o.pattern]
     columns, rows = o.columns or columns, o.rows or rows
+    if o.pattern in BOARDS and min(columns, rows) < SQUARES:
+        message, expected = "this is no board that can be found", f"at least {SQUARES} columns and rows"
+        raise ModelError(message, key="--pattern", found=f"{columns} x {rows} squares", expected=expected)
     kalibr = o.pattern == "aprilgrid"
     family, border = o.dictionary or ("36h11" if kalibr else "6x6_250"), o.border or (2 if kalibr else 1)
     count = {"checkerboard": 0, "charuco": columns * rows // 2}.get(o.pattern, columns * rows)
     ids = _numbers(o, count)
-    cells = family_cells(family, ids, border)
+    cells = family_cells(family, ids, border) if count else np.empty((0, 0, 0))
     given = [None if v is None else v / 1e3 for v in (o.pitch, o.size, o.square)]
     pitch, size, square = given
     layout = SheetLayout(o.pattern, columns, rows, cells.shape[-1] if count else 0, pitch, size)

@@ -1,0 +1,87 @@
+# Made by scripts/front_stub.py from the options of the verbs.
+import os
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from robocal.front.arrays import Measurements
+from robocal.front.verb_result import Found
+from robocal.verbs.vision.detect.result import Detected as _detect_Detected
+from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
+
+_Path = str | os.PathLike[str]
+_Given = _Path | Measurements | Found[Any]
+_Watch = Callable[[dict[str, object]], None]
+
+def detect(
+    images: _Given | Sequence[_Given],
+    *,
+    sheet: _Path | None = None,
+    dictionary: str | None = None,
+    checker: str | None = None,
+    charuco: str | None = None,
+    size: float | None = None,
+    square: float | None = None,
+    every: int = 10,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_detect_Detected]:
+    """Find printed targets in the images of one camera, and list their corners for kind: pixels.
+
+    Targets are markers (ArUco, AprilTag; several on a sheet are a grid), a checkerboard, or a ChArUco board. A sheet
+    of robocal vision sheet says all of it: --sheet. Without --sheet, --dictionary and --checker all are tried on three images.
+
+    images: Images of one camera: files, folders, patterns, lists (.txt), videos.
+    sheet: The YAML of a printed sheet, in place of dictionary, board and sizes.
+    dictionary: Dictionary of the markers: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
+    checker: A checkerboard of so many squares.
+    charuco: A ChArUco board of so many squares.
+    size: Edge of a marker's black square, as measured on the print [mm], above 0.
+    square: Edge of a square of a board, as measured on the print [mm], above 0.
+    every: Of a video, take one frame in so many, 1 or more.
+    output: Write the list here, and a document and a page beside it.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def sheet(
+    *,
+    pattern: str = 'grid',
+    paper: str = 'A4',
+    dictionary: str | None = None,
+    first: int = 0,
+    ids: str | Sequence[str] = (),
+    columns: int | None = None,
+    rows: int | None = None,
+    size: float | None = None,
+    square: float | None = None,
+    pitch: float | None = None,
+    border: int | None = None,
+    output: _Path = ...,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_sheet_Printed]:
+    """Print markers or a board: a PDF at true scale, and a YAML beside it that says what stands where.
+
+    A bar of 100 mm at its foot shows the scale of the printer. Everything is as large as the paper permits unless you say
+    how large. Markers keep two cells of white around themselves.
+
+    pattern: What to print: marker, grid, checkerboard, charuco, aprilgrid.
+    paper: A4, A3, letter, or WIDTHxHEIGHT in mm.
+    dictionary: Dictionary of the markers, such as 6x6_250 or 36h11.  [default: 6x6_250; 36h11 for an aprilgrid]
+    first: Number of the first marker, 0 or more.
+    ids: Numbers of the markers, in place of one after the other.
+    columns: Markers or squares side by side, 1 to 100.
+    rows: Markers or squares one below the other, 1 to 100.
+    size: Edge of a marker's black square [mm], 1 or more.
+    square: Edge of a square of a board [mm], 1 or more.
+    pitch: From marker to marker of a grid [mm], above 0.  [default: two cells of white]
+    border: Cells of black around a marker's code, 1 to 2.  [default: 1; 2 for an aprilgrid, as Kalibr has it]
+    output: The PDF; the YAML gets its name.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
