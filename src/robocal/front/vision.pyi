@@ -5,6 +5,7 @@ from typing import Any
 
 from robocal.front.arrays import Measurements
 from robocal.front.verb_result import Found
+from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.verbs.vision.detect.result import Detected as _detect_Detected
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
@@ -80,6 +81,46 @@ def sheet(
     pitch: From marker to marker of a grid [mm], above 0.  [default: two cells of white]
     border: Cells of black around a marker's code, 1 to 2.  [default: 1; 2 for an aprilgrid, as Kalibr has it]
     output: The PDF; the YAML gets its name.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def intrinsics(
+    corners: _Given,
+    *,
+    model: str | None = None,
+    lens: _Path | None = None,
+    fix: str | Sequence[str] = (),
+    size: float | None = None,
+    square: float | None = None,
+    checker: str | None = None,
+    sheet: _Path | None = None,
+    image: str | None = None,
+    images: str | Sequence[str] = (),
+    exclude: str | Sequence[str] = (),
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_intrinsics_Intrinsics]:
+    """Find a camera's lens from the corners of a board or of sheets of markers, with what it may be off by.
+
+    No robot is needed: in every view the target may be anywhere. Take 15 to 40 views, tilted by 20 to 45 deg in different
+    directions, near and far, and bring the target into all corners of the image.
+
+    corners: corners.csv of robocal vision detect, or a table with its columns.
+    model: Model of the lens: brown, rational, fisheye.  [default: that of --lens; brown]
+    lens: The lens that is known so far: lens.yaml, or a file of OpenCV, ROS or Kalibr.
+    fix: Numbers of the lens that stay as they are: k3, p1,p2.
+    size: Edge of a marker's black square, as measured on the print [mm], above 0.
+    square: Edge of a square of a board, as measured on the print [mm], above 0.
+    checker: Squares of a checkerboard whose corners have numbers, but no places.
+    sheet: sheet.yaml of robocal vision sheet: where its markers are.
+    image: Size of the images in pixels.  [default: that in the JSON beside the corners]
+    images: Images of the corners, as for detect: markers are fitted again in them, with the lens.
+    exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
+    output: Write the lens here, and a document and a page beside it.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
