@@ -96,6 +96,18 @@ def test_a_table_without_places(tmp_path):
     assert ran.status == 2 and "no camera sees" in ran.err
 
 
+def test_one_marker_is_a_target_too(tmp_path):
+    rng = np.random.default_rng(5)
+    told, status = find(
+        write(tmp_path / "c.csv", marker_rows(look(rng, 40, SQUARE * 0.05), 0.05, rng, [7])),
+        "--size",
+        100,
+        "--image",
+        IMAGE,
+    )
+    assert status == 0 and abs(numbers(told)["fx"][0] - LENS["fx"]) < 4 * numbers(told)["fx"][1]
+
+
 def markers(rng, count, noise, names, off=0.0):
     """Rows of a sheet of twelve markers of 40 mm, each moved by as much in its plane."""
     middles = np.array([(x, y, 0.0) for y in (0.06, 0.0, -0.06) for x in (-0.08, -0.02, 0.04, 0.1)])
@@ -217,9 +229,9 @@ def test_frontal_views_do_not_tell_a_focal_length(tmp_path):
 
 
 # obeys: lens-leaves
-# obeys: lens-folds
+# obeys: lens-found-folds
 @pytest.mark.parametrize(("how", "words", "code"), [
-    ({"noise": 0.05}, ("--fix", "k2,k3"), "lens-leaves"), ({"depth": (0.08, 0.3), "tilt": 0.4}, ("--fix", "k2,k3"), "lens-folds"),
+    ({"noise": 0.05}, ("--fix", "k2,k3"), "lens-leaves"), ({"depth": (0.08, 0.3), "tilt": 0.4}, ("--fix", "k2,k3"), "lens-found-folds"),
 ])  # fmt: skip
 def test_another_model_of_lenses_is_wanted(tmp_path, how, words, code):
     corners = board(tmp_path, 20, wide=True, **how)

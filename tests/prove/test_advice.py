@@ -38,7 +38,7 @@ OTHER = {
     "frame-fixed": "prove/test_frames_alone.py",
     "frames-located": "prove/test_frames_alone.py",
     "lens-focal-open": "cli/test_vision_intrinsics.py",
-    "lens-folds": "cli/test_vision_intrinsics.py",
+    "lens-found-folds": "cli/test_vision_intrinsics.py",
     "lens-folds-outside": "cli/test_vision_intrinsics.py",
     "lens-leaves": "cli/test_vision_intrinsics.py",
     "lens-overfitted": "cli/test_vision_intrinsics.py",

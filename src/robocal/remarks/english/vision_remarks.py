@@ -109,7 +109,7 @@ class VisionRemarks:
         "the lens leaves {left:.3g} per axis of corners that are stated to {stated:.3g}; uncertainties are those of the fit",
         "Look at the pictures of residuals: a pattern along the radius wants another --model, one that moves with the board a flat one.",
     )
-    LENS_FOLDS = Phrase(
+    LENS_FOUND_FOLDS = Phrase(
         "{count} of {total} corners lie where the lens that was found folds back: beyond that radius it images nothing",
         "Choose another model of lenses, --model rational or fisheye, or look for wrong corners near the rim.",
     )
@@ -118,6 +118,6 @@ class VisionRemarks:
         "Bring the target into the corners of the image, or choose another model of lenses: --model.",
     )
     LENS_OVERFITTED = Phrase(
-        "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the {seen:.3g} px of those that were fitted",
+        "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the noise that the fit tells, {seen:.3g} px",
         "Take more views, or keep numbers of the lens that few views tell: --fix k3.",
     )

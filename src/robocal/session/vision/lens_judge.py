@@ -86,16 +86,17 @@ def judge_lens(
     lens: Lens,
     sigma: dict[str, float],
     tilt: float,
-    every: Statistic | None,
+    noise: float,
     unseen: Statistic | None,
     coverage: float,
     points: Array,
 ) -> list[Finding]:
-    """What speaks against a lens: sigma of its numbers by symbol, the largest tilt of a view (deg), errors of all views and of unseen ones,
-    the share of the image with corners, and all corners (n, 3) in the camera's frame."""
+    """What speaks against a lens: sigma of its numbers by symbol, the largest tilt of a view (deg), the noise that
+    the fit tells (px), the errors of views that were left out, the share of the image with corners, and all corners (n, 3) in the
+    camera's frame."""
     out: list[Finding] = []
-    if every is not None and unseen is not None and unseen.rms > LENS_UNSEEN * every.rms:
-        out.append(qualify(Code.LENS_OVERFITTED, unseen=unseen.rms, seen=every.rms, times=unseen.rms / every.rms))
+    if unseen is not None and unseen.rms > LENS_UNSEEN * noise:
+        out.append(qualify(Code.LENS_OVERFITTED, unseen=unseen.rms, seen=noise, times=unseen.rms / noise))
     off = {
         s: sigma.get(s, np.inf) / abs(f)
         for s, f in zip(lens.kind.symbols[:2], lens.numbers, strict=False)
@@ -107,7 +108,7 @@ def judge_lens(
     assert lens.size is not None
     width, height = lens.size
     if beyond.any():
-        out.append(refuse(Code.LENS_FOLDS, count=int(beyond.sum()), total=len(points)))
+        out.append(refuse(Code.LENS_FOUND_FOLDS, count=int(beyond.sum()), total=len(points)))
     else:
         corners = np.array([(u, v) for u in (0, width - 1) for v in (0, height - 1)], dtype=float)
         lost = np.isnan(unproject(corners, lens.intrinsics)).any(axis=1)

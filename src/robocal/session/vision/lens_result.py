@@ -319,9 +319,11 @@ def _judge(table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -
         left_out=singly,
         how=made.proven.best.split.how if made.proven.best else "",
     )
+    # What was fitted to a view leaves it less than its noise, much less where it has few corners.
+    noise = every.rms * np.sqrt(2 * every.n / max(made.uncertainty.dof, 1))
     points = camera_points(table, made)
     coverage = coverage_of([obs.value], *table.size)
-    own = judge_lens(lens, lens.sigma, float(tilts(made).max()), every, singly, coverage, points)
+    own = judge_lens(lens, lens.sigma, float(tilts(made).max()), noise, singly, coverage, points)
     judged = verdict_of(made)
     against = fold([f for f in own if f.level in ("refuse", "qualify")], None)
     if against.reasons:
