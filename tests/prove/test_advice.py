@@ -36,6 +36,7 @@ OTHER = {
     "frame-fixed": "prove/test_frames_alone.py",
     "frames-located": "prove/test_frames_alone.py",
     "little-turn": "prove/test_frames_alone.py",
+    "marker-has-two-poses": "cli/test_vision_detect.py",
     "moved-or-bent": "prove/test_regions_of_joints.py",
     "nothing-measured-there": "unit/test_identify.py",
     "one-axis": "prove/test_frames_alone.py",

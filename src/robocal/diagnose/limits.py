@@ -287,8 +287,8 @@ IMAGE_BLUR = limit(2.0, "px", "From here on corners are worse than the noise of 
 IMAGE_WHITE = limit(0.5, "of the bright pixels", "Half of what is white around the markers is as bright as the camera can say.")
 IMAGE_COVERAGE = limit(0.4, "of 8 x 6 parts", "A lens is known where corners were, and here most of it is not.")
 IMAGE_VIEWS = limit(5, "images", "Of fewer, nobody expects that they cover the image.")
-FRONTAL = limit(20.0, "deg", "A square that faces the camera so nearly has two poses that leave about the same of its corners: through a "
-    "lens not known to 0.3 px nobody can tell them apart.", "tests/real/test_marker_poses.py")
+FRONTAL = limit(20.0, "deg", "Nearer to frontal, both poses of a square leave about the same of corners known to 0.3 px.",
+    "tests/real/test_marker_poses.py")
 SMEAR_CELL = limit(3.0, "px", "Cells of a marker that are smaller do not tell a smear from a blur.")
 DICTIONARY_AHEAD = limit(2.0, "times", "As many markers as the next family has: others' markers agree with a dictionary by chance.")
 

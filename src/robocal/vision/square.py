@@ -37,7 +37,7 @@ def poses_of_square(corners: Array, covariance: Array, size: float, lens: Array)
     first pose; then the second one is that mirror image, in the place that fits best.
     """
     points = SQUARE * (size / 2)
-    weight = np.linalg.inv(covariance + UNFLAT**2 * np.eye(8))
+    weight = np.asarray(np.linalg.inv(covariance + UNFLAT**2 * np.eye(8)), dtype=float)
     first = _search(_start(corners, points, lens), points, corners, weight, lens)
     mirror = _mirror(first.pose)
     for count in (6, 3):
