@@ -232,3 +232,21 @@ def test_wrong_words_and_no_opencv(sheets, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "cv2", None)
     ran = run("vision", "detect", folder)
     assert ran.status == 2 and "robocal[vision]" in ran.err
+
+
+# obeys: marker-has-two-poses
+def test_one_marker_that_faces_the_camera_has_two_poses(tmp_path):
+    sheet, _ = grid("6x6_250", (3,), cell=9.0)
+    both, _ = grid("6x6_250", (3, 17), cell=9.0)
+    steep = np.array([[0.62, 0.1, 40.0], [-0.05, 1.0, 30.0], [-4.5e-3, 2e-4, 1.0]])
+    words = ("--dictionary", "6x6_250", "--size", 72)
+    for name, image, wanted in (
+        ("a", image_of(sheet, TILT, 260, 200), True),
+        ("b", image_of(sheet, steep, 260, 200), False),  # turned by more
+        ("c", image_of(both, TILT, 330, 200), False),  # several of one sheet
+    ):
+        told, status = detect(str(save(tmp_path, f"{name}.png", image)), *words)
+        (view,) = told["views"]
+        assert status == 0 and ("marker-has-two-poses" in codes(told)) is wanted
+        assert len(view["tilts"]) == (2 if view["markers"] == 1 else 0)
+        assert not view["tilts"] or (min(view["tilts"]) < 20) is wanted

@@ -43,6 +43,7 @@ OTHER = {
     "lens-leaves": "cli/test_vision_intrinsics.py",
     "lens-overfitted": "cli/test_vision_intrinsics.py",
     "little-turn": "prove/test_frames_alone.py",
+    "marker-has-two-poses": "cli/test_vision_detect.py",
     "moved-or-bent": "prove/test_regions_of_joints.py",
     "nothing-measured-there": "unit/test_identify.py",
     "one-axis": "prove/test_frames_alone.py",

@@ -301,8 +301,8 @@ LENS_VIEW_LEFT = limit(0.3, "of the size of a view",
     "A fisheye bends a plane by a tenth; corners of wrong numbers leave two thirds.", "tests/cli/test_vision_intrinsics.py")
 LENS_FOCAL = limit(0.05, "of the focal length", "Distances that are measured with it are off by as much.")
 LENS_UNSEEN = limit(2.0, "times", "A lens that misses other views by so much has learnt the views that it was fitted to.")
-FRONTAL = limit(20.0, "deg", "A square that faces the camera so nearly has two poses that leave about the same of its corners: through a "
-    "lens not known to 0.3 px nobody can tell them apart.", "tests/real/test_marker_poses.py")
+FRONTAL = limit(20.0, "deg", "Nearer to frontal, both poses of a square leave about the same of corners known to 0.3 px.",
+    "tests/real/test_marker_poses.py")
 SMEAR_CELL = limit(3.0, "px", "Cells of a marker that are smaller do not tell a smear from a blur.")
 DICTIONARY_AHEAD = limit(2.0, "times", "As many markers as the next family has: others' markers agree with a dictionary by chance.")
 

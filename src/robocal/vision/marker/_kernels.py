@@ -166,14 +166,9 @@ def sum_pixels(grey, ideal, slope, p, cells, corners, limit, size, g, a, rest):
         tail = TAIL / (24.0 * variance * variance)
         cx, cy = half * (x + 1.0), half * (y + 1.0)  # in cells
         px, py = p[PRINT], p[PRINT + 1]
-        c0, c1 = (
-            max(math.ceil(min(cx, cx - px) - REACH * sx) - 1, 0),
-            min(math.floor(max(cx, cx - px) + REACH * sx) + 1, n),
-        )
-        r0, r1 = (
-            max(math.ceil(min(cy, cy - py) - REACH * sy) - 1, 0),
-            min(math.floor(max(cy, cy - py) + REACH * sy) + 1, n),
-        )
+        far, deep = REACH * sx + abs(px), REACH * sy + abs(py)
+        c0, c1 = max(math.ceil(cx - far) - 1, 0), min(math.floor(cx + far) + 1, n)
+        r0, r1 = max(math.ceil(cy - deep) - 1, 0), min(math.floor(cy + deep) + 1, n)
         edges(cx, px, sx, c0, c1, tail * (sa**4 + sb**4) / (xx * xx), qx, ex, dx)
         edges(cy, py, sy, r0, r1, tail * (sc**4 + sd**4) / (yy * yy), qy, ey, dy)
         t, tx, ty, ts, te = 1.0, 0.0, 0.0, 0.0, 0.0
@@ -189,10 +184,7 @@ def sum_pixels(grey, ideal, slope, p, cells, corners, limit, size, g, a, rest):
                 t += cells[r, c] * hx * hy
                 tx += cells[r, c] * gx * hy
                 ty += cells[r, c] * hx * gy
-                if c == 0:
-                    ux += cells[r, c] * dx[0] * hy
-                elif c == n - 1:
-                    ux -= cells[r, c] * dx[n] * hy
+                ux += cells[r, c] * hy * ((dx[0] if c == 0 else 0.0) - (dx[n] if c == n - 1 else 0.0))
                 uy += cells[r, c] * hx * rim
                 ts -= cells[r, c] * ((dx[c] * qx[c] - dx[c + 1] * qx[c + 1]) * hy + hx * by)
                 # White grows into the black: an edge between two black cells is none.
@@ -332,15 +324,11 @@ def share_misfits(grey, inside, rest, width, limit, near):
     own = shared = 0.0
     for r in range(near, height - near):
         for c in range(near, width - near):
-            f = field[r * width + c]
-            if f == 0.0:
-                continue
-            around = 0.0
+            f, around = field[r * width + c], 0.0
             for y in range(r - near, r + near + 1):
                 for i in range(y * width + c - near, y * width + c + near + 1):
                     around += field[i]
-            own += f * f
-            shared += f * around
+            own, shared = own + f * f, shared + f * around
     return max(shared / own, 1.0) if own > 0.0 else 1.0
 
 
