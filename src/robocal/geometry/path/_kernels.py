@@ -14,8 +14,6 @@ import numpy as np
 from robocal._jit import kernel
 from robocal.geometry._kernels import rotation_from_vector
 
-SMALL = 0.03  # rad: the first term left out is 2e-17
-
 
 @kernel
 def _screw(s, value, r, p):
@@ -49,16 +47,6 @@ def _screw(s, value, r, p):
     p[2] = vz + b * uz + c * (wx * uy - wy * ux)
 
 
-@kernel(inline=True)
-def turn(angle):
-    """cos and sin, by their series where it ends at rounding: most of what is added to a joint is milliradians."""
-    if abs(angle) > SMALL:
-        return math.cos(angle), math.sin(angle)
-    q = angle * angle
-    c = 1.0 - q * (0.5 - q * (1.0 / 24.0 - q / 720.0))
-    return c, angle * (1.0 - q * (1.0 / 6.0 - q * (1.0 / 120.0 - q / 5040.0)))
-
-
 @kernel
 def path_kernel(
     elements, constants, screws, start, terms, factor, theta, phi, trig, place, entries, entry_factor, first, pose, jac
@@ -68,7 +56,7 @@ def path_kernel(
     elements (E, 2): kind, may vary with the row; terms (n, 2): parameter, column; entries (n, 5): element, component,
     output column, phi column or -1, parameter or -1. Row m of the output reads row first + m of phi; trig (1 or B, M,
     D, 2) holds cos and sin of the phi columns that place (C,) finds there, so that an ordinary joint, v = v0 + q or
-    v0 - q and little more, needs no sine of its own in every iteration. Entries of one element lie together: its screw is carried to
+    v0 - q, needs no sine of its own in every iteration. Entries of one element lie together: its screw is carried to
     the base once for all of them.
     """
     batch, rows = pose.shape[0], pose.shape[1]
@@ -76,8 +64,7 @@ def path_kernel(
     n = elements.shape[0]
     parameter = terms[:, 0]
     column = terms[:, 1]
-    # Terms that vary with the row, but for zero times a column: the columns, and what they are multiplied by.
-    live, rate = np.empty(terms.shape[0], np.int64), np.empty(terms.shape[0])
+    rate = np.empty(terms.shape[0])  # what a term's column is multiplied by
     # One allocation each for what elements have: a small problem is solved in the time of some hundred of them.
     room = np.zeros((n, 27))
     level = room[:, 0]  # what does not vary with the row
@@ -90,7 +77,8 @@ def path_kernel(
     wanted = marks[:, 2]
     plain = marks[:, 3]  # +1 or -1 for an ordinary turning joint
     drive = marks[:, 4]  # and the column that drives it
-    until = marks[:, 5]  # where the other live terms of an element end
+    until = marks[:, 5]  # where the live terms of an element end
+    live = np.empty(terms.shape[0], np.int64)  # terms that vary with the row: one times zero is nothing
     count = entries.shape[0]
     axis = np.empty(
         (count, 2), np.int64
@@ -111,23 +99,24 @@ def path_kernel(
         for e in range(n):
             kind = elements[e, 0]
             moving = 0
+            gain = 0.0
             level[e] = constants[e]
             plain[e] = 0
             for t in range(start[e], start[e + 1]):
                 rate[t] = factor[t] * theta[b, parameter[t]]
                 if column[t] < 0:
                     level[e] += rate[t]
-                elif plain[e] == 0 and abs(rate[t]) == 1.0 and 3 <= kind < 6 and place[column[t]] >= 0:
-                    plain[e] = 1 if rate[t] > 0.0 else -1
-                    drive[e] = place[column[t]]
                 elif rate[t] != 0.0:
-                    rate[start[e] + moving], live[start[e] + moving] = rate[t], column[t]
+                    live[start[e] + moving] = t
                     moving += 1
+                    gain = rate[t]
+                    drive[e] = place[column[t]]
             until[e] = start[e] + moving
-            if plain[e] != 0:
-                cosine[e] = math.cos(level[e])
-                sine[e] = math.sin(level[e])
-            if plain[e] != 0 or moving > 0:
+            if moving > 0:
+                if 3 <= kind < 6 and moving == 1 and abs(gain) == 1.0 and drive[e] >= 0:
+                    plain[e] = 1 if gain > 0.0 else -1
+                    cosine[e] = math.cos(level[e])
+                    sine[e] = math.sin(level[e])
                 continue
             if kind == 7:
                 s = start[e]
@@ -164,34 +153,27 @@ def path_kernel(
             for e in range(n):
                 kind = elements[e, 0]
                 varies = until[e] > start[e]
-                value = 0.0 if plain[e] != 0 else level[e]
-                for k in range(start[e], until[e]):
-                    value += rate[k] * phi[bp, first + m, live[k]]
                 if wanted[e] == 1:
                     # Where the element starts: its screw, seen from the base, is all that the Jacobian needs.
-                    q = before[e]
-                    if kind == 0 or kind == 3 or kind >= 6:
-                        q[0], q[3], q[6] = r0, r3, r6
-                    if kind == 1 or kind == 4 or kind >= 6:
-                        q[1], q[4], q[7] = r1, r4, r7
-                    if kind == 2 or kind == 5 or kind >= 6:
-                        q[2], q[5], q[8] = r2, r5, r8
-                    if kind >= 3:
-                        at[e, 0], at[e, 1], at[e, 2] = px, py, pz
+                    before[e, 0], before[e, 1], before[e, 2] = r0, r1, r2
+                    before[e, 3], before[e, 4], before[e, 5] = r3, r4, r5
+                    before[e, 6], before[e, 7], before[e, 8] = r6, r7, r8
+                    at[e, 0], at[e, 1], at[e, 2] = px, py, pz
                 if plain[e] != 0:
                     cq = trig[bp, first + m, drive[e], 0]
                     sq = plain[e] * trig[bp, first + m, drive[e], 1]
                     c = cosine[e] * cq - sine[e] * sq
                     s = sine[e] * cq + cosine[e] * sq
-                    if varies:
-                        cq, sq = turn(value)
-                        c, s = c * cq - s * sq, s * cq + c * sq
                 elif varies:
+                    value = level[e]
+                    for k in range(start[e], until[e]):
+                        value += rate[live[k]] * phi[bp, first + m, column[live[k]]]
                     if kind < 3:
                         c = value
                         s = 0.0
                     elif kind < 6:
-                        c, s = turn(value)
+                        c = math.cos(value)
+                        s = math.sin(value)
                     else:
                         c = 0.0
                         s = 0.0
