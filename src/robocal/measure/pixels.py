@@ -193,6 +193,9 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     ]
 
 
+FACTORS = (SYMBOLS[:2], SYMBOLS[:4])  # the focal length, and the size of the image
 PIXELS = register(
-    Kind("pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1, scale=SCALE, views=True)
-)
+    Kind(
+        "pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1, scale=SCALE, views=True, factors=FACTORS
+    )
+)  # fmt: skip
