@@ -21,17 +21,33 @@ from robocal._types import Array
 from robocal.diagnose.check_registry import Context, Finding, check_fit_twice, doubt, once, refuse
 from robocal.diagnose.limits import NUMBER_SHARE, NUMBER_SIGMA
 from robocal.estimate.elimination import triangle
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model
 from robocal.parameters import Parameter
 from robocal.remarks.code import Code
+from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["Score", "find_stated_number", "reads", "score"]
+__all__ = ["FACTOR_DOUBTED", "FACTOR_WRONG", "Score", "find_stated_number", "reads", "score"]
 
 
+FACTOR_WRONG = declare(
+    "lens-factor",
+    "{number} is fixed at {stated:.4g}, but these data give {there:.4g} ({z:.0f} sigma), {name} a factor of {factor:.3f}[: the images "
+    "may be scaled by {ratio}]; the difference explains {share:.0%} of the squared residuals",
+    "Use the lens of images of this size: all four numbers change with it. Or identify it ({line}).",
+)
+FACTOR_DOUBTED = declare(
+    "lens-factor-doubted",
+    "{number} is fixed at {stated:.4g}, but these data give {there:.4g} ({z:.0f} sigma), {name} a factor of {factor:.3f}[: the images "
+    "may be scaled by {ratio}]; the difference explains {share:.1%} of the squared residuals",
+    "Check the focal length and the size of the images, or identify it ({line}).",
+)
+FACTOR_NEAR = 0.03  # tolerance: of a ratio of two sizes of images: a focal length is known so well
 HOLD = 10.0  # expected errors
 HIDDEN = 1e-6  # tolerance: of a column that the fitted ones leave over: rounding
 
@@ -51,13 +67,29 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
     made = made.with_free([*fit.problem.free, *held])
     seen = made.linearize(made.start)
     asked = np.isin(made.free, held)
-    some = [*((n,) for n in held), *_shared(own, held)]
-    c = np.stack([seen.j[:, [made.free.index(n) for n in names]].sum(axis=1) for names in some], axis=1)
+    plain = [*((n,) for n in held), *_shared(own, held)]
+    factors = _factors(own, held)
+    some = [*plain, *factors]
+    # What a factor changes together changes in proportion to what is stated.
+    weights = [*(np.ones(len(n)) for n in plain), *(np.array([own[n][1].value for n in names]) for names in factors)]
+    c = np.stack(
+        [seen.j[:, [made.free.index(n) for n in names]] @ w for names, w in zip(some, weights, strict=True)], axis=1
+    )
     found = score(seen.j[:, ~asked], seen.r, made.scales[~asked], c, made.repeated)
     if found is None or found.t < NUMBER_SIGMA:
         return []
     wrong = some[found.column]
     obs, p = own[wrong[0]]
+    if found.column >= len(plain):
+        level, code = (refuse, FACTOR_WRONG) if found.share > NUMBER_SHARE else (doubt, FACTOR_DOUBTED)
+        factor = _refit(made.with_free([*fit.problem.free, *wrong]), [own[n][1] for n in wrong])
+        names = {"name": ", ".join(wrong), "number": f"{obs.options[kind_of(obs).owner]}.{p.name.rpartition('.')[2]}"}
+        return [
+            level(
+                code, **names, stated=Quantity(p.value, p.unit), there=Quantity(p.value * factor, p.unit), factor=factor, ratio=_ratio(factor),
+                z=found.t, share=found.share, line=_line(obs, *(own[n][1] for n in wrong)),
+            )
+        ]  # fmt: skip
     stated, there = (Quantity(v, p.unit) for v in (p.value, p.value + found.change))
     level, code = (refuse, Code.NUMBER_WRONG) if found.share > NUMBER_SHARE else (doubt, Code.NUMBER_DOUBTED)
     name, line = ", ".join(wrong), _line(obs, p)
@@ -108,6 +140,30 @@ def _shared(own: Mapping[str, tuple[Observations, Parameter]], held: Sequence[st
     return [tuple(some) for some in by.values() if len(some) > 1]
 
 
+def _factors(own: Mapping[str, tuple[Observations, Parameter]], held: Sequence[str]) -> list[tuple[str, ...]]:
+    """Numbers that one factor changes together, of each instrument and of all that were stated alike; where all of them were held."""
+    asked, by = set(held), dict[tuple[str, ...], list[tuple[str, ...]]]()
+    for obs in {o.options.get(kind_of(o).owner): o for o, _ in own.values()}.values():
+        for symbols in kind_of(obs).factors:
+            names = tuple(f"{obs.options[kind_of(obs).owner]}.{s}" for s in symbols)
+            if asked.issuperset(names):
+                by.setdefault(symbols, []).append(names)
+    several = [tuple(n for names in each for n in names) for each in by.values() if len(each) > 1]
+    return [*(names for each in by.values() for names in each), *several]
+
+
+def _refit(problem: Problem, wrong: Sequence[Parameter]) -> float:
+    """The factor of some numbers, once they are free: half of a lens is far for one linear step."""
+    x = least_squares(problem.with_loss("huber"), problem.start).x[0]
+    return float(np.median([x[problem.table.index[p.name]] / p.value for p in wrong]))
+
+
+def _ratio(factor: float) -> str | None:
+    """A ratio of small whole numbers that a factor is near, as sizes of images have."""
+    near = [(a, b) for b in (1, 2, 3, 4) for a in (1, 2, 3, 4) if a != b and abs(factor * b / a - 1) < FACTOR_NEAR]
+    return f"{near[0][0]}/{near[0][1]}" if near else None
+
+
 def _name_zero(obs: Observations) -> Observations:
     """The same rows; a number that is zero because nobody speaks of it gets a name, and can be asked."""
     owner = kind_of(obs).owner
@@ -128,9 +184,9 @@ def reads(obs: Observations) -> bool:
     return not (isinstance(ends, tuple) and ends and all(e.mount == "base" for e in ends))
 
 
-def _line(obs: Observations, number: Parameter) -> str:
+def _line(obs: Observations, *numbers: Parameter) -> str:
     """What to write in the data file."""
     owner = kind_of(obs).owner
     several = len(kind_of(obs).parameters(obs)) > 1
-    symbol = number.name.rpartition(".")[2]
-    return f"{owner}: {{free: [{symbol}]}}" if several else f"{owner}: {{free: true}}"
+    symbols = ", ".join(dict.fromkeys(n.name.rpartition(".")[2] for n in numbers))
+    return f"{owner}: {{free: [{symbols}]}}" if several else f"{owner}: {{free: true}}"

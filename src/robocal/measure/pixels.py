@@ -210,17 +210,11 @@ def together(obs: Observations) -> Sequence[Together]:
     return [Together(tuple(f"{obs.options['camera']}.{s}" for s in known), covariance)] if known else []
 
 
+PINHOLE = ("fx", "fy", "cx", "cy")
+FACTORS = (PINHOLE[:2], PINHOLE)  # the focal length, and the size of the image
 PIXELS = register(
     Kind(
-        "pixels",
-        2,
-        terms,
-        parameters,
-        ((0, 2, "px"),),
-        owner="camera",
-        unstated=0.1,
-        scale=SCALE,
-        together=together,
-        views=True,
+        "pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1, scale=SCALE, together=together, views=True,
+        factors=FACTORS,
     )
-)
+)  # fmt: skip

@@ -287,6 +287,8 @@ class Kind:
     )  # priors that several of its own numbers share
     # Whether all that is read at one configuration is one view (an image): wrong together, and left out together.
     views: bool = False
+    # Symbols of its own numbers that one factor changes together: a focal length, the size of an image.
+    factors: tuple[tuple[str, ...], ...] = ()
     owner: str = ""  # the option, and the key in a data file, that names the owner of the kind's own numbers
 
 
