@@ -86,8 +86,8 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
         names = {"name": ", ".join(wrong), "number": f"{obs.options[kind_of(obs).owner]}.{p.name.rpartition('.')[2]}"}
         return [
             level(
-                code, **names, stated=Quantity(p.value, p.unit), there=Quantity(p.value * factor, p.unit), factor=factor, ratio=_ratio(factor),
-                z=found.t, share=found.share, line=_line(obs, *(own[n][1] for n in wrong)),
+                code, **names, stated=Quantity(p.value, p.unit), there=Quantity(p.value * factor, p.unit), factor=factor,
+                ratio=_ratio(factor), z=found.t, share=found.share, line=_line(obs, *(own[n][1] for n in wrong)),
             )
         ]  # fmt: skip
     stated, there = (Quantity(v, p.unit) for v in (p.value, p.value + found.change))
