@@ -32,7 +32,7 @@ def test_the_prior_of_a_lens_is_worth_what_it_says():
         prior = {"intrinsics": tuple(stated), "free": KNOWN, "known": KNOWN, "covariance": tuple(map(tuple, spread))}
         data = DataSet(base.configurations, (replace(seen, options={**first.options, **prior}),))
         p = problem(ARM, data).with_free([*(f"camera.{s}" for s in ("x", "y", "z", "rx", "ry", "rz")), *names])
-        x = least_squares(p)[0].x
+        x = least_squares(p).x
         lower = np.tril(p.normal(x).a[0])
         own = [p.free.index(n) for n in names]
         c = np.linalg.inv(lower + np.tril(lower, -1).T)[np.ix_(own, own)]
