@@ -271,7 +271,7 @@ class Kind:
     disturb: Callable[[Array, Array], Array] = lambda value, noise: value + noise
     frames: Callable[[Observations], Sequence[Frame]] = lambda obs: ()
     numbers: tuple[Number, ...] = ()  # its own, of which those exist whose owner is named
-    # Priors that several of its own numbers share.
+    # Priors that several of these share.
     together: Callable[[Observations], Sequence[Together]] = lambda obs: ()
     unstated: float = 1e-4  # sigma of every component where none is stated, until the residuals tell better
     positional: bool = False  # whether its first three numbers say where the target is, in the instrument's frame
