@@ -37,7 +37,7 @@ def views_before_a_fit(points: Array, pixels: Array, view: Ints, count: int, siz
     if places is None:
         return None
     seen = look_flat(places, pixels, view, np.zeros(len(view), dtype=np.int64))
-    lens = plain_lens(size)
+    lens = plain_lens(size, "brown")
     focal = find_focal(seen, size) or lens.numbers[0]
     lens = Lens.of(lens.model, [focal, focal, *lens.numbers[2:]], size)
     poses = flat_poses(seen, lens.intrinsics)

@@ -35,7 +35,7 @@ EXPECTED, TANGENTIAL = 0.3, 0.01
 EXACT = 1e-16  # tolerance: of the cost; a fit ends well within its noise, and two programs shall agree to a millionth of that
 
 
-def plain_lens(size: tuple[int, int], model: str = "brown") -> Lens:
+def plain_lens(size: tuple[int, int], model: str) -> Lens:
     """The plain camera: as long as the image is wide (px), centred, without distortion."""
     width, height = size
     numbers = [float(width), float(width), (width - 1) / 2, (height - 1) / 2]
