@@ -43,7 +43,7 @@ from robocal.parameters import check_covariance
 from robocal.vision.camera import MODELS
 from robocal.vision.lenses import Lens
 
-__all__ = ["FORMS", "LensFile", "Numbers", "covariance_of", "lens_text", "read_lens", "spread_words"]
+__all__ = ["FORMS", "LensFile", "Numbers", "covariance_of", "lens_text", "read_lens", "spread_keys"]
 
 LIMIT = 1 << 20  # bytes
 EXPECTED = "lens.yaml of robocal, a FileStorage of OpenCV, camera_info of ROS, or a camchain of Kalibr"
@@ -152,13 +152,13 @@ def _own_text(lens: Lens, name: str) -> str:
         lines.append(f"image: [{lens.size[0]}, {lens.size[1]}]")
     lines.append("numbers:")
     lines += [f"  {s}: {exact(v)}" for s, v in zip(lens.kind.symbols, lens.numbers, strict=True)]
-    lines += [line.replace("], [", "],\n  [") for line in spread_words(lens)]
+    lines += [line.replace("], [", "],\n  [") for line in spread_keys(lens)]
     if lens.source:
         lines.append(f"source: {quote(lens.source)}")
     return "\n".join(lines) + "\n"
 
 
-def spread_words(lens: Lens) -> list[str]:
+def spread_keys(lens: Lens) -> list[str]:
     """The keys that say sigma and correlation of a lens, each as YAML; none where it states none."""
     if not lens.known:
         return []

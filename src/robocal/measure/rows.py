@@ -271,6 +271,8 @@ class Kind:
     disturb: Callable[[Array, Array], Array] = lambda value, noise: value + noise
     frames: Callable[[Observations], Sequence[Frame]] = lambda obs: ()
     numbers: tuple[Number, ...] = ()  # its own, of which those exist whose owner is named
+    # Priors that several of these share.
+    together: Callable[[Observations], Sequence[Together]] = lambda obs: ()
     unstated: float = 1e-4  # sigma of every component where none is stated, until the residuals tell better
     positional: bool = False  # whether its first three numbers say where the target is, in the instrument's frame
     # Whether readings are lengths themselves; else only a stated length says how long the machine is.
@@ -281,9 +283,6 @@ class Kind:
     scale: float = (
         0.0  # how far the scale of such an instrument is usually off, as a factor; 0: its readings are lengths
     )
-    together: Callable[[Observations], Sequence[Together]] = (
-        lambda obs: ()
-    )  # priors that several of its own numbers share
     owner: str = ""  # the option, and the key in a data file, that names the owner of the kind's own numbers
 
 

@@ -19,7 +19,7 @@ from robocal.errors import InputError
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, ValueModel
 from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, QuantityColumns, Values, whole
-from robocal.files.lens import Numbers, covariance_of, read_lens, spread_words
+from robocal.files.lens import Numbers, covariance_of, read_lens, spread_keys
 from robocal.files.other_lenses import check_numbers
 from robocal.files.parts import SCHEMA
 from robocal.files.schema import FileModel, Name
@@ -231,7 +231,7 @@ def write_pixels(obs: Observations, units: Units) -> KindOutput:
     lens = Lens(model_of(np.array(numbers)).name, numbers, None, known, o.get("covariance", ()))  # type: ignore[arg-type]
     words = [f"name: {o['camera']}", *([f"model: {lens.model}"] if lens.model != "brown" else [])]
     words += [f"{s}: {number(float(v))}" for s, v in zip(lens.kind.symbols, numbers, strict=True)]
-    camera = f"camera: {{{', '.join([*words, *spread_words(lens)])}, free: [{', '.join(free)}]}}"
+    camera = f"camera: {{{', '.join([*words, *spread_keys(lens)])}, free: [{', '.join(free)}]}}"
     points = tuple((n, units.length, obs.extra["point"][:, i]) for i, n in enumerate(POINT.names))
     lines = [PIXEL.line(obs), "points: {columns: [point_x, point_y, point_z]}", camera]
     if isinstance(size := o.get("size"), tuple):
