@@ -253,3 +253,18 @@ def test_few_views_tell_little(tmp_path, count, noise, seed, size, code):
     assert status == 3 and code in codes(few)
     many, status = find(board(tmp_path, 24, noise, seed, points=BOARD * size), "--image", IMAGE)
     assert status == 0 and code not in codes(many)
+
+
+# obeys: lens-off-centre
+def test_a_lens_sits_over_the_middle_of_its_image(tmp_path):
+    rng = np.random.default_rng(13)
+    uv = look(rng, 60)
+    uv = uv[uv[:, :, 0].max(axis=1) < SIZE[1] - 10][:14]  # so that they could be exchanged
+    right = board_rows(uv, 0.1, rng)
+    wrong = [r | {"u [px]": r["v [px]"], "v [px]": r["u [px]"]} for r in right]
+    told, _ = find(write(tmp_path / "wrong.csv", wrong), "--image", IMAGE)
+    assert "lens-off-centre" in codes(told)
+    told, status = find(write(tmp_path / "right.csv", right), "--image", IMAGE)
+    assert status == 0 and "lens-off-centre" not in codes(told)
+    told, _ = find(str(tmp_path / "right.csv"), "--image", "1800x1400")
+    assert "lens-off-centre" in codes(told)

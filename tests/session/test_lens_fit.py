@@ -56,7 +56,7 @@ def test_the_lens_is_that_of_opencv():
         [points] * len(uv), list(uv), SIZE, start, np.zeros(5), flags=cv2.CALIB_USE_INTRINSIC_GUESS, criteria=(3, 2000, 1e-16)
     )  # fmt: skip
     theirs = np.array([k[0, 0], k[1, 1], k[0, 2], k[1, 2], *d.ravel()[:5]])
-    made = fit_lens(table(uv.astype(float), points=points.astype(float)), plain_lens(SIZE))
+    made = fit_lens(table(uv.astype(float), points=points.astype(float)), plain_lens(SIZE, "brown"))
     found = parameter_results(made)
     ours, own = (np.array([getattr(p, name) for p in found]) for name in ("identified", "sigma"))
     assert np.abs((ours - theirs) / own).max() < 1e-6
@@ -76,7 +76,7 @@ MRCAL = {
 
 @pytest.mark.parametrize("far", [False, True])
 def test_a_pixel_is_as_sure_as_mrcal_says(far):
-    made = fit_lens(table(noisy(5, 12, 0.2)), plain_lens(SIZE))
+    made = fit_lens(table(noisy(5, 12, 0.2)), plain_lens(SIZE, "brown"))
     lens = np.array([made.values[f"{CAMERA}.{s}"] for s in SYMBOLS])
     ways = unproject(PLACES, lens)
     points = ways / ways[:, 2:] * 0.45
@@ -93,7 +93,7 @@ def test_intervals_hold_the_truth():
     count = 200 if full else 50
     held = np.zeros((count, 9))
     for seed in range(count):
-        found = parameter_results(fit_lens(table(noisy(1000 + seed, 15, 0.2)), plain_lens(SIZE)))
+        found = parameter_results(fit_lens(table(noisy(1000 + seed, 15, 0.2)), plain_lens(SIZE, "brown")))
         for k, p in enumerate(found):
             assert p.interval is not None
             held[seed, k] = p.interval[0] <= TRUE[k] <= p.interval[1]
@@ -116,7 +116,7 @@ def test_a_sheet_that_curls_widens_the_intervals():
             )
             views.append(look(rng, 1, curl)[0])
         uv = np.array(views)
-        made = fit_lens(table(uv + rng.normal(0, 0.02, uv.shape)), plain_lens(SIZE))
+        made = fit_lens(table(uv + rng.normal(0, 0.02, uv.shape)), plain_lens(SIZE, "brown"))
         even = made.uncertainty.sigma[:5]
         for k, p in enumerate(parameter_results(made)[:5]):
             assert p.interval is not None

@@ -23,22 +23,18 @@ WIDEST, LONGEST = 0.15, 30.0  # widths of an image: focal lengths beyond which n
 class FlatViews:
     """Homographies (S, 3, 3) from places on a target (m) to pixels, of each sight of one target in one `view` (S,), positive in front of
     the camera; the root of the mean square (S,) that each leaves, and the extent of its pixels about their middle, (px); NaN where a sight
-    has less than four points."""
+    has less than four points; and whether each shows the side that z points out of (x right, y up, v down)."""
 
     view: Ints
     homography: Array
     left: Array
     extent: Array
+    front: Bools
 
     @property
     def known(self) -> Bools:
         """Which sights have a homography, (S,)."""
         return np.isfinite(self.left)
-
-    @property
-    def front(self) -> Bools:
-        """Whether each sight shows the side that z points out of (x right, y up, v down), (S,)."""
-        return np.asarray(np.linalg.det(np.nan_to_num(self.homography)) < 0)
 
 
 def flat_places(points: Array) -> Array | None:
@@ -89,7 +85,9 @@ def look_flat(places: Array, pixels: Array, where: Ints, target: Ints) -> FlatVi
     h = np.linalg.inv(of_pixel) @ h @ of_place
     lacking = many < 4
     h[lacking], left[lacking] = np.nan, np.nan
-    return FlatViews(sights[0], h, left, 1 / of_pixel[:, 0, 0])
+    # The nearest affine map has the side of the perspective, and of a wide lens too.
+    front = np.linalg.det(total(q[:, :, None] * p[:, None, :])) < 0
+    return FlatViews(sights[0], h, left, 1 / of_pixel[:, 0, 0], np.asarray(front))
 
 
 def find_focal(seen: FlatViews, size: tuple[int, int]) -> float | None:

@@ -105,6 +105,10 @@ class VisionRemarks:
         "{names} are known to {share:.0%} only: views that are tilted by {tilt:.0f} deg at most do not tell them from the distance",
         "Tilt the target by 30 to 45 deg, to the left, to the right, up and down, and take it near and far.",
     )
+    LENS_OFF_CENTRE = Phrase(
+        "the middle of the lens lies {share:.0%} of the width from the middle of the image",
+        "Look whether images were cropped, whether --image is their size, and whether u and v are exchanged.",
+    )
     LENS_LEAVES = Phrase(
         "the lens leaves {left:.3g} per axis of corners that are stated to {stated:.3g}; uncertainties are those of the fit",
         "Look at the pictures of residuals: a pattern along the radius wants another --model, one that moves with the board a flat one.",

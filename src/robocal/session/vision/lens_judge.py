@@ -8,7 +8,7 @@ import numpy as np
 
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Finding, doubt, qualify, refuse
-from robocal.diagnose.limits import IMAGE_COVERAGE, LENS_FOCAL, LENS_UNSEEN, LENS_VIEW_LEFT, LENS_VIEWS
+from robocal.diagnose.limits import IMAGE_COVERAGE, LENS_CENTRE, LENS_FOCAL, LENS_UNSEEN, LENS_VIEW_LEFT, LENS_VIEWS
 from robocal.errors import ModelError
 from robocal.prove.statistics import Statistic
 from robocal.remarks.code import Code
@@ -20,6 +20,7 @@ from robocal.vision.lenses import Lens
 
 __all__ = ["judge_lens", "refuse_views"]
 
+SURE = 2.0  # tolerance: standard deviations
 SHOWN = 8  # grid: views that a sentence names
 WITHOUT = "corners with the right numbers, --exclude these views, or --model fisheye for a very wide lens"
 
@@ -107,6 +108,10 @@ def judge_lens(
     beyond = fold_mask(points, lens.intrinsics)
     assert lens.size is not None
     width, height = lens.size
+    apart = np.abs(lens.intrinsics[2:4] - [(width - 1) / 2, (height - 1) / 2])
+    unsure = np.array([sigma.get(s, 0.0) for s in lens.kind.symbols[2:4]])
+    if (apart - SURE * unsure > LENS_CENTRE * width).any():
+        out.append(doubt(Code.LENS_OFF_CENTRE, share=float(np.hypot(*apart) / width)))
     if beyond.any():
         out.append(refuse(Code.LENS_FOUND_FOLDS, count=int(beyond.sum()), total=len(points)))
     else:
