@@ -250,3 +250,13 @@ def test_one_marker_that_faces_the_camera_has_two_poses(tmp_path):
         assert status == 0 and ("marker-has-two-poses" in codes(told)) is wanted
         assert len(view["tilts"]) == (2 if view["markers"] == 1 else 0)
         assert not view["tilts"] or (min(view["tilts"]) < 20) is wanted
+
+
+@pytest.mark.parametrize(("smear", "wanted"), [((0, 0), False), ((2.2, 2.2), True), ((0, 3.0), True)])
+def test_a_motion_of_a_board_is_told(tmp_path, smear, wanted):
+    sheet, _ = checker(8, 6, 20.0)
+    blur = 0.8 if wanted else 1.6
+    told, _ = detect(str(save(tmp_path, "a.png", image_of(sheet, TILT, 260, 220, blur=blur, smear=smear))))
+    assert ("motion-blur" in codes(told)) is wanted
+    (view,) = told["views"]
+    assert not wanted or view["motion"] == pytest.approx(np.hypot(*smear), rel=0.3)

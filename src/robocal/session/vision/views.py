@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from robocal.vision.square import poses_of_square
 __all__ = ["ImageView", "ViewSummary", "list_corners", "look_at", "look_mirrored"]
 
 MARKERS = 5  # grid: of a view that tell how it is smeared: a lens bends larger ones more
+BLOCK = 4  # grid: squares along a part of a board that is looked at for a smear
 WIDTH = 420  # px, of a small picture
 
 
@@ -84,7 +85,7 @@ def look_at(image: GreyImage, target: Target) -> ImageView:
     twice = tuple(sorted(n for n, count in counts.items() if count > 1))
     kept = tuple(sorted((s for s in seen if s.marker not in twice), key=lambda s: s.marker))
     markers = [s for s in kept if s.marker != BOARD]
-    length, direction = _motion(image.levels, markers, target)
+    length, direction = _motion(image.levels, kept, target)
     blurs = [s.blur for s in kept if np.isfinite(s.blur)]
     width, height = image.size
     summary = ViewSummary(
@@ -103,15 +104,13 @@ def look_mirrored(view: ImageView, image: GreyImage, target: Target) -> ImageVie
     return replace(view, summary=replace(view.summary, mirrored=bool(target.search(image.mirrored)[0])))
 
 
-def _motion(levels: Array, markers: Sequence[Sighting], target: Target) -> tuple[float, float]:
+def _motion(levels: Array, seen: Sequence[Sighting], target: Target) -> tuple[float, float]:
     """Length (px) and direction (deg, from u towards v) of a motion while the image was taken: a motion by L adds L^2 / 12 to the
     variance of the blur along it, in all markers alike; what a lens does differs between them. 0 where no marker is large enough."""
     found: list[Array] = []
-    for s in sorted(markers, key=_shortest_side):
-        cells = target.cells(s.marker)
-        assert cells is not None
-        if s.method == METHODS[0] and _shortest_side(s) >= SMEAR_CELL * len(cells) and len(found) < MARKERS:
-            one = blur_of_motion(levels, s.place, cells, s.blur, s.off)
+    for place, cells, blur, off, white in sorted(_prints(seen, target), key=lambda p: _shortest_side(p[0])):
+        if _shortest_side(place) >= SMEAR_CELL * len(cells) and len(found) < MARKERS:
+            one = blur_of_motion(levels, place, cells, blur, off, white)
             found.append(one)
             low, high = np.linalg.eigvalsh(one)
             if 12 * (high - low) < IMAGE_SMEAR**2:  # others can only make it less
@@ -130,8 +129,28 @@ def _tilts(s: Sighting, size: tuple[int, int]) -> tuple[float, ...]:
     return tuple(float(np.degrees(p.tilt)) for p in poses_of_square(s.place, s.covariance, 1.0, lens))
 
 
-def _shortest_side(s: Sighting) -> float:
-    return float(np.hypot(*(np.roll(s.place, -1, axis=0) - s.place).T).min())
+def _prints(
+    seen: Sequence[Sighting], target: Target
+) -> Iterator[tuple[Array, Array, float, tuple[float, float], bool]]:
+    """Corners (4, 2), cells, blur, and place of the cells of what is fitted by all pixels, and whether white is around it: markers, and
+    blocks of a board without them."""
+    for s in seen:
+        if s.marker != BOARD and s.method == METHODS[0] and (cells := target.cells(s.marker)) is not None:
+            yield s.place, cells, s.blur, s.off, True
+        elif s.marker == BOARD and target.family is None and target.squares is not None:
+            columns, rows = target.squares[0] - 1, target.squares[1] - 1
+            at = dict(zip(s.corner.tolist(), s.place, strict=True))
+            n = min(BLOCK, columns - 1, rows - 1)
+            for row, column in np.ndindex((rows - 1) // n, (columns - 1) // n):
+                first = row * n * columns + column * n
+                corners = [first, first + n, first + n * columns + n, first + n * columns]
+                if all(k in at for k in corners):
+                    place = np.array([at[k] for k in corners])
+                    yield place, np.indices((n, n)).sum(axis=0) % 2.0, s.blur, (0.0, 0.0), False
+
+
+def _shortest_side(place: Array) -> float:
+    return float(np.hypot(*(np.roll(place, -1, axis=0) - place).T).min())
 
 
 def list_corners(views: Sequence[ImageView], target: Target) -> Listing:

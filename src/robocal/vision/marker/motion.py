@@ -14,14 +14,15 @@ RIM = 3  # px
 NARROW, WIDE = 0.3, 8.0  # px, of a blur
 ROUNDS = 3
 FEWEST = 100  # pixels
+FLAT = 1.0  # grey levels of contrast
 LARGEST = 300  # px: larger markers are looked at in a part
 
 
 def blur_of_motion(
-    levels: Array, corners: Array, cells: Array, blur: float, off: tuple[float, float] = (0.0, 0.0)
+    levels: Array, corners: Array, cells: Array, blur: float, off: tuple[float, float] = (0.0, 0.0), white: bool = True
 ) -> Array:
     """By how much (2, 2), in px^2, the variance of the blur of a marker differs from that of its isotropic fit; off:
-    cells, as in `Sighting`.
+    cells, as in `Sighting`; white: whether that is around it. Cells may be the other way round where it is not.
 
     The derivative of a blurred image by the variance along u is half its second derivative: what is left of the image is divided among
     those along u, v and between them, beside brightness and contrast (least squares).
@@ -39,7 +40,8 @@ def blur_of_motion(
     x = (inverse[0, 0] * u + (inverse[0, 1] * v + inverse[0, 2])[:, None]) / w
     y = (inverse[1, 0] * u + (inverse[1, 1] * v + inverse[1, 2])[:, None]) / w
     column, row = (np.clip(np.floor((c + 1) * n / 2 - d).astype(int), 0, n - 1) for c, d in ((x, off[0]), (y, off[1])))
-    inside = (np.abs(x) < 1 + 2 / n) & (np.abs(y) < 1 + 2 / n)
+    reach = 1 + 2 / n if white else 1 - 1 / n
+    inside = (np.abs(x) < reach) & (np.abs(y) < reach)
     shade = np.where((np.abs(x) < 1) & (np.abs(y) < 1), cells[row, column], 1.0)
     shape = (len(seen), SAMPLES, seen.shape[1], SAMPLES)
     ideal, shown = shade.reshape(shape).mean(axis=(1, 3)), inside.reshape(shape).all(axis=(1, 3))
@@ -65,7 +67,7 @@ def _change(smooth: Array, seen: Array, used: Bools) -> Array:
     bends = [d * f for d in (by_u, by_v) for f in (1.0, grid_u, grid_v, grid_u**2, grid_u * grid_v, grid_v**2)]
     terms = [smooth, uu / 2, uv, vv / 2, smooth * grid_u, smooth * grid_v, *light, *bends, np.hypot(by_u, by_v)]
     found = np.linalg.lstsq(np.stack([t[used] for t in terms], axis=1), seen[used], rcond=None)[0]
-    a, b, c = found[1:4] / found[0] if found[0] > 0 else np.zeros(3)
+    a, b, c = found[1:4] / found[0] if abs(found[0]) > FLAT else np.zeros(3)
     return np.array([[a, b], [b, c]])
 
 
