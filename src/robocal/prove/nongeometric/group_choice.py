@@ -41,7 +41,7 @@ from robocal.progress import Watch, tell
 from robocal.prove.bands import range_of_joints
 from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.judge import units_of
-from robocal.prove.nongeometric.linearised import Linearised, held, linearise_fit
+from robocal.prove.nongeometric.linearised import Linearised, linearise_fit, ridge_matrix
 from robocal.prove.split import make_split
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -252,7 +252,7 @@ def seek(gram: Array, base: Ints, pairs: Ints, noise: float, rows: int) -> Ints:
         return np.zeros(0, dtype=np.int64)
     rest = np.array([*pairs.ravel(), len(gram) - 1])
     cross = gram[np.ix_(base, rest)]
-    c = gram[np.ix_(rest, rest)] - cross.T @ np.linalg.solve(held(gram, base, noise), cross)
+    c = gram[np.ix_(rest, rest)] - cross.T @ np.linalg.solve(ridge_matrix(gram, base, noise), cross)
     limit = 2.0 * np.log(len(pairs) / RIPPLE_CHANCE)
     first = np.arange(0, 2 * len(pairs), 2)
     second = first + 1

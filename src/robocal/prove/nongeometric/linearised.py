@@ -24,7 +24,7 @@ from robocal.measure.base import problem as build
 from robocal.measure.machine import Model
 from robocal.prove.split import Split
 
-__all__ = ["Linearised", "held", "linearise_fit"]
+__all__ = ["Linearised", "linearise_fit", "ridge_matrix"]
 
 CHUNK = 128  # columns at once
 
@@ -67,7 +67,9 @@ class Linearised:
         """How many combinations of added columns are seen above the noise, whatever the others are."""
         g = self.whole
         cross = g[np.ix_(columns, added)]
-        values = np.linalg.eigvalsh(g[np.ix_(added, added)] - cross.T @ np.linalg.solve(held(g, columns, noise), cross))
+        values = np.linalg.eigvalsh(
+            g[np.ix_(added, added)] - cross.T @ np.linalg.solve(ridge_matrix(g, columns, noise), cross)
+        )
         return int((values > noise).sum())
 
     def unseen(
@@ -97,11 +99,11 @@ class Linearised:
 def ridge(gram: Array, columns: Ints, noise: Array | float, off: Array | float = 0.0) -> Array:
     """The step of some columns, in units of the error expected of each, where they are held around the values from which they are
     `off`."""
-    inner = held(gram, columns, noise)
+    inner = ridge_matrix(gram, columns, noise)
     return np.asarray(np.linalg.solve(inner, -gram[columns, -1] - noise * np.asarray(off)))
 
 
-def held(gram: Array, columns: Ints, noise: Array | float) -> Array:
+def ridge_matrix(gram: Array, columns: Ints, noise: Array | float) -> Array:
     """The part of a Gram matrix that some columns have, with what holds them on its diagonal."""
     inner = gram[columns].take(columns, axis=1)
     inner.flat[:: len(columns) + 1] += noise
