@@ -236,7 +236,7 @@ class _Search:
                 yield _Change(TARGET_TURNED, read, turned=views_of)
 
     def _finding(self, change: _Change, stated: _Trial, trial: _Trial) -> Finding:
-        group = list(change.cameras_read)
+        group = [i for i in change.cameras_read if i not in change.turned or change.turned[i][1].any()]
         some = [self.data.observations[i] for i in group]
         # Told in the numbers of the instrument that was worst; where poses follow the cameras, it may be another one.
         level = int(_explains(stated, trial, 1))
