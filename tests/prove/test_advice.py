@@ -55,6 +55,16 @@ OTHER = {
     "rows-of-another-robot": "session/test_naming_causes.py",
     "rows-of-two-robots": "session/test_naming_causes.py",
     "rows-off": "session/test_naming_causes.py",
+    "axes-exchanged": "diagnose/test_camera_views.py",
+    "image-mirrored": "diagnose/test_camera_views.py",
+    "lens-factor": "diagnose/test_camera_views.py",
+    "lens-factor-doubted": "diagnose/test_camera_views.py",
+    "target-turned": "diagnose/test_camera_views.py",
+    "views-shifted": "diagnose/test_camera_views.py",
+    "view-alone": "diagnose/test_views.py",
+    "view-elsewhere": "diagnose/test_views.py",
+    "view-exchanged": "diagnose/test_views.py",
+    "views-exchanged": "diagnose/test_views.py",
 }
 OTHER |= dict.fromkeys(
     "image-turned video-ends-early image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "

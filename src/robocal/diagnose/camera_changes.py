@@ -19,7 +19,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
-from robocal.fit.starts.cameras import POINTS, resect_sights
+from robocal.fit.starts.cameras import resect_sights
 from robocal.measure.data import Observations
 from robocal.measure.pixels import rays
 
@@ -35,6 +35,7 @@ __all__ = [
 ]
 
 SAME = 1e-6  # tolerance: m, points of a target that are one
+ENOUGH = 4  # tolerance: points that make a pose
 SHOWN = 16  # grid: points of a view that tell its pose
 
 
@@ -67,7 +68,7 @@ def shift_views(obs: Observations, shift: int) -> Observations:
 def half_turn(obs: Observations) -> Array | None:
     """The motion (4, 4) of the target after which its points are the same; None where it has none, or there are several targets."""
     points = np.unique(np.round(obs.extra["point"], 9), axis=0)
-    if len(obs.targets) > 1 or len(points) < POINTS:
+    if len(obs.targets) > 1 or len(points) < ENOUGH:
         return None
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     normal = np.linalg.svd(points - points.mean(axis=0))[2][2]
@@ -99,7 +100,7 @@ def view_poses(obs: Observations) -> ViewPoses:
     """The pose of the only target in every view that shows enough points of it."""
     where = np.unique(obs.configuration)
     rows = [np.flatnonzero(obs.configuration == c) for c in where]
-    some = [r[np.unique(np.linspace(0, len(r) - 1, SHOWN).astype(np.int64))] for r in rows if len(r) >= POINTS]
+    some = [r[np.unique(np.linspace(0, len(r) - 1, SHOWN).astype(np.int64))] for r in rows if len(r) >= ENOUGH]
     if not some:
         return ViewPoses(where[:0], np.zeros((0, 4, 4)))
     every, first = np.concatenate(some), np.cumsum([0, *map(len, some[:-1])])

@@ -74,14 +74,14 @@ ROUGH = (12, 6)  # grid: the same where poses are found by the fit, and nothing 
 BEST = 2  # grid: of the changes, how many are fitted robustly
 TURNED = 4  # grid: cameras of which each may be turned as a whole
 SHIFTS = (1, -1, 2, -2)
-NAMED = 8  # views that are named
+NAMED = 8  # grid: views that are named
 FLAT = 0.999  # tolerance: a cosine: points that lie across z
 LEAST = 1e-3  # tolerance: of a focal length: nobody asks whether less is left
 Reread = Callable[[Observations], Observations]
 
 
 @record
-class _Trial:
+class _ViewTrial:
     """What frames leave of half and of three quarters of the rows of every instrument, as a share of its focal length or of what it
     reads, (2, O); and of a camera the share of the sights that have their target behind it, (O,)."""
 
@@ -90,7 +90,7 @@ class _Trial:
 
 
 @record
-class _Change:
+class _ViewChange:
     """One way to read the rows of some cameras: the code of its finding, the rows of each camera, its numbers, and the views that
     are turned with the turn."""
 
@@ -110,10 +110,10 @@ def wrong_views(context: Context[Model]) -> Iterator[Finding]:
     stated = _measure(data, base.problem, base.x)
     if (stated.left > VIEWS_ASK).any() or (stated.behind > VIEWS_BEHIND).any():
         whole = DataSet(data.configurations, tuple(replace(o, used=None) for o in data.observations))
-        yield from _Search(context.model, whole, tuple(cameras)).explain()
+        yield from _ViewSearch(context.model, whole, tuple(cameras)).explain()
 
 
-def _measure(data: DataSet, problem: Problem, x: Array) -> _Trial:
+def _measure(data: DataSet, problem: Problem, x: Array) -> _ViewTrial:
     """What is left at a solution of a problem of the data."""
     errors: list[list[Array]] = [[] for _ in data.observations]
     behind = np.zeros(len(errors))
@@ -123,7 +123,9 @@ def _measure(data: DataSet, problem: Problem, x: Array) -> _Trial:
         if isinstance(term, PixelRows):
             behind[own] += term.behind(x) * len(term.index) / len(data.observations[own])
     pairs = [(np.concatenate(e), _size(o)) for e, o in zip(errors, data.observations, strict=True)]
-    return _Trial(np.array([[quantile(e, level) / size for e, size in pairs] for level in (0.5, VIEWS_RIGHT)]), behind)
+    return _ViewTrial(
+        np.array([[quantile(e, level) / size for e, size in pairs] for level in (0.5, VIEWS_RIGHT)]), behind
+    )
 
 
 def _size(obs: Observations) -> float:
@@ -136,7 +138,7 @@ def _size(obs: Observations) -> float:
 
 
 @record
-class _Search:
+class _ViewSearch:
     """A machine, its data with every row, and which of the observations are of cameras."""
 
     model: Model
@@ -164,7 +166,7 @@ class _Search:
     def _only(self, some: tuple[int, ...]) -> DataSet:
         return DataSet(self.data.configurations, tuple(self.data.observations[i] for i in some))
 
-    def _of_group(self, group: tuple[int, ...], stated: _Trial | None = None) -> list[Finding]:
+    def _of_group(self, group: tuple[int, ...], stated: _ViewTrial | None = None) -> list[Finding]:
         """The changes of some cameras that explain them, alike."""
         stated = stated or self._fit({}, robust=True)
         if not (stated.left > VIEWS_ASK).any() and not (stated.behind > VIEWS_BEHIND).any():
@@ -177,7 +179,7 @@ class _Search:
         if (stated.left > VIEWS_ASK).any():
             yield from list(self._best(list(self._turns(group)), stated))[:1]
 
-    def _best(self, changes: list[_Change], stated: _Trial) -> Iterator[Finding]:
+    def _best(self, changes: list[_ViewChange], stated: _ViewTrial) -> Iterator[Finding]:
         """Findings of the changes that leave least, where they explain what was left."""
         rough = [float(self._fit(c.cameras_read).left.sum()) for c in changes]
         few = [changes[i] for i in np.argsort(rough, kind="stable")[:BEST]]
@@ -188,7 +190,7 @@ class _Search:
             if left <= EXPLANATIONS_ALIKE * least:
                 yield self._finding(change, stated, trial)
 
-    def _fit(self, changed: Mapping[int, Reread], *, robust: bool = False) -> _Trial:
+    def _fit(self, changed: Mapping[int, Reread], *, robust: bool = False) -> _ViewTrial:
         """What frames leave of a part of the data, where the rows of some instruments are read in another way."""
         read = [changed[i](o) if i in changed else o for i, o in enumerate(self.data.observations)]
         seen = np.unique(np.concatenate([self.data.observations[i].configuration for i in self.cameras]))
@@ -196,23 +198,23 @@ class _Search:
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
         part = DataSet(self.data.configurations, tuple(_thin(o, where, points) for o in read)).take(where)
         if len(part.observations) != len(read):
-            return _Trial(np.full((2, len(read)), np.inf), np.ones(len(read)))
+            return _ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):
             everyone = np.arange(len(part.configurations))
             found = fit_baseline(self.model, part, everyone, "tukey" if robust else "none")
             return _measure(part, found.problem, found.x)
 
-    def _changes(self, group: tuple[int, ...]) -> Iterator[_Change]:
+    def _changes(self, group: tuple[int, ...]) -> Iterator[_ViewChange]:
         """Every change worth a trial in some cameras."""
-        yield _Change(AXES_EXCHANGED, dict.fromkeys(group, exchange_axes))
-        yield _Change(IMAGE_MIRRORED, dict.fromkeys(group, mirror))
+        yield _ViewChange(AXES_EXCHANGED, dict.fromkeys(group, exchange_axes))
+        yield _ViewChange(IMAGE_MIRRORED, dict.fromkeys(group, mirror))
         for shift in SHIFTS:
             where, way = ("below", "up") if shift < 0 else ("above", "down")
             words = {"shift": f"{abs(shift)} view{'s' if abs(shift) > 1 else ''}", "where": where, "way": way}
-            yield _Change(VIEWS_SHIFTED, dict.fromkeys(group, partial(shift_views, shift=shift)), words)
+            yield _ViewChange(VIEWS_SHIFTED, dict.fromkeys(group, partial(shift_views, shift=shift)), words)
         yield from self._turns(group)
 
-    def _turns(self, group: tuple[int, ...]) -> Iterator[_Change]:
+    def _turns(self, group: tuple[int, ...]) -> Iterator[_ViewChange]:
         """Half a turn of the target in the views that ask for it, and in some cameras in the others."""
         marked = []
         for i in group:
@@ -233,10 +235,10 @@ class _Search:
             views_of = {i: (t, m ^ all_of) for i, (t, m), all_of in zip(group, marked, (False, *others), strict=True)}
             if any(m.any() for _, m in views_of.values()):
                 read = {i: partial(turn_views, turn=t, views=m) for i, (t, m) in views_of.items()}
-                yield _Change(TARGET_TURNED, read, turned=views_of)
+                yield _ViewChange(TARGET_TURNED, read, turned=views_of)
 
-    def _finding(self, change: _Change, stated: _Trial, trial: _Trial) -> Finding:
-        group = list(change.cameras_read)
+    def _finding(self, change: _ViewChange, stated: _ViewTrial, trial: _ViewTrial) -> Finding:
+        group = [i for i in change.cameras_read if i not in change.turned or change.turned[i][1].any()]
         some = [self.data.observations[i] for i in group]
         # Told in the numbers of the instrument that was worst; where poses follow the cameras, it may be another one.
         level = int(_explains(stated, trial, 1))
@@ -254,7 +256,7 @@ class _Search:
             numbers |= self._turned_numbers(change)
         return refuse(change.code, **numbers, **change.numbers)
 
-    def _turned_numbers(self, change: _Change) -> dict[str, Number]:
+    def _turned_numbers(self, change: _ViewChange) -> dict[str, Number]:
         """Which views are turned, and what to subtract points from."""
         names, total = [], 0
         for i, (_, marked) in change.turned.items():
@@ -268,7 +270,7 @@ class _Search:
         return {"count": len(names), "total": total, "views": (*names[:NAMED], *more), "x": ends[0], "y": ends[1]}
 
 
-def _explains(stated: _Trial, trial: _Trial, level: int) -> bool:
+def _explains(stated: _ViewTrial, trial: _ViewTrial, level: int) -> bool:
     """Whether a change explains what was left of half or of three quarters of the rows: every target stands before its camera, and all
     instruments are explained."""
     before, after = float(stated.left[level].max()), float(trial.left[level].max())

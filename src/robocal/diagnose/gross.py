@@ -34,7 +34,7 @@ from robocal.diagnose.drawn_poses import restore_poses
 from robocal.diagnose.limits import GROSS_DISTANCE
 from robocal.diagnose.rounding import add_rounding
 from robocal.diagnose.studentised import StudentisedResiduals, far_from, studentise
-from robocal.diagnose.views import join_views
+from robocal.diagnose.view_blocks import join_views
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns

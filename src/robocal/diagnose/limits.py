@@ -83,6 +83,8 @@ SEGMENT_COMPLETE = limit(0.9, "of the numbers", "With fewer numbers in a row of 
 
 topic("Stated numbers, time and scale")
 NUMBER_SIGMA = limit(5.0, "sigma", "Beyond, a stated number of an instrument is contradicted beyond chance.", "tests/prove/test_numbers.py")
+LENS_FACTOR = limit(0.02, "of the numbers", "A lens that is nearer is a calibration of another day, no other lens.",
+    "tests/diagnose/test_camera_views.py")
 NUMBER_SHARE = limit(0.3, "of the squares left",
     "A stated number that explains more is wrong, and a gain says nothing; less is a remark.", "tests/prove/test_numbers.py")
 LATE_SHARE = limit(0.5, "of the squares left beyond stated noise",

@@ -28,8 +28,8 @@ from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import MATCH_CHANCE, MATCH_LUCK, SHIFTED_ROWS, ZERO_ROWS_SHARE
 from robocal.diagnose.studentised import StudentisedResiduals
+from robocal.diagnose.view_blocks import view_blocks
 from robocal.diagnose.view_causes import causes_of_views
-from robocal.diagnose.views import view_blocks
 from robocal.estimate.problem import Problem
 from robocal.fit.noise import by_observation, owners
 from robocal.measure.base import Rows, kind_of, predict_rows

@@ -19,7 +19,7 @@ import numpy as np
 from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.diagnose.check_registry import Context, Finding, check_fit_twice, doubt, once, refuse
-from robocal.diagnose.limits import NUMBER_SHARE, NUMBER_SIGMA
+from robocal.diagnose.limits import LENS_FACTOR, NUMBER_SHARE, NUMBER_SIGMA
 from robocal.estimate.elimination import triangle
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -32,7 +32,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["FACTOR_DOUBTED", "FACTOR_WRONG", "Score", "find_stated_number", "reads", "score"]
+__all__ = ["Score", "find_stated_number", "reads", "score"]
 
 
 FACTOR_WRONG = declare(
@@ -75,25 +75,34 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
     c = np.stack(
         [seen.j[:, [made.free.index(n) for n in names]] @ w for names, w in zip(some, weights, strict=True)], axis=1
     )
-    found = score(seen.j[:, ~asked], seen.r, made.scales[~asked], c, made.repeated)
+    parts = seen.j[:, ~asked], seen.r, made.scales[~asked]
+    found = score(*parts, c, made.repeated)
+    if found is not None and found.t >= NUMBER_SIGMA and found.column >= len(plain):
+        wrong = some[found.column]
+        factor = _refit(made.with_free([*fit.problem.free, *wrong]), [own[n][1] for n in wrong])
+        if abs(factor - 1) > LENS_FACTOR:
+            return [_of_factor(own, wrong, factor, found)]
+        found = score(*parts, c[:, : len(plain)], made.repeated)
     if found is None or found.t < NUMBER_SIGMA:
         return []
     wrong = some[found.column]
     obs, p = own[wrong[0]]
-    if found.column >= len(plain):
-        level, code = (refuse, FACTOR_WRONG) if found.share > NUMBER_SHARE else (doubt, FACTOR_DOUBTED)
-        factor = _refit(made.with_free([*fit.problem.free, *wrong]), [own[n][1] for n in wrong])
-        names = {"name": ", ".join(wrong), "number": f"{obs.options[kind_of(obs).owner]}.{p.name.rpartition('.')[2]}"}
-        return [
-            level(
-                code, **names, stated=Quantity(p.value, p.unit), there=Quantity(p.value * factor, p.unit), factor=factor,
-                ratio=_ratio(factor), z=found.t, share=found.share, line=_line(obs, *(own[n][1] for n in wrong)),
-            )
-        ]  # fmt: skip
     stated, there = (Quantity(v, p.unit) for v in (p.value, p.value + found.change))
     level, code = (refuse, Code.NUMBER_WRONG) if found.share > NUMBER_SHARE else (doubt, Code.NUMBER_DOUBTED)
     name, line = ", ".join(wrong), _line(obs, p)
     return [level(code, name=name, stated=stated, there=there, z=found.t, share=found.share, line=line)]
+
+
+def _of_factor(
+    own: Mapping[str, tuple[Observations, Parameter]], wrong: Sequence[str], factor: float, found: Score
+) -> Finding:
+    """Numbers that are a factor off, together."""
+    obs, p = own[wrong[0]]
+    level, code = (refuse, FACTOR_WRONG) if found.share > NUMBER_SHARE else (doubt, FACTOR_DOUBTED)
+    stated, there = (Quantity(v, p.unit) for v in (p.value, p.value * factor))
+    line = _line(obs, *(own[n][1] for n in wrong))
+    names = {"number": p.name, "name": ", ".join(wrong), "ratio": _ratio(factor), "line": line}
+    return level(code, **names, stated=stated, there=there, factor=factor, z=found.t, share=found.share)
 
 
 @record
