@@ -10,7 +10,7 @@ from files.data_samples import write_dataset
 from files.kind_samples import ARM, put, texts
 
 from robocal.diagnose.check_registry import Context
-from robocal.diagnose.lens_fold import pixels_beyond_fold
+from robocal.diagnose.lens_fold import lens_reach
 from robocal.errors import FormatError, InputError, ModelError
 from robocal.estimate.priors import shared_root
 from robocal.files.dataset import read_dataset
@@ -221,7 +221,7 @@ def test_two_files_of_one_camera(tmp_path):
 def test_pixels_beyond_the_fold_are_counted(tmp_path, lens, told):
     """As many as no direction is imaged at, found on a grid of directions of the tests' own."""
     data = read(tmp_path, f"{{name: left, {lens}}}", lens=None).dataset
-    found = list(pixels_beyond_fold.run(Context(ARM, data)))
+    found = list(lens_reach.run(Context(ARM, data)))
     numbers, seen = np.array(options_of(data)["intrinsics"]), data.observations[0].value
     r = np.linspace(0, 1.5, 20001)
     fish = len(numbers) == 8

@@ -10,7 +10,7 @@ from robocal.measure.pixels import fold_of_lens
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["pixels_beyond_fold"]
+__all__ = ["lens_reach"]
 
 FOLDS = declare(
     "pixels-beyond-fold",
@@ -21,7 +21,7 @@ FOLDS = declare(
 
 
 @check("pixels-beyond-fold", When.DATA, order=35, needs=("data",))
-def pixels_beyond_fold(context: Context[Model]) -> Iterator[Finding]:
+def lens_reach(context: Context[Model]) -> Iterator[Finding]:
     """Pixels beyond those at which the stated lens of their camera folds back."""
     for obs in context.need_data.observations:
         if obs.kind != "pixels" or obs.value.ndim != 2:

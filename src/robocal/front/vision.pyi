@@ -13,40 +13,6 @@ _Path = str | os.PathLike[str]
 _Given = _Path | Measurements | Found[Any]
 _Watch = Callable[[dict[str, object]], None]
 
-def detect(
-    images: _Given | Sequence[_Given],
-    *,
-    sheet: _Path | None = None,
-    dictionary: str | None = None,
-    checker: str | None = None,
-    charuco: str | None = None,
-    size: float | None = None,
-    square: float | None = None,
-    every: int = 10,
-    output: _Path | None = None,
-    force: bool = False,
-    watch: _Watch | None = None,
-) -> Found[_detect_Detected]:
-    """Find printed targets in the images of one camera, and list their corners for kind: pixels.
-
-    Targets are markers (ArUco, AprilTag; several on a sheet are a grid), a checkerboard, or a ChArUco board. A sheet
-    of robocal vision sheet says all of it: --sheet. Without --sheet, --dictionary and --checker all are tried on three images.
-
-    images: Images of one camera: files, folders, patterns, lists (.txt), videos.
-    sheet: The YAML of a printed sheet, in place of dictionary, board and sizes.
-    dictionary: Dictionary of the markers: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
-    checker: A checkerboard of so many squares.
-    charuco: A ChArUco board of so many squares.
-    size: Edge of a marker's black square, as measured on the print [mm], above 0.
-    square: Edge of a square of a board, as measured on the print [mm], above 0.
-    every: Of a video, take one frame in so many, 1 or more.
-    output: Write the list here, and a document and a page beside it.
-    force: Replace files that exist.
-    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
-
-    Raises InputError.
-    """
-
 def sheet(
     *,
     pattern: str = 'grid',
@@ -81,6 +47,40 @@ def sheet(
     pitch: From marker to marker of a grid [mm], above 0.  [default: two cells of white]
     border: Cells of black around a marker's code, 1 to 2.  [default: 1; 2 for an aprilgrid, as Kalibr has it]
     output: The PDF; the YAML gets its name.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def detect(
+    images: _Given | Sequence[_Given],
+    *,
+    sheet: _Path | None = None,
+    dictionary: str | None = None,
+    checker: str | None = None,
+    charuco: str | None = None,
+    size: float | None = None,
+    square: float | None = None,
+    every: int = 10,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_detect_Detected]:
+    """Find printed targets in the images of one camera, and list their corners for kind: pixels.
+
+    Targets are markers (ArUco, AprilTag; several on a sheet are a grid), a checkerboard, or a ChArUco board. A sheet
+    of robocal vision sheet says all of it: --sheet. Without --sheet, --dictionary and --checker all are tried on three images.
+
+    images: Images of one camera: files, folders, patterns, lists (.txt), videos.
+    sheet: The YAML of a printed sheet, in place of dictionary, board and sizes.
+    dictionary: Dictionary of the markers: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
+    checker: A checkerboard of so many squares.
+    charuco: A ChArUco board of so many squares.
+    size: Edge of a marker's black square, as measured on the print [mm], above 0.
+    square: Edge of a square of a board, as measured on the print [mm], above 0.
+    every: Of a video, take one frame in so many, 1 or more.
+    output: Write the list here, and a document and a page beside it.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

@@ -47,8 +47,8 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "drift": "Which anchor moved between calibrations?",
 })  # fmt: skip
 VISION: Mapping[str, str] = MappingProxyType({
-    "detect": "Corners of printed targets in images.",
     "sheet": "Markers and boards to print, at true scale.",
+    "detect": "Corners of printed targets in images.",
     "intrinsics": "A lens from corners, with its uncertainty.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
