@@ -18,7 +18,7 @@ from robocal.fit.options import Options
 from robocal.fit.starts.own import place_configurations
 from robocal.geometry import se3
 from robocal.measure.machine import Rig
-from robocal.parameters import Parameter, ParameterTable
+from robocal.parameters import FRAME_SYMBOLS, Parameter, ParameterTable
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
@@ -27,7 +27,7 @@ from robocal.vision.camera import MODELS
 from robocal.vision.lens_start import FlatViews, find_focal, flat_places, look_flat
 from robocal.vision.lenses import Lens
 
-__all__ = ["expected_of", "fit_lens", "lens_of", "look_at_views", "plain_lens", "view_poses"]
+__all__ = ["camera_points", "expected_of", "fit_lens", "lens_of", "look_at_views", "plain_lens", "tilts", "view_poses"]
 
 # What the numbers of a lens are expected to be off by without data: of the width of the image; else without a unit.
 OF_WIDTH = {"fx": 0.3, "fy": 0.3, "cx": 0.05, "cy": 0.05}
@@ -105,3 +105,22 @@ def view_poses(made: Decision[Rig]) -> Array:
     """T_camera_target (V, 4, 4) of every view."""
     fit = made.need_fit
     return se3.from_vector(fit.problem.values_of(0, fit.solution.x)[0].reshape(fit.problem.configurations, 6))
+
+
+def tilts(made: Decision[Rig]) -> Array:
+    """The angle (V,) between the target's normal and the line of sight to its origin, deg."""
+    poses = view_poses(made)
+    way = poses[:, :3, 3] / np.linalg.norm(poses[:, :3, 3], axis=1)[:, None]
+    return np.asarray(np.degrees(np.arccos(np.clip(np.abs(np.sum(poses[:, :3, 2] * way, axis=1)), 0.0, 1.0))))
+
+
+def camera_points(table: CornerTable, made: Decision[Rig]) -> Array:
+    """Where corners are in the camera's frame, (n, 3) m."""
+    obs = table.pixels
+    poses = view_poses(made)[obs.configuration]
+    points = obs.extra["point"]
+    if obs.targets and obs.target is not None:
+        frames = np.array([[made.values[f"{t.name}.{s}"] for s in FRAME_SYMBOLS] for t in obs.targets])
+        held = se3.from_vector(frames)[obs.target]
+        points = np.einsum("nij,nj->ni", held[:, :3, :3], points) + held[:, :3, 3]
+    return np.asarray(np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3])

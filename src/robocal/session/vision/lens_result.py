@@ -21,9 +21,7 @@ from robocal.files.result import Verdict as VerdictPart
 from robocal.files.text import InputFile
 from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
-from robocal.geometry import se3
 from robocal.measure.machine import Rig
-from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.prove.decision import Decision
 from robocal.prove.pixel_bands import pixel_covariance
@@ -38,7 +36,15 @@ from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_refit import RefitCorners, refit_corners
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
 from robocal.session.vision.further import further_views
-from robocal.session.vision.lens_fit import fit_lens, lens_of, look_at_views, plain_lens, view_poses
+from robocal.session.vision.lens_fit import (
+    camera_points,
+    fit_lens,
+    lens_of,
+    look_at_views,
+    plain_lens,
+    tilts,
+    view_poses,
+)
 from robocal.session.vision.lens_judge import judge_lens, refuse_views
 from robocal.session.watching import computable
 from robocal.vision.camera import MODELS, project, unproject
@@ -246,13 +252,6 @@ class Intrinsics(VerdictResult):
         yield from lens_pictures(self)
 
 
-def tilts(made: Decision[Rig]) -> Array:
-    """The angle (V,) between the target's normal and the line of sight to its origin, deg."""
-    poses = view_poses(made)
-    way = poses[:, :3, 3] / np.linalg.norm(poses[:, :3, 3], axis=1)[:, None]
-    return np.asarray(np.degrees(np.arccos(np.clip(np.abs(np.sum(poses[:, :3, 2] * way, axis=1)), 0.0, 1.0))))
-
-
 def find_lens(o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Intrinsics:
     """Reads corners, finds the lens, and judges it. Raises InputError."""
     if len(set(files)) < len(files):
@@ -349,15 +348,3 @@ def _in_words(found: Finding) -> Remark:
     if found.code != Code.ABOVE_STATED_NOISE:
         return found.remark
     return Remark.of(Code.LENS_LEAVES, left=found.numbers["left"], stated=found.numbers["stated"])
-
-
-def camera_points(table: CornerTable, made: Decision[Rig]) -> Array:
-    """Where corners are in the camera's frame, (n, 3) m."""
-    obs = table.pixels
-    poses = view_poses(made)[obs.configuration]
-    points = obs.extra["point"]
-    if obs.targets and obs.target is not None:
-        frames = np.array([[made.values[f"{t.name}.{s}"] for s in FRAME_SYMBOLS] for t in obs.targets])
-        held = se3.from_vector(frames)[obs.target]
-        points = np.einsum("nij,nj->ni", held[:, :3, :3], points) + held[:, :3, 3]
-    return np.asarray(np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3])
