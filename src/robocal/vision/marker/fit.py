@@ -15,6 +15,7 @@ from robocal.vision.marker._kernels import (
     SHIFT,
     SIZE,
     choose,
+    farthest,
     fit_pixels,
     ideal_pixels,
     share_misfits,
@@ -80,14 +81,14 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
         if step == 0:
             dark, bright = np.percentile(seen, [10, 90])
             p[LIGHT], p[LIGHT + 3], limit = dark, bright - dark, 0.3 * (bright - dark)
-        before = corners_of(p[:8])[0]
+        before = p.copy()
         rest = np.empty(len(seen))
         cost = fit_pixels(seen, at, by, p, ink, joints, limit, ROUNDS, STILL if step else COARSE_STILL, PRINT, a, rest)
         if not cost >= 0.0:
             return None
         noise = float(np.sqrt(2 * cost / (len(seen) - SIZE)))
         limit = 3 * max(noise, QUANTUM)
-        if step > 0 and np.abs(corners_of(p[:8])[0] - before).max() < SAME_PIXELS:
+        if step > 0 and farthest(before, p) < SAME_PIXELS:
             break
     g, size = np.empty(SIZE), PRINT
     sum_pixels(seen, at, by, p, ink, joints, limit, SIZE, g, a, rest)
