@@ -50,6 +50,18 @@ def test_corners_are_as_exact_as_asked(script, name):
             assert m["named"] == 1.0
 
 
+def test_without_a_lens_the_covariance_carries_what_it_bends(script):
+    """Images through k1 -0.25: corners are off by 0.25 px (rms), and their covariance says so."""
+    chi2 = []
+    for scene in script.scenes(script.ROWS["usual"], "6x6_250", 240 if FULL else 24, 5):
+        for number, true in zip(scene.numbers, scene.corners, strict=True):
+            start = true + np.random.default_rng(number).normal(0, 0.4, (4, 2))
+            found = fit_marker(scene.grey.astype(float), start, script.family_cells("6x6_250", [number])[0])
+            e = (found.corners - true).ravel()
+            chi2.append(e @ np.linalg.solve(found.covariance, e) / 8)
+    assert 0.4 < np.mean(chi2) < 2.0
+
+
 def test_names_are_those_of_the_script(script):
     assert tuple(script.ROWS) == NAMES
 

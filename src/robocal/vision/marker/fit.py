@@ -15,6 +15,7 @@ from robocal.vision.marker._kernels import (
     SHIFT,
     SIZE,
     choose,
+    farthest,
     fit_pixels,
     ideal_pixels,
     share_misfits,
@@ -36,6 +37,7 @@ ROUNDS = 12
 OFF = 12.0  # of chi-square with two degrees of freedom: what is in the square was printed off its place (1 of 400 by chance)
 OFF_LEAST = 0.03  # cells: what is off by less may be the lens, or a sheet that is not flat; a print of 300 dpi is off by so much
 NEAR = 2  # px along u and v, within which misfits may be of one cause
+OTHER_LENS = 0.35  # of the bend by a common lens: what its own step and another lens add to it in any direction
 COMMON_LENS = (0.8, -0.25)  # focal length in image widths, k1: a webcam's
 
 
@@ -79,14 +81,14 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
         if step == 0:
             dark, bright = np.percentile(seen, [10, 90])
             p[LIGHT], p[LIGHT + 3], limit = dark, bright - dark, 0.3 * (bright - dark)
-        before = corners_of(p[:8])[0]
+        before = p.copy()
         rest = np.empty(len(seen))
         cost = fit_pixels(seen, at, by, p, ink, joints, limit, ROUNDS, STILL if step else COARSE_STILL, PRINT, a, rest)
         if not cost >= 0.0:
             return None
         noise = float(np.sqrt(2 * cost / (len(seen) - SIZE)))
         limit = 3 * max(noise, QUANTUM)
-        if step > 0 and np.abs(corners_of(p[:8])[0] - before).max() < SAME_PIXELS:
+        if step > 0 and farthest(before, p) < SAME_PIXELS:
             break
     g, size = np.empty(SIZE), PRINT
     sum_pixels(seen, at, by, p, ink, joints, limit, SIZE, g, a, rest)
@@ -106,8 +108,11 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     found, by_h = corners_of(p[:8])
     spread = noise**2 * share_misfits(grey, inside, rest, box[2], limit, NEAR) * (by_h @ inverse @ by_h.T)
     if lens is None:
-        bent = _bend(p[:8], image.shape)
-        spread += np.outer(bent, bent)
+        # What the fit would be if that lens had moved the pixels: a step from here.
+        bent, left = _bend(at, found, image.shape)
+        sum_pixels(seen, as_kernel_array(at - bent), by, p, ink, joints, limit, SIZE, g, a, rest)
+        moved = left.ravel() - by_h @ np.linalg.solve(_whole(a)[:size, :size], g[:size])[:8]
+        spread += np.outer(moved, moved) + (OTHER_LENS**2 * moved @ moved / 8) * np.eye(8)
     else:
         rays = np.column_stack([(found - lens[2:4]) / lens[:2], np.ones(4)])
         found, by, _ = project(rays, lens)
@@ -168,17 +173,17 @@ def _ideal(points: Array, lens: Array) -> Array:
     return out
 
 
-def _bend(h: Array, shape: tuple[int, ...]) -> Array:
-    """What a common lens, not known, leaves of the corners (8,) after the homography that fits all of the marker best (px)."""
-    x, y = (part.ravel() for part in np.meshgrid(np.linspace(-1, 1, 7), np.linspace(-1, 1, 7)))
-    points, columns = _image(h, np.append(x, SQUARE[:, 0]), np.append(y, SQUARE[:, 1]))
-    middle = (np.array(shape[::-1]) - 1) / 2
-    off = (points - middle) / (COMMON_LENS[0] * shape[1])
-    moved = COMMON_LENS[1] * (off**2).sum(axis=1)[:, None] * off * COMMON_LENS[0] * shape[1]
-    whole, corners = slice(0, len(x)), slice(len(x), None)
-    fit = np.linalg.lstsq(columns[whole].reshape(-1, 8), moved[whole].ravel(), rcond=None)[0]
-    left: Array = moved[corners].ravel() - columns[corners].reshape(-1, 8) @ fit
-    return left
+def _bend(at: Array, found: Array, shape: tuple[int, ...]) -> tuple[Array, Array]:
+    """By how much a common lens, not known, would move pixels (m, 2) and corners (4, 2), less the affine part (px)."""
+    middle, focal = (np.array(shape[::-1]) - 1) / 2, COMMON_LENS[0] * shape[1]
+
+    def moved(points: Array) -> Array:
+        off = (points - middle) / focal
+        return np.asarray(COMMON_LENS[1] * focal * (off**2).sum(axis=1)[:, None] * off)
+
+    design, there = (np.column_stack([np.ones(len(q)), q - middle]) for q in (at, found))
+    fit = np.linalg.solve(design.T @ design, design.T @ moved(at))
+    return moved(at) - design @ fit, moved(found) - there @ fit
 
 
 def corners_of(h: Array) -> tuple[Array, Array]:
