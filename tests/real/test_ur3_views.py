@@ -64,7 +64,7 @@ def written(folder, source, undo):
         lens = [m["fx"] * f, m["fy"] * f, (m["cx"] + 0.5) * f - 0.5, (m["cy"] + 0.5) * f - 0.5]
         lens += told["distortion"]["coefficients"]
         seen: dict[int, list[tuple[float, float]]] = {}
-        for row in list(csv.reader((source / f"corners_cam{k + 1}.csv").open()))[1:]:
+        for row in list(csv.reader((source / f"corners_cam{k + 1}.csv").read_text().splitlines()))[1:]:
             seen.setdefault(int(row[0]) - 1, []).append((float(row[2]), float(row[3])))
         with (folder / f"cam{k}.csv").open("w", newline="") as file:
             out = csv.writer(file)
