@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from robocal.fit.baseline import Baseline, baseline
 from robocal.fit.options import Options
 from robocal.prove.identify import identify
 
+FULL = pytest.mark.skipif(not os.environ.get("ROBOCAL_FULL"), reason="ROBOCAL_FULL=1")
 M = 30
 WIDTH, LAST = 1280, np.array([0.16, 0.12, 0.0])
 MISTAKES = {
@@ -49,7 +51,8 @@ def found_in(model, data):
 # obeys: target-turned
 @pytest.mark.parametrize("code", MISTAKES)
 @pytest.mark.parametrize(
-    "machine", ["arm", pytest.param("cable", marks=pytest.mark.slow), pytest.param("rig", marks=pytest.mark.slow)]
+    "machine",
+    ["arm", pytest.param("cable", marks=[pytest.mark.slow, FULL]), pytest.param("rig", marks=pytest.mark.slow)],
 )
 def test_each_mistake_is_named_for_its_camera(machine, code, rng):
     model, _, data = MACHINES[machine](rng, M)

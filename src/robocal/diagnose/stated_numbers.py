@@ -72,17 +72,18 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
     some = [*plain, *factors]
     # What a factor changes together changes in proportion to what is stated.
     weights = [*(np.ones(len(n)) for n in plain), *(np.array([own[n][1].value for n in names]) for names in factors)]
-    c = np.stack(
-        [seen.j[:, [made.free.index(n) for n in names]] @ w for names, w in zip(some, weights, strict=True)], axis=1
-    )
-    parts = seen.j[:, ~asked], seen.r, made.scales[~asked]
-    found = score(*parts, c, made.repeated)
+    mix = np.zeros((len(held), len(some)))
+    for k, (names, w) in enumerate(zip(some, weights, strict=True)):
+        mix[[held.index(n) for n in names], k] = w
+    c = seen.j[:, [made.free.index(n) for n in held]]
+    parts = seen.j[:, ~asked], seen.r, made.scales[~asked], c
+    found = score(*parts, made.repeated, mix)
     if found is not None and found.t >= NUMBER_SIGMA and found.column >= len(plain):
         wrong = some[found.column]
         factor = _refit(made.with_free([*fit.problem.free, *wrong]), [own[n][1] for n in wrong])
         if abs(factor - 1) > LENS_FACTOR:
             return [_of_factor(own, wrong, factor, found)]
-        found = score(*parts, c[:, : len(plain)], made.repeated)
+        found = score(*parts, made.repeated, mix[:, : len(plain)])
     if found is None or found.t < NUMBER_SIGMA:
         return []
     wrong = some[found.column]
@@ -118,17 +119,20 @@ class Score:
     addends: Array = field(compare=False, repr=False)
 
 
-def score(j: Array, r: Array, scales: Array, c: Array, taken: float = 0) -> Score | None:
+def score(j: Array, r: Array, scales: Array, c: Array, taken: float = 0, mix: Array | None = None) -> Score | None:
     """What residuals r (N,) say of further columns c (N, k) beside those that were fitted, j (N, n), of numbers of these `scales`
-    (n,), where local blocks, and visits that tell nothing new, have `taken` so many; None where nothing is left, or can be told."""
+    (n,), where local blocks, and visits that tell nothing new, have `taken` so many; `mix` (k, m) makes the
+    candidates of these columns, where they are not each one; None where nothing is left, or can be told."""
     # The fitted ones are held softly: otherwise all could shrink to a point with the number, and nothing would be left.
     soft = np.diag(1 / (HOLD * scales))
     n, k = j.shape[1], c.shape[1]
+    mix = np.eye(k) if mix is None else mix
     root = triangle(np.vstack([np.column_stack([j, c, r]), np.pad(soft, ((0, 0), (0, k + 1)))]))
-    over = root[n:, n:]  # of the further columns and of the residuals, what the fitted ones leave
-    size, whole = (np.linalg.norm(a, axis=0) for a in (over[:, :k], c))
+    # Of the further columns and of the residuals, what the fitted ones leave.
+    over, rest_over, c = root[n:, n : n + k] @ mix, root[n:, n + k], c @ mix
+    size, whole = (np.linalg.norm(a, axis=0) for a in (over, c))
     size = np.where(size > HIDDEN * whole, size, np.inf)
-    along = np.where(np.isfinite(size), -(over[:, :k].T @ over[:, k]) / size, 0.0)
+    along = np.where(np.isfinite(size), -(over.T @ rest_over) / size, 0.0)
     left, dof = float(r @ r), len(j) - n - taken - 1
     if not left > 0 or dof < 1:
         return None
@@ -136,7 +140,8 @@ def score(j: Array, r: Array, scales: Array, c: Array, taken: float = 0) -> Scor
     t = np.sqrt(dof * share / np.maximum(1 - share, 1e-12))
     i = int(np.argmax(t))
     change = float(along[i] / size[i])
-    column, rest = (np.column_stack([c[:, i], r]) - j @ np.linalg.solve(root[:n, :n], root[:n, [n + i, n + k]])).T
+    beside = np.column_stack([root[:n, n : n + k] @ mix[:, i], root[:n, n + k]])
+    column, rest = (np.column_stack([c[:, i], r]) - j @ np.linalg.solve(root[:n, :n], beside)).T
     return Score(i, change, float(t[i]), float(share[i]), column * (rest + column * change))
 
 
