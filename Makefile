@@ -11,7 +11,7 @@ PYTHON ?=
 unexport PYTHONHOME PYTHONPATH PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all all quick lint bench coverage clean remake
+.PHONY: help demo test test-all all quick opencv-5 lint bench coverage clean remake
 
 help:
 	@echo "make demo      calibrate real and simulated robots and write a report (the first run installs into .venv)"
@@ -31,6 +31,14 @@ test: $(VENV)/.has-dev
 
 test-all: $(VENV)/.has-dev
 	@$(MAKE) --no-print-directory -j2 -Oline lint all
+	@$(MAKE) --no-print-directory opencv-5
+
+# Images with the other major version of OpenCV: constraints.txt has 4.
+opencv-5: $(VENV)/.has-opencv-5
+	@printf '\n== pytest: images, with OpenCV 5 ==\n'
+	@PYTHONPATH=$(VENV)/opencv-5 $(PYTEST) -m "not slow" tests/cli/test_vision_detect.py tests/cli/test_vision_advice.py \
+		tests/cli/test_vision_files.py tests/cli/test_detect_sheets.py tests/files/test_image_files.py tests/files/test_images.py \
+		tests/files/test_sheet.py tests/unit/test_sightings.py tests/real/test_images.py
 
 all: $(VENV)/.has-dev
 	@printf '\n== pytest: all tests ==\n'
@@ -81,3 +89,8 @@ $(VENV)/.has-dev: $(VENV)/.made-in pyproject.toml constraints.txt
 	@echo "Installing robocal, its extras and its tests' tools (the first time takes a minute and the internet)"
 	@$(PIP) --editable ".[dev,all]"
 	@touch $(VENV)/.has-robocal $@
+
+$(VENV)/.has-opencv-5: $(VENV)/.has-dev
+	@echo "Installing OpenCV 5 beside the environment"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --target $(VENV)/opencv-5 --upgrade "opencv-python-headless>=5,<6"
+	@touch $@

@@ -141,7 +141,9 @@ def test_opencv_finds_all_of_the_print_at_600_dpi(tmp_path, name):
         )
         corners, numbers, _, _ = aruco.CharucoDetector(board).detectBoard(page)
         assert len(numbers) == 9
-        assert np.abs(corners.reshape(-1, 2) - pixels(inner_corners(sheet.checkers[0])).reshape(-1, 2)).max() < 0.5
+        off = corners.reshape(-1, 2) - pixels(inner_corners(sheet.checkers[0])).reshape(-1, 2)
+        assert np.abs(off - off.mean(axis=0)).max() < 0.2
+        assert np.abs(off.mean(axis=0)).max() < 0.7  # OpenCV 4.10 has all corners of a ChArUco board half a pixel off
 
 
 @pytest.mark.parametrize("name", SHEETS)
