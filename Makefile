@@ -36,7 +36,7 @@ test-all: $(VENV)/.has-dev
 # Images with the other major version of OpenCV: constraints.txt has 4.
 opencv-5: $(VENV)/.has-opencv-5
 	@printf '\n== pytest: images, with OpenCV 5 ==\n'
-	@PYTHONPATH=$(VENV)/opencv-5 $(PYTEST) -m "not slow" tests/cli/test_vision_detect.py tests/cli/test_vision_advice.py \
+	@PYTHONPATH=$(CURDIR)/$(VENV)/opencv-5 $(PYTEST) -m "not slow" tests/cli/test_vision_detect.py tests/cli/test_vision_advice.py \
 		tests/cli/test_vision_files.py tests/cli/test_detect_sheets.py tests/files/test_image_files.py tests/files/test_images.py \
 		tests/files/test_sheet.py tests/unit/test_sightings.py tests/real/test_images.py
 
@@ -92,5 +92,5 @@ $(VENV)/.has-dev: $(VENV)/.made-in pyproject.toml constraints.txt
 
 $(VENV)/.has-opencv-5: $(VENV)/.has-dev
 	@echo "Installing OpenCV 5 beside the environment"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --target $(VENV)/opencv-5 --upgrade "opencv-python-headless>=5,<6"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --target $(VENV)/opencv-5 --upgrade opencv-python-headless==5.0.0.93
 	@touch $@
