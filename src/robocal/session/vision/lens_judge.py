@@ -8,7 +8,7 @@ import numpy as np
 
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Finding, doubt, qualify, refuse
-from robocal.diagnose.limits import IMAGE_COVERAGE, LENS_CENTRE, LENS_FOCAL, LENS_UNSEEN, LENS_VIEW_LEFT, LENS_VIEWS
+from robocal.diagnose.limits import IMAGE_COVERAGE, LENS_CENTRE, LENS_FOCAL, LENS_TILT, LENS_UNSEEN, LENS_VIEW_LEFT, LENS_VIEWS
 from robocal.errors import ModelError
 from robocal.prove.statistics import Statistic
 from robocal.remarks.code import Code
@@ -104,7 +104,8 @@ def judge_lens(
         if s in sigma
     }
     if off and max(off.values()) > LENS_FOCAL:
-        out.append(refuse(Code.LENS_FOCAL_OPEN, names=tuple(off), share=max(off.values()), tilt=tilt))
+        told = tilt if tilt < LENS_TILT else None
+        out.append(refuse(Code.LENS_FOCAL_OPEN, names=tuple(off), share=max(off.values()), tilt=told))
     beyond = fold_mask(points, lens.intrinsics)
     assert lens.size is not None
     width, height = lens.size
