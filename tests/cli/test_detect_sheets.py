@@ -144,7 +144,9 @@ def test_of_a_board_that_is_larger_than_stated_no_lines_are_left_out(tmp_path):
         assert np.abs(left).max() < 1, view
 
 
-@pytest.mark.parametrize("words", ["vision detect . --checker 3x4", "vision sheet --pattern checkerboard --columns 3 --rows 4"])
+@pytest.mark.parametrize(
+    "words", ["vision detect . --checker 3x4", "vision sheet --pattern checkerboard --columns 3 --rows 4"]
+)
 def test_boards_that_opencv_does_not_look_for_are_refused(tmp_path, words):
     assert cv2.imwrite(str(tmp_path / "1.png"), np.zeros((64, 64), np.uint8))
     told = run(*[str(tmp_path) if w == "." else w for w in words.split()])
@@ -153,6 +155,9 @@ def test_boards_that_opencv_does_not_look_for_are_refused(tmp_path, words):
 
 def test_what_was_looked_for_is_a_sentence(tmp_path):
     assert cv2.imwrite(str(tmp_path / "1.png"), np.full((64, 64), 99, np.uint8))
-    for words, said in (("--checker 7x9", "a checkerboard of 7 x 9 squares was"), ("--dictionary 36h11", "markers of 36h11 were")):
+    for words, said in (
+        ("--checker 7x9", "a checkerboard of 7 x 9 squares was"),
+        ("--dictionary 36h11", "markers of 36h11 were"),
+    ):
         told = run("vision", "detect", str(tmp_path), *words.split())
         assert told.status == 3 and f"{said} looked for" in told.said

@@ -24,7 +24,9 @@ __all__ = [
 
 ENLARGE = 1_500_000  # px: larger images are looked at once
 TRIAL = 1_000_000  # px: dictionaries are tried on images of at most so many
-UNEVEN = 1.7  # tolerance: from step to step along a board: tilted views change by less, a line that is left out doubles one
+UNEVEN = (
+    1.7  # tolerance: from step to step along a board: tilted views change by less, a line that is left out doubles one
+)
 PATIENCE = 3.0  # s, that trials of dictionaries may take
 # One dictionary of each family, the largest: the smaller ones are its beginning.
 LARGEST = (

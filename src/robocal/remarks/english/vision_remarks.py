@@ -112,7 +112,8 @@ class VisionRemarks:
         "Look whether images were cropped, whether --image is their size, and whether u and v are exchanged.",
     )
     LENS_LEAVES = Phrase(
-        "the lens leaves {left:.3g} per axis of corners that are stated to {stated:.3g}; uncertainties are those of the fit",
+        "the lens leaves {left:.3g} per axis of corners[ that are stated to {stated:.3g}][ that searches find to {usual:.1g}]; "
+        "uncertainties are those of the fit",
         "Look at the pictures of residuals (-o lens.yaml writes a page): a pattern along the radius wants another --model, one that "
         "moves with the target a flat target. Images of two cameras leave as much.",
     )

@@ -44,8 +44,8 @@ def judge_views(
     tell(Code.IMAGE_TURNED, [v for v in views if v.turned])
     if not full:
         board = f"a {target.text} was looked for"
-        markers = f"{target.text} were looked for"
-        what = board if target.squares is not None else markers
+        several = f"{target.text} were looked for"
+        what = board if target.squares is not None else several
         if target.text == "none":
             what = "all dictionaries and checkerboards were tried"
         reasons.append(Remark.of(Code.NO_TARGET_FOUND, tried=what))

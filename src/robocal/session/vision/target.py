@@ -38,7 +38,10 @@ __all__ = ["Target", "find_target", "target_of", "target_on"]
 
 LOOKS = 3  # images that tell what the target is
 FURTHER = 2  # grid: markers of larger numbers than a dictionary has, that are no chance
-FEWEST, PLAIN = 3, 4  # tolerance: squares along a board with markers, and without: OpenCV looks for three inner corners in a row
+FEWEST, PLAIN = (
+    3,
+    4,
+)  # tolerance: squares along a board with markers, and without: OpenCV looks for three inner corners in a row
 MOST_SQUARES = 200  # tolerance: what a board may have
 
 
