@@ -18,21 +18,21 @@ SIZE = 640, 480
 LENS = np.array([500.0, 500.0, 320.0, 240.0, 0, 0, 0, 0, 0])
 
 
-def poses(seed, height):
+def poses(seed, height, spread=0.3):
     """T_camera_sheet of three tilted views."""
     rng, out = np.random.default_rng(seed), np.tile(np.eye(4), (3, 1, 1))
     for k, t in enumerate(out):
-        turn = Rotation.from_rotvec(rng.normal(0.0, 0.3, 3)) * Rotation.from_euler("z", 170.0 * k, degrees=True)
+        turn = Rotation.from_rotvec(rng.normal(0.0, spread, 3)) * Rotation.from_euler("z", 170.0 * k, degrees=True)
         t[:3, :3] = (Rotation.from_rotvec([np.pi, 0.0, 0.0]) * turn).as_matrix()
         t[:3, 3] = [0.003, -0.002, height]
     return out
 
 
-def photographs(folder, words, height=0.22):
+def photographs(folder, words, height=0.22, turn=0.3):
     """A sheet as `vision sheet` prints it, three photographs of it, and the poses."""
     folder.mkdir()
     assert run("vision", "sheet", *words.split(), "-o", str(folder / "sheet.pdf")).status == 0
-    sheet, there = read_sheet(folder / "sheet.yaml"), poses(4, height)
+    sheet, there = read_sheet(folder / "sheet.yaml"), poses(4, height, turn)
     (folder / "images").mkdir()
     for k, t in enumerate(there):
         light = Photograph(blur=0.7, noise=1.0)
@@ -130,3 +130,34 @@ def test_views_that_would_help_most_are_listed_before_a_lens_is_known(tmp_path):
     assert len(several) == 3
     ran = run("vision", "detect", str(tmp_path / "g" / "images"), "--dictionary", "6x6_50", "--json")
     assert json.loads(ran.out)["further"] is None  # nobody states where the markers are
+
+
+def test_of_a_board_that_is_larger_than_stated_no_lines_are_left_out(tmp_path):
+    """Inner corners in place of squares: OpenCV's search finds every third line of such a board, and the corners fit no plane."""
+    photographs(tmp_path / "s", "--pattern checkerboard --paper 130x150 --columns 5 --rows 6", turn=0.5)
+    ran = run("vision", "detect", str(tmp_path / "s" / "images"), "--checker", "4x5", "--square", "20", "--json")
+    columns = {c["name"]: np.array(c["values"]) for c in json.loads(ran.out)["corners"]["columns"]}
+    for view in set(columns["view"].tolist()):
+        of = columns["view"] == view
+        places, seen = (np.stack([columns[n][of] for n in names], axis=1) for names in (("point_x", "point_y"), "uv"))
+        left = seen - cv2.perspectiveTransform(places[None], cv2.findHomography(places, seen)[0])[0]
+        assert np.abs(left).max() < 1, view
+
+
+@pytest.mark.parametrize(
+    "words", ["vision detect . --checker 3x4", "vision sheet --pattern checkerboard --columns 3 --rows 4"]
+)
+def test_boards_that_opencv_does_not_look_for_are_refused(tmp_path, words):
+    assert cv2.imwrite(str(tmp_path / "1.png"), np.zeros((64, 64), np.uint8))
+    told = run(*[str(tmp_path) if w == "." else w for w in words.split()])
+    assert told.status == 2 and "at least 4" in told.err, told.said
+
+
+def test_what_was_looked_for_is_a_sentence(tmp_path):
+    assert cv2.imwrite(str(tmp_path / "1.png"), np.full((64, 64), 99, np.uint8))
+    for words, said in (
+        ("--checker 7x9", "a checkerboard of 7 x 9 squares was"),
+        ("--dictionary 36h11", "markers of 36h11 were"),
+    ):
+        told = run("vision", "detect", str(tmp_path), *words.split())
+        assert told.status == 3 and f"{said} looked for" in told.said

@@ -127,7 +127,7 @@ def test_numbers_and_words(tmp_path, views, verb, words, said):
 
 
 @pytest.mark.parametrize(("words", "said"), [
-    ("--size 0.5", "1 or more"), ("--pattern charuco --columns 1 --rows 1", "at least 3"), ("--pattern checkerboard --rows 2", "at least 3"),
+    ("--size 0.5", "1 or more"), ("--pattern charuco --columns 1 --rows 1", "at least 3"), ("--pattern checkerboard --rows 2", "at least 4"),
 ])  # fmt: skip
 def test_sheets_that_nobody_could_use(tmp_path, words, said):
     run("vision", "sheet", *words.split(), "-o", tmp_path / "a.pdf").assert_refused(said)

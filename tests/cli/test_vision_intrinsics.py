@@ -268,3 +268,34 @@ def test_a_lens_sits_over_the_middle_of_its_image(tmp_path):
     assert status == 0 and "lens-off-centre" not in codes(told)
     told, _ = find(str(tmp_path / "right.csv"), "--image", "1800x1400")
     assert "lens-off-centre" in codes(told)
+
+
+@pytest.mark.parametrize(("words", "option", "advice"), [
+    (("--square", "20"), "--square", "--checker too"), (("--fix", "fx,fy,cx,cy,k1,k2,p1,p2,k3"), "--fix", "at least one of"),
+])  # fmt: skip
+def test_what_would_change_nothing_is_refused(tmp_path, words, option, advice):
+    """A length that places do not follow was passed over in silence, and all numbers fixed named a key of no file."""
+    ran = run("vision", "intrinsics", board(tmp_path), "--image", IMAGE, *words)
+    assert ran.status == 2 and option in ran.err and advice in ran.err and "calibrate.free" not in ran.err
+
+
+def test_tilted_views_are_not_blamed_for_a_focal_length(tmp_path):
+    """Two sheets that move against each other: views are tilted by 60 deg, and corners do not fit any place."""
+    rng = np.random.default_rng(3)
+    two = np.concatenate([look(rng, 6, tilt=1.2, points=0.03 * SQUARE) for _ in range(2)], axis=1)
+    told, status = find(
+        write(tmp_path / "c.csv", marker_rows(two, 0.05, rng, ["1", "2"])), "--image", IMAGE, "--size", "60"
+    )
+    said = {r["code"]: r for r in told["verdict"]["remarks"]}
+    assert status == 3 and "lens-focal-open" in said
+    assert "tilted" not in said["lens-focal-open"]["sentence"] and "flatness" in said["lens-focal-open"]["advice"]
+
+
+def test_a_bent_board_is_told_where_corners_state_no_sigma(tmp_path):
+    """The focal length is 6 % off, more than its interval says, and "improved" stood alone."""
+    rng = np.random.default_rng(1)
+    bent = BOARD + np.array([0, 0, 0.3]) * BOARD[:, :1] ** 2
+    for points, leaves in ((bent, True), (BOARD, False)):
+        rows = board_rows(look(rng, 16, points=points), 0.1, rng, sigma=False)
+        told, _ = find(write(tmp_path / "c.csv", rows), "--image", IMAGE)
+        assert ("lens-leaves" in codes(told)) == leaves

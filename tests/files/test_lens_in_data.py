@@ -237,3 +237,10 @@ def test_pixels_beyond_the_fold_are_counted(tmp_path, lens, told):
 
 def options_of(data):
     return data.observations[0].options
+
+
+def test_a_lens_without_a_name_stands_beside_a_frame_called_camera(tmp_path):
+    """The name of the frame in every example; the default was the same, and was refused as taken."""
+    reading = read(tmp_path, "{file: lens.yaml}")
+    assert reading.dataset.observations[0].frame.name == "camera"
+    assert options(reading)["camera"] == "lens" and options(reading)["intrinsics"] == LENS.numbers

@@ -24,6 +24,9 @@ __all__ = [
 
 ENLARGE = 1_500_000  # px: larger images are looked at once
 TRIAL = 1_000_000  # px: dictionaries are tried on images of at most so many
+UNEVEN = (
+    1.7  # tolerance: from step to step along a board: tilted views change by less, a line that is left out doubles one
+)
 PATIENCE = 3.0  # s, that trials of dictionaries may take
 # One dictionary of each family, the largest: the smaller ones are its beginning.
 LARGEST = (
@@ -161,8 +164,20 @@ def find_checker(grey: Array, columns: int, rows: int) -> Array | None:
     for find in finders:
         there, corners = find()
         if there and corners is not None and len(corners) == columns * rows:
-            return _black_first(grey, np.asarray(corners, dtype=float).reshape(rows, columns, 2))
+            grid = np.asarray(corners, dtype=float).reshape(rows, columns, 2)
+            if _even(grid):
+                return _black_first(grey, grid)
     return None
+
+
+def _even(grid: Array) -> bool:
+    """Whether corners (rows, columns, 2) follow each other in steps that hardly change: of a larger board finders leave lines out."""
+    for axis in (0, 1):
+        step = np.linalg.norm(np.diff(grid, axis=axis), axis=2)
+        first, second = np.delete(step, -1, axis=axis), np.delete(step, 0, axis=axis)
+        if (np.maximum(first, second) > UNEVEN * np.minimum(first, second)).any():
+            return False
+    return True
 
 
 def _black_first(grey: Array, grid: Array) -> Array:

@@ -82,7 +82,7 @@ class Quantity:
     def __format__(self, spec: str) -> str:
         factor, word = SHOWN.get(self.unit, (1.0, self.unit))
         number = f"{self.value * factor:{spec.rstrip('~') or '.3g'}}"
-        return number if spec.endswith("~") else f"{number} {word}".rstrip()
+        return number if spec.endswith("~") or word in ("", "1") else f"{number} {word}"
 
 
 Number: TypeAlias = "str | int | float | Quantity | tuple[str, ...] | tuple[int, ...] | None"

@@ -44,7 +44,7 @@ SQUARE = np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -
 class CameraModel(FileModel):
     """A camera's lens, as numbers in pixels or as a file, and what of it is identified."""
 
-    name: Name = "camera"
+    name: Name = "lens"
     file: str | None = None
     scale: PositiveFloat | None = None  # of the images beside those of the file
     model: Literal["brown", "rational", "fisheye"] | None = None

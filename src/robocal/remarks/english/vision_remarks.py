@@ -23,7 +23,8 @@ class VisionRemarks:
     )
     NO_TARGET_FOUND = Phrase(
         "no image shows a target: {tried}",
-        "Check that the target with its white rim is whole and sharp, and name it: --sheet, --dictionary, --checker or --charuco.",
+        "Check that the target with its white rim is whole and sharp, and name it: --sheet, --dictionary, --checker or "
+        "--charuco. Where none of these is given, all are tried.",
     )
     NO_MARKER_IN_VIEW = Phrase(
         "{count} of {total} images show no target: {views}",
@@ -102,16 +103,19 @@ class VisionRemarks:
         "A lens is known only where corners were: bring the target to the empty parts.",
     )
     LENS_FOCAL_OPEN = Phrase(
-        "{names} are known to {share:.0%} only: views that are tilted by {tilt:.0f} deg at most do not tell them from the distance",
-        "Tilt the target by 30 to 45 deg, to the left, to the right, up and down, and take it near and far.",
+        "{names} are known to {share:.0%} only[: views that are tilted by {tilt:.0f} deg at most do not tell them from the distance]",
+        "Tilt the target by 30 to 45 deg, to the left, to the right, up and down, and take it near and far. If it was, corners "
+        "do not fit their places: look at sizes, numbers and the flatness of the target.",
     )
     LENS_OFF_CENTRE = Phrase(
         "the middle of the lens lies {share:.0%} of the width from the middle of the image",
         "Look whether images were cropped, whether --image is their size, and whether u and v are exchanged.",
     )
     LENS_LEAVES = Phrase(
-        "the lens leaves {left:.3g} per axis of corners that are stated to {stated:.3g}; uncertainties are those of the fit",
-        "Look at the pictures of residuals: a pattern along the radius wants another --model, one that moves with the board a flat one.",
+        "the lens leaves {left:.3g} per axis of corners[ that are stated to {stated:.3g}][ that searches find to {usual:.1g}]; "
+        "uncertainties are those of the fit",
+        "Look at the pictures of residuals (-o lens.yaml writes a page): a pattern along the radius wants another --model, one that "
+        "moves with the target a flat target. Images of two cameras leave as much.",
     )
     LENS_FOUND_FOLDS = Phrase(
         "{count} of {total} corners lie where the lens that was found folds back: beyond that radius it images nothing",

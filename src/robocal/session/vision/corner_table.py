@@ -124,6 +124,17 @@ def _placed(
         return _on_board(
             found, place, inner_corners(Checker(columns, rows, 1e-3 * square)).reshape(-1, 3)
         ), "target" in known
+    for key, length in (("--size", size), ("--square", square)):
+        if length is not None:
+            if target.get("squares"):
+                more = f"vision detect with {key}, which lists the places"
+            else:
+                more = (
+                    "--size of the markers" if target.get("dictionary") else "--checker too, or the places in the table"
+                )
+            raise ModelError(
+                "the places of these corners do not follow it", key=key, found=f"{length:g} mm", expected=more
+            )
     if not all(map(table.has, PLACES)):
         expected = (
             "--size of the markers, --checker and --square of a board, or --sheet; or columns point_x, point_y, point_z"

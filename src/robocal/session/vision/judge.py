@@ -43,9 +43,11 @@ def judge_views(
 
     tell(Code.IMAGE_TURNED, [v for v in views if v.turned])
     if not full:
-        what = (
-            "all dictionaries and checkerboards were tried" if target.text == "none" else f"{target.text} were searched"
-        )
+        board = f"a {target.text} was looked for"
+        several = f"{target.text} were looked for"
+        what = board if target.squares is not None else several
+        if target.text == "none":
+            what = "all dictionaries and checkerboards were tried"
         reasons.append(Remark.of(Code.NO_TARGET_FOUND, tried=what))
         return said, reasons
     tell(Code.NO_MARKER_IN_VIEW, [v for v in views if not v.corners])

@@ -73,6 +73,11 @@ def fit_lens(
     if strange:
         raise ModelError("no number of this lens", key="--fix", found=strange[0], expected=", ".join(symbols))
     free = tuple(s for s in symbols if s not in fix)
+    if not free:
+        expected = f"at least one of {', '.join(symbols)} to be found"
+        raise ModelError(
+            "every number of the lens stays as it is", key="--fix", found=", ".join(fix), expected=expected
+        )
     begin = dict(zip(symbols, nominal.numbers, strict=True))
     seen = None if known else look_at_views(table)
     focal = None if seen is None else find_focal(seen, table.size)

@@ -8,11 +8,20 @@ import numpy as np
 
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Finding, doubt, qualify, refuse
-from robocal.diagnose.limits import IMAGE_COVERAGE, LENS_CENTRE, LENS_FOCAL, LENS_UNSEEN, LENS_VIEW_LEFT, LENS_VIEWS
+from robocal.diagnose.limits import (
+    IMAGE_COVERAGE,
+    LENS_CENTRE,
+    LENS_FOCAL,
+    LENS_LEFT,
+    LENS_TILT,
+    LENS_UNSEEN,
+    LENS_VIEW_LEFT,
+    LENS_VIEWS,
+)
 from robocal.errors import ModelError
 from robocal.prove.statistics import Statistic
 from robocal.remarks.code import Code
-from robocal.remarks.remark import percent
+from robocal.remarks.remark import Quantity, percent
 from robocal.session.vision.corner_table import CornerTable
 from robocal.vision.camera import fold_mask, unproject
 from robocal.vision.lens_start import FlatViews
@@ -20,6 +29,7 @@ from robocal.vision.lenses import Lens
 
 __all__ = ["judge_lens", "refuse_views"]
 
+UNSTATED = 0.1  # px: of a corner, where nobody states it
 SURE = 2.0  # tolerance: standard deviations
 SHOWN = 8  # grid: views that a sentence names
 WITHOUT = "corners with the right numbers, --exclude these views, or --model fisheye for a very wide lens"
@@ -91,11 +101,16 @@ def judge_lens(
     unseen: Statistic | None,
     coverage: float,
     points: Array,
+    stated: bool = True,
 ) -> list[Finding]:
     """What speaks against a lens: sigma of its numbers by symbol, the largest tilt of a view (deg), the noise that
-    the fit tells (px), the errors of views that were left out, the share of the image with corners, and all corners (n, 3) in the
-    camera's frame."""
+    the fit tells (px), the errors of views that were left out, the share of the image with corners, all corners (n, 3) in the
+    camera's frame, and whether they state a sigma, with which another check compares what is left."""
     out: list[Finding] = []
+    axis = noise / np.sqrt(2.0)
+    if not stated and axis > LENS_LEFT:
+        usual = Quantity(UNSTATED, "px")
+        out.append(doubt(Code.LENS_LEAVES, left=Quantity(axis, "px"), stated=None, usual=usual))
     if unseen is not None and unseen.rms > LENS_UNSEEN * noise:
         out.append(qualify(Code.LENS_OVERFITTED, unseen=unseen.rms, seen=noise, times=unseen.rms / noise))
     off = {
@@ -104,7 +119,8 @@ def judge_lens(
         if s in sigma
     }
     if off and max(off.values()) > LENS_FOCAL:
-        out.append(refuse(Code.LENS_FOCAL_OPEN, names=tuple(off), share=max(off.values()), tilt=tilt))
+        told = tilt if tilt < LENS_TILT else None
+        out.append(refuse(Code.LENS_FOCAL_OPEN, names=tuple(off), share=max(off.values()), tilt=told))
     beyond = fold_mask(points, lens.intrinsics)
     assert lens.size is not None
     width, height = lens.size

@@ -322,7 +322,7 @@ def _judge(table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -
     noise = every.rms * np.sqrt(2 * every.n / max(made.uncertainty.dof, 1))
     points = camera_points(table, made)
     coverage = coverage_of([obs.value], *table.size)
-    own = judge_lens(lens, lens.sigma, float(tilts(made).max()), noise, singly, coverage, points)
+    own = judge_lens(lens, lens.sigma, float(tilts(made).max()), noise, singly, coverage, points, obs.sigma is not None)
     judged = verdict_of(made)
     against = fold([f for f in own if f.level in ("refuse", "qualify")], None)
     if against.reasons:

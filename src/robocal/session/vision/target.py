@@ -38,7 +38,10 @@ __all__ = ["Target", "find_target", "target_of", "target_on"]
 
 LOOKS = 3  # images that tell what the target is
 FURTHER = 2  # grid: markers of larger numbers than a dictionary has, that are no chance
-FEWEST = 3  # tolerance: squares along a board
+FEWEST, PLAIN = (
+    3,
+    4,
+)  # tolerance: squares along a board with markers, and without: OpenCV looks for three inner corners in a row
 MOST_SQUARES = 200  # tolerance: what a board may have
 
 
@@ -166,10 +169,11 @@ def target_on(path: Path) -> Target:
     square, legacy = (None, False) if board is None else (board.square, board.white_first)
     if board is not None:
         count, wanted = len(sheet.markers), board.columns * board.rows // 2
-        if min(board.columns, board.rows) < FEWEST:
+        fewest = FEWEST if count else PLAIN
+        if min(board.columns, board.rows) < fewest:
             found = f"{board.columns} x {board.rows} squares"
             raise FileError(
-                "too small a board", file=path, key="checkerboards", found=found, expected=f"at least {FEWEST}"
+                "too small a board", file=path, key="checkerboards", found=found, expected=f"at least {fewest}"
             )
         if count not in (0, wanted):
             expected = f"{wanted}, one in each white square, or none"
@@ -212,8 +216,10 @@ def target_of(
 def read_squares(word: str, key: str) -> tuple[int, int]:
     found = re.fullmatch(r"\s*(\d+)\s*[xX×]\s*(\d+)\s*", word)
     numbers = (int(found[1]), int(found[2])) if found else (0, 0)
-    if min(numbers) < FEWEST or max(numbers) > MOST_SQUARES:
-        raise ModelError("not the squares of a board", key=key, found=word, expected="columns x rows, as 10x8")
+    fewest = PLAIN if key == "--checker" else FEWEST
+    if min(numbers) < fewest or max(numbers) > MOST_SQUARES:
+        expected = f"columns x rows, as 10x8, each at least {fewest}"
+        raise ModelError("not the squares of a board", key=key, found=word, expected=expected)
     return numbers
 
 

@@ -24,8 +24,7 @@ __all__ = ["Printed", "SheetDocument", "print_sheet"]
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "letter": (215.9, 279.4)}  # mm
 GRIDS = {"marker": (1, 1), "grid": (4, 5), "checkerboard": (6, 9), "charuco": (5, 7), "aprilgrid": (6, 6)}
-SQUARES = 3  # tolerance: as `detect` has it
-BOARDS = ("checkerboard", "charuco")
+BOARDS = {"checkerboard": 4, "charuco": 3}  # tolerance: squares along a board, as `detect` has it
 
 
 @record(kw_only=True)
@@ -69,8 +68,9 @@ def print_sheet(o: Any) -> Printed:
         refuse_existing(file, (), o.force)
     columns, rows = GRIDS[o.pattern]
     columns, rows = o.columns or columns, o.rows or rows
-    if o.pattern in BOARDS and min(columns, rows) < SQUARES:
-        message, expected = "this is no board that can be found", f"at least {SQUARES} columns and rows"
+    least = BOARDS.get(o.pattern, 1)
+    if min(columns, rows) < least:
+        message, expected = "this is no board that can be found", f"at least {least} columns and rows"
         raise ModelError(message, key="--pattern", found=f"{columns} x {rows} squares", expected=expected)
     kalibr = o.pattern == "aprilgrid"
     family, border = o.dictionary or ("36h11" if kalibr else "6x6_250"), o.border or (2 if kalibr else 1)
