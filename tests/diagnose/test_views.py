@@ -10,6 +10,7 @@ from view_worlds import GRID, MACHINES, exchange, pixels, with_seen
 
 from robocal.diagnose.view_causes import VIEW_ALONE, VIEW_ELSEWHERE, VIEW_EXCHANGED
 from robocal.fit.options import Options
+from robocal.measure.base import synthesise
 from robocal.prove.identify import identify
 
 FAST = Options(hold_out=0.0, leave_one_out=False)
@@ -67,6 +68,22 @@ def test_two_views_that_are_exchanged_are_named(machine, rng):
     assert all(o.set_aside for o in found.outliers)
     (said,) = (r for r in found.warnings if r.code == "views-exchanged")
     assert "views p4 and p17" in said.sentence and "joint values" not in said.sentence
+    # A view has rows enough for a step of its own: beside the others it is none.
+    assert not [r for r in found.verdict.reasons if r.code.startswith("segment")]
+
+
+@pytest.mark.parametrize("partner", [5, 9])
+def test_what_moved_is_told_from_views_that_are_exchanged(partner, rng):
+    """Two views that lie beside each other or apart are no place that changed; six one after another are."""
+    model, truth, data = MACHINES["arm"](rng, 14, 1)
+    found = identify(model, exchange(data, 0, 4, partner), FAST)
+    assert [r.code for r in found.warnings if r.code == "views-exchanged"]
+    assert not [r for r in found.verdict.reasons if r.code.startswith("segment")]
+    obs = data.observations[0]
+    nudged = with_seen(data, 0, targets=tuple(replace(t, value=tuple(np.add(t.value, 0.004))) for t in obs.targets))
+    step = synthesise(truth, nudged, rng).observations[0].value - synthesise(truth, data, rng).observations[0].value
+    moved = with_seen(data, 0, value=obs.value + step * (obs.configuration >= 8)[:, None])
+    assert [r for r in identify(model, moved, FAST).verdict.reasons if r.code.startswith("segment")]
 
 
 # obeys: view-exchanged
