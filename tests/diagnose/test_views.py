@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from view_worlds import GRID, MACHINES, exchange, pixels, with_seen
+from view_worlds import GRID, MACHINES, camera, exchange, names, pixels, recorded, with_seen
 
 from robocal.diagnose.view_causes import VIEW_ALONE, VIEW_ELSEWHERE, VIEW_EXCHANGED
 from robocal.fit.options import Options
+from robocal.geometry import se3
 from robocal.measure.base import synthesise
+from robocal.measure.data import Configurations
 from robocal.prove.identify import identify
 
 FAST = Options(hold_out=0.0, leave_one_out=False)
@@ -97,6 +99,21 @@ def test_two_joint_rows_that_are_exchanged_are_told_from_two_images(rng):
     joints = data.configurations.joints.copy()
     joints[[4, 17]] = joints[[17, 4]]
     assert not strange(model, replace(data, configurations=replace(data.configurations, joints=joints)))
+
+
+def test_views_of_poses_that_are_visited_again_are_exchanged_with_each_other(rng):
+    """Every pose is measured twice, so each of the two views fits two places."""
+    model, truth, once = MACHINES["arm"](rng, 15, 1)
+    where = Configurations(names(30), np.repeat(once.configurations.joints, 2, axis=0))
+    obs = once.observations[0]
+    seen = camera(0, se3.inverse(se3.from_vector(obs.frame.value)), np.arange(30))
+    data = recorded(truth, where, [seen], rng)
+    for a, b in ((4, 17), (5, 16)):
+        data = exchange(data, 0, a, b)
+    causes = [o.cause for o in strange(model, data)]
+    assert {c.code for c in causes} == {VIEW_EXCHANGED} and len(causes) == 4
+    pairs = {frozenset((dict(c.items)["view"], dict(c.items)["partner"])) for c in causes}
+    assert len(pairs) == 2 and all(len(p & {"p4", "p5"}) == 1 for p in pairs)
 
 
 # obeys: view-elsewhere
