@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from view_worlds import LENS, MACHINES, pixels
 
-from robocal.diagnose.camera_views import wrong_views
+from robocal.diagnose.camera_views import IMAGE_MIRRORED, wrong_views
 from robocal.diagnose.check_registry import Context
 from robocal.fit.baseline import Baseline, baseline
 from robocal.fit.options import Options
 from robocal.prove.identify import identify
+from robocal.remarks.remark import Quantity, Remark
 
 FULL = pytest.mark.skipif(not os.environ.get("ROBOCAL_FULL"), reason="ROBOCAL_FULL=1")
 M = 30
@@ -105,3 +106,11 @@ def test_a_lens_that_is_a_factor_off_is_named(factor, symbols, ratio, rng):
     assert numbers["factor"] == pytest.approx(1 / factor, rel=0.02) and numbers["ratio"] == ratio
     well = identify(model, data, fast)
     assert not [r for r in (*well.verdict.reasons, *well.warnings) if r.code.startswith("lens-factor")]
+
+
+@pytest.mark.parametrize(("behind", "said"), [(None, ", and as they are 9 px"), (0.75, "75 % of the views")])
+def test_a_mirrored_image_is_told_wherever_the_fit_ended(behind, said):
+    """A fit of a small target may end before the camera, with a large error; then no view has it behind."""
+    amounts = {"stated": None if behind else Quantity(9.0, "px"), "left": Quantity(0.2, "px")}
+    sentence = Remark.of(IMAGE_MIRRORED, instruments=("cam0",), files=("a.csv",), behind=behind, **amounts).sentence
+    assert said in sentence and "0.2 px" in sentence

@@ -6,10 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from view_worlds import GRID, MACHINES, exchange, pixels, with_seen
+from view_worlds import GRID, MACHINES, camera, exchange, names, pixels, recorded, with_seen
 
 from robocal.diagnose.view_causes import VIEW_ALONE, VIEW_ELSEWHERE, VIEW_EXCHANGED
 from robocal.fit.options import Options
+from robocal.geometry import se3
+from robocal.measure.base import synthesise
+from robocal.measure.data import Configurations
 from robocal.prove.identify import identify
 
 FAST = Options(hold_out=0.0, leave_one_out=False)
@@ -67,6 +70,22 @@ def test_two_views_that_are_exchanged_are_named(machine, rng):
     assert all(o.set_aside for o in found.outliers)
     (said,) = (r for r in found.warnings if r.code == "views-exchanged")
     assert "views p4 and p17" in said.sentence and "joint values" not in said.sentence
+    # A view has rows enough for a step of its own: beside the others it is none.
+    assert not [r for r in found.verdict.reasons if r.code.startswith("segment")]
+
+
+@pytest.mark.parametrize("partner", [5, 9])
+def test_what_moved_is_told_from_views_that_are_exchanged(partner, rng):
+    """Two views that lie beside each other or apart are no place that changed; six one after another are."""
+    model, truth, data = MACHINES["arm"](rng, 14, 1)
+    found = identify(model, exchange(data, 0, 4, partner), FAST)
+    assert [r.code for r in found.warnings if r.code == "views-exchanged"]
+    assert not [r for r in found.verdict.reasons if r.code.startswith("segment")]
+    obs = data.observations[0]
+    nudged = with_seen(data, 0, targets=tuple(replace(t, value=tuple(np.add(t.value, 0.004))) for t in obs.targets))
+    step = synthesise(truth, nudged, rng).observations[0].value - synthesise(truth, data, rng).observations[0].value
+    moved = with_seen(data, 0, value=obs.value + step * (obs.configuration >= 8)[:, None])
+    assert [r for r in identify(model, moved, FAST).verdict.reasons if r.code.startswith("segment")]
 
 
 # obeys: view-exchanged
@@ -80,6 +99,21 @@ def test_two_joint_rows_that_are_exchanged_are_told_from_two_images(rng):
     joints = data.configurations.joints.copy()
     joints[[4, 17]] = joints[[17, 4]]
     assert not strange(model, replace(data, configurations=replace(data.configurations, joints=joints)))
+
+
+def test_views_of_poses_that_are_visited_again_are_exchanged_with_each_other(rng):
+    """Every pose is measured twice, so each of the two views fits two places."""
+    model, truth, once = MACHINES["arm"](rng, 15, 1)
+    where = Configurations(names(30), np.repeat(once.configurations.joints, 2, axis=0))
+    obs = once.observations[0]
+    seen = camera(0, se3.inverse(se3.from_vector(obs.frame.value)), np.arange(30))
+    data = recorded(truth, where, [seen], rng)
+    for a, b in ((4, 17), (5, 16)):
+        data = exchange(data, 0, a, b)
+    causes = [o.cause for o in strange(model, data)]
+    assert {c.code for c in causes} == {VIEW_EXCHANGED} and len(causes) == 4
+    pairs = {frozenset((dict(c.items)["view"], dict(c.items)["partner"])) for c in causes}
+    assert len(pairs) == 2 and all(len(p & {"p4", "p5"}) == 1 for p in pairs)
 
 
 # obeys: view-elsewhere

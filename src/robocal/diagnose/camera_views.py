@@ -50,8 +50,8 @@ AXES_EXCHANGED = declare(
 )
 IMAGE_MIRRORED = declare(
     "image-mirrored",
-    "the images of {instruments} are mirrored, or show the target from behind: {behind:.0%} of the views have it behind the camera; with "
-    "u counted from the other side, the error of most points is {left:.3g}",
+    "the images of {instruments} are mirrored, or show the target from behind[: {behind:.0%} of the views have it behind the camera]; with "
+    "u counted from the other side, the error of most points is {left:.3g}[, and as they are {stated:.3g}]",
     "Undo the mirror: write width - 1 - u in place of u in {files}, or turn mirroring off in the camera's driver. If the target was seen "
     "from behind, give its points the x that they have from there.",
 )
@@ -252,6 +252,8 @@ class _ViewSearch:
         }
         if change.code in (AXES_EXCHANGED, IMAGE_MIRRORED):
             numbers |= {"behind": float(stated.behind[group].max()) or None, "line": "pixels: {columns: [v, u]}"}
+            if change.code == IMAGE_MIRRORED and numbers["behind"]:
+                numbers["stated"] = None  # from behind a mirrored image fits as well
         if change.code == TARGET_TURNED:
             numbers |= self._turned_numbers(change)
         return refuse(change.code, **numbers, **change.numbers)
@@ -297,7 +299,7 @@ def _merge(found: Sequence[Finding]) -> list[Finding]:
                 known[name] = old + value
             elif isinstance(old, Quantity) and isinstance(value, Quantity):
                 known[name] = max(old, value, key=lambda q: q.value)
-            else:
+            elif value is not None or name not in known:
                 known[name] = value
     return [refuse(str(key[0]), **numbers) for key, numbers in out.items() if isinstance(key, tuple)]
 

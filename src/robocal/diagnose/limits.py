@@ -76,6 +76,7 @@ SEGMENT_RIVAL = limit(0.5, "of the best gain", "Causes that gain as much are com
 SEGMENT_ALIKE = limit(20.0, "of -2 log likelihood",
     "A cause that leaves no more than this beside the best one is named with it.", "tests/prove/test_moved_cables.py")
 SEGMENT_ROWS = limit(5, "rows", "Fewer rows on either side are met by any step.")
+SEGMENT_VIEWS = limit(3, "views", "Two that were exchanged lie beside each other, and nothing moved.", "tests/diagnose/test_views.py")
 SEGMENT_NUMBERS = limit(4, "numbers", "For each of what a step may have moved: fewer are met by any step.")
 REGION_SHARE = limit(0.95, "of the rows", "So many lie on a joint's own side: where its load is small, nothing bends.",
     "tests/prove/test_regions_of_joints.py")

@@ -52,22 +52,32 @@ def causes_of_views(
     tried = views[:MOST] if obs.value.ndim == 2 else ()
     places = np.unique(np.append(np.unique(obs.configuration)[:PLACES], here[:MOST]).astype(np.int64))
     noise = _noise(data, own, problem, x) if tried else 0.0
-    fits: dict[int, tuple[int, float, float]] = {}
+    stated: dict[int, float] = {}
+    fits: dict[
+        int, dict[int, float]
+    ] = {}  # of every view the places that it fits, the best first, each with what it leaves
     for rows, c in zip(tried, here, strict=False):
         some = rows[np.unique(np.linspace(0, len(rows) - 1, POINTS).astype(np.int64))]
         error = _errors(model, data, obs, some, places, problem, x)
-        best, stated = int(np.argmin(error)), float(error[np.searchsorted(places, c)])
-        if error[best] <= min(VIEW_FITS * noise, stated / EXPLAINED_CLEARLY):
-            fits[c] = int(places[best]), stated, float(error[best])
+        stated[c] = float(error[np.searchsorted(places, c)])
+        good = [i for i in np.argsort(error) if error[i] <= min(VIEW_FITS * noise, stated[c] / EXPLAINED_CLEARLY)]
+        if good:
+            fits[c] = {int(places[i]): float(error[i]) for i in good}
+    # A pose that is visited again is as good a place: partners are two of which each fits where the other is.
+    partner: dict[int, int] = {}
+    for c, found in fits.items():
+        mutual = [to for to in found if to not in partner and c in fits.get(to, ())]
+        if mutual and c not in partner:
+            partner |= {c: mutual[0], mutual[0]: c}
     out = []
     for c in here:
         names = {"view": ids[c], "instrument": obs.label}
         if c not in fits:
             out.append(Remark.of(VIEW_ALONE, **names))
             continue
-        to, *misses = fits[c]
-        code = VIEW_EXCHANGED if to in fits and fits[to][0] == c else VIEW_ELSEWHERE
-        before, after = (Quantity(e, kind_of(obs).parts[0][2]) for e in misses)
+        to = partner.get(c, next(iter(fits[c])))
+        code = VIEW_EXCHANGED if c in partner else VIEW_ELSEWHERE
+        before, after = (Quantity(e, kind_of(obs).parts[0][2]) for e in (stated[c], fits[c][to]))
         out.append(Remark.of(code, partner=ids[to], stated=before, left=after, **names))
     return out
 

@@ -14,7 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
+from robocal.diagnose.limits import SEGMENT_VIEWS, VIEW_FAR
 from robocal.diagnose.segments.posed import runs_of_poses
 from robocal.diagnose.segments.row_sequence import Candidate, RowSequence, whiten_terms
 from robocal.estimate.least_squares import least_squares
@@ -72,7 +73,28 @@ def runs(
 
 def _count_all(obs: Observations, _: int) -> Observations:
     """The same, where rows that were set aside as gross count again: there may be a reason for all of them."""
-    return replace(obs, used=None)
+    return replace(obs, used=_without_lone_views(obs))
+
+
+def _without_lone_views(obs: Observations) -> Bools | None:
+    """Which rows (k,) count again; None for all. A view that was set aside stays so where those beside it in the file were not: it has
+    enough rows for a step of its own, but what moved is seen by several views, one after another."""
+    if obs.used is None or not kind_of(obs).views:
+        return None
+    out = ~obs.used
+    alone = np.zeros(len(obs), dtype=bool)
+    target = np.zeros(len(obs), dtype=np.int64) if obs.target is None else obs.target
+    for t in np.unique(target):
+        rows = np.flatnonzero(target == t)
+        _, first, view = np.unique(obs.configuration[rows], return_index=True, return_inverse=True)
+        view = np.argsort(np.argsort(first))[view]  # in the order of the file
+        off = np.bincount(view, out[rows]) > VIEW_FAR * np.bincount(view)
+        ends = np.flatnonzero(np.diff(off, prepend=False, append=False)).reshape(-1, 2)
+        few = np.zeros(len(off), dtype=bool)
+        for a, b in ends:
+            few[a:b] = b - a < SEGMENT_VIEWS
+        alone[rows] = few[view] & out[rows]
+    return ~alone if alone.any() else None
 
 
 def _with_target(obs: Observations, number: int) -> Observations:
@@ -91,7 +113,9 @@ def _collect(problem: Problem, data: DataSet, x: Array) -> list[RowSequence]:
     own = wide.column_of[problem.index]
     parts: dict[int, list[tuple[Ints, Array, Array, Array]]] = {}
     for number, term, r, j, _ in whiten_terms(data, wide, x):
-        parts.setdefault(number, []).append((term.index, r, j, 1 / term.scale))
+        used = term.scale > 0  # a row that stays set aside moves nothing
+        sigma = np.divide(1.0, term.scale, out=np.zeros_like(term.scale), where=used)
+        parts.setdefault(number, []).append((term.index, r, j, sigma))
     out = []
     for number, some in parts.items():
         obs, (index, r, j, sigma) = data.observations[number], some[0]

@@ -81,7 +81,8 @@ def _numbers_by_configuration(wide: Problem, data: DataSet, x: Array) -> tuple[P
     for own, term, r, j, local in whiten_terms(data, wide, x):
         at = term.configuration, slot[own][term.index]
         sigma_there, r_there, j_there, local_there = blocks[data.observations[own].kind]
-        sigma_there[at], r_there[at], j_there[at] = 1 / term.scale, r, j
+        r_there[at], j_there[at] = r, j
+        sigma_there[at] = np.divide(1.0, term.scale, out=np.full_like(term.scale, np.inf), where=term.scale > 0)
         if local.shape[-1] == size:
             local_there[at] = local
     parts, cut, end = [], [], 0
