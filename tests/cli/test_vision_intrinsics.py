@@ -295,7 +295,22 @@ def test_a_bent_board_is_told_where_corners_state_no_sigma(tmp_path):
     """The focal length is 6 % off, more than its interval says, and "improved" stood alone."""
     rng = np.random.default_rng(1)
     bent = BOARD + np.array([0, 0, 0.3]) * BOARD[:, :1] ** 2
-    for points, leaves in ((bent, True), (BOARD, False)):
+    for points, said in ((bent, {"lens-misses"}), (0.7 * bent + 0.3 * BOARD, {"lens-leaves"}), (BOARD, set())):
         rows = board_rows(look(rng, 16, points=points), 0.1, rng, sigma=False)
         told, _ = find(write(tmp_path / "c.csv", rows), "--image", IMAGE)
-        assert ("lens-leaves" in codes(told)) == leaves
+        assert {"lens-leaves", "lens-misses"} & codes(told) == said
+
+
+# obeys: lens-misses
+def test_a_bent_board_and_two_cameras_are_no_lens(tmp_path):
+    rng = np.random.default_rng(21)
+    bent = BOARD + [0, 0, 1.0] * (0.007 * (BOARD[:, :1] / np.abs(BOARD[:, 0]).max()) ** 2)
+    two = np.concatenate([look(rng, 10), look(rng, 10, lens=LENS | {s: 0.6 * LENS[s] for s in ("fx", "fy")})])
+    for uv in (look(rng, 20, points=bent), two):
+        told, status = find(write(tmp_path / "c.csv", board_rows(uv, 0.1, rng)), "--image", IMAGE)
+        assert status == 3 and "lens-misses" in codes(told)
+    for uv in (look(rng, 20), two[:10]):
+        told, status = find(write(tmp_path / "d.csv", board_rows(uv, 0.1, rng)), "--image", IMAGE)
+        assert status == 0 and not {"lens-misses", "lens-leaves"} & codes(told)
+    noisy = board_rows(look(rng, 20), 1.5, rng)  # corners that say that they are so
+    assert "lens-misses" not in codes(find(write(tmp_path / "e.csv", noisy), "--image", IMAGE)[0])

@@ -304,6 +304,8 @@ LENS_VIEW_LEFT = limit(0.3, "of the size of a view",
     "A fisheye bends a plane by a tenth; corners of wrong numbers leave two thirds.", "tests/cli/test_vision_intrinsics.py")
 LENS_FOCAL = limit(0.05, "of the focal length", "Distances that are measured with it are off by as much.")
 LENS_LEFT = limit(0.5, "px", "Corners of sharp images are found to 0.1 px or better; published calibrations leave 0.1 to 0.3 px.")
+LENS_MISSES = limit(5e-4, "of the width of the image", "Published calibrations leave 0.1 to 0.2 of it; a board bent by 3 mm leaves more.")
+LENS_MISSES_TIMES = limit(3.0, "times what corners are known to", "Corners that are known less well leave as much by themselves.")
 LENS_TILT = limit(45.0, "deg", "Views so far from the front tell focal length and distance apart, where corners fit their places.")
 LENS_CENTRE = limit(0.1, "of the width", "Lenses are mounted to some hundredths; exchanged coordinates and crops are off by more.")
 LENS_UNSEEN = limit(2.0, "times", "A lens that misses other views by so much has learnt the views that it was fitted to.")

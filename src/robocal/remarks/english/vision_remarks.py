@@ -117,6 +117,11 @@ class VisionRemarks:
         "Look at the pictures of residuals (-o lens.yaml writes a page): a pattern along the radius wants another --model, one that "
         "moves with the target a flat target. Images of two cameras leave as much.",
     )
+    LENS_MISSES = Phrase(
+        "the lens leaves {left:.3g} per axis, {times:.2g} times what corners are known to: more than such a lens leaves of a flat target",
+        "Check that the target is flat and its squares are equal, and that all images are of one camera; free numbers that are fixed, "
+        "or take another --model. The pictures of residuals (-o lens.yaml writes a page) show which.",
+    )
     LENS_FOUND_FOLDS = Phrase(
         "{count} of {total} corners lie where the lens that was found folds back: beyond that radius it images nothing",
         "Choose another model of lenses, --model rational or fisheye, or look for wrong corners near the rim.",

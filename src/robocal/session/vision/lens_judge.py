@@ -13,6 +13,8 @@ from robocal.diagnose.limits import (
     LENS_CENTRE,
     LENS_FOCAL,
     LENS_LEFT,
+    LENS_MISSES,
+    LENS_MISSES_TIMES,
     LENS_TILT,
     LENS_UNSEEN,
     LENS_VIEW_LEFT,
@@ -101,14 +103,19 @@ def judge_lens(
     unseen: Statistic | None,
     coverage: float,
     points: Array,
-    stated: bool = True,
+    stated: Array | None,
 ) -> list[Finding]:
     """What speaks against a lens: sigma of its numbers by symbol, the largest tilt of a view (deg), the noise that
     the fit tells (px), the errors of views that were left out, the share of the image with corners, all corners (n, 3) in the
-    camera's frame, and whether they state a sigma, with which another check compares what is left."""
+    camera's frame, and the sigma (n, 2) that they state (px), with which another check compares what is left, or None."""
     out: list[Finding] = []
     axis = noise / np.sqrt(2.0)
-    if not stated and axis > LENS_LEFT:
+    times = axis / (UNSTATED if stated is None else float(np.sqrt(np.mean(np.square(stated)))))
+    assert lens.size is not None
+    width, height = lens.size
+    if axis > LENS_MISSES * width and times > LENS_MISSES_TIMES:
+        out.append(qualify(Code.LENS_MISSES, left=Quantity(axis, "px"), times=times))
+    elif stated is None and axis > LENS_LEFT:
         usual = Quantity(UNSTATED, "px")
         out.append(doubt(Code.LENS_LEAVES, left=Quantity(axis, "px"), stated=None, usual=usual))
     if unseen is not None and unseen.rms > LENS_UNSEEN * noise:
@@ -122,8 +129,6 @@ def judge_lens(
         told = tilt if tilt < LENS_TILT else None
         out.append(refuse(Code.LENS_FOCAL_OPEN, names=tuple(off), share=max(off.values()), tilt=told))
     beyond = fold_mask(points, lens.intrinsics)
-    assert lens.size is not None
-    width, height = lens.size
     apart = np.abs(lens.intrinsics[2:4] - [(width - 1) / 2, (height - 1) / 2])
     unsure = np.array([sigma.get(s, 0.0) for s in lens.kind.symbols[2:4]])
     if (apart - SURE * unsure > LENS_CENTRE * width).any():

@@ -311,18 +311,13 @@ def _judge(table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -
     before, after = made.unseen("px") or (None, None)
     singly = Statistic.of(missed[fine & np.isfinite(missed)], profiled=True)
     assert every is not None
-    errors = LensErrors(
-        fitted=every,
-        nominal=before,
-        unseen=after,
-        left_out=singly,
-        how=made.proven.best.split.how if made.proven.best else "",
-    )
+    how = made.proven.best.split.how if made.proven.best else ""
+    errors = LensErrors(fitted=every, nominal=before, unseen=after, left_out=singly, how=how)
     # What was fitted to a view leaves it less than its noise, much less where it has few corners.
     noise = every.rms * np.sqrt(2 * every.n / max(made.uncertainty.dof, 1))
     points = camera_points(table, made)
     coverage = coverage_of([obs.value], *table.size)
-    own = judge_lens(lens, lens.sigma, float(tilts(made).max()), noise, singly, coverage, points, obs.sigma is not None)
+    own = judge_lens(lens, lens.sigma, float(tilts(made).max()), noise, singly, coverage, points, obs.sigma)
     judged = verdict_of(made)
     against = fold([f for f in own if f.level in ("refuse", "qualify")], None)
     if against.reasons:
@@ -335,7 +330,8 @@ def _judge(table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -
         ),
         *(f for f in own if f.level not in ("refuse", "qualify")),
     ]
-    said: tuple[Remark, ...] = (*table.remarks, *(_in_words(f) for f in beside))
+    told = Code.ABOVE_STATED_NOISE if any(f.code == Code.LENS_MISSES for f in own) else ""
+    said: tuple[Remark, ...] = (*table.remarks, *(_in_words(f) for f in beside if f.code != told))
     return Intrinsics(
         lens=lens, nominal=nominal, named="", table=table, decision=made, verdict=judged,
         parameters=tuple(p for p in parameter_results(made) if p.name.startswith(f"{CAMERA}.")), errors=errors,
