@@ -132,7 +132,7 @@ def place(middle: Array, side: float, rng: np.random.Generator) -> Array:
 def names_motion(scene: Scene, family: str) -> bool:
     """Whether `vision detect` calls an image smeared."""
     image = GreyImage("one", InputFile(Path("one.png"), ""), scene.grey, scene.grey.astype(float))
-    return look_at(image, Target(family), picture=False).summary.motion >= IMAGE_SMEAR
+    return look_at(image, Target(family)).summary.motion >= IMAGE_SMEAR
 
 
 def fits(scene: Scene, family: str) -> Iterator[tuple[Array, Sighting | None]]:
