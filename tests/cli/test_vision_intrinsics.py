@@ -314,3 +314,15 @@ def test_a_bent_board_and_two_cameras_are_no_lens(tmp_path):
         assert status == 0 and not {"lens-misses", "lens-leaves"} & codes(told)
     noisy = board_rows(look(rng, 20), 1.5, rng)  # corners that say that they are so
     assert "lens-misses" not in codes(find(write(tmp_path / "e.csv", noisy), "--image", IMAGE)[0])
+
+
+# obeys: target-size-odd
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_a_unit_that_is_wrong_is_told(tmp_path, factor):
+    rng = np.random.default_rng(4)
+    rows = board_rows(look(rng, 12), 0.1, rng)
+    odd = [r | {k: float(v) * factor for k, v in r.items() if k.startswith("point_")} for r in rows]
+    told, _ = find(write(tmp_path / "odd.csv", odd), "--image", IMAGE)
+    right, status = find(write(tmp_path / "right.csv", rows), "--image", IMAGE)
+    assert "target-size-odd" in codes(told) and status == 0 and "target-size-odd" not in codes(right)
+    assert numbers(told)["fx"][0] == pytest.approx(numbers(right)["fx"][0], abs=0.5)

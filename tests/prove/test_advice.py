@@ -41,6 +41,7 @@ OTHER = {
     "lens-found-folds": "cli/test_vision_intrinsics.py",
     "lens-folds-outside": "cli/test_vision_intrinsics.py",
     "lens-leaves": "cli/test_vision_intrinsics.py",
+    "target-size-odd": "cli/test_vision_intrinsics.py",
     "lens-misses": "cli/test_vision_intrinsics.py",
     "lens-off-centre": "cli/test_vision_intrinsics.py",
     "lens-overfitted": "cli/test_vision_intrinsics.py",

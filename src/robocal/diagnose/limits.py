@@ -302,6 +302,8 @@ CORNER_AT_REST = limit(0.005, "px", "A third of what corners of a good image are
 LENS_VIEWS = limit(3, "views", "Two views of a flat target leave no number to check four of a lens with.", "Zhang (2000)")
 LENS_VIEW_LEFT = limit(0.3, "of the size of a view",
     "A fisheye bends a plane by a tenth; corners of wrong numbers leave two thirds.", "tests/cli/test_vision_intrinsics.py")
+TARGET_LEAST = limit(0.005, "m", "Nobody prints a target of several corners so small; metres that were taken for millimetres are.")
+TARGET_MOST = limit(20.0, "m", "No target is so large; millimetres that were taken for metres are.")
 LENS_FOCAL = limit(0.05, "of the focal length", "Distances that are measured with it are off by as much.")
 LENS_LEFT = limit(0.5, "px", "Corners of sharp images are found to 0.1 px or better; published calibrations leave 0.1 to 0.3 px.")
 LENS_MISSES = limit(5e-4, "of the width of the image", "Published calibrations leave 0.1 to 0.2 of it; a board bent by 3 mm leaves more.")

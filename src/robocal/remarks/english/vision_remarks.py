@@ -107,6 +107,11 @@ class VisionRemarks:
         "Tilt the target by 30 to 45 deg, to the left, to the right, up and down, and take it near and far. If it was, corners "
         "do not fit their places: look at sizes, numbers and the flatness of the target.",
     )
+    TARGET_SIZE_ODD = Phrase(
+        "the places on the target are {size:.3g} apart at most: is their unit right?",
+        "State lengths in mm: --square, --size, or the unit in the heads of the columns, as point_x [mm]. The lens is the same; "
+        "distances are not.",
+    )
     LENS_OFF_CENTRE = Phrase(
         "the middle of the lens lies {share:.0%} of the width from the middle of the image",
         "Look whether images were cropped, whether --image is their size, and whether u and v are exchanged.",

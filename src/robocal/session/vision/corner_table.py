@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Ints
+from robocal.diagnose.limits import TARGET_LEAST, TARGET_MOST
 from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.dataset import Reading, read_datasets
@@ -21,6 +22,7 @@ from robocal.files.text import InputFile, read_text
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Rig
 from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.target import read_squares
 from robocal.vision.sheets import Checker, inner_corners
 
@@ -93,8 +95,16 @@ def read_corners(
     return CornerTable(
         data=data, size=width_height, marker=tuple(_cells(table, found, "marker", "")),
         corner=np.array(_cells(table, found, "corner", "0"), dtype=float).astype(np.int64),
-        family=(known.get("target") or {}).get("dictionary"), upright=upright, files=files, remarks=_news(found)
+        family=(known.get("target") or {}).get("dictionary"), upright=upright, files=files,
+        remarks=(*_news(found), *_odd_size(obs)),
     )  # fmt: skip
+
+
+def _odd_size(obs: Observations) -> Iterator[Remark]:
+    """Whether places on the target look as if they were in another unit."""
+    size = float(np.ptp(obs.extra["point"], axis=0).max())
+    if not TARGET_LEAST <= size <= TARGET_MOST:
+        yield Remark.of(Code.TARGET_SIZE_ODD, size=Quantity(size, "m"))
 
 
 Options = tuple[float | None, float | None, str | None, Path | None]
