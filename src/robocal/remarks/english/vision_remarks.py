@@ -154,11 +154,15 @@ class VisionRemarks:
     )
     LENS_CONTRADICTED = Phrase(
         "these views contradict the lens that was given: {names} ({z:.0f} sigma)",
-        "Calibrate the lens again, with images of the same focus: robocal vision intrinsics. Until then use the one that was found here.",
+        "Find it too (--free-lens), or calibrate it again with images of the same focus: robocal vision intrinsics.",
     )
     HAND_EYE_FAR = Phrase(
         "views that were left out are missed by {left:.2g} at the target (rms), {times:.2g} times what is normal for an arm that nobody "
         "calibrated",
         "Look at the views with the largest errors. Check the lens, the size of the target, and that target, camera and robot stand still "
         "while an image is taken.",
+    )
+    VIEW_MOVED = Phrase(
+        "from view {first} to view {last} the camera or the target stands elsewhere[, by {shift:.3g}] ({count} views)",
+        "Leave these views out (--exclude), or calibrate both parts by themselves. Then see what is loose.",
     )

@@ -11,7 +11,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When
 from robocal.diagnose.check_registry import run as run_checks
-from robocal.diagnose.limits import HAND_EYE_LEFT, LENS_CONTRADICTED, ROBOT_PLACE, ROBOT_TURN
+from robocal.diagnose.limits import HAND_EYE_LEFT, ROBOT_PLACE, ROBOT_TURN
 from robocal.files.display import to_display
 from robocal.files.hand_eye_forms import easy_handeye_text, static_transform_text, urdf_joint_text
 from robocal.files.lens import lens_text
@@ -32,6 +32,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_table import CAMERA
+from robocal.session.vision.hand_eye_checks import contradict_lens, find_moves
 from robocal.session.vision.hand_eye_data import EYE, HandEyeData, open_hand_eye
 from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find_errors, frame_of, middle_of
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
@@ -43,6 +44,7 @@ __all__ = ["FILES", "HandEye", "HandEyeDocument", "find_hand_eye"]
 
 FILES = ("hand_eye.json", "hand_eye.yaml", "hand_eye.urdf", "static_transform.sh", "lens.yaml", "hand_eye.html")
 TO_ADD = 3  # poses that are always told
+LEAST = 0.1  # grid: of the usual errors of a robot
 READINGS = 4  # grid: of the robot's poses, that are told
 # Checks that ask for what this verb tells by itself, or that mean nothing of frames alone.
 SILENT = ("coverage", "place", "few-numbers")
@@ -76,7 +78,7 @@ class HandEyeDocument(Document):
     how: str
     normal: float
     corners: Statistic | None
-    robot: UnitValue | None
+    robot: list[UnitValue] | None
     sure: float
     further: Listing
     frames: list[FramePart]
@@ -139,9 +141,9 @@ class HandEye(VerdictResult):
         inhand = self.opened.inhand
         a, b = chain_of(frame_of(self.decision, EYE), frame_of(self.decision, target), inhand)
         machine = se3.inverse(self.opened.flange) if inhand else self.opened.flange
-        share = self.decision.share.size
-        size = max(share or 0.0, 0.1)  # grid: of the expected errors, at least
-        error = size * np.array([ROBOT_PLACE] * 3 + [ROBOT_TURN] * 3)
+        place, turn = self.decision.share.errors or (0.0, 0.0)
+        # A robot without errors would need no more poses.
+        error = np.array([max(place, LEAST * ROBOT_PLACE)] * 3 + [max(turn, LEAST * ROBOT_TURN)] * 3)
         now, poses = next_poses(a, b, machine, middle, error, TO_ADD, inhand=inhand)
         flange = np.stack([se3.inverse(p.machine) if inhand else p.machine for p in poses])
         if self.opened.inverse:
@@ -200,11 +202,11 @@ class HandEye(VerdictResult):
     def document(self) -> HandEyeDocument:
         """What --json says."""
         said = to_display(VerdictPart, self.verdict, reasons=sentences(self.verdict.remarks))
-        share, now = self.decision.share.size, self.further
+        robot, now = self.decision.share.errors, self.further
         return self.document_of(
             HandEyeDocument, camera="hand" if self.opened.inhand else "fixed", verdict=said, unit="mm", error=_in_mm(self.errors.left_out),
             how=self.errors.how, normal=1e3 * self.errors.normal, corners=self.errors.pixels,
-            robot=UnitValue(1e3 * share * ROBOT_PLACE, "mm") if share else None, sure=1e3 * now[0], further=now[1],
+            robot=None if robot is None else [UnitValue(1e3 * robot[0], "mm"), UnitValue(float(np.degrees(robot[1])), "deg")], sure=1e3 * now[0], further=now[1],
             frames=[_frame_part(f) for f in self.frames], poses=self.opened.robot.words, readings=self.readings, pairs=self.pairs,
             lens=self.lens_numbers,
         )  # fmt: skip
@@ -258,8 +260,9 @@ def _judge(
     verdict = verdict_of(made)
     verdict = replace(verdict, reasons=tuple(map(_in_words, verdict.reasons)))
     doubts = doubt_poses(readings)
-    if doubts:
-        verdict = verdict.instead("refused", *doubts)
+    moves = [] if doubts else find_moves(opened, made)
+    if doubts or moves:
+        verdict = verdict.instead("refused", *doubts, *moves)
     said: list[Remark] = []
     pairs, views = opened.pairs, opened.views
     if pairs.way == "order":
@@ -270,31 +273,17 @@ def _judge(
     left = errors.left_out
     if left is not None and left.rms > HAND_EYE_LEFT * errors.normal and not doubts:
         said.append(Remark.of(Code.HAND_EYE_FAR, left=Quantity(left.rms), times=left.rms / errors.normal))
-    said += _contradicted(opened, made)
+    lens, material = contradict_lens(opened, made, errors.normal)
+    if lens is not None and material:
+        verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", lens)
+    elif lens is not None:
+        said.append(lens)
     findings: list[Finding] = [
         f for when in (When.DATA, When.FIT) for f in run_checks(when, made, DIAGNOSE, PROVE, skip=(*made.silent, *SILENT))
     ]
     hidden = (Code.ABOVE_STATED_NOISE,)  # the robot's own errors: said in mm
     said += [_in_words(f.remark) for f in findings if f.code not in hidden]
     return verdict, said
-
-
-def _contradicted(opened: HandEyeData, made: Decision[Rig]) -> list[Remark]:
-    """Numbers of the lens that left what was given for them."""
-    fit = made.need_fit
-    sigma = dict(zip(fit.problem.free, fit.uncertainty.sigma.tolist(), strict=True))
-    off: dict[str, float] = {}
-    if opened.lens is None:
-        return []
-    given = dict(zip(opened.lens.kind.symbols, opened.lens.numbers, strict=True))
-    for s, was in given.items():
-        name = f"{CAMERA}.{s}"
-        if sigma.get(name, 0.0) > 0 and (z := abs(made.values[name] - was) / sigma[name]) >= LENS_CONTRADICTED:
-            off[s] = z
-    if not off:
-        return []
-    names = tuple(f"{s} {given[s]:.5g} given, {made.values[f'{CAMERA}.{s}']:.5g} found" for s in off)
-    return [Remark.of(Code.LENS_CONTRADICTED, names=names, z=max(off.values()))]
 
 
 def _in_words(said: Remark) -> Remark:
