@@ -226,7 +226,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         *inputs.warnings,
         *left_out,
         *_remount(kept, refitted),
-        *(_tool_not_stated(machine, mine) if other is None else ()),
+        *(_tool_not_stated(machine, inputs.data, mine) if other is None else ()),
         *(() if layer is None else (Remark.of(Code.LAYER_ON_TOP, mean=Quantity(layer.mean * 1e-3)),)),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
@@ -252,10 +252,12 @@ def _remount(kept: Errors, refitted: Errors) -> tuple[Remark, ...]:
     return (Remark.of(Code.TARGET_REMOUNTED, x=shift[0], y=shift[1], z=shift[2], mean=mean, after=after),)
 
 
-def _tool_not_stated(machine: Model, found: Errors) -> tuple[Remark, ...]:
-    """A file that says nothing of the tool: its whole length stands in the errors, and nothing else would say so."""
+def _tool_not_stated(machine: Model, data: DataSet, found: Errors) -> tuple[Remark, ...]:
+    """A file that says nothing of the tool: its whole length stands in the errors, and nothing else would say so. An instrument on the
+    tool says by itself where on it it sits."""
     own = machine.table
-    unknown = all(n in own.free and own[n].value == 0 and n not in found.fitted for n in TOOL)
+    carried = any(obs.frame is not None and obs.frame.mount == "tool" for obs in data.observations)
+    unknown = not carried and all(n in own.free and own[n].value == 0 and n not in found.fitted for n in TOOL)
     return (Remark.of(Code.TOOL_NOT_STATED, names=", ".join(TOOL)),) if unknown else ()
 
 
