@@ -48,8 +48,11 @@ def frames_of(data: DataSet) -> dict[str, Frame]:
     return found
 
 
-def frames_alone(free: Collection[str], data: DataSet) -> bool:
-    """Whether the free parameters of a problem are those of frames of the data and of the tool, and no others."""
+def frames_alone(model: Model, free: Collection[str], data: DataSet) -> bool:
+    """Whether the free parameters of a problem are those of frames of the data and of the tool, and no others; where poses are known,
+    whatever is free."""
+    if freedom_of(model) == ():
+        return bool(free)
     mine = {p.name for f in (*frames_of(data).values(), Frame("tool")) for p in f.parameters}
     return bool(free) and mine.issuperset(free)
 
