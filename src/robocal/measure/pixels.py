@@ -23,7 +23,9 @@ from robocal.measure.sights.views import SharedView, sights_of, views_of
 from robocal.parameters import FRAME_SYMBOLS, Parameter, Together
 from robocal.vision.camera import image_radius, model_of, project, unproject
 
-__all__ = ["PIXELS", "PixelRows", "fold_of_lens", "rays"]
+__all__ = ["HALF_TURNS", "PIXELS", "PixelRows", "fold_of_lens", "rays"]
+
+HALF_TURNS = "half_turns"  # the option of observations in which half turns of the target are to be undone
 
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 FEW = 4  # problems that lack less than one in so many of what any of them has are told by what they lack
