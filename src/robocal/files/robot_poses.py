@@ -85,7 +85,9 @@ def read_robot_poses(
     ModelError."""
     if maker is not None and euler is not None:
         raise ModelError("the maker says how angles turn", key="--euler", found=euler, expected="--maker or --euler")
-    if euler is not None and (len(euler) != 3 or set(euler.upper()) - set("XYZ") or euler not in (euler.upper(), euler.lower())):
+    if euler is not None and (
+        len(euler) != 3 or set(euler.upper()) - set("XYZ") or euler not in (euler.upper(), euler.lower())
+    ):
         expected = "three axes: ZYX about the axes as turned so far, zyx about the fixed ones"
         raise ModelError("no order of three axes", key="--euler", found=euler, expected=expected)
     source = _Folder.read(place) if place.is_dir() else _Table(read_csv(place))
@@ -155,7 +157,9 @@ class _Folder:
     def read(cls, place: Path) -> _Folder:
         paths = sorted(p for p in place.iterdir() if p.suffix.lower() in (".yaml", ".yml") and p.is_file())
         if not paths:
-            raise FileError("there are no poses in this folder", file=place, expected="a YAML file for each pose, or a CSV")
+            raise FileError(
+                "there are no poses in this folder", file=place, expected="a YAML file for each pose, or a CSV"
+            )
         documents = tuple(map(load, paths))
         return cls(place, documents, tuple(_flat(d.data) for d in documents))
 
@@ -198,7 +202,11 @@ def _flat(data: Mapping[str, Any], prefix: str = "", depth: int = 0) -> dict[str
         word = str(name).casefold()
         if isinstance(value, Mapping):
             turned = word in ("orientation", "rotation", "quaternion", "q")
-            out |= _flat(value, "q" if turned and set(map(str, value)) >= set("xyzw") else "", depth + 1) if depth < NESTED else {}
+            out |= (
+                _flat(value, "q" if turned and set(map(str, value)) >= set("xyzw") else "", depth + 1)
+                if depth < NESTED
+                else {}
+            )
         else:
             out[prefix + word] = value
     return out
@@ -218,7 +226,9 @@ class _Reader:
 
     def read(self) -> RobotPoses:
         source = self.source
-        prefixes = matrices(source.table) if isinstance(source, _Table) and self.maker is None and self.euler is None else []
+        prefixes = (
+            matrices(source.table) if isinstance(source, _Table) and self.maker is None and self.euler is None else []
+        )
         whole = [p for p in prefixes if source.has(f"{p}_03")]
         if len(whole) > 1:
             raise source.fail("several columns could be the pose", found=", ".join(whole), expected="one matrix")
@@ -240,7 +250,9 @@ class _Reader:
         for names in options:
             if all(map(self.source.has, names)):
                 return tuple(names)
-        raise self.source.fail(f"there are no columns for {what}", found=", ".join(self.source.columns), expected=expected)
+        raise self.source.fail(
+            f"there are no columns for {what}", found=", ".join(self.source.columns), expected=expected
+        )
 
     def _lengths(self, names: Sequence[str]) -> tuple[Array, Unit]:
         usual = self.length or UNITS[self.maker.length if self.maker else "m"]
@@ -248,7 +260,10 @@ class _Reader:
 
     def _in_si(self, names: Sequence[str], si: str, usual: Unit) -> tuple[Array, Unit]:
         heads = [self.source.unit(n) for n in names]
-        units = [usual if h is None else parse_unit(h, si, file=self.source.path, column=n) for h, n in zip(heads, names, strict=True)]
+        units = [
+            usual if h is None else parse_unit(h, si, file=self.source.path, column=n)
+            for h, n in zip(heads, names, strict=True)
+        ]
         return self.source.numbers(names) * np.array([u.factor for u in units]), units[0]
 
     def _turns(self) -> tuple[Array, Array, str, str]:
@@ -261,9 +276,13 @@ class _Reader:
             if known is not None or all(map(source.has, WXYZ)):
                 found = ", ".join(known or WXYZ)
                 expected = f"--maker {', '.join(MAKERS)}; or --euler ZYX of three angles"
-                raise source.fail("these columns of an orientation have several meanings", found=found, expected=expected)
+                raise source.fail(
+                    "these columns of an orientation have several meanings", found=found, expected=expected
+                )
             expected = "qx, qy, qz, qw; T_00 to T_33; or columns of a maker with --maker"
-            raise source.fail("there are no columns for the orientation", found=", ".join(source.columns), expected=expected)
+            raise source.fail(
+                "there are no columns for the orientation", found=", ".join(source.columns), expected=expected
+            )
         if maker is None:
             names = self._columns(ANGLES, "the three angles", "rx, ry, rz")
             order = str(self.euler)
@@ -274,25 +293,39 @@ class _Reader:
             return self._quaternion(names, "quaternion_xyzw" if names == QUATERNION else maker.form)
         return self._angles(names, maker.form, maker.order, maker.intrinsic, UNITS[maker.angle])
 
-    def _angles(self, names: Sequence[str], form: str, order: str, intrinsic: bool, usual: Unit) -> tuple[Array, Array, str, str]:
+    def _angles(
+        self, names: Sequence[str], form: str, order: str, intrinsic: bool, usual: Unit
+    ) -> tuple[Array, Array, str, str]:
         angles, unit = self._in_si(names, "rad", self.angle or usual)
         most = float(np.median(np.abs(angles).max(axis=1)))
         if most > 2 * np.pi:
-            expected = "--units mm,deg, or rx [deg] in the header" if unit.name == "rad" else "angles of one turn at most"
+            expected = (
+                "--units mm,deg, or rx [deg] in the header" if unit.name == "rad" else "angles of one turn at most"
+            )
             found = f"{np.degrees(most):.4g} deg in the median, read in {unit.name}"
             raise self.source.fail("orientations of more than a whole turn", found=found, expected=expected)
         if form == "rotation_vector":
             return so3.exp(angles), angles, form, f"rotation vector {', '.join(names)} in {unit.name}"
         turn = orientation.euler(angles, order, intrinsic=intrinsic)
         about = "the axes as turned so far" if intrinsic else "the fixed axes"
-        return turn, angles, form, f"angles {', '.join(names)} in {unit.name}, about {', '.join(order.lower())} in turn, {about}"
+        return (
+            turn,
+            angles,
+            form,
+            f"angles {', '.join(names)} in {unit.name}, about {', '.join(order.lower())} in turn, {about}",
+        )
 
     def _quaternion(self, names: Sequence[str], form: str) -> tuple[Array, Array, str, str]:
         numbers = self.source.numbers(names)
         size = np.linalg.norm(numbers, axis=1)
         self._insist(np.abs(size - 1) < UNIT_LENGTH, "not a unit quaternion", size, "a length of 1")
         q = (numbers if form == "quaternion_xyzw" else numbers[:, [1, 2, 3, 0]]) / size[:, None]
-        return orientation.quaternion(q), numbers, form, f"quaternion {', '.join(names)}, the scalar {'last' if form == 'quaternion_xyzw' else 'first'}"
+        return (
+            orientation.quaternion(q),
+            numbers,
+            form,
+            f"quaternion {', '.join(names)}, the scalar {'last' if form == 'quaternion_xyzw' else 'first'}",
+        )
 
     def _matrix(self, prefix: str) -> tuple[Array, Array, str, str]:
         numbers = self.source.numbers([f"{prefix}_{i}{j}" for i in range(3) for j in range(3)])
@@ -307,5 +340,3 @@ class _Reader:
         bad = np.flatnonzero(~np.asarray(good))
         if len(bad):
             raise self.source.fail(message, int(bad[0]), found=float(f"{found[bad[0]]:.4g}"), expected=expected)
-
-

@@ -21,7 +21,13 @@ from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import NONE, Kind, Rows, SightRows, register
-from robocal.measure.sights.correlations import COVARIANCES, SQUARE_CORNER, Decorrelation, RowCorrelations, block_of_rows
+from robocal.measure.sights.correlations import (
+    COVARIANCES,
+    SQUARE_CORNER,
+    Decorrelation,
+    RowCorrelations,
+    block_of_rows,
+)
 from robocal.measure.sights.views import SharedView, sights_of, views_of
 from robocal.parameters import FRAME_SYMBOLS, Parameter, Together
 from robocal.vision.camera import image_radius, model_of, project, unproject

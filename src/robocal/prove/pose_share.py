@@ -46,7 +46,11 @@ def pose_share(fit: Fit) -> PoseShare:
     values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
     every = build(Rig(), fit.data, values=values).with_weights(problem.weights).with_free(problem.free)
     lin = reweight(every.linearize(every.start), every)
-    held = every.prior_root @ np.column_stack([np.eye(every.n), every.difference(every.start)[0]]) * np.append(every.scales, 1.0)
+    held = (
+        every.prior_root
+        @ np.column_stack([np.eye(every.n), every.difference(every.start)[0]])
+        * np.append(every.scales, 1.0)
+    )
     design, y, d = _rows(lin, every.scales, held)
     u, size, vt = np.linalg.svd(design, full_matrices=False)
     kept = size > RANK * size[0]
