@@ -40,7 +40,9 @@ from robocal.measure.reach import reach
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
-__all__ = ["AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "wrong_views"]
+__all__ = [
+    "AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "ViewChange", "ViewSearch", "thin", "wrong_views",
+]  # fmt: skip
 
 AXES_EXCHANGED = declare(
     "axes-exchanged",
@@ -65,7 +67,8 @@ TARGET_TURNED = declare(
     "target-turned",
     "in {count} of {total} views of {instruments} the target is labelled from its other end ({views}): with half a turn there, the "
     "error of most points falls from {stated:.3g} to {left:.3g}",
-    "Number the points of these views in {files} from the other end: the first takes the place of the last[, (x, y) becomes "
+    "Write `half_turns: undo` into the data file of each of these instruments: half a turn is then undone in every view that asks for it. "
+    "Or number the points of these views in {files} from the other end: the first takes the place of the last[, (x, y) becomes "
     "({x:.6g} - x, {y:.6g} - y)]. A board whose number of corners is odd one way and even the other does not look the same.",
 )
 VIEWS = 24  # grid: configurations of a trial
@@ -81,7 +84,7 @@ Reread = Callable[[Observations], Observations]
 
 
 @record
-class _ViewTrial:
+class ViewTrial:
     """What frames leave of half and of three quarters of the rows of every instrument, as a share of its focal length or of what it
     reads, (2, O); and of a camera the share of the sights that have their target behind it, (O,)."""
 
@@ -90,7 +93,7 @@ class _ViewTrial:
 
 
 @record
-class _ViewChange:
+class ViewChange:
     """One way to read the rows of some cameras: the code of its finding, the rows of each camera, its numbers, and the views that
     are turned with the turn."""
 
@@ -110,10 +113,10 @@ def wrong_views(context: Context[Model]) -> Iterator[Finding]:
     stated = _measure(data, base.problem, base.x)
     if (stated.left > VIEWS_ASK).any() or (stated.behind > VIEWS_BEHIND).any():
         whole = DataSet(data.configurations, tuple(replace(o, used=None) for o in data.observations))
-        yield from _ViewSearch(context.model, whole, tuple(cameras)).explain()
+        yield from ViewSearch(context.model, whole, tuple(cameras)).explain()
 
 
-def _measure(data: DataSet, problem: Problem, x: Array) -> _ViewTrial:
+def _measure(data: DataSet, problem: Problem, x: Array) -> ViewTrial:
     """What is left at a solution of a problem of the data."""
     errors: list[list[Array]] = [[] for _ in data.observations]
     behind = np.zeros(len(errors))
@@ -123,7 +126,7 @@ def _measure(data: DataSet, problem: Problem, x: Array) -> _ViewTrial:
         if isinstance(term, PixelRows):
             behind[own] += term.behind(x) * len(term.index) / len(data.observations[own])
     pairs = [(np.concatenate(e), _size(o)) for e, o in zip(errors, data.observations, strict=True)]
-    return _ViewTrial(
+    return ViewTrial(
         np.array([[quantile(e, level) / size for e, size in pairs] for level in (0.5, VIEWS_RIGHT)]), behind
     )
 
@@ -138,7 +141,7 @@ def _size(obs: Observations) -> float:
 
 
 @record
-class _ViewSearch:
+class ViewSearch:
     """A machine, its data with every row, and which of the observations are of cameras."""
 
     model: Model
@@ -148,14 +151,14 @@ class _ViewSearch:
     def explain(self) -> list[Finding]:
         """What explains the views. Joints say where each camera's target is; where poses are found by the fit, all instruments share
         them, and the worst camera draws the others along."""
-        if freedom_of(self.model) is None:
+        if not freedom_of(self.model):
             alone = [replace(self, data=self._only((i,)), cameras=(0,)) for i in self.cameras]
             found = [f for one in alone for f in one._of_group((0,))]
             # Half of the views of a camera may be turned, and nothing but the other cameras says which half.
             if len(alone) > 1 and all(f.code == TARGET_TURNED for f in found):
                 found = list(self._of_turned(self.cameras)) or found
             return _merge(found)
-        stated = self._fit({}, robust=True)
+        stated = self.fit({}, robust=True)
         order = sorted(self.cameras, key=lambda i: -float(stated.left[1, i] + stated.behind[i]))
         groups = [(order[0],), *([self.cameras] if len(order) > 1 else []), *((i,) for i in order[1:])]
         for group in groups:
@@ -166,60 +169,60 @@ class _ViewSearch:
     def _only(self, some: tuple[int, ...]) -> DataSet:
         return DataSet(self.data.configurations, tuple(self.data.observations[i] for i in some))
 
-    def _of_group(self, group: tuple[int, ...], stated: _ViewTrial | None = None) -> list[Finding]:
+    def _of_group(self, group: tuple[int, ...], stated: ViewTrial | None = None) -> list[Finding]:
         """The changes of some cameras that explain them, alike."""
-        stated = stated or self._fit({}, robust=True)
+        stated = stated or self.fit({}, robust=True)
         if not (stated.left > VIEWS_ASK).any() and not (stated.behind > VIEWS_BEHIND).any():
             return []
         return list(self._best(list(self._changes(group)), stated))
 
     def _of_turned(self, group: tuple[int, ...]) -> Iterator[Finding]:
         """Cameras each of which alone is explained, but not all together: one may have its target the other way round."""
-        stated = self._fit({}, robust=True)
+        stated = self.fit({}, robust=True)
         if (stated.left > VIEWS_ASK).any():
-            yield from list(self._best(list(self._turns(group)), stated))[:1]
+            yield from list(self._best(list(self.turns(group)), stated))[:1]
 
-    def _best(self, changes: list[_ViewChange], stated: _ViewTrial) -> Iterator[Finding]:
+    def _best(self, changes: list[ViewChange], stated: ViewTrial) -> Iterator[Finding]:
         """Findings of the changes that leave least, where they explain what was left."""
-        rough = [float(self._fit(c.cameras_read).left.sum()) for c in changes]
+        rough = [float(self.fit(c.cameras_read).left.sum()) for c in changes]
         few = [changes[i] for i in np.argsort(rough, kind="stable")[:BEST]]
-        trials = [(c, self._fit(c.cameras_read, robust=True)) for c in few]
+        trials = [(c, self.fit(c.cameras_read, robust=True)) for c in few]
         good = [(float(t.left.sum()), c, t) for c, t in trials if any(_explains(stated, t, k) for k in range(2))]
         least = min((g[0] for g in good), default=0.0)
         for left, change, trial in good:
             if left <= EXPLANATIONS_ALIKE * least:
                 yield self._finding(change, stated, trial)
 
-    def _fit(self, changed: Mapping[int, Reread], *, robust: bool = False) -> _ViewTrial:
+    def fit(self, changed: Mapping[int, Reread], *, robust: bool = False) -> ViewTrial:
         """What frames leave of a part of the data, where the rows of some instruments are read in another way."""
         read = [changed[i](o) if i in changed else o for i, o in enumerate(self.data.observations)]
         seen = np.unique(np.concatenate([self.data.observations[i].configuration for i in self.cameras]))
-        views, points = (VIEWS, POINTS) if robust or freedom_of(self.model) is None else ROUGH
+        views, points = (VIEWS, POINTS) if robust or not freedom_of(self.model) else ROUGH
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
-        part = DataSet(self.data.configurations, tuple(_thin(o, where, points) for o in read)).take(where)
+        part = DataSet(self.data.configurations, tuple(thin(o, where, points) for o in read)).take(where)
         if len(part.observations) != len(read):
-            return _ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
+            return ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):
             everyone = np.arange(len(part.configurations))
             found = fit_baseline(self.model, part, everyone, "tukey" if robust else "none")
             return _measure(part, found.problem, found.x)
 
-    def _changes(self, group: tuple[int, ...]) -> Iterator[_ViewChange]:
+    def _changes(self, group: tuple[int, ...]) -> Iterator[ViewChange]:
         """Every change worth a trial in some cameras."""
-        yield _ViewChange(AXES_EXCHANGED, dict.fromkeys(group, exchange_axes))
-        yield _ViewChange(IMAGE_MIRRORED, dict.fromkeys(group, mirror))
+        yield ViewChange(AXES_EXCHANGED, dict.fromkeys(group, exchange_axes))
+        yield ViewChange(IMAGE_MIRRORED, dict.fromkeys(group, mirror))
         for shift in SHIFTS:
             where, way = ("below", "up") if shift < 0 else ("above", "down")
             words = {"shift": f"{abs(shift)} view{'s' if abs(shift) > 1 else ''}", "where": where, "way": way}
-            yield _ViewChange(VIEWS_SHIFTED, dict.fromkeys(group, partial(shift_views, shift=shift)), words)
-        yield from self._turns(group)
+            yield ViewChange(VIEWS_SHIFTED, dict.fromkeys(group, partial(shift_views, shift=shift)), words)
+        yield from self.turns(group)
 
-    def _turns(self, group: tuple[int, ...]) -> Iterator[_ViewChange]:
+    def turns(self, group: tuple[int, ...]) -> Iterator[ViewChange]:
         """Half a turn of the target in the views that ask for it, and in some cameras in the others."""
         marked = []
         for i in group:
             obs = self.data.observations[i]
-            turn, carrier = half_turn(obs), _carriers(self.model, self.data)
+            turn, carrier = half_turn(obs), carriers(self.model, self.data)
             if turn is None or carrier is None:
                 return
             views, mine = view_poses(obs), np.zeros(len(self.data.configurations), dtype=bool)
@@ -235,9 +238,9 @@ class _ViewSearch:
             views_of = {i: (t, m ^ all_of) for i, (t, m), all_of in zip(group, marked, (False, *others), strict=True)}
             if any(m.any() for _, m in views_of.values()):
                 read = {i: partial(turn_views, turn=t, views=m) for i, (t, m) in views_of.items()}
-                yield _ViewChange(TARGET_TURNED, read, turned=views_of)
+                yield ViewChange(TARGET_TURNED, read, turned=views_of)
 
-    def _finding(self, change: _ViewChange, stated: _ViewTrial, trial: _ViewTrial) -> Finding:
+    def _finding(self, change: ViewChange, stated: ViewTrial, trial: ViewTrial) -> Finding:
         group = [i for i in change.cameras_read if i not in change.turned or change.turned[i][1].any()]
         some = [self.data.observations[i] for i in group]
         # Told in the numbers of the instrument that was worst; where poses follow the cameras, it may be another one.
@@ -258,7 +261,7 @@ class _ViewSearch:
             numbers |= self._turned_numbers(change)
         return refuse(change.code, **numbers, **change.numbers)
 
-    def _turned_numbers(self, change: _ViewChange) -> dict[str, Number]:
+    def _turned_numbers(self, change: ViewChange) -> dict[str, Number]:
         """Which views are turned, and what to subtract points from."""
         names, total = [], 0
         for i, (_, marked) in change.turned.items():
@@ -272,7 +275,7 @@ class _ViewSearch:
         return {"count": len(names), "total": total, "views": (*names[:NAMED], *more), "x": ends[0], "y": ends[1]}
 
 
-def _explains(stated: _ViewTrial, trial: _ViewTrial, level: int) -> bool:
+def _explains(stated: ViewTrial, trial: ViewTrial, level: int) -> bool:
     """Whether a change explains what was left of half or of three quarters of the rows: every target stands before its camera, and all
     instruments are explained."""
     before, after = float(stated.left[level].max()), float(trial.left[level].max())
@@ -304,7 +307,7 @@ def _merge(found: Sequence[Finding]) -> list[Finding]:
     return [refuse(str(key[0]), **numbers) for key, numbers in out.items() if isinstance(key, tuple)]
 
 
-def _thin(obs: Observations, where: Ints, points: int) -> Observations:
+def thin(obs: Observations, where: Ints, points: int) -> Observations:
     """Some rows of some configurations of one instrument."""
     order = np.lexsort((np.arange(len(obs)), obs.configuration))
     c = obs.configuration[order]
@@ -315,7 +318,7 @@ def _thin(obs: Observations, where: Ints, points: int) -> Observations:
     return obs.take(np.sort(order[(rank % step == 0) & np.isin(c, where)]))
 
 
-def _carriers(model: Model, data: DataSet) -> Array | None:
+def carriers(model: Model, data: DataSet) -> Array | None:
     """Where what moves is at every configuration, (U, 4, 4), as the nominal machine has it; None where nothing says it."""
     where = data.configurations
     if joints_of(model) and where.joints is not None:

@@ -65,7 +65,7 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
         return []
     made = build(context.model, data, values=context.values).with_weights(fit.problem.weights)
     made = made.with_free([*fit.problem.free, *held])
-    seen = made.linearize(made.start)
+    seen = made.linearize(_at(made, fit.problem, fit.solution.x))
     asked = np.isin(made.free, held)
     plain = [*((n,) for n in held), *_shared(own, held)]
     factors = _factors(own, held)
@@ -92,6 +92,14 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
     level, code = (refuse, Code.NUMBER_WRONG) if found.share > NUMBER_SHARE else (doubt, Code.NUMBER_DOUBTED)
     name, line = ", ".join(wrong), _line(obs, p)
     return [level(code, name=name, stated=stated, there=there, z=found.t, share=found.share, line=line)]
+
+
+def _at(made: Problem, fitted: Problem, x: Array) -> Array:
+    """The start of a problem of the same rows, with every block where the fit has left it."""
+    out = np.array(made.start)
+    for there, here in zip(made.places, fitted.places, strict=True):
+        out[:, there] = x[:, here]
+    return out
 
 
 def _of_factor(
