@@ -3,8 +3,8 @@
 value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; of corners of squares whose errors are correlated
 extra["covariances"] (k, 2, 8) and extra["square and corner"] (k, 2), as in `sights.correlations`; options["camera"] names the camera whose intrinsics are
 parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the symbols to identify.
-options["known"] are symbols with a prior that they share, of covariance options["covariance"]. The frame is the camera's:
-mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
+options["known"] are symbols with a prior that they share, of covariance options["covariance"]; options["together"] are priors that
+targets share, as the markers of a map. The frame is the camera's: mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
 """
 
 from __future__ import annotations
@@ -251,10 +251,11 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
 
 
 def together(obs: Observations) -> Sequence[Together]:
-    """What is known of the intrinsics beforehand, together."""
+    """What is known beforehand, together: of the intrinsics, and of targets."""
     known, covariance = obs.options.get("known", ()), obs.options.get("covariance", ())
-    assert isinstance(known, tuple) and isinstance(covariance, tuple)
-    return [Together(tuple(f"{obs.options['camera']}.{s}" for s in known), covariance)] if known else []
+    targets = obs.options.get("together", ())
+    assert isinstance(known, tuple) and isinstance(covariance, tuple) and isinstance(targets, tuple)
+    return [*([Together(tuple(f"{obs.options['camera']}.{s}" for s in known), covariance)] if known else []), *targets]
 
 
 PINHOLE = ("fx", "fy", "cx", "cy")
