@@ -61,6 +61,9 @@ def _settle(model: Model, made: DataSet, turned: Turned, turns: Mapping[int, Arr
     every = np.arange(len(made.configurations))
     few = DataSet(made.configurations, tuple(thin(o, every, POINTS) for o in made.observations))
     out = {}
+    if all(_may_turn(made.observations[i]) for i in turned):
+        # A free tool would take the turn of a target that hangs on it.
+        model = model.with_table(model.table.with_free(()))
     with np.errstate(all="ignore"):
         base = fit_baseline(model, few, every, "tukey")
         for i, mine in turned.items():
