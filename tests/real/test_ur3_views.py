@@ -16,7 +16,9 @@ def test_half_turns_are_named_in_all_four_cameras(shared_data, tmp_path):
 
 
 def test_fourteen_views_are_named_and_two_joint_rows_exchanged(shared_data, tmp_path):
-    told = robocal("identify", *write_cell(tmp_path, shared_data / "ur3-cameras", labels="undone"), "--hold-out", 0.2, "--json").document
+    told = robocal(
+        "identify", *write_cell(tmp_path, shared_data / "ur3-cameras", labels="undone"), "--hold-out", 0.2, "--json"
+    ).document
     views = [o for o in told["outliers"] if o["rows"] > 1]
     by_camera = {c: sorted(int(o["configuration"][1:]) for o in views if o["group"] == f"eye{c}") for c in range(4)}
     assert by_camera == {0: [24, 25], 1: [24, 25], 2: [24, 25], 3: [8, 13, 14, 24, 25, 30, 32, 37]}

@@ -44,7 +44,9 @@ def image_places(model: Model, data: DataSet, values: dict[str, float]) -> Image
     """Of a machine with joints whose parameters, and frames and lenses of the data, have these `values`; None where no camera saw
     anything of it."""
     where = data.configurations
-    seen = [o for o in data.observations if o.kind == "pixels" and o.value.ndim == 2 and o.frame is not None and o.targets]
+    seen = [
+        o for o in data.observations if o.kind == "pixels" and o.value.ndim == 2 and o.frame is not None and o.targets
+    ]
     if not seen or freedom_of(model) is not None or model.mechanism is None or where.joints is None:
         return None
     moving = model.with_values({n: v for n, v in values.items() if n in model.table}).mechanism
