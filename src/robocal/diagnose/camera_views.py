@@ -149,7 +149,7 @@ class _ViewSearch:
     def explain(self) -> list[Finding]:
         """What explains the views. Joints say where each camera's target is; where poses are found by the fit, all instruments share
         them, and the worst camera draws the others along."""
-        if freedom_of(self.model) is None:
+        if not freedom_of(self.model):
             alone = [replace(self, data=self._only((i,)), cameras=(0,)) for i in self.cameras]
             found = [f for one in alone for f in one._of_group((0,))]
             # Half of the views of a camera may be turned, and nothing but the other cameras says which half.
@@ -195,7 +195,7 @@ class _ViewSearch:
         """What frames leave of a part of the data, where the rows of some instruments are read in another way."""
         read = [changed[i](o) if i in changed else o for i, o in enumerate(self.data.observations)]
         seen = np.unique(np.concatenate([self.data.observations[i].configuration for i in self.cameras]))
-        views, points = (VIEWS, POINTS) if robust or freedom_of(self.model) is None else ROUGH
+        views, points = (VIEWS, POINTS) if robust or not freedom_of(self.model) else ROUGH
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
         part = DataSet(self.data.configurations, tuple(thin(o, where, points) for o in read)).take(where)
         if len(part.observations) != len(read):

@@ -234,6 +234,10 @@ BESIDE_NEAR = limit(0.02, "of the distance of two places", "A fiftieth of the wa
 BESIDE_SHARE = limit(0.5, "of what was held out", "Held-out places beside fitted ones tell nothing of the way between them.")
 FRAMES_LEFT = limit(3.0, "times what noise and making allow",
     "A robot that errs by more is no robot of that drawing, or its readings belong to other poses.", "tests/prove/test_frames_alone.py")
+ROBOT_PLACE = limit(1e-3, "m (standard deviation)",
+    "So far a flange stands from the pose that its controller tells, of arms that nobody calibrated.", "ISO 9283 data sheets")
+ROBOT_TURN = limit(2e-3, "rad (standard deviation)",
+    "A millimetre at the ends of a wrist that is half a metre long.", "ISO 9283 data sheets")
 HAND_TURNS = limit(math.radians(5.0), "rad (standard deviation)",
     "About a second axis: with less, a robot's millimetre puts a frame a centimetre off.", "tests/prove/test_frames_alone.py")
 ARM_EXPLAINS = limit(4.8, "of the log likelihood",

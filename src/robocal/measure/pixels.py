@@ -1,6 +1,7 @@
 """Pixels: r = project(T_camera_target X) - uv, for points X known in the target's frame.
 
-value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; options["camera"] names the camera whose intrinsics are
+value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; of corners of squares whose errors are correlated
+extra["covariances"] (k, 2, 8) and extra["square and corner"] (k, 2), as in `sights.correlations`; options["camera"] names the camera whose intrinsics are
 parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the symbols to identify.
 options["known"] are symbols with a prior that they share, of covariance options["covariance"]. The frame is the camera's:
 mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
@@ -9,7 +10,8 @@ mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Self
+from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 
@@ -19,6 +21,13 @@ from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import NONE, Kind, Rows, SightRows, register
+from robocal.measure.sights.correlations import (
+    COVARIANCES,
+    SQUARE_CORNER,
+    Decorrelation,
+    RowCorrelations,
+    block_of_rows,
+)
 from robocal.measure.sights.views import SharedView, sights_of, views_of
 from robocal.parameters import FRAME_SYMBOLS, Parameter, Together
 from robocal.vision.camera import image_radius, model_of, project, unproject
@@ -42,8 +51,10 @@ class PixelRows(SightRows):
 
     def __init__(self, builder: Builder, obs: Observations, target: int, index: Ints, view: SharedView | None) -> None:
         seen = np.zeros(len(index), dtype=np.int64) if obs.target is None else obs.target[index]
-        order = np.lexsort((seen, obs.configuration[index]))
-        index, seen = index[order], seen[order]
+        square = None if obs.sigma is None else obs.extra.get(SQUARE_CORNER)
+        block = np.zeros_like(seen) if square is None else block_of_rows(square[index], obs.configuration[index], seen)
+        order = np.lexsort((block, seen, obs.configuration[index]))
+        index, seen, block = index[order], seen[order], block[order]
         where = obs.configuration[index]
         new = np.ones(len(index), dtype=bool)
         new[1:] = (where[1:] != where[:-1]) | (seen[1:] != seen[:-1])
@@ -53,11 +64,30 @@ class PixelRows(SightRows):
         super().__init__(builder.view(obs, target, index[first]), obs, index, intrinsics, sight)
         self.point = np.ascontiguousarray(obs.extra["point"][index])
         self.sights = sights_of(sight, np.zeros_like(sight))
+        self.correlations: RowCorrelations | None = None
+        if square is not None:
+            edges = np.flatnonzero(np.append(True, np.append(np.diff(block) != 0, True)))
+            corner = square[index, 1].astype(np.int64)
+            self.correlations = RowCorrelations(edges, obs.extra[COVARIANCES][index], corner, self.sigma)
         # What it shares with other targets, where its own frame stands in the table, and the columns of that.
         self.view, self.free = view, HELD
         self.seats = (
             builder.rows(f"{obs.targets[target].name}.{s}" for s in FRAME_SYMBOLS) if view is not None else NONE
         )
+
+    def _with(self, **changes: Any) -> Self:
+        other = super()._with(**changes)
+        if changes.keys() & {"sigma", "scale", "used", "correlations"}:
+            other.__dict__.pop("_independent", None)
+        return other
+
+    @cached_property
+    def _independent(self) -> Decorrelation | None:
+        return None if self.correlations is None else self.correlations.decorrelate(self.used, self.sigma)
+
+    @property
+    def plain(self) -> Self:
+        return self if self.correlations is None else self._with(correlations=None)
 
     def bind(self, column_of: Ints) -> Self:
         bound = super().bind(column_of)
@@ -89,6 +119,16 @@ class PixelRows(SightRows):
         )  # fmt: skip
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        apart = self._independent
+        if apart is None or not rows:
+            return self._see(x, which, first, rows)
+        lo, hi = apart.whole_blocks(first, rows)
+        r, jac, local = self._see(x, which, lo, hi - lo)
+        some = slice(first - lo, first - lo + rows)
+        return apart.mix(r[..., None], lo)[:, some, :, 0], apart.mix(jac, lo)[:, some], apart.mix(local, lo)[:, some]
+
+    def _see(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        """Residuals and Jacobians of pixels as they were read."""
         from robocal.measure.sights._kernels import evaluate_sights
 
         (t, j, jl), sight, _ = self.look(x, first, rows)
@@ -107,13 +147,18 @@ class PixelRows(SightRows):
 
     def stretch(self, x: Array, r: Array, first: int, rows: int) -> Array:
         """Of points that are stated 1 + s too far from the origin of their target."""
-        (t, _, _), sight, _ = self.look(x, first, rows)
+        apart = self._independent
+        lo, hi = (first, first + rows) if apart is None else apart.whole_blocks(first, rows)
+        (t, _, _), sight, _ = self.look(x, lo, hi - lo)
         t = t[:, sight]
-        lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[first : first + rows])
+        lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[lo:hi])
         jp = project(lever + t[:, :, :3, 3], x[:, None, self.numbers])[1]
-        return np.asarray(-np.einsum("bmij,bmj->bmi", jp, lever))
+        out = np.asarray(-np.einsum("bmij,bmj->bmi", jp, lever))
+        return out if apart is None else apart.mix(out[..., None], lo)[:, first - lo : first - lo + rows, :, 0]
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
+        if self.correlations is not None:
+            return False
         value = self.value if len(self.value) == 1 else self.value[which]
         if 1 < len(x) == len(weight) and len(value) == 1 and not loss.curved.any() and (x == x[0]).all():
             # Problems that differ in their weights alone: all rows once, less what each problem lacks of them.
@@ -184,9 +229,9 @@ def fold_of_lens(obs: Observations) -> tuple[float, Bools]:
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term per target, and one for all that are local blocks."""
     parts = builder.split(obs)
-    return [
-        PixelRows(builder, obs, *part, view) for part, view in zip(parts, views_of(builder, obs, parts), strict=True)
-    ]
+    # Rows whose errors are correlated are not summed view by view.
+    views = [None] * len(parts) if SQUARE_CORNER in obs.extra else views_of(builder, obs, parts)
+    return [PixelRows(builder, obs, *part, view) for part, view in zip(parts, views, strict=True)]
 
 
 def parameters(obs: Observations) -> Sequence[Parameter]:

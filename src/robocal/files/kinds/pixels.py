@@ -18,7 +18,8 @@ from pydantic import FiniteFloat, PositiveFloat, PositiveInt
 from robocal._types import Array
 from robocal.errors import InputError
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import FramedModel, ValueModel
+from robocal.files.datamodel import FramedModel, SigmaModel, ValueModel
+from robocal.files.kinds.corner_covariance import COVARIANCE, WITH_OTHERS, corner_covariances
 from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, QuantityColumns, Values, whole
 from robocal.files.lens import Numbers, covariance_of, read_lens, spread_keys
 from robocal.files.other_lenses import check_numbers
@@ -104,18 +105,20 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
     options |= {"known": lens.known, "covariance": lens.covariance} if lens.known else {}
     options |= {"size": size} if size else {}
     options |= {HALF_TURNS: True} if model.half_turns else {}
-    values = replace(values, options=options, files=files)
+    sigma = given.sigma.columns if isinstance(given.sigma, SigmaModel) else None
+    extra = corner_covariances(table, sigma, values.sigma)
+    values = replace(values, options=options, files=files, extra=extra)
     if (model.points is None) == (model.corners is None):
         expected = "points: {columns: [...], unit: mm}, or corners"
         document.fail("the measured points are not specified", ("points",), expected=expected)
     if model.points is not None:
         points = POINT.values(model.points, table, document)
-        return replace(values, length=points.length, extra={"point": points.value})
+        return replace(values, length=points.length, extra={**extra, "point": points.value})
     assert model.corners is not None
     column = model.corners.column
     which = table.numbers([column])[:, 0]
     table.insist(np.isin(which, np.arange(4)), [column], "no corner of a square", which, expected="0, 1, 2, 3")
-    return replace(values, extra={"point": SQUARE[which.astype(int)]})
+    return replace(values, extra={**extra, "point": SQUARE[which.astype(int)]})
 
 
 def read_camera(
@@ -263,8 +266,5 @@ frame: {{name: camera, mount: base, free: true}}    # say roughly where: the bas
 camera: {{name: lens, fx: 1400, fy: 1400, cx: 640, cy: 480, free: []}}    # or file: lens.yaml; free: true identifies all
 """
 # What `vision detect` writes beside what is read here.
-DETECTED = (
-    *"marker corner point_x point_y point_z blur method suv".split(),
-    *(f"c{a}_{b}{j}" for a in "uv" for j in range(4) for b in "uv"),
-)
+DETECTED = (*"marker corner point_x point_y point_z blur method".split(), COVARIANCE, *WITH_OTHERS)
 PIXELS = KindFile(PixelsModel, read_pixels, write_pixels, PIXELS_KEYS, parts=parts, silent=DETECTED)
