@@ -355,7 +355,9 @@ class Problem(Unknowns):
             value = _all_rows(term.plain, x, own)
             apart = None if term.plain is term else _all_rows(term, x, own)
             where = term.scale, term.configuration
-            out.append(Residuals(value, *where, term.group, term.kind, term.parts, term.used, term.lever, term.reading, apart))
+            out.append(
+                Residuals(value, *where, term.group, term.kind, term.parts, term.used, term.lever, term.reading, apart)
+            )
         return out
 
     def residual_pieces(self, x: Array, step: int = 1) -> Iterator[tuple[ProblemTerm, slice, Array]]:

@@ -125,10 +125,14 @@ def assess(stated: DataSet, problem: Problem, x: Array, configurations: Ints, co
         sigma = np.zeros_like(value) if r.group in unstated or given is None else given[term.index[some]]
         for start, stop, unit in r.parts:
             in_use[r.group, unit] = r, start, stop
-            rows.setdefault((r.group, unit), []).append([a[:, start:stop].ravel() for a in (value, sigma, taken, plain)])
+            rows.setdefault((r.group, unit), []).append(
+                [a[:, start:stop].ravel() for a in (value, sigma, taken, plain)]
+            )
     groups = []
     for (name, unit), parts in rows.items():
-        value, sigma, taken, plain = parts[0] if len(parts) == 1 else (np.concatenate(p) for p in zip(*parts, strict=True))
+        value, sigma, taken, plain = (
+            parts[0] if len(parts) == 1 else (np.concatenate(p) for p in zip(*parts, strict=True))
+        )
         if not len(value):
             continue
         dof = max(len(value) - float(taken.sum()), LEAST * len(value))

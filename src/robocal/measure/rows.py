@@ -165,7 +165,9 @@ class Rows(ABC):
     def predict(self, x: Array) -> Array:
         """What a perfect instrument would read, (m, d)."""
         m = len(self.configuration)
-        r, _, _ = self.plain.bind(np.full(x.shape[1], -1, dtype=np.int64)).evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
+        r, _, _ = self.plain.bind(np.full(x.shape[1], -1, dtype=np.int64)).evaluate(
+            x, np.zeros(1, dtype=np.int64), 0, m
+        )
         return np.asarray(r[0] + self.value[0])
 
 

@@ -1,4 +1,4 @@
-"""Covariances of corners in a table: `suv` of u and v, and `cu_u0` to `cv_v3` with all corners of the marker, as `vision detect` writes them."""
+"""Covariances of corners in a table, as `vision detect` writes them: `suv` of u and v, `cu_u0` to `cv_v3` with all corners of the marker."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ def corner_covariances(table: CsvTable, columns: Sequence[str | int] | None, sig
     row = np.arange(len(table))
     out, square = np.zeros((len(table), 2, 8)), np.column_stack([row, np.zeros_like(row)]).astype(float)
     own, both = _numbers(table, [COVARIANCE])[:, 0], sigma[:, 0] * sigma[:, 1]
-    table.insist(~(np.abs(own) > both * (1 + ROUNDED)), [COVARIANCE], "no covariance of u and v", own, expected="at most su sv")
+    table.insist(
+        ~(np.abs(own) > both * (1 + ROUNDED)), [COVARIANCE], "no covariance of u and v", own, expected="at most su sv"
+    )
     out[:, 0, 0], out[:, 1, 1] = (sigma**2).T
     out[:, 0, 1] = out[:, 1, 0] = np.nan_to_num(own)
     if all(map(table.has, (*PLACE, *WITH_OTHERS))):
