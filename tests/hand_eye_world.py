@@ -51,7 +51,11 @@ def world(seed=1, count=16, inhand=True, error=0.3, tilt=0.6, axis=None, lens=LE
     rng = np.random.default_rng(seed)
     told, pixels, seen = [], [], []
     while len(told) < count:
-        w = rng.uniform(-1, 1, 3) * (tilt, tilt, 2 * tilt) if axis is None else rng.uniform(-tilt, tilt) * np.array(axis)
+        w = (
+            rng.uniform(-1, 1, 3) * (tilt, tilt, 2 * tilt)
+            if axis is None
+            else rng.uniform(-tilt, tilt) * np.array(axis)
+        )
         y = rigid([0, 0, 0], [*rng.uniform(-0.05, 0.05, 2), rng.uniform(0.42, 0.6)])
         y[:3, :3] = Rotation.from_rotvec(w).as_matrix() @ np.diag([1.0, -1, -1])
         uv = see(BOARD @ y[:3, :3].T + y[:3, 3], lens)
@@ -94,7 +98,11 @@ def poses(folder, told, form="quaternion", names=None, name="poses.csv", units=T
     turn, numbers, scale = FORMS[form]
     unit = {1e3: " [mm]", 1.0: " [m]"}[length] if units else ""
     angle = {"ur": " [rad]", "kuka": " [deg]", "fanuc": " [deg]"}.get(form, "") if units else ""
-    head = [*([] if names is None else ["image"]), *(f"{a}{unit}" for a in "xyz"), *(f"{t}{angle}" for t in heads or turn)]
+    head = [
+        *([] if names is None else ["image"]),
+        *(f"{a}{unit}" for a in "xyz"),
+        *(f"{t}{angle}" for t in heads or turn),
+    ]
     values = np.hstack([told[:, :3, 3] * length, numbers(Rotation.from_matrix(told[:, :3, :3])) * scale])
     with (folder / name).open("w", newline="") as stream:
         out = csv.writer(stream)

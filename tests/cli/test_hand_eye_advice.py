@@ -50,7 +50,9 @@ def test_poses_in_the_other_direction(tmp_path, inhand):
     words = cell(tmp_path, made, np.linalg.inv(made.told))
     told, status = hand_eye(*words, *mount)
     reasons = refused(told, "poses-read-otherwise")
-    assert status == 3 and len(reasons) == 1 and "--inverse" in reasons[0]["advice"] and "--camera" in reasons[0]["advice"]
+    assert (
+        status == 3 and len(reasons) == 1 and "--inverse" in reasons[0]["advice"] and "--camera" in reasons[0]["advice"]
+    )
     found = obey([*words, *mount], reasons)
     assert np.abs(off_by(found, made)).max() < 4
     other = ["--camera", "fixed" if inhand else "hand"]

@@ -18,7 +18,14 @@ from robocal.files.lens import read_lens
 @pytest.mark.parametrize("inhand", [True, False])
 def test_camera_and_board_are_found_in_mm(tmp_path, inhand):
     made = world(inhand=inhand)
-    words = (corners(tmp_path, made), poses(tmp_path, made.told, names=named(made)), "--lens", lens_file(tmp_path), "--image", IMAGE)
+    words = (
+        corners(tmp_path, made),
+        poses(tmp_path, made.told, names=named(made)),
+        "--lens",
+        lens_file(tmp_path),
+        "--image",
+        IMAGE,
+    )
     told, status = hand_eye(*words, "--camera", "hand" if inhand else "fixed", "-o", tmp_path / "cell")
     assert status == 0 and told["verdict"]["status"] == "located", told["verdict"]
     assert [f["child"] for f in told["frames"]] == ["camera", "board"]
@@ -42,7 +49,9 @@ def test_camera_and_board_are_found_in_mm(tmp_path, inhand):
     numbers = {k: float(said[said.index(f"--{k}") + 1]) for k in ("x", "y", "z", "qx", "qy", "qz", "qw")}
     assert numbers == pytest.approx({**{a: place[a] for a in "xyz"}, **{f"q{a}": turn[a] for a in "xyzw"}})
     page = (tmp_path / "cell" / "hand_eye.html").read_text()
-    assert page.index("error at the target") < page.index("Three poses to add") < page.index("Which view has which pose")
+    assert (
+        page.index("error at the target") < page.index("Three poses to add") < page.index("Which view has which pose")
+    )
     assert json.loads((tmp_path / "cell" / "hand_eye.json").read_text())["error"] == told["error"]
 
 
@@ -63,7 +72,10 @@ def test_measured_poses_of_a_target(tmp_path):
     rng = np.random.default_rng(1)
     seen = np.array(made.seen)
     seen[:, :3, 3] += 2e-4 * rng.normal(size=(20, 3))
-    target, robot = poses(tmp_path, seen, "ur", named(made), "target.csv"), poses(tmp_path, made.told, names=named(made))
+    target, robot = (
+        poses(tmp_path, seen, "ur", named(made), "target.csv"),
+        poses(tmp_path, made.told, names=named(made)),
+    )
     told, status = hand_eye(target, robot)
     assert status == 0, told["verdict"]
     assert np.abs(off_by(told, made)).max() < 4
@@ -84,7 +96,9 @@ def test_the_truth_lies_within_what_sigma_says(tmp_path):
 
 def test_a_lens_that_is_found_beside_the_camera(tmp_path):
     made = world(5, count=20)
-    wrong = lens_file(tmp_path, {"fx": 1056.0, "fy": 1050.0, "cx": 640.0, "cy": 478.0, "k1": -0.2, "k2": 0, "p1": 0, "p2": 0, "k3": 0})
+    wrong = lens_file(
+        tmp_path, {"fx": 1056.0, "fy": 1050.0, "cx": 640.0, "cy": 478.0, "k1": -0.2, "k2": 0, "p1": 0, "p2": 0, "k3": 0}
+    )
     words = (corners(tmp_path, made), poses(tmp_path, made.told, names=named(made)), "--lens", wrong, "--image", IMAGE)
     told, status = hand_eye(*words, "--free-lens", "-o", tmp_path / "cell")
     assert status == 0, told["verdict"]

@@ -312,6 +312,8 @@ IMAGE_COVERAGE = limit(0.4, "of 8 x 6 parts", "A lens is known where corners wer
 VIDEO_FRAMES = limit(0.95, "of the frames that a video states", "Some files state their frames from length and rate, a little wrong.")
 IMAGE_VIEWS = limit(5, "images", "Of fewer, nobody expects that they cover the image.")
 CORNER_AT_REST = limit(0.005, "px", "A third of what corners of a good image are off by; the next round moves them a tenth of it.")
+MARKER_MOVED_CHANCE = limit(1e-3, "chance", "A marker that stands where it stood is named once in a thousand maps.")
+POSE_RIVAL = limit(0.01, "of the likelihood", "A pose that is a hundred times less likely than the other is no doubt any more.")
 LENS_VIEWS = limit(3, "views", "Two views of a flat target leave no number to check four of a lens with.", "Zhang (2000)")
 LENS_VIEW_LEFT = limit(0.3, "of the size of a view",
     "A fisheye bends a plane by a tenth; corners of wrong numbers leave two thirds.", "tests/cli/test_vision_intrinsics.py")

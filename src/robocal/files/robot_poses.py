@@ -91,7 +91,9 @@ def read_robot_poses(
     wxyz, in place of what they mean; `vector`: three angles are a rotation vector. Raises FileError, FormatError, ModelError."""
     if maker is not None and euler is not None:
         raise ModelError("the maker says how angles turn", key="--euler", found=euler, expected="--maker or --euler")
-    if euler is not None and (len(euler) != 3 or set(euler.upper()) - set("XYZ") or euler not in (euler.upper(), euler.lower())):
+    if euler is not None and (
+        len(euler) != 3 or set(euler.upper()) - set("XYZ") or euler not in (euler.upper(), euler.lower())
+    ):
         expected = "three axes: ZYX about the axes as turned so far, zyx about the fixed ones"
         raise ModelError("no order of three axes", key="--euler", found=euler, expected=expected)
     source = _Folder.read(place) if place.is_dir() else _Table(read_csv(place))
@@ -161,7 +163,9 @@ class _Folder:
     def read(cls, place: Path) -> _Folder:
         paths = sorted(p for p in place.iterdir() if p.suffix.lower() in (".yaml", ".yml") and p.is_file())
         if not paths:
-            raise FileError("there are no poses in this folder", file=place, expected="a YAML file for each pose, or a CSV")
+            raise FileError(
+                "there are no poses in this folder", file=place, expected="a YAML file for each pose, or a CSV"
+            )
         documents = tuple(map(load, paths))
         return cls(place, documents, tuple(_flat(d.data) for d in documents))
 
@@ -204,7 +208,11 @@ def _flat(data: Mapping[str, Any], prefix: str = "", depth: int = 0) -> dict[str
         word = str(name).casefold()
         if isinstance(value, Mapping):
             turned = word in ("orientation", "rotation", "quaternion", "q")
-            out |= _flat(value, "q" if turned and set(map(str, value)) >= set("xyzw") else "", depth + 1) if depth < NESTED else {}
+            out |= (
+                _flat(value, "q" if turned and set(map(str, value)) >= set("xyzw") else "", depth + 1)
+                if depth < NESTED
+                else {}
+            )
         else:
             out[prefix + word] = value
     return out
@@ -226,7 +234,9 @@ class _Reader:
 
     def read(self) -> RobotPoses:
         source = self.source
-        prefixes = matrices(source.table) if isinstance(source, _Table) and self.maker is None and self.euler is None else []
+        prefixes = (
+            matrices(source.table) if isinstance(source, _Table) and self.maker is None and self.euler is None else []
+        )
         whole = [p for p in prefixes if source.has(f"{p}_03")]
         if len(whole) > 1:
             raise source.fail("several columns could be the pose", found=", ".join(whole), expected="one matrix")
@@ -248,14 +258,19 @@ class _Reader:
         for names in options:
             if all(map(self.source.has, names)):
                 return tuple(names)
-        raise self.source.fail(f"there are no columns for {what}", found=", ".join(self.source.columns), expected=expected)
+        raise self.source.fail(
+            f"there are no columns for {what}", found=", ".join(self.source.columns), expected=expected
+        )
 
     def _lengths(self, names: Sequence[str]) -> tuple[Array, Unit]:
         return self._in_si(names, "m", self.length, self.maker.length if self.maker else "m")
 
     def _in_si(self, names: Sequence[str], si: str, given: Unit | None, usual: str) -> tuple[Array, Unit]:
         heads = [None if given is not None else self.source.unit(n) for n in names]
-        units = [given or UNITS[usual] if h is None else parse_unit(h, si, file=self.source.path, column=n) for h, n in zip(heads, names, strict=True)]
+        units = [
+            given or UNITS[usual] if h is None else parse_unit(h, si, file=self.source.path, column=n)
+            for h, n in zip(heads, names, strict=True)
+        ]
         return self.source.numbers(names) * np.array([u.factor for u in units]), units[0]
 
     def _turns(self) -> tuple[Array, Array, str, str]:
@@ -272,9 +287,13 @@ class _Reader:
             if known is not None or all(map(source.has, WXYZ)):
                 found = ", ".join(known or WXYZ)
                 expected = f"--maker {', '.join(MAKERS)}; or --euler ZYX of three angles"
-                raise source.fail("these columns of an orientation have several meanings", found=found, expected=expected)
+                raise source.fail(
+                    "these columns of an orientation have several meanings", found=found, expected=expected
+                )
             expected = "qx, qy, qz, qw; T_00 to T_33; or columns of a maker with --maker"
-            raise source.fail("there are no columns for the orientation", found=", ".join(source.columns), expected=expected)
+            raise source.fail(
+                "there are no columns for the orientation", found=", ".join(source.columns), expected=expected
+            )
         if maker is None:
             names = self._columns(ANGLES, "the three angles", "rx, ry, rz")
             order = str(self.euler)
@@ -285,18 +304,27 @@ class _Reader:
             return self._quaternion(names, self.order or ("xyzw" if names == QUATERNION else "wxyz"))
         return self._angles(names, maker.form, maker.order, maker.intrinsic, maker.angle)
 
-    def _angles(self, names: Sequence[str], form: str, order: str, intrinsic: bool, usual: str) -> tuple[Array, Array, str, str]:
+    def _angles(
+        self, names: Sequence[str], form: str, order: str, intrinsic: bool, usual: str
+    ) -> tuple[Array, Array, str, str]:
         angles, unit = self._in_si(names, "rad", self.angle, usual)
         most = float(np.median(np.abs(angles).max(axis=1)))
         if most > 2 * np.pi:
-            expected = "--units mm,deg, or rx [deg] in the header" if unit.name == "rad" else "angles of one turn at most"
+            expected = (
+                "--units mm,deg, or rx [deg] in the header" if unit.name == "rad" else "angles of one turn at most"
+            )
             found = f"{np.degrees(most):.4g} deg in the median, read in {unit.name}"
             raise self.source.fail("orientations of more than a whole turn", found=found, expected=expected)
         if form == "rotation_vector":
             return so3.exp(angles), angles, form, f"rotation vector {', '.join(names)} in {unit.name}"
         turn = orientation.euler(angles, order, intrinsic=intrinsic)
         about = "the axes as turned so far" if intrinsic else "the fixed axes"
-        return turn, angles, form, f"angles {', '.join(names)} in {unit.name}, about {', '.join(order.lower())} in turn, {about}"
+        return (
+            turn,
+            angles,
+            form,
+            f"angles {', '.join(names)} in {unit.name}, about {', '.join(order.lower())} in turn, {about}",
+        )
 
     def _quaternion(self, names: Sequence[str], order: str) -> tuple[Array, Array, str, str]:
         numbers = self.source.numbers(names)
@@ -319,5 +347,3 @@ class _Reader:
         bad = np.flatnonzero(~np.asarray(good))
         if len(bad):
             raise self.source.fail(message, int(bad[0]), found=float(f"{found[bad[0]]:.4g}"), expected=expected)
-
-

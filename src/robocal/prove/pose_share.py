@@ -57,13 +57,14 @@ def pose_share(fit: Fit) -> PoseShare:
 @record(eq=False)
 class _Rows:
     """Rows that say the same as all: of m configurations X (m, 6, n), y (m, 6) and their poses' columns (m, 6, 6); and the rest, (k, n) and
-    (k,)."""
+    (k,), the last `known` of which are priors."""
 
     design: Array
     value: Array
     pose: Array
     rest: Array
     left: Array
+    known: int
 
     def share(self, count: int, scales: Array) -> PoseShare:
         m, n = len(self.design), self.rest.shape[1]
@@ -99,7 +100,11 @@ class _Rows:
         inverse = (vt[kept].T / size[kept] * scales[:, None]) @ u.T
         own, other = inverse[:, : 6 * m].reshape(-1, m, 6), inverse[:, 6 * m :]
         spread = self._spread(*best[:, None])[0]
-        covariance = v * (np.einsum("imr,mrs,jms->ij", own, spread, own, optimize=True) + other @ other.T)
+        covariance = v * np.einsum("imr,mrs,jms->ij", own, spread, own, optimize=True)
+        # What is known beforehand has its own sigma, whatever the readings leave.
+        weight = np.full(len(self.left), v)
+        weight[len(weight) - self.known :] = 1.0
+        covariance = covariance + (other * weight) @ other.T
         place, turn = np.sqrt(v * best) * (ROBOT_PLACE, ROBOT_TURN)
         return PoseShare(square, robot, covariance, (float(place), float(turn)))
 
@@ -115,14 +120,14 @@ def _rows(lin: Linear, scales: Array, held: Array) -> _Rows:
     both = np.hstack([lin.j * scales, lin.r[:, None]])
     order = np.argsort(lin.local, kind="stable")
     edges = np.flatnonzero(np.append(True, np.diff(lin.local[order]) != 0))
-    tops, poses, ends = [], [], [held]
+    tops, poses, ends = [], [], []
     for rows in np.split(order, edges[1:]):
         left, d, vt = np.linalg.svd(lin.jl[rows] * error, full_matrices=False)
         top, pose = np.zeros((6, both.shape[1])), np.zeros((6, 6))
         top[: len(d)], pose[: len(d)] = left.T @ both[rows], d[:, None] * vt
         tops.append(top)
         poses.append(pose)
-        ends.append(np.linalg.qr(both[rows] - left @ top[: len(d)], mode="r"))
-    end = np.linalg.qr(np.vstack(ends), mode="r")
+        ends.append(np.asarray(np.linalg.qr(both[rows] - left @ top[: len(d)], mode="r")))
+    end = np.vstack([np.asarray(np.linalg.qr(np.vstack(ends), mode="r")), held])
     every = np.stack(tops)
-    return _Rows(every[..., :-1], every[..., -1], np.stack(poses), end[:, :-1], end[:, -1])
+    return _Rows(every[..., :-1], every[..., -1], np.stack(poses), end[:, :-1], end[:, -1], len(held))

@@ -139,6 +139,10 @@ class VisionRemarks:
         "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the noise that the fit tells, {seen:.3g} px",
         "Take more views, or keep numbers of the lens that few views tell: --fix k3.",
     )
+    MAP_COVARIANCE_MISSING = Phrase(
+        "{file} names {table}, which is not beside it: its markers are taken as known independently of one another",
+        "Put {table} beside it: without it sigmas of distances between markers are too large or too small.",
+    )
     POSES_READ_OTHERWISE = Phrase(
         "the robot's poses, as stated, miss what most views see by {before:.3g} and {before_turn:.2g}; read as {reading}, by {after:.2g} and "
         "{after_turn:.2g}",

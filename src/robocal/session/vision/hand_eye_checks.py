@@ -1,6 +1,6 @@
 """What views say of a lens that was given, without the robot; and whether camera or target moved while views were taken.
 
-    Y_i free, lens free:    z = |number - given| / sigma,    material where |change| d / f exceeds half of what is normal
+Y_i free, lens free:    z = |number - given| / sigma,    material where |change| d / f exceeds half of what is normal
 """
 
 from __future__ import annotations
@@ -41,7 +41,9 @@ def contradict_lens(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
     alone = not found
     if alone:
         found = _by_views(opened, made)
-    off = {s: abs(v - given[s]) / e for s, (v, e) in found.items() if e > 0 and abs(v - given[s]) >= LENS_CONTRADICTED * e}
+    off = {
+        s: abs(v - given[s]) / e for s, (v, e) in found.items() if e > 0 and abs(v - given[s]) >= LENS_CONTRADICTED * e
+    }
     if not off:
         return None, False
     names = tuple(f"{s} {given[s]:.5g} given, {found[s][0]:.5g} found" for s in off)
@@ -57,7 +59,9 @@ def _by_views(opened: HandEyeData, made: Decision[Rig]) -> dict[str, tuple[float
     if len(where) < FEWEST or len(obs.targets) > 1 or opened.lens is None:
         return {}
     free = tuple(s for s in opened.lens.kind.symbols if s not in EVEN)
-    obs = replace(obs, frame=None, targets=(), target=None, options={**obs.options, "free": free, "known": (), "covariance": ()})
+    obs = replace(
+        obs, frame=None, targets=(), target=None, options={**obs.options, "free": free, "known": (), "covariance": ()}
+    )
     start = np.array(opened.data.configurations.starts)
     start[where] = se3.to_vector(seen)
     whole = DataSet(replace(opened.data.configurations, start=start), (obs,)).take(where)
@@ -78,7 +82,15 @@ def find_moves(opened: HandEyeData, made: Decision[Rig]) -> list[Remark]:
         return []  # asked of poses by the verdict itself
     where, seen = opened.seen()
     target = obs.targets[0 if obs.target is None else int(np.bincount(obs.target).argmax())]
-    rows = Observations("pose", np.arange(len(where)), se3.to_vector(seen), None, obs.frame, (target,), np.zeros(len(where), dtype=np.int64))
+    rows = Observations(
+        "pose",
+        np.arange(len(where)),
+        se3.to_vector(seen),
+        None,
+        obs.frame,
+        (target,),
+        np.zeros(len(where), dtype=np.int64),
+    )
     data = DataSet(opened.data.configurations.take(where), (rows,))
     names = [opened.views[i] for i in where.tolist()]
     return [

@@ -97,7 +97,12 @@ def open_hand_eye(o: Any) -> HandEyeData:
     else:
         for name in ("lens", "size", "square", "checker", "sheet", "image"):
             if getattr(o, name) is not None:
-                raise ModelError("measured poses need no lens and no target", key=f"--{name}", found=str(getattr(o, name)), expected="corners: columns u and v")
+                raise ModelError(
+                    "measured poses need no lens and no target",
+                    key=f"--{name}",
+                    found=str(getattr(o, name)),
+                    expected="corners: columns u and v",
+                )
         seen = read_robot_poses(o.corners, maker=None, euler=None, units=o.target_units, vector=True)
         views = seen.names or tuple(f"{o.corners.name}:{i + 1}" for i in range(len(seen)))
         table, lens, named = None, None, f"poses of a target: {seen.words}"
@@ -105,7 +110,12 @@ def open_hand_eye(o: Any) -> HandEyeData:
         files, said = seen.files, ()
     pairs = pair_views(views, robot, o.pair)
     if len(pairs.view) < FEWEST:
-        raise ModelError("too few views have a pose of the robot", key="--robot", found=str(len(pairs.view)), expected=f"{FEWEST} at least, better 15 to 30")
+        raise ModelError(
+            "too few views have a pose of the robot",
+            key="--robot",
+            found=str(len(pairs.view)),
+            expected=f"{FEWEST} at least, better 15 to 30",
+        )
     flange = robot.pose[pairs.pose]
     if o.inverse:
         flange = se3.inverse(flange)
@@ -122,7 +132,11 @@ def open_hand_eye(o: Any) -> HandEyeData:
 
 def _has_corners(place: Path) -> bool:
     if place.suffix.lower() not in (".csv", ".txt", ".tsv"):
-        raise FormatError("neither corners nor poses", file=place, expected="corners.csv of robocal vision detect, or a CSV of poses of a target")
+        raise FormatError(
+            "neither corners nor poses",
+            file=place,
+            expected="corners.csv of robocal vision detect, or a CSV of poses of a target",
+        )
     table = read_csv(place)
     return table.has("u") and table.has("v")
 

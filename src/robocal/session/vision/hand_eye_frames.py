@@ -86,5 +86,8 @@ def frames_listing(frames: tuple[PlacedFrame, ...]) -> Listing:
     columns += [Column(n, "mm", place[:, i], figures=6) for i, n in enumerate("xyz")]
     columns += [Column(f"q{n}", "", q[:, i], figures=6, spec=".6f") for i, n in enumerate("xyzw")]
     columns += [Column(f"s{n}", "mm", 1e3 * sigma[:, i], figures=2, label=f"σ{n} [mm]") for i, n in enumerate("xyz")]
-    columns += [Column(f"sr{n}", "deg", np.degrees(sigma[:, 3 + i]), figures=2, label=f"σr{n} [deg]") for i, n in enumerate("xyz")]
+    columns += [
+        Column(f"sr{n}", "deg", np.degrees(sigma[:, 3 + i]), figures=2, label=f"σr{n} [deg]")
+        for i, n in enumerate("xyz")
+    ]
     return Listing(tuple(columns))

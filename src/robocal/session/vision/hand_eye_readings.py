@@ -100,18 +100,29 @@ def _readings(opened: HandEyeData, where: Ints, seen: Array) -> Iterator[Row]:
         for inverse in (opened.inverse, not opened.inverse):
             made = se3.compose(turn, raw[:, :3, 3])
             more = "" if inverse == opened.inverse else " and the other direction"
-            say = "" if inverse == opened.inverse else f", and {'--inverse' if inverse else 'without --inverse'}, or --camera {other}"
+            say = (
+                ""
+                if inverse == opened.inverse
+                else f", and {'--inverse' if inverse else 'without --inverse'}, or --camera {other}"
+            )
             yield name + more, option + say, se3.inverse(made) if inverse else made, seen
     for factor, name in ((1 / KILO, "mm"), (KILO, "m")):
         made = np.array(raw)
         made[:, :3, 3] *= factor
-        words = f"lengths of the robot's poses in {name}" if factor < 1 else "lengths of the robot's poses in a larger unit"
+        words = (
+            f"lengths of the robot's poses in {name}" if factor < 1 else "lengths of the robot's poses in a larger unit"
+        )
         yield words, f"--units {name if factor < 1 else 'm'}", se3.inverse(made) if opened.inverse else made, seen
     for shift in SHIFTS:
         first, last = max(0, -shift), len(pose) - max(0, shift)
         some = np.arange(first, last)
         where_to = "later" if shift > 0 else "earlier"
-        yield f"every view with the pose one {where_to}", "the image in a column `image` beside the poses", pose[some + shift], seen[some]
+        yield (
+            f"every view with the pose one {where_to}",
+            "the image in a column `image` beside the poses",
+            pose[some + shift],
+            seen[some],
+        )
 
 
 def _turns(robot: RobotPoses, rows: Ints) -> Iterator[tuple[str, str, Array]]:
@@ -131,7 +142,11 @@ def _turns(robot: RobotPoses, rows: Ints) -> Iterator[tuple[str, str, Array]]:
             yield f"a rotation vector{words}", f"--maker ur{say}", so3.exp(angles)
         for order, intrinsic in ORDERS:
             letters = order if intrinsic else order.lower()
-            yield f"angles {letters}{words}", f"--euler {letters}{say}", orientation.euler(angles, order, intrinsic=intrinsic)
+            yield (
+                f"angles {letters}{words}",
+                f"--euler {letters}{say}",
+                orientation.euler(angles, order, intrinsic=intrinsic),
+            )
 
 
 def _misfit(seen: Array, machine: Array) -> tuple[float, float]:

@@ -112,7 +112,9 @@ class HandEye(VerdictResult):
         given, free = self.opened.lens, [n for n in self.decision.need_fit.problem.free if n.startswith(f"{CAMERA}.")]
         if given is None or not free:
             return None
-        numbers = [self.decision.values.get(f"{CAMERA}.{s}", v) for s, v in zip(given.kind.symbols, given.numbers, strict=True)]
+        numbers = [
+            self.decision.values.get(f"{CAMERA}.{s}", v) for s, v in zip(given.kind.symbols, given.numbers, strict=True)
+        ]
         names, covariance = self.decision.spread
         at = [names.index(n) for n in free]
         known = tuple(n.rpartition(".")[2] for n in free)
@@ -232,7 +234,13 @@ def _frame_part(f: PlacedFrame) -> FramePart:
     covariance = (f.covariance * np.outer(scale, scale)).tolist()
     xyz, q = matrix[:3, 3].tolist(), list(f.quaternion)
     return FramePart(
-        parent=f.parent, child=f.child, unit="mm", xyz=xyz, quaternion_xyzw=q, matrix=matrix.tolist(), covariance=covariance
+        parent=f.parent,
+        child=f.child,
+        unit="mm",
+        xyz=xyz,
+        quaternion_xyzw=q,
+        matrix=matrix.tolist(),
+        covariance=covariance,
     )
 
 
@@ -243,7 +251,9 @@ def find_hand_eye(o: Any, watch: Watch | None = None, command: str = "", files: 
     opened = open_hand_eye(o)
     with computable(o.corners, o.robot):
         readings = read_otherwise(opened)
-        made = decide(opened.machine, opened.data, Solver(folds=o.folds, hold_out=None if o.folds is None else 0.0), watch)
+        made = decide(
+            opened.machine, opened.data, Solver(folds=o.folds, hold_out=None if o.folds is None else 0.0), watch
+        )
         errors = find_errors(made, opened.flange, opened.inhand)
         verdict, said = _judge(opened, made, errors, readings)
         frames = place_frames(made, opened.inhand)
@@ -279,7 +289,9 @@ def _judge(
     elif lens is not None:
         said.append(lens)
     findings: list[Finding] = [
-        f for when in (When.DATA, When.FIT) for f in run_checks(when, made, DIAGNOSE, PROVE, skip=(*made.silent, *SILENT))
+        f
+        for when in (When.DATA, When.FIT)
+        for f in run_checks(when, made, DIAGNOSE, PROVE, skip=(*made.silent, *SILENT))
     ]
     hidden = (Code.ABOVE_STATED_NOISE,)  # the robot's own errors: said in mm
     said += [_in_words(f.remark) for f in findings if f.code not in hidden]
