@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-
 from pathlib import Path
 
 import numpy as np
@@ -92,7 +91,7 @@ def lens_of(told):
     """fx, fy, cx, cy, k1, k2, p1, p2 as they were found, or given."""
     numbers = dict(zip(("fx", "fy", "cx", "cy"), (1352.02747, 1356.14287, 789.67065, 627.2995), strict=True))
     if told["lens"] is not None:
-        names, found = ([c["values"] for c in told["lens"]["columns"] if c["name"] == n][0] for n in ("name", "found"))
+        names, found = (next(c["values"] for c in told["lens"]["columns"] if c["name"] == n) for n in ("name", "found"))
         numbers |= dict(zip(names, found, strict=True))
     return numbers
 

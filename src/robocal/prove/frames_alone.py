@@ -58,7 +58,9 @@ def robot_share(model: Model, fit: Fit) -> RobotShare:
     if freedom_of(model) == ():
         share = pose_share(fit)
         allowed = share.robot + noise
-        return RobotShare(float(np.sqrt(share.square / allowed)) if allowed > 0 else np.inf, share.covariance, share.errors)
+        return RobotShare(
+            float(np.sqrt(share.square / allowed)) if allowed > 0 else np.inf, share.covariance, share.errors
+        )
     own = tuple(n for n in model.geometric if n in problem.table)
     every = problem.with_free((*problem.free, *own))
     lin = reweight(every.linearize(x), every)

@@ -33,8 +33,8 @@ RANK = 1e-10  # tolerance: of the largest singular value: a direction that no ro
 
 @record
 class PoseShare:
-    """`square`: what the frames leave, whitened; `robot`: what poses that are off as is usual would leave; `covariance` (n, n) of the fitted
-    frames with errors of the poses, None where noise explains what is left; `errors`: these, m and rad."""
+    """`square`: what the frames leave, whitened; `robot`: what poses that are off as is usual would leave; `covariance` (n, n) of the
+    fitted frames with errors of the poses, None where noise explains what is left; `errors`: these, m and rad."""
 
     square: float
     robot: float
@@ -77,7 +77,10 @@ class _Rows:
         def likelihood(a: Array, b: Array) -> tuple[Array, Array]:
             """Log L and v^2 of ratios (K,)."""
             v = self._spread(a, b)
-            both = np.linalg.solve(v, np.broadcast_to(np.concatenate([basis, self.value[..., None]], axis=2), (len(a), m, 6, u.shape[1] + 1)))
+            both = np.linalg.solve(
+                v,
+                np.broadcast_to(np.concatenate([basis, self.value[..., None]], axis=2), (len(a), m, 6, u.shape[1] + 1)),
+            )
             inner = np.einsum("mri,kmrj->kij", basis, both[..., :-1]) + end.T @ end
             cross = np.einsum("mri,kmr->ki", basis, both[..., -1]) + end.T @ self.left
             square = np.einsum("mr,kmr->k", self.value, both[..., -1]) + self.left @ self.left

@@ -144,8 +144,8 @@ class VisionRemarks:
         "Put {table} beside it: without it sigmas of distances between markers are too large or too small.",
     )
     POSES_READ_OTHERWISE = Phrase(
-        "the robot's poses, as stated, miss what most views see by {before:.3g} and {before_turn:.2g}; read as {reading}, by {after:.2g} and "
-        "{after_turn:.2g}",
+        "the robot's poses, as stated, miss what most views see by {before:.3g} and {before_turn:.2g}; read as {reading}, by "
+        "{after:.2g} and {after_turn:.2g}",
         "Say so: {option}.",
     )
     PAIRED_IN_ORDER = Phrase(

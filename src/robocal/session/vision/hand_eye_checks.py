@@ -94,6 +94,12 @@ def find_moves(opened: HandEyeData, made: Decision[Rig]) -> list[Remark]:
     data = DataSet(opened.data.configurations.take(where), (rows,))
     names = [opened.views[i] for i in where.tolist()]
     return [
-        Remark.of(Code.VIEW_MOVED, first=names[s.first], last=names[s.last], count=s.count, shift=None if s.shift is None else Quantity(s.shift))
+        Remark.of(
+            Code.VIEW_MOVED,
+            first=names[s.first],
+            last=names[s.last],
+            count=s.count,
+            shift=None if s.shift is None else Quantity(s.shift),
+        )
         for s in find_segments(Rig("robot", freedom=()), data, made.values)
-    ]  # fmt: skip
+    ]

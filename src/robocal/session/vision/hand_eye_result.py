@@ -53,8 +53,8 @@ LENS_LINES = (Code.NUMBER_WRONG, Code.NUMBER_DOUBTED, "lens-factor", "lens-facto
 
 @record(kw_only=True)
 class FramePart:
-    """T_parent_child: place (mm), quaternion (x, y, z, w), matrix (4, 4) with mm, and the covariance (6, 6) of place and small turns about the
-    axes of the parent, in mm and rad."""
+    """T_parent_child: place (mm), quaternion (x, y, z, w), matrix (4, 4) with mm, and the covariance (6, 6) of place and small turns about
+    the axes of the parent, in mm and rad."""
 
     parent: str
     child: str
@@ -143,9 +143,9 @@ class HandEye(VerdictResult):
         inhand = self.opened.inhand
         a, b = chain_of(frame_of(self.decision, EYE), frame_of(self.decision, target), inhand)
         machine = se3.inverse(self.opened.flange) if inhand else self.opened.flange
-        place, turn = self.decision.share.errors or (0.0, 0.0)
+        shift, turn = self.decision.share.errors or (0.0, 0.0)
         # A robot without errors would need no more poses.
-        error = np.array([max(place, LEAST * ROBOT_PLACE)] * 3 + [max(turn, LEAST * ROBOT_TURN)] * 3)
+        error = np.array([max(shift, LEAST * ROBOT_PLACE)] * 3 + [max(turn, LEAST * ROBOT_TURN)] * 3)
         now, poses = next_poses(a, b, machine, middle, error, TO_ADD, inhand=inhand)
         flange = np.stack([se3.inverse(p.machine) if inhand else p.machine for p in poses])
         if self.opened.inverse:
@@ -161,8 +161,8 @@ class HandEye(VerdictResult):
         return now, listing
 
     @property
-    def frames_listing(self) -> Listing:
-        """A row for each frame."""
+    def places(self) -> tuple[Listing, Listing]:
+        """Where the frames are, and how they are turned: a row for each."""
         return frames_listing(self.frames)
 
     @cached_property
@@ -204,11 +204,11 @@ class HandEye(VerdictResult):
     def document(self) -> HandEyeDocument:
         """What --json says."""
         said = to_display(VerdictPart, self.verdict, reasons=sentences(self.verdict.remarks))
-        robot, now = self.decision.share.errors, self.further
+        now = self.further
         return self.document_of(
             HandEyeDocument, camera="hand" if self.opened.inhand else "fixed", verdict=said, unit="mm", error=_in_mm(self.errors.left_out),
             how=self.errors.how, normal=1e3 * self.errors.normal, corners=self.errors.pixels,
-            robot=None if robot is None else [UnitValue(1e3 * robot[0], "mm"), UnitValue(float(np.degrees(robot[1])), "deg")], sure=1e3 * now[0], further=now[1],
+            robot=_robot_part(self.decision.share.errors), sure=1e3 * now[0], further=now[1],
             frames=[_frame_part(f) for f in self.frames], poses=self.opened.robot.words, readings=self.readings, pairs=self.pairs,
             lens=self.lens_numbers,
         )  # fmt: skip
@@ -221,6 +221,12 @@ class HandEye(VerdictResult):
             "hand_eye.urdf": urdf_joint_text(camera), "static_transform.sh": static_transform_text(camera),
         }  # fmt: skip
         return made | ({"lens.yaml": lens_text(lens)} if "lens.yaml" in self.files and lens is not None else {})
+
+
+def _robot_part(errors: tuple[float, float] | None) -> list[UnitValue] | None:
+    return (
+        None if errors is None else [UnitValue(1e3 * errors[0], "mm"), UnitValue(float(np.degrees(errors[1])), "deg")]
+    )
 
 
 def _in_mm(s: Statistic | None) -> Statistic | None:
