@@ -59,13 +59,13 @@ MAKERS: Mapping[str, Maker] = MappingProxyType({
 
 @record(eq=False)
 class RobotPoses:
-    """Poses T_base_flange (m, 4, 4) in SI; the name and the time (s, or None) of each; `words`: how the numbers were read; `numbers` (m, k)
+    """Poses T_base_flange (m, 4, 4) in SI; name and time (s, or None) of each; `notation`: how the numbers were read; `numbers` (m, k)
     and `form` of their orientations as they stand in the file, angles in rad."""
 
     names: tuple[str, ...] | None
     times: Array | None
     pose: Array
-    words: str
+    notation: str
     form: str
     numbers: Array
     files: tuple[InputFile, ...]

@@ -55,7 +55,7 @@ def pose_share(fit: Fit) -> PoseShare:
 
 
 @record(eq=False)
-class _Rows:
+class _PoseRows:
     """Rows that say the same as all: of m configurations X (m, 6, n), y (m, 6) and their poses' columns (m, 6, 6); and the rest, (k, n) and
     (k,), the last `known` of which are priors."""
 
@@ -117,7 +117,7 @@ class _Rows:
         return np.asarray(np.eye(6) + a[:, None, None, None] * place + b[:, None, None, None] * turn)
 
 
-def _rows(lin: Linear, scales: Array, held: Array) -> _Rows:
+def _rows(lin: Linear, scales: Array, held: Array) -> _PoseRows:
     """Rows in expected errors; `held` (k, n + 1) are priors."""
     error = np.array([ROBOT_PLACE] * 3 + [ROBOT_TURN] * 3)
     both = np.hstack([lin.j * scales, lin.r[:, None]])
@@ -133,4 +133,4 @@ def _rows(lin: Linear, scales: Array, held: Array) -> _Rows:
         ends.append(np.asarray(np.linalg.qr(both[rows] - left @ top[: len(d)], mode="r")))
     end = np.vstack([np.asarray(np.linalg.qr(np.vstack(ends), mode="r")), held])
     every = np.stack(tops)
-    return _Rows(every[..., :-1], every[..., -1], np.stack(poses), end[:, :-1], end[:, -1], len(held))
+    return _PoseRows(every[..., :-1], every[..., -1], np.stack(poses), end[:, :-1], end[:, -1], len(held))

@@ -47,7 +47,7 @@ def contradict_lens(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
     if not off:
         return None, False
     names = tuple(f"{s} {given[s]:.5g} given, {found[s][0]:.5g} found" for s in off)
-    distance = float(np.median(np.linalg.norm(opened.seen()[1][:, :3, 3], axis=1)))
+    distance = float(np.median(np.linalg.norm(opened.target_views()[1][:, :3, 3], axis=1)))
     most = max((abs(found[s][0] - given[s]) * distance / given["fx"] for s in off if s in PIXELS), default=0.0)
     return Remark.of(Code.LENS_CONTRADICTED, names=names, z=max(off.values())), alone and most > LENS_MATERIAL * normal
 
@@ -55,7 +55,7 @@ def contradict_lens(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
 def _by_views(opened: HandEyeData, made: Decision[Rig]) -> dict[str, tuple[float, float]]:
     """Numbers of the lens with one standard deviation, from views whose poses are free."""
     obs = made.need_data.observations[0]
-    where, seen = opened.seen()
+    where, seen = opened.target_views()
     if len(where) < FEWEST or len(obs.targets) > 1 or opened.lens is None:
         return {}
     free = tuple(s for s in opened.lens.kind.symbols if s not in EVEN)
@@ -80,7 +80,7 @@ def find_moves(opened: HandEyeData, made: Decision[Rig]) -> list[Remark]:
     obs = made.need_data.observations[0]
     if obs.kind != "pixels":
         return []  # asked of poses by the verdict itself
-    where, seen = opened.seen()
+    where, seen = opened.target_views()
     target = obs.targets[0 if obs.target is None else int(np.bincount(obs.target).argmax())]
     rows = Observations(
         "pose",

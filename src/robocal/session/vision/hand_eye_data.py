@@ -69,7 +69,7 @@ class HandEyeData:
         """The data with other poses of the robot."""
         return replace(self.data, configurations=replace(self.data.configurations, start=se3.to_vector(flange)))
 
-    def seen(self) -> tuple[Ints, Array]:
+    def target_views(self) -> tuple[Ints, Array]:
         """The configurations (V,) of views that show the first target well, and its pose in the camera in each, (V, 4, 4)."""
         obs = self.observations
         if obs.target is not None and len(obs.targets) > 1:
@@ -105,7 +105,7 @@ def open_hand_eye(o: Any) -> HandEyeData:
                 )
         seen = read_robot_poses(o.corners, maker=None, euler=None, units=o.target_units, vector=True)
         views = seen.names or tuple(f"{o.corners.name}:{i + 1}" for i in range(len(seen)))
-        table, lens, named = None, None, f"poses of a target: {seen.words}"
+        table, lens, named = None, None, f"poses of a target: {seen.notation}"
         obs = Observations("pose", np.arange(len(seen)), se3.to_vector(seen.pose), group="poses", source=str(o.corners))
         files, said = seen.files, ()
     pairs = pair_views(views, robot, o.pair)

@@ -27,7 +27,7 @@ class PlacedFrame:
     covariance: Array
 
     @property
-    def words(self) -> str:
+    def title(self) -> str:
         """What it is: "camera in flange"."""
         return f"{self.child} in {self.parent}"
 
@@ -82,7 +82,7 @@ def frames_listing(frames: tuple[PlacedFrame, ...]) -> tuple[Listing, Listing]:
     """A row for each frame: where it is, mm, and how it is turned, as a quaternion; with one standard deviation, mm and deg."""
     place = 1e3 * np.array([f.pose[:3, 3] for f in frames])
     q, sigma = np.array([f.quaternion for f in frames]), np.array([f.sigma for f in frames])
-    names = Column("frame", "", [f.words for f in frames])
+    names = Column("frame", "", [f.title for f in frames])
     spread = [Column(f"s{n}", "mm", 1e3 * sigma[:, i], figures=2, label=f"σ{n} [mm]") for i, n in enumerate("xyz")]
     turns = [
         Column(f"sr{n}", "deg", np.degrees(sigma[:, 3 + i]), figures=2, label=f"σr{n} [deg]")

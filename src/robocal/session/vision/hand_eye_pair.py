@@ -27,8 +27,8 @@ class Pairs:
 
     view: Ints
     pose: Ints
-    way: str
-    words: str
+    method: str
+    description: str
     views_alone: tuple[str, ...] = ()
     poses_alone: tuple[str, ...] = ()
 

@@ -52,7 +52,7 @@ class PoseReading:
 
 def read_otherwise(opened: HandEyeData) -> tuple[PoseReading, ...]:
     """As stated, in the other direction, and the readings that leave less, the best first."""
-    where, seen = opened.seen()
+    where, seen = opened.target_views()
     if len(where) < FEWEST:
         return ()
     distance = float(np.median(np.linalg.norm(seen[:, :3, 3], axis=1)))

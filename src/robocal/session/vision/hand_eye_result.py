@@ -40,7 +40,7 @@ from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, r
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 
-__all__ = ["FILES", "HandEye", "HandEyeDocument", "find_hand_eye"]
+__all__ = ["FILES", "HandEyeCalibration", "HandEyeDocument", "find_hand_eye"]
 
 FILES = ("hand_eye.json", "hand_eye.yaml", "hand_eye.urdf", "static_transform.sh", "lens.yaml", "hand_eye.html")
 TO_ADD = 3  # poses that are always told
@@ -90,7 +90,7 @@ class HandEyeDocument(Document):
 
 
 @record(kw_only=True, eq=False)
-class HandEye(VerdictResult):
+class HandEyeCalibration(VerdictResult):
     """A hand-eye calibration with everything that its page shows; lengths in m."""
 
     opened: HandEyeData
@@ -194,8 +194,8 @@ class HandEye(VerdictResult):
         """What stands at the head of its page."""
         facts = (
             ("Camera", "in the hand" if self.opened.inhand else "beside the robot"),
-            ("Views", f"{len(self.opened.views)}, paired {self.opened.pairs.words}"),
-            ("Poses of the robot", self.opened.robot.words),
+            ("Views", f"{len(self.opened.views)}, paired {self.opened.pairs.description}"),
+            ("Poses of the robot", self.opened.robot.notation),
             ("Lens", self.opened.named),
         )
         return {"title": "Hand-eye calibration", "kind": "Hand-eye", "facts": facts}
@@ -209,7 +209,7 @@ class HandEye(VerdictResult):
             HandEyeDocument, camera="hand" if self.opened.inhand else "fixed", verdict=said, unit="mm", error=_in_mm(self.errors.left_out),
             how=self.errors.how, normal=1e3 * self.errors.normal, corners=self.errors.pixels,
             robot=_robot_part(self.decision.share.errors), sure=1e3 * now[0], further=now[1],
-            frames=[_frame_part(f) for f in self.frames], poses=self.opened.robot.words, readings=self.readings, pairs=self.pairs,
+            frames=[_frame_part(f) for f in self.frames], poses=self.opened.robot.notation, readings=self.readings, pairs=self.pairs,
             lens=self.lens_numbers,
         )  # fmt: skip
 
@@ -250,7 +250,9 @@ def _frame_part(f: PlacedFrame) -> FramePart:
     )
 
 
-def find_hand_eye(o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> HandEye:
+def find_hand_eye(
+    o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()
+) -> HandEyeCalibration:
     """Reads views and poses, finds the frames, and judges them. Raises InputError."""
     if watch:
         watch({"stage": "read"})
@@ -263,7 +265,7 @@ def find_hand_eye(o: Any, watch: Watch | None = None, command: str = "", files: 
         errors = find_errors(made, opened.flange, opened.inhand)
         verdict, said = _judge(opened, made, errors, readings)
         frames = place_frames(made, opened.inhand)
-    return HandEye(
+    return HandEyeCalibration(
         opened=opened, decision=made, verdict=verdict, errors=errors, frames=frames, alternatives=readings, files=files,
         warnings=tuple(dict.fromkeys((*opened.remarks, *said))), reasons=verdict.reasons, inputs=opened.files, command=command,
     )  # fmt: skip
@@ -281,9 +283,8 @@ def _judge(
         verdict = verdict.instead("refused", *doubts, *moves)
     said: list[Remark] = []
     pairs, views = opened.pairs, opened.views
-    if pairs.way == "order":
-        names = opened.robot.names or tuple(f"row {i + 1}" for i in range(len(opened.robot)))
-        said.append(Remark.of(Code.PAIRED_IN_ORDER, first=views[0], last=views[-1], pose=names[-1]))
+    if pairs.method == "order":
+        said.append(Remark.of(Code.PAIRED_IN_ORDER, first=views[0], last=views[-1]))
     if pairs.views_alone:
         said.append(Remark.of(Code.VIEWS_WITHOUT_POSE, count=len(pairs.views_alone), views=pairs.views_alone))
     left = errors.left_out
