@@ -40,9 +40,7 @@ from robocal.measure.reach import reach
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
-__all__ = [
-    "AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "ViewChange", "ViewSearch", "thin", "wrong_views",
-]  # fmt: skip
+__all__ = ["AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "carriers", "thin", "wrong_views"]
 
 AXES_EXCHANGED = declare(
     "axes-exchanged",
@@ -84,7 +82,7 @@ Reread = Callable[[Observations], Observations]
 
 
 @record
-class ViewTrial:
+class _ViewTrial:
     """What frames leave of half and of three quarters of the rows of every instrument, as a share of its focal length or of what it
     reads, (2, O); and of a camera the share of the sights that have their target behind it, (O,)."""
 
@@ -93,7 +91,7 @@ class ViewTrial:
 
 
 @record
-class ViewChange:
+class _ViewChange:
     """One way to read the rows of some cameras: the code of its finding, the rows of each camera, its numbers, and the views that
     are turned with the turn."""
 
@@ -113,10 +111,10 @@ def wrong_views(context: Context[Model]) -> Iterator[Finding]:
     stated = _measure(data, base.problem, base.x)
     if (stated.left > VIEWS_ASK).any() or (stated.behind > VIEWS_BEHIND).any():
         whole = DataSet(data.configurations, tuple(replace(o, used=None) for o in data.observations))
-        yield from ViewSearch(context.model, whole, tuple(cameras)).explain()
+        yield from _ViewSearch(context.model, whole, tuple(cameras)).explain()
 
 
-def _measure(data: DataSet, problem: Problem, x: Array) -> ViewTrial:
+def _measure(data: DataSet, problem: Problem, x: Array) -> _ViewTrial:
     """What is left at a solution of a problem of the data."""
     errors: list[list[Array]] = [[] for _ in data.observations]
     behind = np.zeros(len(errors))
@@ -126,7 +124,7 @@ def _measure(data: DataSet, problem: Problem, x: Array) -> ViewTrial:
         if isinstance(term, PixelRows):
             behind[own] += term.behind(x) * len(term.index) / len(data.observations[own])
     pairs = [(np.concatenate(e), _size(o)) for e, o in zip(errors, data.observations, strict=True)]
-    return ViewTrial(
+    return _ViewTrial(
         np.array([[quantile(e, level) / size for e, size in pairs] for level in (0.5, VIEWS_RIGHT)]), behind
     )
 
@@ -141,7 +139,7 @@ def _size(obs: Observations) -> float:
 
 
 @record
-class ViewSearch:
+class _ViewSearch:
     """A machine, its data with every row, and which of the observations are of cameras."""
 
     model: Model
@@ -158,7 +156,7 @@ class ViewSearch:
             if len(alone) > 1 and all(f.code == TARGET_TURNED for f in found):
                 found = list(self._of_turned(self.cameras)) or found
             return _merge(found)
-        stated = self.fit({}, robust=True)
+        stated = self._fit({}, robust=True)
         order = sorted(self.cameras, key=lambda i: -float(stated.left[1, i] + stated.behind[i]))
         groups = [(order[0],), *([self.cameras] if len(order) > 1 else []), *((i,) for i in order[1:])]
         for group in groups:
@@ -169,31 +167,31 @@ class ViewSearch:
     def _only(self, some: tuple[int, ...]) -> DataSet:
         return DataSet(self.data.configurations, tuple(self.data.observations[i] for i in some))
 
-    def _of_group(self, group: tuple[int, ...], stated: ViewTrial | None = None) -> list[Finding]:
+    def _of_group(self, group: tuple[int, ...], stated: _ViewTrial | None = None) -> list[Finding]:
         """The changes of some cameras that explain them, alike."""
-        stated = stated or self.fit({}, robust=True)
+        stated = stated or self._fit({}, robust=True)
         if not (stated.left > VIEWS_ASK).any() and not (stated.behind > VIEWS_BEHIND).any():
             return []
         return list(self._best(list(self._changes(group)), stated))
 
     def _of_turned(self, group: tuple[int, ...]) -> Iterator[Finding]:
         """Cameras each of which alone is explained, but not all together: one may have its target the other way round."""
-        stated = self.fit({}, robust=True)
+        stated = self._fit({}, robust=True)
         if (stated.left > VIEWS_ASK).any():
-            yield from list(self._best(list(self.turns(group)), stated))[:1]
+            yield from list(self._best(list(self._turns(group)), stated))[:1]
 
-    def _best(self, changes: list[ViewChange], stated: ViewTrial) -> Iterator[Finding]:
+    def _best(self, changes: list[_ViewChange], stated: _ViewTrial) -> Iterator[Finding]:
         """Findings of the changes that leave least, where they explain what was left."""
-        rough = [float(self.fit(c.cameras_read).left.sum()) for c in changes]
+        rough = [float(self._fit(c.cameras_read).left.sum()) for c in changes]
         few = [changes[i] for i in np.argsort(rough, kind="stable")[:BEST]]
-        trials = [(c, self.fit(c.cameras_read, robust=True)) for c in few]
+        trials = [(c, self._fit(c.cameras_read, robust=True)) for c in few]
         good = [(float(t.left.sum()), c, t) for c, t in trials if any(_explains(stated, t, k) for k in range(2))]
         least = min((g[0] for g in good), default=0.0)
         for left, change, trial in good:
             if left <= EXPLANATIONS_ALIKE * least:
                 yield self._finding(change, stated, trial)
 
-    def fit(self, changed: Mapping[int, Reread], *, robust: bool = False) -> ViewTrial:
+    def _fit(self, changed: Mapping[int, Reread], *, robust: bool = False) -> _ViewTrial:
         """What frames leave of a part of the data, where the rows of some instruments are read in another way."""
         read = [changed[i](o) if i in changed else o for i, o in enumerate(self.data.observations)]
         seen = np.unique(np.concatenate([self.data.observations[i].configuration for i in self.cameras]))
@@ -201,23 +199,23 @@ class ViewSearch:
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
         part = DataSet(self.data.configurations, tuple(thin(o, where, points) for o in read)).take(where)
         if len(part.observations) != len(read):
-            return ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
+            return _ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):
             everyone = np.arange(len(part.configurations))
             found = fit_baseline(self.model, part, everyone, "tukey" if robust else "none")
             return _measure(part, found.problem, found.x)
 
-    def _changes(self, group: tuple[int, ...]) -> Iterator[ViewChange]:
+    def _changes(self, group: tuple[int, ...]) -> Iterator[_ViewChange]:
         """Every change worth a trial in some cameras."""
-        yield ViewChange(AXES_EXCHANGED, dict.fromkeys(group, exchange_axes))
-        yield ViewChange(IMAGE_MIRRORED, dict.fromkeys(group, mirror))
+        yield _ViewChange(AXES_EXCHANGED, dict.fromkeys(group, exchange_axes))
+        yield _ViewChange(IMAGE_MIRRORED, dict.fromkeys(group, mirror))
         for shift in SHIFTS:
             where, way = ("below", "up") if shift < 0 else ("above", "down")
             words = {"shift": f"{abs(shift)} view{'s' if abs(shift) > 1 else ''}", "where": where, "way": way}
-            yield ViewChange(VIEWS_SHIFTED, dict.fromkeys(group, partial(shift_views, shift=shift)), words)
-        yield from self.turns(group)
+            yield _ViewChange(VIEWS_SHIFTED, dict.fromkeys(group, partial(shift_views, shift=shift)), words)
+        yield from self._turns(group)
 
-    def turns(self, group: tuple[int, ...]) -> Iterator[ViewChange]:
+    def _turns(self, group: tuple[int, ...]) -> Iterator[_ViewChange]:
         """Half a turn of the target in the views that ask for it, and in some cameras in the others."""
         marked = []
         for i in group:
@@ -238,9 +236,9 @@ class ViewSearch:
             views_of = {i: (t, m ^ all_of) for i, (t, m), all_of in zip(group, marked, (False, *others), strict=True)}
             if any(m.any() for _, m in views_of.values()):
                 read = {i: partial(turn_views, turn=t, views=m) for i, (t, m) in views_of.items()}
-                yield ViewChange(TARGET_TURNED, read, turned=views_of)
+                yield _ViewChange(TARGET_TURNED, read, turned=views_of)
 
-    def _finding(self, change: ViewChange, stated: ViewTrial, trial: ViewTrial) -> Finding:
+    def _finding(self, change: _ViewChange, stated: _ViewTrial, trial: _ViewTrial) -> Finding:
         group = [i for i in change.cameras_read if i not in change.turned or change.turned[i][1].any()]
         some = [self.data.observations[i] for i in group]
         # Told in the numbers of the instrument that was worst; where poses follow the cameras, it may be another one.
@@ -261,7 +259,7 @@ class ViewSearch:
             numbers |= self._turned_numbers(change)
         return refuse(change.code, **numbers, **change.numbers)
 
-    def _turned_numbers(self, change: ViewChange) -> dict[str, Number]:
+    def _turned_numbers(self, change: _ViewChange) -> dict[str, Number]:
         """Which views are turned, and what to subtract points from."""
         names, total = [], 0
         for i, (_, marked) in change.turned.items():
@@ -275,7 +273,7 @@ class ViewSearch:
         return {"count": len(names), "total": total, "views": (*names[:NAMED], *more), "x": ends[0], "y": ends[1]}
 
 
-def _explains(stated: ViewTrial, trial: ViewTrial, level: int) -> bool:
+def _explains(stated: _ViewTrial, trial: _ViewTrial, level: int) -> bool:
     """Whether a change explains what was left of half or of three quarters of the rows: every target stands before its camera, and all
     instruments are explained."""
     before, after = float(stated.left[level].max()), float(trial.left[level].max())

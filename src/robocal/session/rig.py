@@ -1,4 +1,4 @@
-"""A rig that was opened: instruments fixed to one another, and no robot. It has nothing of its own to identify, so its file stays as it is."""
+"""A rig that was opened: instruments fixed to one another, and no robot. Nothing of its own is identified, so its file stays as it is."""
 
 from __future__ import annotations
 
