@@ -14,10 +14,10 @@ PLACES = [
 WALLS = (np.eye(3), np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]), np.array([[0.0, 0, -1], [-1, 0, 0], [0, 1, 0]]))
 
 
-def room(rng, count=len(PLACES), tilt=0.05):
-    """Poses T_room_marker (count, 4, 4) of markers, each tilted by a little."""
-    out = np.tile(np.eye(4), (count, 1, 1))
-    for t, (x, y, z, wall) in zip(out, PLACES, strict=False):
+def room(rng, tilt=0.05):
+    """Poses T_room_marker (M, 4, 4) of markers, each tilted by a little."""
+    out = np.tile(np.eye(4), (len(PLACES), 1, 1))
+    for t, (x, y, z, wall) in zip(out, PLACES, strict=True):
         t[:3, :3] = turn(rng.normal(0, tilt, 3)) @ WALLS[wall] @ turn(np.array([0, 0, rng.uniform(-3, 3)]))
         t[:3, 3] = (x, y, z)
     return out
@@ -65,6 +65,12 @@ def map_rows(seen, noise, rng, names=None, sigma=True):
     rows = []
     for v, m, uv in seen:
         for k, (u, w) in enumerate((uv + rng.normal(0, noise, uv.shape)).tolist()):
-            row = {"view": f"v{v + 1}", "marker": m if names is None else names[m], "corner": k, "u [px]": f"{u:.6f}", "v [px]": f"{w:.6f}"}
+            row = {
+                "view": f"v{v + 1}",
+                "marker": m if names is None else names[m],
+                "corner": k,
+                "u [px]": f"{u:.6f}",
+                "v [px]": f"{w:.6f}",
+            }
             rows.append(row | ({"su [px]": noise, "sv [px]": noise} if sigma else {}))
     return rows

@@ -20,6 +20,7 @@ VERDICTS: dict[str, tuple[str, Any, str]] = {
     "refused": ("refused", "bad", "Do not use this map; it is listed for diagnosis only."),
 }
 BRIEF = 12  # rows that a terminal lists
+SHOWN = ("marker", "views", "x", "y", "z", "sigma", "turn_sigma", "rms", "left_out", "aside")  # map.yaml has the turns
 
 
 def map_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
@@ -37,11 +38,14 @@ def map_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
         )
     ]
     if aside:
-        lines.append(Text.of((f"{figure(errors.fitted.rms, 2)} px", "strong"), f"   rms without the {aside} that were set aside"))
+        lines.append(
+            Text.of((f"{figure(errors.fitted.rms, 2)} px", "strong"), f"   rms without the {aside} that were set aside")
+        )
     if errors.left_out is not None:
         lines.append(
             Text.of(
-                (f"{figure(errors.left_out.rms, 2)} px", "strong"), "   rms of views that were left out, their own poses fitted"
+                (f"{figure(errors.left_out.rms, 2)} px", "strong"),
+                "   rms of views that were left out, their own poses fitted",
             )
         )
     sigma = 1e3 * found.sigma[:, 0]
@@ -51,7 +55,9 @@ def map_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
             f"   sigma of a marker's place (median), {figure(float(sigma.max()), 2)} mm of the least sure, {_marker(found)}",
         )
     )
-    prior = "" if found.stated else "; its file states no sigma: f and c are taken to be known to 10 px, distortion to 0.1"
+    prior = (
+        "" if found.stated else "; its file states no sigma: f and c are taken to be known to 10 px, distortion to 0.1"
+    )
     yield Section.of(
         "",
         *lines,
@@ -60,7 +66,10 @@ def map_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
             f"all lengths are as true as the edges of the markers{prior}",
         ),
     )
-    yield Section.of("", _brief(found.markers), title="Marker by marker, the least sure first", key="markers")
+    shown = [c for c in found.markers.columns if c.name in SHOWN]
+    yield Section.of(
+        "", _brief(type(found.markers)(tuple(shown))), title="Marker by marker, the least sure first", key="markers"
+    )
     yield Section.of("", _brief(found.views), title="View by view", key="views")
     yield Section.of("", listing_table(found.lens), title="The lens", key="lens")
     yield from ends(found.warnings, written)

@@ -69,4 +69,6 @@ GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
 # Where every verb is in `robocal.verbs`.
 PATHS = (*VERBS, *(f"{word}.{name}" for word, group in GROUPS.items() for name in group.verbs))
 # What the command line calls a verb whose word is no name in Python: module and function have another.
-COMMAND_NAMES: Mapping[str, str] = MappingProxyType({"import_model": "import", "warm_up": "warm-up", "hand_eye": "hand-eye"})
+COMMAND_NAMES: Mapping[str, str] = MappingProxyType(
+    {"import_model": "import", "warm_up": "warm-up", "hand_eye": "hand-eye"}
+)

@@ -42,7 +42,9 @@ class Sights:
     @property
     def extent(self) -> Array:
         """How large each is seen, px (S,)."""
-        return np.asarray(np.sqrt(np.square(self.corners - self.corners.mean(axis=1, keepdims=True)).sum(axis=2).mean(axis=1)))
+        return np.asarray(
+            np.sqrt(np.square(self.corners - self.corners.mean(axis=1, keepdims=True)).sum(axis=2).mean(axis=1))
+        )
 
 
 @record(eq=False)
@@ -97,7 +99,9 @@ class _Growth:
             return
         views = np.flatnonzero(seen[:, one] & seen[:, other])
         views = views[:: -(-len(views) // VOTERS)]
-        first, second = (np.array([self.of_marker[m][s.view[self.of_marker[m]] == v][0] for v in views]) for m in (one, other))
+        first, second = (
+            np.array([self.of_marker[m][s.view[self.of_marker[m]] == v][0] for v in views]) for m in (one, other)
+        )
         a, b = s.poses[first], s.poses[second]
         ways = (se3.inverse(a)[:, :, None] @ b[:, None]).reshape(-1, 4, 4)
         # Of each view the pose of the first marker that explains the second better.

@@ -152,7 +152,8 @@ class VisionRemarks:
     MARKER_MOVED = Phrase(
         "marker {marker} is at two places, {apart:.3g} and {turned:.2g} apart:[ it moved before view {first}][ views {views} see another "
         "one], {count} views in all",
-        "Leave the marker out (--without), or the views in which it stood elsewhere (--exclude); of two markers with one number cover one.",
+        "Leave the marker out (--without), or the views in which it stood elsewhere (--exclude). Of two markers with one number cover "
+        "one.",
     )
     MAP_MISSES = Phrase(
         "the map leaves {left:.3g} per axis, {times:.2g} times what corners are known to",

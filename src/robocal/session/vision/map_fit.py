@@ -44,7 +44,12 @@ class MapFit:
 
 
 def fit_map(
-    table: CornerTable, lens: Lens, loss: str = LOSS, origin: str | None = None, source: str = "", watch: Watch | None = None
+    table: CornerTable,
+    lens: Lens,
+    loss: str = LOSS,
+    origin: str | None = None,
+    source: str = "",
+    watch: Watch | None = None,
 ) -> MapFit:
     """The map that views through a lens show, whose covariance is its prior. Raises ModelError."""
     model = Rig("map")
@@ -66,6 +71,7 @@ def _map_of(made: Decision[Rig], table: CornerTable, source: str) -> MarkerMap:
     obs = table.pixels
     names = [t.name for t in obs.targets]
     vector = np.array([[made.values[f"{n}.{s}"] for s in FRAME_SYMBOLS] for n in names])
+    assert obs.target is not None
     first = np.unique(obs.target, return_index=True)[1]
     size = 2 * np.abs(obs.extra["point"][first, 0])
     known = MarkerMap(tuple(names), size, vector, None, table.family, source)

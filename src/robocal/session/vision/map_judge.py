@@ -37,9 +37,7 @@ def judge_map(
     unseen = run_checks(When.UNSEEN, made, DIAGNOSE, PROVE)
     skip = (*made.silent, *SILENT)
     findings = [f for f in unseen if f.code not in OWN]
-    findings += [
-        f for f in run_checks(When.PROOF, made, DIAGNOSE, PROVE, found=unseen, skip=skip) if f.code not in OWN
-    ]
+    findings += [f for f in run_checks(When.PROOF, made, DIAGNOSE, PROVE, found=unseen, skip=skip) if f.code not in OWN]
     findings += _against(made, off, moved, width, ids)
     singly = off.left_out
     gain = None
@@ -90,7 +88,11 @@ def told_beside(made: Decision[Rig], given: Lens, found: Lens, few: Sequence[str
     if away and away[worst] > LENS_PRIOR:
         at = given.kind.symbols.index(worst)
         finding = doubt(
-            Code.LENS_PRIOR_CONTRADICTED, name=worst, given=given.numbers[at], found=found.numbers[at], times=away[worst]
+            Code.LENS_PRIOR_CONTRADICTED,
+            name=worst,
+            given=given.numbers[at],
+            found=found.numbers[at],
+            times=away[worst],
         )
         out.append(finding.remark)
     if few:

@@ -12,9 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._record import record
-from robocal._types import Array, Ints
+from robocal._types import Array
 from robocal.diagnose.limits import MARKER_MOVED, MARKER_MOVED_VIEWS
-from robocal.geometry import se3
 from robocal.vision.camera import project
 from robocal.vision.map_start import Sights
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from robocal._record import record, replace
-from robocal._types import Array
-from robocal.errors import ModelError
+from robocal._types import Array, Ints
 from robocal.diagnose.limits import MAP_WEAK
+from robocal.errors import ModelError
 from robocal.files.display import to_display
 from robocal.files.lens import read_lens
-from robocal.files.map import COVARIANCE_SUFFIX, map_covariance_text, map_text
+from robocal.files.map import map_covariance_text, map_text
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
 from robocal.files.result import Verdict as VerdictPart
@@ -26,6 +26,7 @@ from robocal.prove.verdict import Verdict
 from robocal.quantities import Column, Listing
 from robocal.remarks.remark import sentences
 from robocal.report.sections import Section
+from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_errors import CornerErrors, corner_errors
 from robocal.session.vision.corner_table import CornerTable
 from robocal.session.vision.lens_prior import lens_with_prior
@@ -34,7 +35,6 @@ from robocal.session.vision.map_judge import judge_map, told_beside
 from robocal.session.vision.map_moved import MovedMarker, find_moved
 from robocal.session.vision.map_table import read_map_table, sizes_of
 from robocal.session.vision.marker_places import whole_sights
-from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 from robocal.vision.maps import MarkerMap
@@ -99,7 +99,10 @@ class MarkersFound(VerdictResult):
         """What corners are off by."""
         size = np.linalg.norm(self.off.left, axis=1)
         return MapErrors(
-            median=float(np.median(size)), every=float(np.sqrt(np.mean(size**2))), fitted=self.off.fitted, left_out=self.off.left_out
+            median=float(np.median(size)),
+            every=float(np.sqrt(np.mean(size**2))),
+            fitted=self.off.fitted,
+            left_out=self.off.left_out,
         )
 
     @property
@@ -114,22 +117,22 @@ class MarkersFound(VerdictResult):
         c = self.map.covariance.reshape(len(self.map.names), 6, len(self.map.names), 6)
         own = np.einsum("mimj->mij", c)
         worst = [np.linalg.eigvalsh(own[:, k : k + 3, k : k + 3])[:, -1] for k in (0, 3)]
-        return np.sqrt(np.maximum(np.stack(worst, axis=1), 0.0))
+        return np.asarray(np.sqrt(np.maximum(np.stack(worst, axis=1), 0.0)))
 
     @cached_property
-    def many(self) -> Array:
+    def many(self) -> Ints:
         """In how many views each marker is seen, (M,)."""
         obs = self.table.pixels
         pairs = np.unique(np.stack([obs.configuration, self._target]), axis=1)
-        return np.bincount(pairs[1], minlength=len(self.map.names))
+        return np.asarray(np.bincount(pairs[1], minlength=len(self.map.names)), dtype=np.int64)
 
     @property
-    def _target(self) -> Array:
+    def _target(self) -> Ints:
         target = self.table.pixels.target
         assert target is not None
         return target
 
-    def _each(self, label: Array, count: int) -> tuple[Array, Array, Array, Array]:
+    def _each(self, label: Ints, count: int) -> tuple[Array, Array, Array, Ints]:
         """Root mean squares as fitted and when left out, the largest error, and how many rows were set aside, of each label."""
         size, used, missed = np.linalg.norm(self.off.left, axis=1), self.off.used, self.off.missed
         out = []
@@ -139,12 +142,13 @@ class MarkersFound(VerdictResult):
                 out.append(np.sqrt(np.bincount(label[some], values[some] ** 2, minlength=count) / n))
         worst = np.zeros(count)
         np.maximum.at(worst, label, size)
-        return out[0], out[1], worst, np.bincount(label[~used], minlength=count)
+        aside = np.bincount(label[~used], minlength=count).astype(np.int64)
+        return out[0], out[1], worst, aside
 
     @cached_property
     def markers(self) -> Listing:
         """A row for each marker, the least sure first."""
-        known, (rms, left_out, worst, aside) = self.map, self._each(self._target, len(self.map.names))
+        known, (rms, left_out, _, aside) = self.map, self._each(self._target, len(self.map.names))
         at = np.argsort(-self.sigma[:, 0], kind="stable")
         mm, turn = 1e3 * known.vector[at, :3], np.degrees(known.vector[at, 3:])
         return Listing((
@@ -233,8 +237,12 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
     read = read_lens(o.lens)
     table = read_map_table(o.corners, read.lens, sizes, o.image, o.exclude, o.without)
     if o.origin is not None and o.origin not in table.marker:
-        raise ModelError("no marker of this number is seen", key="--origin", found=o.origin, expected="one of the markers")
-    given = lens_with_prior(Lens.of(read.lens.model, read.lens.numbers, table.size, read.lens.known, _matrix(read.lens)), o.fix)
+        raise ModelError(
+            "no marker of this number is seen", key="--origin", found=o.origin, expected="one of the markers"
+        )
+    given = lens_with_prior(
+        Lens.of(read.lens.model, read.lens.numbers, table.size, read.lens.known, _matrix(read.lens)), o.fix
+    )
     source = f"{len(table.data.configurations)} views, {Path(o.corners).name}"
     with computable(o.corners):
         fit = fit_map(table, given, o.loss, o.origin, source, watch)

@@ -9,10 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from robocal._record import replace
-
 from robocal.diagnose.limits import CORNERS_OUTSIDE, MAP_VIEWS
 from robocal.errors import FormatError, ModelError
-
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.vision.corner_table import CornerTable, read_corners
@@ -51,8 +49,6 @@ def sizes_of(words: Sequence[str]) -> tuple[float | None, Mapping[str, float]]:
     return usual, own
 
 
-
-
 def read_map_table(
     place: Path, lens: Lens, sizes: tuple[float | None, Mapping[str, float]], image: str | None,
     exclude: Sequence[str], without: Sequence[str],
@@ -62,9 +58,7 @@ def read_map_table(
     if image is None and lens.size is not None:
         image = "{}x{}".format(*lens.size)
     known = 1.0 if usual is None else usual
-    table = read_corners(
-        place, size=known, square=None, checker=None, sheet=None, image=image, exclude=exclude
-    )
+    table = read_corners(place, size=known, square=None, checker=None, sheet=None, image=image, exclude=exclude)
     if lens.size is not None and lens.size != table.size:
         found, expected = "{} x {}".format(*lens.size), "{} x {} px, as the corners".format(*table.size)
         raise ModelError("a lens of images of another size", key="--lens", found=found, expected=expected)
@@ -80,7 +74,9 @@ def read_map_table(
 def _without(table: CornerTable, names: Sequence[str]) -> CornerTable:
     strange = [n for n in names if n not in table.marker]
     if strange:
-        raise ModelError("no marker of this number is seen", key="--without", found=strange[0], expected=_some(table.marker))
+        raise ModelError(
+            "no marker of this number is seen", key="--without", found=strange[0], expected=_some(table.marker)
+        )
     return table.keep(~np.isin(table.marker, names)) if names else table
 
 
@@ -94,10 +90,14 @@ def _sized(table: CornerTable, place: Path, usual: float | None, own: Mapping[st
     names = np.array(table.marker)
     strange = [n for n in own if n not in set(table.marker)]
     if strange:
-        raise ModelError("a size of a marker that no view shows", key="--size", found=strange[0], expected=_some(table.marker))
+        raise ModelError(
+            "a size of a marker that no view shows", key="--size", found=strange[0], expected=_some(table.marker)
+        )
     lacking = sorted(set(table.marker) - set(own)) if usual is None else []
     if lacking:
-        raise ModelError("markers without a size", key="--size", found=_some(lacking), expected="--size MM of all others")
+        raise ModelError(
+            "markers without a size", key="--size", found=_some(lacking), expected="--size MM of all others"
+        )
     factor = np.ones(len(names))
     for name, edge in own.items():
         factor[names == name] = edge / (usual or 1.0)
@@ -146,7 +146,9 @@ def _joined(table: CornerTable) -> CornerTable:
     rows = whole.any(axis=1)[obs.configuration] & whole.any(axis=0)[obs.target]
     views = int((whole.sum(axis=1) > 1).sum())
     if len(obs.targets) < 2:
-        raise ModelError("one marker is no map", key="marker", found=_some(table.marker), expected="two or more of different numbers")
+        raise ModelError(
+            "one marker is no map", key="marker", found=_some(table.marker), expected="two or more of different numbers"
+        )
     if (whole.sum(axis=0) < 2).all():
         raise ModelError(
             "no marker is seen in two views", key="view", found=f"{len(whole)} views, each with markers of its own",

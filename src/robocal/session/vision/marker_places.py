@@ -49,7 +49,9 @@ def place_markers(table: CornerTable, wanted: str = WANTED) -> CornerTable:
     )
     views = se3.to_vector(start.views @ start.markers[first])
     data = replace(
-        table.data, observations=(replace(obs, targets=targets),), configurations=replace(table.data.configurations, start=views)
+        table.data,
+        observations=(replace(obs, targets=targets),),
+        configurations=replace(table.data.configurations, start=views),
     )
     return replace(table, data=data)
 
@@ -64,7 +66,9 @@ def whole_sights(table: CornerTable) -> Sights:
     whole = many == WHOLE
     rows = order[first[whole, None] + np.arange(WHOLE)]
     along = rays(obs, obs.value)
-    found = resect_sights(obs.extra["point"][rows].reshape(-1, 3), along[rows].reshape(-1, 3), WHOLE * np.arange(len(rows)), 2)
+    found = resect_sights(
+        obs.extra["point"][rows].reshape(-1, 3), along[rows].reshape(-1, 3), WHOLE * np.arange(len(rows)), 2
+    )
     poses = np.stack([np.stack([some[0], some[-1]]) for some in found])
     view, marker = np.divmod(kinds[whole], len(obs.targets))
     return Sights(view, marker, obs.value[rows], obs.extra["point"][rows], poses)

@@ -56,7 +56,10 @@ class Options(BaseOptions):
         "huber", "Loss of the fit: huber counts what is far off less", "LOSS", choices=("huber", "none", "cauchy", "tukey"),
     )  # fmt: skip
     image: str | None = option(
-        None, "Size of the images in pixels", "WIDTHxHEIGHT", otherwise="that of the lens, or in the JSON beside the corners"
+        None,
+        "Size of the images in pixels",
+        "WIDTHxHEIGHT",
+        otherwise="that of the lens, or in the JSON beside the corners",
     )
     exclude: w.Exclude = ()
     output: Path | None = option(
