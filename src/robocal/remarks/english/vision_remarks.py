@@ -139,6 +139,42 @@ class VisionRemarks:
         "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the noise that the fit tells, {seen:.3g} px",
         "Take more views, or keep numbers of the lens that few views tell: --fix k3.",
     )
+    CORNERS_OUTSIDE = Phrase(
+        "{count} of {total} corners lie outside the image, and are left out: {views}",
+        "Detect markers again with robocal vision detect, which lists whole ones alone, or delete these rows.",
+    )
+    MAP_LOCATED = Phrase(
+        "corners of views that were left out are met within {unseen:.3g} rms; their noise is {noise:.3g}, both axes together"
+    )
+    MAP_NOT_ENDED = Phrase(
+        "the fit of the map came to no end", "Take more views that show several markers each, from different sides."
+    )
+    MARKER_MOVED = Phrase(
+        "marker {marker} is at two places, {apart:.3g} and {turned:.2g} apart:[ it moved before view {first}][ views {views} see another "
+        "one], {count} views in all",
+        "Leave the marker out (--without), or the views in which it stood elsewhere (--exclude). Of two markers with one number cover "
+        "one.",
+    )
+    MAP_MISSES = Phrase(
+        "the map leaves {left:.3g} per axis, {times:.2g} times what corners are known to",
+        "Check that markers are flat, did not move and have the sizes that are told, and that the lens is of this camera.",
+    )
+    MAP_OVERFITTED = Phrase(
+        "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the noise that the fit tells, {seen:.3g} px",
+        "Take more views, each with several markers.",
+    )
+    MAP_ASIDE = Phrase(
+        "{share:.0%} of the corners do not fit the map, and are not counted",
+        "Look at the views and markers that are worst: a wrong size, a marker that moves, or a blurred image leave so much.",
+    )
+    LENS_PRIOR_CONTRADICTED = Phrase(
+        "the lens that was given is contradicted: {name} is {found:.6g}, given is {given:.6g}, {times:.2g} standard deviations away",
+        "Calibrate the lens again (robocal vision intrinsics), or give that of this camera, focus and resolution.",
+    )
+    MARKERS_IN_FEW_VIEWS = Phrase(
+        "{count} markers are seen in fewer than {least} views: {markers}",
+        "Take more images that show them, each with neighbours, from different sides.",
+    )
     MAP_COVARIANCE_MISSING = Phrase(
         "{file} names {table}, which is not beside it: its markers are taken as known independently of one another",
         "Put {table} beside it: without it sigmas of distances between markers are too large or too small.",
