@@ -50,6 +50,7 @@ VISION: Mapping[str, str] = MappingProxyType({
     "sheet": "Markers and boards to print, at true scale.",
     "detect": "Corners of printed targets in images.",
     "intrinsics": "A lens from corners, with its uncertainty.",
+    "map": "Where the camera was, in a map of markers.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(

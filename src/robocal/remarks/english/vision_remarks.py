@@ -143,3 +143,34 @@ class VisionRemarks:
         "{file} names {table}, which is not beside it: its markers are taken as known independently of one another",
         "Put {table} beside it: without it sigmas of distances between markers are too large or too small.",
     )
+    MAP_MARKER_MOVED = Phrase(
+        "marker {name} is not where the map has it, but about {distance} away: {aside} of its {total} corners are excluded[; it may "
+        "be marker {other} instead]",
+        "Put marker {name} back, or make the map again with images of today.",
+    )
+    VIEW_HAS_TWO_POSES = Phrase(
+        "{count} of {total} images have two poses that fit alike, and are not in the list: {views}",
+        "Bring more markers into the image, best of several walls, or take it from 30 deg or more beside their normal.",
+    )
+    VIEW_WITHOUT_MAP = Phrase(
+        "{count} of {total} images show no whole marker of the map: {views}", "Point the camera at markers of the map."
+    )
+    MARKERS_NOT_IN_MAP = Phrase(
+        "{count} markers are not in the map, and do not help: {names}", "Make the map again with images that show them."
+    )
+    MAP_WITHOUT_SIGMA = Phrase(
+        "{file} states no sigma: the poses count its markers as known exactly",
+        "Give map.yaml of robocal vision map, which has sigma and covariance.",
+    )
+    LENS_WITHOUT_SIGMA = Phrase(
+        "{file} states no sigma: the poses count its lens as known exactly",
+        "Give lens.yaml of robocal vision intrinsics, which has sigma and covariance.",
+    )
+    MAP_UNLIKE_VIEWS = Phrase(
+        "the map and the lens miss the corners by {left} in the images, {times:.2g} times what the corners are known to",
+        "Check that map and lens belong to these images, and the size of the markers.",
+    )
+    MAP_CORNERS_EXCLUDED = Phrase(
+        "{share} of the corners do not fit the map, and are excluded",
+        "Make the map again: more than single markers differ from it.",
+    )
