@@ -17,8 +17,8 @@ from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Rig
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.session.vision.map_prior import FIXED, find_moved, prior_targets, take_markers
-from robocal.vision.map_gauge import move_map, project_covariance
+from robocal.session.vision.map_prior import FIXED, find_moved, prior_targets
+from robocal.vision.map_gauge import move_map, project_covariance, take_markers
 from robocal.vision.sheets import SQUARE
 
 AWAY = se3.from_vector([0.3, -0.2, 0.5, 0.2, -0.4, 0.9])

@@ -51,6 +51,7 @@ VISION: Mapping[str, str] = MappingProxyType({
     "detect": "Corners of printed targets in images.",
     "intrinsics": "A lens from corners, with its uncertainty.",
     "map": "Where the camera was, in a map of markers.",
+    "compare": "How maps of the same markers scatter.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(

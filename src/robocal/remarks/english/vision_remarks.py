@@ -174,3 +174,19 @@ class VisionRemarks:
         "{share} of the corners do not fit the map, and are excluded",
         "Make the map again: more than single markers differ from it.",
     )
+    MAPS_APART = Phrase(
+        "the maps differ {times:.2g} times as much as their sigma predicts",
+        "Take the scatter of the maps for their error, and give every map the same lens and the same size of markers.",
+    )
+    MARKER_MOVED_BETWEEN = Phrase(
+        "marker {name} stands {distance} elsewhere in {file}[; it may be marker {other} instead]",
+        "Leave marker {name} out of the maps, or put it back.",
+    )
+    MAPS_OF_OTHER_MARKERS = Phrase(
+        "{count} markers are not in all maps, and are not compared: {names}",
+        "Take images of all markers for every map.",
+    )
+    MAPS_SCALED = Phrase(
+        "{file} is {share} {word} than the mean of the maps",
+        "Measure the markers, and give every map the same size and the same lens.",
+    )

@@ -22,10 +22,10 @@ from robocal.geometry import se3
 from robocal.geometry.fits import rigid
 from robocal.measure.data import Frame
 from robocal.parameters import FRAME_SYMBOLS, Together
-from robocal.vision.map_gauge import move_map, rigid_motions
+from robocal.vision.map_gauge import move_map, rigid_motions, take_markers
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["FIXED", "LOOSE", "MapPrior", "MarkerChange", "chance_of", "find_moved", "prior_targets", "take_markers"]
+__all__ = ["FIXED", "LOOSE", "MapPrior", "MarkerChange", "chance_of", "find_moved", "prior_targets"]
 
 LOOSE = 1.0, 0.1  # tolerance: m and rad of a whole map: far more than a start is off by
 FIXED = 1e-6, 1e-6  # tolerance: m and rad of a whole map: far less than any map is known to
@@ -52,14 +52,6 @@ class MarkerChange:
     chance: float
     chi2: float
     dof: int
-
-
-def take_markers(known: MarkerMap, names: Sequence[str]) -> MarkerMap:
-    """The markers of these names, in this order."""
-    at = [known.names.index(n) for n in names]
-    rows = (6 * np.array(at)[:, None] + np.arange(6)).ravel()
-    covariance = None if known.covariance is None else known.covariance[np.ix_(rows, rows)]
-    return replace(known, names=tuple(names), size=known.size[at], vector=known.vector[at], covariance=covariance)
 
 
 def prior_targets(

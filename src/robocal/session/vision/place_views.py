@@ -34,8 +34,9 @@ from robocal.measure.pixels import rays
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable
-from robocal.session.vision.map_prior import FIXED, MapPrior, chance_of, find_moved, prior_targets, take_markers
+from robocal.session.vision.map_prior import FIXED, MapPrior, chance_of, find_moved, prior_targets
 from robocal.vision.lenses import Lens
+from robocal.vision.map_gauge import take_markers
 from robocal.vision.maps import MarkerMap
 from robocal.vision.sheets import SQUARE
 
