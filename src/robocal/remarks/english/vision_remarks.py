@@ -202,3 +202,50 @@ class VisionRemarks:
         "Look at the views with the largest errors. Check the lens, the size of the target, and that target, camera and robot stand still "
         "while an image is taken.",
     )
+    MAP_MARKER_MOVED = Phrase(
+        "marker {name} is not where the map has it, but about {distance} away: {aside} of its {total} corners are excluded[; it may "
+        "be marker {other} instead]",
+        "Put marker {name} back, or make the map again with images of today.",
+    )
+    VIEW_HAS_TWO_POSES = Phrase(
+        "{count} of {total} images have two poses that fit alike, and are not in the list: {views}",
+        "Bring more markers into the image, best of several walls, or take it from 30 deg or more beside their normal.",
+    )
+    VIEW_WITHOUT_MAP = Phrase(
+        "{count} of {total} images show no whole marker of the map: {views}", "Point the camera at markers of the map."
+    )
+    MARKERS_NOT_IN_MAP = Phrase(
+        "{count} markers are not in the map, and do not help: {names}", "Make the map again with images that show them."
+    )
+    MAP_WITHOUT_SIGMA = Phrase(
+        "{file} states no sigma: the poses count its markers as known exactly",
+        "Give map.yaml of robocal vision map, which has sigma and covariance.",
+    )
+    LENS_WITHOUT_SIGMA = Phrase(
+        "{file} states no sigma: the poses count its lens as known exactly",
+        "Give lens.yaml of robocal vision intrinsics, which has sigma and covariance.",
+    )
+    MAP_UNLIKE_VIEWS = Phrase(
+        "the map and the lens miss the corners by {left} in the images, {times:.2g} times what the corners are known to",
+        "Check that map and lens belong to these images, and the size of the markers.",
+    )
+    MAP_CORNERS_EXCLUDED = Phrase(
+        "{share} of the corners do not fit the map, and are excluded",
+        "Make the map again: more than single markers differ from it.",
+    )
+    MAPS_APART = Phrase(
+        "the maps differ {times:.2g} times as much as their sigma predicts",
+        "Take the scatter of the maps for their error, and give every map the same lens and the same size of markers.",
+    )
+    MARKER_MOVED_BETWEEN = Phrase(
+        "marker {name} stands {distance} elsewhere in {file}[; it may be marker {other} instead]",
+        "Leave marker {name} out of the maps, or put it back.",
+    )
+    MAPS_OF_OTHER_MARKERS = Phrase(
+        "{count} markers are not in all maps, and are not compared: {names}",
+        "Take images of all markers for every map.",
+    )
+    MAPS_SCALED = Phrase(
+        "{file} is {share} {word} than the mean of the maps",
+        "Measure the markers, and give every map the same size and the same lens.",
+    )
