@@ -5,7 +5,7 @@ from typing import Any
 
 from robocal.front.arrays import Measurements
 from robocal.front.verb_result import Found
-from robocal.session.vision.hand_eye_result import HandEye as _hand_eye_HandEye
+from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_eye_HandEyeCalibration
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.verbs.vision.detect.result import Detected as _detect_Detected
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
@@ -152,7 +152,7 @@ def hand_eye(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found[_hand_eye_HandEye]:
+) -> Found[_hand_eye_HandEyeCalibration]:
     """Find where a camera is, on the flange or beside the robot, with what it may be off by in mm.
 
     A target stands on the table before a camera in the hand, or hangs on the flange before a camera that stands. Take 15 to 30

@@ -180,8 +180,8 @@ class VisionRemarks:
         "Put {table} beside it: without it sigmas of distances between markers are too large or too small.",
     )
     POSES_READ_OTHERWISE = Phrase(
-        "the robot's poses, as stated, miss what most views see by {before:.3g} and {before_turn:.2g}; read as {reading}, by {after:.2g} and "
-        "{after_turn:.2g}",
+        "the robot's poses, as stated, miss what most views see by {before:.3g} and {before_turn:.2g}; read as {reading}, by "
+        "{after:.2g} and {after_turn:.2g}",
         "Say so: {option}.",
     )
     PAIRED_IN_ORDER = Phrase(
@@ -194,7 +194,7 @@ class VisionRemarks:
     )
     LENS_CONTRADICTED = Phrase(
         "these views contradict the lens that was given: {names} ({z:.0f} sigma)",
-        "Calibrate the lens again, with images of the same focus: robocal vision intrinsics. Until then use the one that was found here.",
+        "Find it too (--free-lens), or calibrate it again with images of the same focus: robocal vision intrinsics.",
     )
     HAND_EYE_FAR = Phrase(
         "views that were left out are missed by {left:.2g} at the target (rms), {times:.2g} times what is normal for an arm that nobody "
@@ -248,4 +248,8 @@ class VisionRemarks:
     MAPS_SCALED = Phrase(
         "{file} is {share} {word} than the mean of the maps",
         "Measure the markers, and give every map the same size and the same lens.",
+    )
+    VIEW_MOVED = Phrase(
+        "from view {first} to view {last} the camera or the target stands elsewhere[, by {shift:.3g}] ({count} views)",
+        "Leave these views out (--exclude), or calibrate both parts by themselves. Then see what is loose.",
     )
