@@ -50,7 +50,7 @@ def undo_half_turns(model: Model, data: DataSet) -> tuple[DataSet, dict[int, Boo
         if turn is None or carrier is None:
             continue
         found = _Labels(obs, turn, _vote(obs, turn, carrier))
-        if freedom_of(model) is None:
+        if not freedom_of(model):
             found = found.settle(model, data, targets)
         seen[i], turned[i] = turn_views(obs, turn, found.turned), found.turned
     return replace(data, observations=tuple(seen)), turned
