@@ -44,7 +44,9 @@ def test_lenses_of_larger_images_are_told_and_scaled_on_consent(source, tmp_path
     assert told.status == 2 and "1280 x 720 px, and the lens is of 1920 x 1080 px" in told.said
     assert "scale: 0.6666666666" in told.said
     files = write_cell(tmp_path, source, lens=", scale: 0.666666666666667", more=SIZE)
-    assert read_inputs(files[0], files[1:2]).data.observations[0].options["intrinsics"][0] == pytest.approx(1048.62, abs=0.01)
+    assert read_inputs(files[0], files[1:2]).data.observations[0].options["intrinsics"][0] == pytest.approx(
+        1048.62, abs=0.01
+    )
     files = write_cell(tmp_path, source, lens="", leave_out=FOREIGN, more=LABELS)
     for k in range(4):
         ran = robocal(*free(files, k), "--json")
