@@ -234,10 +234,18 @@ BESIDE_NEAR = limit(0.02, "of the distance of two places", "A fiftieth of the wa
 BESIDE_SHARE = limit(0.5, "of what was held out", "Held-out places beside fitted ones tell nothing of the way between them.")
 FRAMES_LEFT = limit(3.0, "times what noise and making allow",
     "A robot that errs by more is no robot of that drawing, or its readings belong to other poses.", "tests/prove/test_frames_alone.py")
+LENS_CENTRE_PRIOR = limit(10.0, "px (standard deviation)",
+    "So far the focal length and centre of a lens that is stated without a spread may be off.", "tests/real/test_charuco_arm.py")
+LENS_DISTORTION_PRIOR = limit(0.1, "(standard deviation)",
+    "So far the distortion of such a lens may be off.", "tests/real/test_charuco_arm.py")
+LENS_CONTRADICTED = limit(4.0, "sigma", "Chance alone puts a number there once in ten thousand.")
 ROBOT_PLACE = limit(1e-3, "m (standard deviation)",
     "So far a flange stands from the pose that its controller tells, of arms that nobody calibrated.", "ISO 9283 data sheets")
 ROBOT_TURN = limit(2e-3, "rad (standard deviation)",
     "A millimetre at the ends of a wrist that is half a metre long.", "ISO 9283 data sheets")
+HAND_EYE_ASK = limit(0.02, "of the distance of the target, and rad",
+    "No robot that is read rightly puts most views of a target so far off.", "tests/session/test_hand_eye.py")
+HAND_EYE_LEFT = limit(3.0, "times what is normal", "An arm that nobody calibrated leaves no more; something else moves or is wrong.")
 HAND_TURNS = limit(math.radians(5.0), "rad (standard deviation)",
     "About a second axis: with less, a robot's millimetre puts a frame a centimetre off.", "tests/prove/test_frames_alone.py")
 ARM_EXPLAINS = limit(4.8, "of the log likelihood",
@@ -303,6 +311,8 @@ IMAGE_COVERAGE = limit(0.4, "of 8 x 6 parts", "A lens is known where corners wer
 VIDEO_FRAMES = limit(0.95, "of the frames that a video states", "Some files state their frames from length and rate, a little wrong.")
 IMAGE_VIEWS = limit(5, "images", "Of fewer, nobody expects that they cover the image.")
 CORNER_AT_REST = limit(0.005, "px", "A third of what corners of a good image are off by; the next round moves them a tenth of it.")
+MARKER_MOVED_CHANCE = limit(1e-3, "chance", "A marker that stands where it stood is named once in a thousand maps.")
+POSE_RIVAL = limit(0.01, "of the likelihood", "A pose that is a hundred times less likely than the other is no doubt any more.")
 LENS_VIEWS = limit(3, "views", "Two views of a flat target leave no number to check four of a lens with.", "Zhang (2000)")
 LENS_VIEW_LEFT = limit(0.3, "of the size of a view",
     "A fisheye bends a plane by a tenth; corners of wrong numbers leave two thirds.", "tests/cli/test_vision_intrinsics.py")

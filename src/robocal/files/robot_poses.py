@@ -79,10 +79,16 @@ class RobotPoses:
 
 
 def read_robot_poses(
-    place: Path, *, maker: str | None = None, euler: str | None = None, units: str | None = None
+    place: Path,
+    *,
+    maker: str | None = None,
+    euler: str | None = None,
+    units: str | None = None,
+    quaternion: str | None = None,
+    vector: bool = False,
 ) -> RobotPoses:
-    """Reads poses; `maker` of MAKERS, `euler` an order of axes, `units` as "mm,deg" where headers say none. Raises FileError, FormatError,
-    ModelError."""
+    """Reads poses; `maker` of MAKERS, `euler` an order of axes, `units` as "mm,deg" in place of what headers say, `quaternion`: xyzw or
+    wxyz, in place of what they mean; `vector`: three angles are a rotation vector. Raises FileError, FormatError, ModelError."""
     if maker is not None and euler is not None:
         raise ModelError("the maker says how angles turn", key="--euler", found=euler, expected="--maker or --euler")
     if euler is not None and (
@@ -92,7 +98,7 @@ def read_robot_poses(
         raise ModelError("no order of three axes", key="--euler", found=euler, expected=expected)
     source = _Folder.read(place) if place.is_dir() else _Table(read_csv(place))
     length, angle = _stated(units)
-    return _Reader(source, MAKERS.get(maker or ""), maker or "", euler, length, angle).read()
+    return _Reader(source, MAKERS.get(maker or ""), maker or "", euler, length, angle, quaternion, vector).read()
 
 
 def _stated(units: str | None) -> tuple[Unit | None, Unit | None]:
@@ -223,6 +229,8 @@ class _Reader:
     euler: str | None
     length: Unit | None
     angle: Unit | None
+    order: str | None
+    vector: bool
 
     def read(self) -> RobotPoses:
         source = self.source
@@ -255,13 +263,12 @@ class _Reader:
         )
 
     def _lengths(self, names: Sequence[str]) -> tuple[Array, Unit]:
-        usual = self.length or UNITS[self.maker.length if self.maker else "m"]
-        return self._in_si(names, "m", usual)
+        return self._in_si(names, "m", self.length, self.maker.length if self.maker else "m")
 
-    def _in_si(self, names: Sequence[str], si: str, usual: Unit) -> tuple[Array, Unit]:
-        heads = [self.source.unit(n) for n in names]
+    def _in_si(self, names: Sequence[str], si: str, given: Unit | None, usual: str) -> tuple[Array, Unit]:
+        heads = [None if given is not None else self.source.unit(n) for n in names]
         units = [
-            usual if h is None else parse_unit(h, si, file=self.source.path, column=n)
+            given or UNITS[usual] if h is None else parse_unit(h, si, file=self.source.path, column=n)
             for h, n in zip(heads, names, strict=True)
         ]
         return self.source.numbers(names) * np.array([u.factor for u in units]), units[0]
@@ -271,8 +278,12 @@ class _Reader:
         source, maker = self.source, self.maker
         if maker is None and self.euler is None:
             if all(map(source.has, QUATERNION)):
-                return self._quaternion(QUATERNION, "quaternion_xyzw")
+                return self._quaternion(QUATERNION, self.order or "xyzw")
+            if self.order is not None and all(map(source.has, WXYZ)):
+                return self._quaternion(WXYZ, self.order)
             known = next((n for n in ANGLES if all(map(source.has, n))), None)
+            if known is not None and self.vector and known == ANGLES[0]:
+                return self._angles(known, "rotation_vector", "", True, "rad")
             if known is not None or all(map(source.has, WXYZ)):
                 found = ", ".join(known or WXYZ)
                 expected = f"--maker {', '.join(MAKERS)}; or --euler ZYX of three angles"
@@ -286,17 +297,17 @@ class _Reader:
         if maker is None:
             names = self._columns(ANGLES, "the three angles", "rx, ry, rz")
             order = str(self.euler)
-            return self._angles(names, "euler", order.upper(), order.isupper(), UNITS["rad"])
+            return self._angles(names, "euler", order.upper(), order.isupper(), "rad")
         names = self._columns((maker.columns, *((QUATERNION,) if maker.form == "quaternion_wxyz" else ())), "the orientation",
                               f"{', '.join(maker.columns)}, as {self.name} writes them")  # fmt: skip
         if maker.form == "quaternion_wxyz":
-            return self._quaternion(names, "quaternion_xyzw" if names == QUATERNION else maker.form)
-        return self._angles(names, maker.form, maker.order, maker.intrinsic, UNITS[maker.angle])
+            return self._quaternion(names, self.order or ("xyzw" if names == QUATERNION else "wxyz"))
+        return self._angles(names, maker.form, maker.order, maker.intrinsic, maker.angle)
 
     def _angles(
-        self, names: Sequence[str], form: str, order: str, intrinsic: bool, usual: Unit
+        self, names: Sequence[str], form: str, order: str, intrinsic: bool, usual: str
     ) -> tuple[Array, Array, str, str]:
-        angles, unit = self._in_si(names, "rad", self.angle or usual)
+        angles, unit = self._in_si(names, "rad", self.angle, usual)
         most = float(np.median(np.abs(angles).max(axis=1)))
         if most > 2 * np.pi:
             expected = (
@@ -315,17 +326,13 @@ class _Reader:
             f"angles {', '.join(names)} in {unit.name}, about {', '.join(order.lower())} in turn, {about}",
         )
 
-    def _quaternion(self, names: Sequence[str], form: str) -> tuple[Array, Array, str, str]:
+    def _quaternion(self, names: Sequence[str], order: str) -> tuple[Array, Array, str, str]:
         numbers = self.source.numbers(names)
         size = np.linalg.norm(numbers, axis=1)
         self._insist(np.abs(size - 1) < UNIT_LENGTH, "not a unit quaternion", size, "a length of 1")
-        q = (numbers if form == "quaternion_xyzw" else numbers[:, [1, 2, 3, 0]]) / size[:, None]
-        return (
-            orientation.quaternion(q),
-            numbers,
-            form,
-            f"quaternion {', '.join(names)}, the scalar {'last' if form == 'quaternion_xyzw' else 'first'}",
-        )
+        q = (numbers if order == "xyzw" else numbers[:, [1, 2, 3, 0]]) / size[:, None]
+        words = f"quaternion {', '.join(names)}, the scalar {'last' if order == 'xyzw' else 'first'}"
+        return orientation.quaternion(q), numbers, f"quaternion_{order}", words
 
     def _matrix(self, prefix: str) -> tuple[Array, Array, str, str]:
         numbers = self.source.numbers([f"{prefix}_{i}{j}" for i in range(3) for j in range(3)])

@@ -1,10 +1,11 @@
 """Pixels: r = project(T_camera_target X) - uv, for points X known in the target's frame.
 
 value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; of corners of squares whose errors are correlated
-extra["covariances"] (k, 2, 8) and extra["square and corner"] (k, 2), as in `sights.correlations`; options["camera"] names the camera whose intrinsics are
-parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the symbols to identify.
-options["known"] are symbols with a prior that they share, of covariance options["covariance"]. The frame is the camera's:
-mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
+extra["covariances"] (k, 2, 8) and extra["square and corner"] (k, 2), as in `sights.correlations`. options["camera"] names the
+camera whose intrinsics are parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the
+symbols to identify. options["known"] are symbols with a prior that they share, of covariance options["covariance"];
+options["together"] are priors that targets share, as the markers of a map. The frame is the camera's: mounted on "tool" it is a camera
+in hand, mounted on "base" a fixed one.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 FEW = 4  # problems that lack less than one in so many of what any of them has are told by what they lack
 SCALE = 5e-3  # of a printed marker or board: a printer scales, paper and glue swell
 NEAR_RIM = 0.9  # of the farthest that a lens images: pixels beyond are looked at one by one
+NO_MIXING = np.empty((0, 8, 8))
 HELD = np.full((1, 6), -1, dtype=np.int64)
 
 
@@ -77,7 +79,7 @@ class PixelRows(SightRows):
 
     def _with(self, **changes: Any) -> Self:
         other = super()._with(**changes)
-        if changes.keys() & {"sigma", "scale", "used", "correlations"}:
+        if changes.keys() & {"sigma", "used", "correlations"}:
             other.__dict__.pop("_independent", None)
         return other
 
@@ -110,12 +112,14 @@ class PixelRows(SightRows):
             np.concatenate([getattr(t, name) for t in some])[order] for name in ("point", "scale", "configuration")
         )
         carrier, own = self.view.carrier, self.columns[len(self.columns) - len(self.own) :]
+        each = [a for t in some if (a := t._independent) is not None]
+        apart = Decorrelation.join(each, order) if each else None  # all or none: they are of one table
         none = np.full(len(order), -1, dtype=np.int64)
         local = tuple(none if block is None else block[place[order]] for block in carrier.local)
         return self._with(
             carriers=(carrier,), columns=np.concatenate([carrier.columns, own]), sights=sights, point=point, scale=scale,
             configuration=configuration, value=np.concatenate([t.value for t in some], axis=1)[:, order], local=local, pair=none,
-            seats=np.stack([t.seats for t in some]), free=np.concatenate([t.free for t in some]), view=None,
+            seats=np.stack([t.seats for t in some]), free=np.concatenate([t.free for t in some]), view=None, _independent=apart,
         )  # fmt: skip
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
@@ -125,7 +129,8 @@ class PixelRows(SightRows):
         lo, hi = apart.whole_blocks(first, rows)
         r, jac, local = self._see(x, which, lo, hi - lo)
         some = slice(first - lo, first - lo + rows)
-        return apart.mix(r[..., None], lo)[:, some, :, 0], apart.mix(jac, lo)[:, some], apart.mix(local, lo)[:, some]
+        r, jac, local = (apart.mix(v, lo)[:, some] for v in (r[..., None], jac, local))
+        return r[..., 0], jac, local
 
     def _see(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         """Residuals and Jacobians of pixels as they were read."""
@@ -157,8 +162,6 @@ class PixelRows(SightRows):
         return out if apart is None else apart.mix(out[..., None], lo)[:, first - lo : first - lo + rows, :, 0]
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
-        if self.correlations is not None:
-            return False
         value = self.value if len(self.value) == 1 else self.value[which]
         if 1 < len(x) == len(weight) and len(value) == 1 and not loss.curved.any() and (x == x[0]).all():
             # Problems that differ in their weights alone: all rows once, less what each problem lacks of them.
@@ -189,6 +192,8 @@ class PixelRows(SightRows):
         if together:
             frames_of(np.ascontiguousarray(x[:, self.seats.ravel()]), 0, np.arange(len(free)), seats)
         cut = out.gl.shape[2] if self.touches[0] else 0
+        apart = self._independent
+        block, mixing = (NONE, NO_MIXING) if apart is None else (apart.block, apart.mixing)
         for part, lo, hi in _spans(weight[:, self.configuration[begin]] > 0):
             some = slice(part, part + 1) if part >= 0 else slice(None)
             mine, here = out.take(some), x[some]
@@ -197,9 +202,10 @@ class PixelRows(SightRows):
                 t, j, jl = self.carrier.pose(here, first, min(many, hi - first))
                 accumulate_views(
                     t, j, jl, first, cut, views, edges, seat, seats[some], free, numbers[some], self.own, self.point,
-                    value[some] if len(value) > 1 else value, self.scale, weight[some] if len(weight) > 1 else weight, self.configuration,
-                    self.columns, one, two, own + pair, loss.kind, loss.tuning, loss.curved[some], mine.cost, mine.g, mine.a, mine.gl,
-                    mine.al, mine.asl, mine.gm, mine.am, mine.asm, mine.cross,
+                    value[some] if len(value) > 1 else value, self.scale, block, mixing,
+                    weight[some] if len(weight) > 1 else weight, self.configuration, self.columns, one, two, own + pair,
+                    loss.kind, loss.tuning, loss.curved[some], mine.cost, mine.g, mine.a, mine.gl, mine.al, mine.asl,
+                    mine.gm, mine.am, mine.asm, mine.cross,
                 )  # fmt: skip
 
 
@@ -229,9 +235,9 @@ def fold_of_lens(obs: Observations) -> tuple[float, Bools]:
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term per target, and one for all that are local blocks."""
     parts = builder.split(obs)
-    # Rows whose errors are correlated are not summed view by view.
-    views = [None] * len(parts) if SQUARE_CORNER in obs.extra else views_of(builder, obs, parts)
-    return [PixelRows(builder, obs, *part, view) for part, view in zip(parts, views, strict=True)]
+    return [
+        PixelRows(builder, obs, *part, view) for part, view in zip(parts, views_of(builder, obs, parts), strict=True)
+    ]
 
 
 def parameters(obs: Observations) -> Sequence[Parameter]:
@@ -251,10 +257,11 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
 
 
 def together(obs: Observations) -> Sequence[Together]:
-    """What is known of the intrinsics beforehand, together."""
+    """What is known beforehand, together: of the intrinsics, and of targets."""
     known, covariance = obs.options.get("known", ()), obs.options.get("covariance", ())
-    assert isinstance(known, tuple) and isinstance(covariance, tuple)
-    return [Together(tuple(f"{obs.options['camera']}.{s}" for s in known), covariance)] if known else []
+    targets = obs.options.get("together", ())
+    assert isinstance(known, tuple) and isinstance(covariance, tuple) and isinstance(targets, tuple)
+    return [*([Together(tuple(f"{obs.options['camera']}.{s}" for s in known), covariance)] if known else []), *targets]
 
 
 PINHOLE = ("fx", "fy", "cx", "cy")

@@ -69,23 +69,25 @@ def pose_share(fit: Fit) -> PoseShare:
     if not likelihood[best] - likelihood[0] > ARM_EXPLAINS:
         return PoseShare(square, robot, None, 0.0)
     inverse = (vt[kept].T / size[kept]) @ basis.T * every.scales[:, None]
-    covariance = variance[best] * (inverse * spread[best]) @ inverse.T
+    noise = variance[best] * spread[best]
+    noise[len(noise) - len(held) :] = 1.0  # what is known beforehand has its own sigma, whatever the readings leave
+    covariance = (inverse * noise) @ inverse.T
     return PoseShare(square, robot, covariance, float(np.sqrt(variance[best] * RATIOS[best])))
 
 
 def _rows(lin: Linear, scales: Array, held: Array) -> tuple[Array, Array, Array]:
-    """X (M, n) in expected errors, y (M,) and d (M,): rows that say the same as all of them, and priors (k, n + 1)."""
+    """X (M, n) in expected errors, y (M,) and d (M,): rows that say the same as all of them, and priors (k, n + 1), which come last."""
     error = np.array([ROBOT_PLACE] * 3 + [ROBOT_TURN] * 3)
     both = np.hstack([lin.j * scales, lin.r[:, None]])
     order = np.argsort(lin.local, kind="stable")
     edges = np.flatnonzero(np.append(True, np.diff(lin.local[order]) != 0))
-    tops, ends, sizes = [], [held], []
+    tops, ends, sizes = [], [], []
     for rows in np.split(order, edges[1:]):
         left, d, _ = np.linalg.svd(lin.jl[rows] * error, full_matrices=False)
         top = left.T @ both[rows]
         tops.append(top)
         sizes.append(d)
-        ends.append(np.linalg.qr(both[rows] - left @ top, mode="r"))
-    end = np.linalg.qr(np.vstack(ends), mode="r")
+        ends.append(np.asarray(np.linalg.qr(both[rows] - left @ top, mode="r")))
+    end = np.vstack([np.asarray(np.linalg.qr(np.vstack(ends), mode="r")), held])
     out = np.vstack([*tops, end])
     return out[:, :-1], out[:, -1], np.concatenate([*sizes, np.zeros(len(end))])

@@ -50,6 +50,7 @@ VISION: Mapping[str, str] = MappingProxyType({
     "sheet": "Markers and boards to print, at true scale.",
     "detect": "Corners of printed targets in images.",
     "intrinsics": "A lens from corners, with its uncertainty.",
+    "hand_eye": "Where a camera is on a robot, or beside it.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(
@@ -67,4 +68,6 @@ GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
 # Where every verb is in `robocal.verbs`.
 PATHS = (*VERBS, *(f"{word}.{name}" for word, group in GROUPS.items() for name in group.verbs))
 # What the command line calls a verb whose word is no name in Python: module and function have another.
-COMMAND_NAMES: Mapping[str, str] = MappingProxyType({"import_model": "import", "warm_up": "warm-up"})
+COMMAND_NAMES: Mapping[str, str] = MappingProxyType(
+    {"import_model": "import", "warm_up": "warm-up", "hand_eye": "hand-eye"}
+)

@@ -13,33 +13,45 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robocal._record import record
+from robocal._record import field, record
 from robocal._types import Array, Bools, Ints
 
 __all__ = ["COVARIANCES", "SQUARE_CORNER", "Decorrelation", "RowCorrelations", "block_of_rows"]
 
 COVARIANCES, SQUARE_CORNER = "covariances", "square and corner"  # columns of `Observations.extra`
+KEPT = 8  # of them
 LEAST = 1e-5  # tolerance: of an eigenvalue of correlations: files round to six digits
 
 
 @record(eq=False)
 class RowCorrelations:
-    """Rows edges[b] to edges[b + 1] are block b; covariance (m, 2, 8) is that of the numbers of a row with the numbers of every corner of its
-    block, corner (m,) says which is its own; sigma (m, 2) are the standard deviations that belong to it. What is added to these later is
-    independent."""
+    """Rows edges[b] to edges[b + 1] are block b; covariance (m, 2, 8) is that of the numbers of a row with the numbers of every corner
+    of its block, corner (m,) says which is its own; sigma (m, 2) are the standard deviations that belong to it. What is added to these
+    later is independent."""
 
     edges: Ints
     covariance: Array
     corner: Ints
     sigma: Array
+    # What was worked out last, by which rows are used and their noise: fits go to and fro between few of these.
+    memo: dict[tuple[bytes, bytes], Decorrelation] = field(default_factory=dict, repr=False)
 
     def decorrelate(self, used: Bools, sigma: Array) -> Decorrelation:
         """What takes the correlations from the rows that are used (m,), of standard deviations sigma (m, 2)."""
-        rows = np.flatnonzero(used)
-        block = np.searchsorted(self.edges, rows, side="right") - 1
-        count = np.bincount(block, minlength=len(self.edges) - 1)
+        key = used.tobytes(), sigma.tobytes()
+        if key not in self.memo:
+            while len(self.memo) >= KEPT:
+                del self.memo[next(iter(self.memo))]
+            self.memo[key] = self._decorrelate(used, sigma)
+        return self.memo[key]
+
+    def _decorrelate(self, used: Bools, sigma: Array) -> Decorrelation:
+        rows, many = np.flatnonzero(used), len(self.edges) - 1
+        block = np.repeat(np.arange(many), np.diff(self.edges))
+        mine = block[rows]
+        count = np.bincount(mine, minlength=many)
         first = np.cumsum(count) - count
-        parts = []
+        mixing = np.tile(np.eye(8), (many, 1, 1))
         for h in np.unique(count[count > 0]).tolist():
             order = rows[first[count == h][:, None] + np.arange(h)]
             at = 2 * self.corner[order][:, :, None] + np.arange(2)
@@ -50,34 +62,40 @@ class RowCorrelations:
             np.einsum("uii->ui", p)[:] = 1.0
             values, vectors = np.linalg.eigh(p)
             root = (vectors / np.sqrt(np.maximum(values, LEAST))[:, None]) @ vectors.transpose(0, 2, 1)
-            parts.append((order, s[:, :, None] * root / s[:, None]))
-        return Decorrelation(self.edges, tuple(parts))
+            mixing[count == h, : 2 * h, : 2 * h] = s[:, :, None] * root / s[:, None]
+        return Decorrelation(self.edges, block, used, mixing)
 
 
 @record(eq=False)
 class Decorrelation:
-    """Matrices (U, 2 h, 2 h) for rows (U, h), by their count h; other rows stay as they are."""
+    """Matrices (U, 8, 8) for the blocks of rows, block (m,), whose rows are the used ones of a block in their order; other rows stay as
+    they are."""
 
     edges: Ints
-    parts: Sequence[tuple[Ints, Array]]
+    block: Ints
+    used: Bools
+    mixing: Array
 
     def whole_blocks(self, first: int, rows: int) -> tuple[int, int]:
         """The rows, first and behind the last, of all blocks that some rows belong to."""
-        lo = np.searchsorted(self.edges, first, side="right") - 1
-        hi = np.searchsorted(self.edges, first + rows, side="left")
-        return int(self.edges[lo]), int(self.edges[hi])
+        return int(self.edges[self.block[first]]), int(self.edges[self.block[first + rows - 1] + 1])
 
     def mix(self, values: Array, first: int) -> Array:
-        """Numbers (B, n, 2, k) of whole blocks, from the row `first` on, made independent."""
-        batch, n, _, k = values.shape
-        out = values.copy()
-        for order, matrix in self.parts:
-            lo, hi = np.searchsorted(order[:, 0], [first, first + n])
-            some = order[lo:hi] - first
-            if len(some):
-                seen = values[:, some].reshape(batch, len(some), 2 * some.shape[1], k)
-                out[:, some] = (matrix[lo:hi] @ seen).reshape(batch, *some.shape, 2, k)
-        return out
+        """Numbers (B, n, 2, k) of whole blocks, from the row `first` on, made independent, in place."""
+        from robocal.measure.sights.blocks._kernels import mix_rows
+
+        if values.size:
+            mix_rows(values, first, self.used, self.block, self.mixing)
+        return values
+
+    @staticmethod
+    def join(some: Sequence[Decorrelation], order: Ints) -> Decorrelation:
+        """Those of rows one after the other, in another order that leaves blocks whole."""
+        starts = np.cumsum([0, *(len(d.mixing) for d in some[:-1])])
+        block = np.concatenate([d.block + start for d, start in zip(some, starts, strict=True)])[order]
+        used = np.concatenate([d.used for d in some])[order]
+        edges = np.flatnonzero(np.append(True, np.append(np.diff(block) != 0, True)))
+        return Decorrelation(edges, block, used, np.concatenate([d.mixing for d in some]))
 
 
 def block_of_rows(square: Array, *groups: Ints) -> Ints:
