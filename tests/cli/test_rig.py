@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from view_worlds import LENS, eyes, rig
 
 from robocal.geometry import se3, so3
+from robocal.measure.pixels import SCALE
 from robocal.remarks.code import Code
 from robocal.session.inputs import read_inputs
 
@@ -69,6 +70,8 @@ def test_a_stereo_pair_is_one_body(tmp_path, rng):
     true = true_pair()
     place, sigma = np.array(found["position"]["xyz"]) * 1e-3, np.array(found["position"]["sigma"]) * 1e-3
     assert (np.abs(place - true[:3, 3]) < 4 * sigma).all()
+    # Both see one board: what its print may be off by lengthens the way from one camera to the other, and nothing else.
+    assert np.allclose(sigma, SCALE * np.abs(place), rtol=0.1, atol=2e-4)
     turn = Rotation.from_quat(found["quaternion_xyzw"]).as_matrix()
     assert np.linalg.norm(so3.log(turn.T @ true[:3, :3])) < 1e-3
     assert (tmp_path / "run" / "calibrated.yaml").read_text() == ROBOT
