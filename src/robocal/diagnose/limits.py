@@ -312,8 +312,21 @@ VIDEO_FRAMES = limit(0.95, "of the frames that a video states", "Some files stat
 IMAGE_VIEWS = limit(5, "images", "Of fewer, nobody expects that they cover the image.")
 CORNER_AT_REST = limit(0.005, "px", "A third of what corners of a good image are off by; the next round moves them a tenth of it.")
 MARKER_MOVED_CHANCE = limit(1e-3, "chance", "A marker that stands where it stood is named once in a thousand maps.")
+MAPS_CHANCE = limit(1e-3, "chance", "Maps whose sigma holds are said to differ by more once in a thousand comparisons.")
+MAPS_SCALE = limit(2e-3, "of the size", "Printers scale by some thousandths; maps of the same markers differ by less.")
 POSE_RIVAL = limit(0.01, "of the likelihood", "A pose that is a hundred times less likely than the other is no doubt any more.")
 LENS_VIEWS = limit(3, "views", "Two views of a flat target leave no number to check four of a lens with.", "Zhang (2000)")
+CORNERS_OUTSIDE = limit(0.01, "of the corners", "Decoders guess corners beyond the rim now and then; another size of images has far more.",
+    "tests/real/test_tag_map.py")
+MAP_VIEWS = limit(3, "views", "Of two views each is predicted by markers that it alone shows.")
+MARKER_MOVED = limit(30.0, "standard deviations", "What a lens leaves looks like a small motion too, and grows with the views.",
+    "tests/session/test_map_fit.py")
+MARKER_MOVED_VIEWS = limit(3, "views", "One or two views that disagree are gross, and set aside.")
+MAP_MISSES = limit(3.0, "times what corners are known to", "Flat markers and a lens of the right model leave no more.")
+MAP_UNSEEN = limit(2.0, "times", "A map that misses other views by so much has learnt the views that it was fitted to.")
+MAP_ASIDE = limit(0.05, "of the corners", "Of good images one corner in a hundred is gross; more have a cause.")
+MAP_WEAK = limit(3, "views", "Of two views one is left out, and nothing checks what the other says of a marker.")
+LENS_PRIOR = limit(4.0, "standard deviations", "Of nine numbers one is beyond three by chance now and then.")
 LENS_VIEW_LEFT = limit(0.3, "of the size of a view",
     "A fisheye bends a plane by a tenth; corners of wrong numbers leave two thirds.", "tests/cli/test_vision_intrinsics.py")
 TARGET_LEAST = limit(0.005, "m", "Nobody prints a target of several corners so small; metres that were taken for millimetres are.")

@@ -139,34 +139,15 @@ class VisionRemarks:
         "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the noise that the fit tells, {seen:.3g} px",
         "Take more views, or keep numbers of the lens that few views tell: --fix k3.",
     )
-    MAP_COVARIANCE_MISSING = Phrase(
-        "{file} names {table}, which is not beside it: its markers are taken as known independently of one another",
-        "Put {table} beside it: without it sigmas of distances between markers are too large or too small.",
+    CORNERS_OUTSIDE = Phrase(
+        "{count} of {total} corners lie outside the image, and are left out: {views}",
+        "Detect markers again with robocal vision detect, which lists whole ones alone, or delete these rows.",
     )
-    POSES_READ_OTHERWISE = Phrase(
-        "the robot's poses, as stated, miss what most views see by {before:.3g} and {before_turn:.2g}; read as {reading}, by "
-        "{after:.2g} and {after_turn:.2g}",
-        "Say so: {option}.",
+    LENS_PRIOR_CONTRADICTED = Phrase(
+        "the lens that was given is contradicted: {name} is {found:.6g}, given is {given:.6g}, {times:.2g} standard deviations away",
+        "Calibrate the lens again (robocal vision intrinsics), or give that of this camera, focus and resolution.",
     )
-    PAIRED_IN_ORDER = Phrase(
-        "views and poses are paired in the order of their files: {first} with the first pose, {last} with the last",
-        "Look at the list of pairs. Names say it better: a column `image` beside the poses, with the names of the views.",
-    )
-    VIEWS_WITHOUT_POSE = Phrase(
-        "{count} views have no pose of the robot, and are left out: {views}",
-        "Add their poses to the file of the robot, or leave the images out.",
-    )
-    LENS_CONTRADICTED = Phrase(
-        "these views contradict the lens that was given: {names} ({z:.0f} sigma)",
-        "Find it too (--free-lens), or calibrate it again with images of the same focus: robocal vision intrinsics.",
-    )
-    HAND_EYE_FAR = Phrase(
-        "views that were left out are missed by {left:.2g} at the target (rms), {times:.2g} times what is normal for an arm that nobody "
-        "calibrated",
-        "Look at the views with the largest errors. Check the lens, the size of the target, and that target, camera and robot stand still "
-        "while an image is taken.",
-    )
-    VIEW_MOVED = Phrase(
-        "from view {first} to view {last} the camera or the target stands elsewhere[, by {shift:.3g}] ({count} views)",
-        "Leave these views out (--exclude), or calibrate both parts by themselves. Then see what is loose.",
+    MARKERS_IN_FEW_VIEWS = Phrase(
+        "{count} markers are seen in fewer than {least} views: {markers}",
+        "Take more images that show them, each with neighbours, from different sides.",
     )
