@@ -54,12 +54,13 @@ def next_poses(
     every = rows_of(machine)
     h = np.diag(np.tile(HELD, 2) ** -2.0) + np.einsum("mki,mkj->ij", every, every)
     some = _candidates(a, b, machine, point)
-    some = some[_near(*(se3.inverse(m) if inhand else m for m in (machine, some)), (a @ machine @ b)[:, :3, 3])]
+    flange, there = (se3.inverse(m) if inhand else m for m in (machine, some))
+    some = some[_near(flange, there, (a @ machine @ b)[:, :3, 3])]
     rows = rows_of(some)
     looks = np.concatenate([_columns(a, machine), _columns(a, some)])
     shown = a @ np.concatenate([machine, some]) @ b
-    there = shown[:, :3, :3] @ point + shown[:, :3, 3]
-    looks = looks[:, :3] - so3.skew(there) @ looks[:, 3:]
+    place = shown[:, :3, :3] @ point + shown[:, :3, 3]
+    looks = looks[:, :3] - so3.skew(place) @ looks[:, 3:]
     middle = so3.project(machine[:, :3, :3].mean(axis=0))
 
     def sure(h: Array) -> Array:
