@@ -24,6 +24,7 @@ from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
 from robocal.session.vision.detection import Detected
 from robocal.session.vision.hand_eye_images import LENS_EXPECTED, detect_corners, is_table
+from robocal.session.vision.hand_eye_joints import read_joint_poses
 from robocal.session.vision.hand_eye_pair import Pairs, pair_views
 from robocal.vision.camera import MODELS
 from robocal.vision.lenses import Lens
@@ -51,13 +52,19 @@ class HandEyeData:
     named: str
     table: CornerTable | None
     detected: Detected | None
+    arm: Any
     files: tuple[InputFile, ...]
     remarks: tuple[Any, ...]
 
     @property
-    def machine(self) -> Rig:
-        """The robot, whose flange is where it says."""
-        return Rig("robot", freedom=())
+    def machine(self) -> Any:
+        """The arm whose joints were read, or the robot whose flange is where it says."""
+        return Rig("robot", freedom=()) if self.arm is None else self.arm
+
+    @property
+    def hand(self) -> str:
+        """What the robot's poses are of."""
+        return "flange" if self.arm is None else "tool"
 
     @property
     def observations(self) -> Observations:
@@ -87,7 +94,12 @@ class HandEyeData:
 
 def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
     """Reads corners or poses of a target, the robot's poses and the lens, and pairs views with poses. Raises InputError."""
-    robot = read_robot_poses(o.robot, maker=o.maker, euler=o.euler, units=o.units, quaternion=o.quaternion)
+    arm, joints = None, None
+    if o.arm is None:
+        robot = read_robot_poses(o.robot, maker=o.maker, euler=o.euler, units=o.units, quaternion=o.quaternion)
+    else:
+        o.refuse(("maker", "euler", "quaternion", "inverse"), "joint values are no poses", "--arm alone")
+        robot, arm, joints = read_joint_poses(o.robot, o.arm, o.units)
     detected = None
     if not is_table(o.corners):
         detected, table = detect_corners(o, watch)
@@ -133,10 +145,11 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
     inhand = o.camera == "hand"
     obs = _frames(obs, inhand)
     whole = DataSet(Configurations(tuple(views)), (obs,)).take(pairs.view)
-    where = replace(whole.configurations, joints=None, digits=None, start=se3.to_vector(flange))
+    joints = None if joints is None else joints[pairs.pose]
+    where = replace(whole.configurations, joints=joints, digits=None, start=se3.to_vector(flange))
     data = replace(whole, configurations=where)
     return HandEyeData(
-        data=data, robot=robot, pairs=pairs, flange=flange, inhand=inhand, inverse=o.inverse, lens=lens, named=named, table=table,
+        data=data, robot=robot, pairs=pairs, flange=flange, inhand=inhand, inverse=o.inverse, lens=lens, named=named, table=table, arm=arm,
         detected=detected,
         files=(*files, *robot.files), remarks=said,
     )  # fmt: skip

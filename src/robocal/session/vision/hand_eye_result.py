@@ -268,7 +268,7 @@ def find_hand_eye(
         )
         errors = find_errors(made, opened.flange, opened.inhand)
         verdict, said = _judge(opened, made, errors, readings)
-        frames = place_frames(made, opened.inhand)
+        frames = place_frames(made, opened.inhand, opened.hand)
     return HandEyeCalibration(
         opened=opened, decision=made, verdict=verdict, errors=errors, frames=frames, alternatives=readings, files=files,
         warnings=tuple(dict.fromkeys((*opened.remarks, *said))), reasons=verdict.reasons, inputs=opened.files, command=command,

@@ -73,6 +73,9 @@ class Options(BaseOptions):
         choices=("xyzw", "wxyz"),
         otherwise="as their columns are named",
     )
+    arm: str | None = option(
+        None, "POSES are joint values of this arm: robot.yaml, a URDF, or a name from the catalogue", "ROBOT"
+    )
     inverse: bool = option(False, "The poses are of the base in the flange, not of the flange in the base")
     pair: str | None = option(
         None,
