@@ -10,7 +10,8 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Ints
-from robocal.diagnose.camera_changes import view_poses
+from robocal.diagnose.camera_changes import half_turns_open, view_poses
+from robocal.diagnose.half_turns import undo_half_turns
 from robocal.diagnose.limits import LENS_CENTRE_PRIOR, LENS_DISTORTION_PRIOR
 from robocal.errors import ModelError
 from robocal.files.csvtable import read_csv
@@ -20,7 +21,10 @@ from robocal.files.text import InputFile
 from robocal.geometry import se3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Rig
+from robocal.measure.pixels import HALF_TURNS
 from robocal.progress import Watch
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
 from robocal.session.vision.detection import Detected
 from robocal.session.vision.hand_eye_images import LENS_EXPECTED, detect_corners, is_table
@@ -148,6 +152,9 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
     joints = None if joints is None else joints[pairs.pose]
     where = replace(whole.configurations, joints=joints, digits=None, start=se3.to_vector(flange))
     data = replace(whole, configurations=where)
+    if o.undo_half_turns:
+        data, undone = _undo(Rig("robot", freedom=()) if arm is None else arm, data)
+        said = (*said, *undone)
     return HandEyeData(
         data=data, robot=robot, pairs=pairs, flange=flange, inhand=inhand, inverse=o.inverse, lens=lens, named=named, table=table, arm=arm,
         detected=detected,
@@ -170,6 +177,23 @@ def _frames(obs: Observations, inhand: bool) -> Observations:
     which = np.zeros(len(obs), dtype=np.int64) if obs.target is None else obs.target
     frame = Frame(EYE, free=(True,) * 6, mount=camera, expected=PLACE)
     return replace(obs, frame=frame, targets=targets, target=which)
+
+
+def _undo(machine: Any, data: DataSet) -> tuple[DataSet, tuple[Remark, ...]]:
+    """The data where views are labelled from one end of the board, and in how many they were not."""
+    (obs,) = data.observations
+    if obs.kind != "pixels":
+        raise ModelError("measured poses have no labels", key="--undo-half-turns", expected="corners of a board")
+    asked = replace(data, observations=(replace(obs, options={**obs.options, HALF_TURNS: True}),))
+    if not half_turns_open(asked.observations[0]):
+        raise ModelError(
+            "this target does not look the same after half a turn", key="--undo-half-turns", expected="without it"
+        )
+    done, turned = undo_half_turns(machine, asked)
+    own = replace(done.observations[0], options=obs.options)
+    count = sum(int(t.sum()) for t in turned.values())
+    said = Remark.of(Code.HALF_TURNS_UNDONE, count=count, total=len(data.configurations), instruments=(obs.label,))
+    return replace(done, observations=(own,)), (said,)
 
 
 def _lens(o: Any, size: tuple[int, int]) -> tuple[Lens, str, tuple[InputFile, ...]]:

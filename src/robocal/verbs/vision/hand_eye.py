@@ -84,6 +84,9 @@ class Options(BaseOptions):
         choices=("name", "order", "time"),
         otherwise="name, else order",
     )
+    undo_half_turns: bool = option(
+        False, "A board that looks the same after half a turn: label its corners from one end in all views"
+    )
     target_units: str | None = option(
         None,
         "Units of poses of a target, as mm,deg; they count before those of headers",
