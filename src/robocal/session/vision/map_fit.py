@@ -21,9 +21,11 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
+from robocal.session.vision.map_moved import refuse_moved
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import move_map, project_covariance
+from robocal.vision.map_start import MapStart, Sights
 from robocal.vision.maps import MarkerMap
 
 __all__ = ["LOSS", "MapFit", "fit_map"]
@@ -53,7 +55,12 @@ def fit_map(
 ) -> MapFit:
     """The map that views through a lens show, whose covariance is its prior. Raises ModelError."""
     model = Rig("map")
-    begun = place_markers(table.with_prior(lens), JOINED)
+    ids, names = table.data.configurations.ids, [t.name for t in table.pixels.targets]
+
+    def look(sights: Sights, start: MapStart) -> None:
+        refuse_moved(sights, start, lens.intrinsics, ids, names)
+
+    begun = place_markers(table.with_prior(lens), JOINED, look)
     made = decide(model, place_configurations(model, begun.data), Options(loss=loss), watch)
     fit = made.need_fit
     ended = least_squares(fit.problem, fit.solution.x, cost_tolerance=EXACT)

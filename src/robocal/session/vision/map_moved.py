@@ -9,15 +9,22 @@ alternate, the sights are put in the order of where they see it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
 from robocal.diagnose.limits import MARKER_MOVED, MARKER_MOVED_VIEWS
+from robocal.errors import ModelError
 from robocal.vision.camera import project
-from robocal.vision.map_start import Sights
+from robocal.vision.map_start import MapStart, Sights
 
-__all__ = ["MovedMarker", "find_moved"]
+__all__ = ["MovedMarker", "find_moved", "refuse_moved"]
+
+FINEST = 0.3  # tolerance: px: of a start
+FAR = 0.1  # tolerance: of a sight's extent
+SHOWN = 6  # grid: views that a sentence names
 
 
 @record
@@ -56,6 +63,24 @@ def find_moved(sights: Sights, lens: Array, views: Array, markers: Array, sigma:
             views_ = tuple(np.sort(sights.view[some]).tolist())
             out.append(MovedMarker(m, views_, later, float(np.linalg.norm(step[:3])), float(np.linalg.norm(step[3:]))))
     return out
+
+
+def refuse_moved(sights: Sights, start: MapStart, lens: Array, ids: Sequence[str], names: Sequence[str]) -> None:
+    """Raises ModelError where a marker begins at two places that are further apart than it is large: no fit is worth its time."""
+    if not np.isfinite(start.views[sights.view]).all() or not np.isfinite(start.markers).all():
+        return
+    left = start.errors * sights.extent
+    found = find_moved(sights, lens, start.views, start.markers, max(float(np.median(left)), FINEST))
+    for m in found:
+        edge = float(np.ptp(sights.points[sights.marker == m.marker][0], axis=0).max())
+        far = start.errors[(sights.marker == m.marker) & np.isin(sights.view, m.views)]
+        if m.apart > edge and np.median(far) > FAR:
+            shown = ", ".join(ids[v] for v in m.views[:SHOWN])
+            told = f"marker {names[m.marker]}; {len(m.views)} views, as {shown}, see it elsewhere than the others"
+            raise ModelError(
+                "a marker is at two places", key="marker", found=told,
+                expected="numbers that are there once; --without this marker, or --exclude the views before it moved",
+            )  # fmt: skip
 
 
 def _squares(sights: Sights, lens: Array, views: Array, markers: Array, sigma: float) -> tuple[Array, Array, Array]:
