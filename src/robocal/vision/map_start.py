@@ -26,6 +26,7 @@ SAME = 0.1  # tolerance: rad: poses of a marker whose normals are nearer than th
 VOTERS = 12  # grid: views that are asked of a pair of markers
 ROUNDS = 3  # grid: steps of views and markers after each growth; the fit does the rest
 LAST = 10  # grid: such steps in the end
+WEAK = 0.03  # tolerance: of a sight's extent: errors beyond pull less and less; a map that is torn shall heal
 REVISIONS = 4  # grid: how often views and markers are asked again, all together
 
 
@@ -185,9 +186,9 @@ class _Growth:
                 uv, by, _ = project(lever + t[:, None, :3, 3], self.lens)
             left = (uv - s.corners[use]) / self.extent[use, None, None]
             size = np.sqrt(np.square(left).sum(axis=2).mean(axis=1))
-            scale = max(3 * float(np.median(size)), 1e-9)
+            scale = max(3 * float(np.median(size)), WEAK)
             good = np.isfinite(size) & ((lever[:, :, 2] + t[:, None, 2, 3]) > 0).all(axis=1)
-            weight = np.where(good, 1 / (1 + (np.where(good, size, 0.0) / scale) ** 2) ** 2, 0.0)
+            weight = np.where(good, 1 / (1 + (np.where(good, size, 0.0) / scale) ** 2), 0.0)
             if not of_view:  # motions in map axes
                 turned = self.view[s.view[use]][:, :3, :3]
                 lever = np.einsum("sji,skj->ski", turned, lever)
