@@ -77,8 +77,8 @@ def test_a_map_without_covariance(tmp_path):
         map_text(given, "plyy")
 
 
+# obeys: map-covariance-missing
 def test_without_its_table_the_sigmas_stay(tmp_path):
-    """# obeys: map-covariance-missing"""
     given = map_of()
     path = write(tmp_path, map_text(given, "robocal", "map.covariance.csv"))
     alone = read_map(path)

@@ -236,9 +236,9 @@ FRAMES_LEFT = limit(3.0, "times what noise and making allow",
     "A robot that errs by more is no robot of that drawing, or its readings belong to other poses.", "tests/prove/test_frames_alone.py")
 LENS_CENTRE_PRIOR = limit(10.0, "px (standard deviation)",
     "So far the focal length and centre of a lens that is stated without a spread may be off.", "tests/real/test_charuco_arm.py")
-LENS_DISTORTION_PRIOR = limit(0.1, "(standard deviation)",
-    "So far the distortion of such a lens may be off.", "tests/real/test_charuco_arm.py")
+LENS_DISTORTION_PRIOR = limit(0.1, "(standard deviation)", "So far its distortion may be off.", "tests/real/test_charuco_arm.py")
 LENS_CONTRADICTED = limit(4.0, "sigma", "Chance alone puts a number there once in ten thousand.")
+LENS_MATERIAL = limit(0.5, "of what is normal", "A lens that puts the target elsewhere by less is no reason to take no result.")
 ROBOT_PLACE = limit(1e-3, "m (standard deviation)",
     "So far a flange stands from the pose that its controller tells, of arms that nobody calibrated.", "ISO 9283 data sheets")
 ROBOT_TURN = limit(2e-3, "rad (standard deviation)",
@@ -312,6 +312,8 @@ VIDEO_FRAMES = limit(0.95, "of the frames that a video states", "Some files stat
 IMAGE_VIEWS = limit(5, "images", "Of fewer, nobody expects that they cover the image.")
 CORNER_AT_REST = limit(0.005, "px", "A third of what corners of a good image are off by; the next round moves them a tenth of it.")
 MARKER_MOVED_CHANCE = limit(1e-3, "chance", "A marker that stands where it stood is named once in a thousand maps.")
+MAPS_CHANCE = limit(1e-3, "chance", "Maps whose sigma holds are said to differ by more once in a thousand comparisons.")
+MAPS_SCALE = limit(2e-3, "of the size", "Printers scale by some thousandths; maps of the same markers differ by less.")
 POSE_RIVAL = limit(0.01, "of the likelihood", "A pose that is a hundred times less likely than the other is no doubt any more.")
 LENS_VIEWS = limit(3, "views", "Two views of a flat target leave no number to check four of a lens with.", "Zhang (2000)")
 CORNERS_OUTSIDE = limit(0.01, "of the corners", "Decoders guess corners beyond the rim now and then; another size of images has far more.",

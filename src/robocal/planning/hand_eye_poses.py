@@ -20,7 +20,9 @@ __all__ = ["NextPose", "next_poses"]
 TILTS = np.radians([0.0, 20.0, 40.0])  # grid: of the target against most views
 AZIMUTHS = np.radians(np.arange(0, 360, 45))  # grid: towards which it is tilted
 ROLLS = np.radians([-90, -45, 0, 45, 90])  # grid: about the line of sight
-HELD = np.array([10.0] * 3 + [3.0] * 3)  # grid: m and rad: what is known of the frames without views, so that there is an inverse
+HELD = np.array(
+    [10.0] * 3 + [3.0] * 3
+)  # grid: m and rad: what is known of the frames without views, so that there is an inverse
 
 
 @record(eq=False)
@@ -41,7 +43,11 @@ def next_poses(
     (6,) of the robot's poses, m and rad, in the axes of the flange."""
 
     def rows_of(machine: Array) -> Array:
-        return np.asarray(np.linalg.solve(_adjoint(np.broadcast_to(a, machine.shape) if inhand else a @ machine) * error, _columns(a, machine)))
+        return np.asarray(
+            np.linalg.solve(
+                _adjoint(np.broadcast_to(a, machine.shape) if inhand else a @ machine) * error, _columns(a, machine)
+            )
+        )
 
     every = rows_of(machine)
     h = np.diag(np.tile(HELD, 2) ** -2.0) + np.einsum("mki,mkj->ij", every, every)

@@ -28,22 +28,29 @@ def hand_eye_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     yield Section.of("", *_error(errors))
     yield Section.of("", VerdictBlock(word, style, tuple(sentences(said.remarks)), advice, meaning))
     now, further = found.further
-    note = f"now the place of the target is sure to {figure(1e3 * now, 2)} mm (one standard deviation); the flange in base, if it can go there"
-    if found.opened.inverse:
-        note = note.replace("the flange in base", "the base in flange, as the file has poses")
+    which = "the base in the flange, as the file has poses" if found.opened.inverse else "the flange in the base"
+    note = f"now the place of the target is sure to {figure(1e3 * now, 2)} mm (one standard deviation); {which}, if it can go there"
     yield Section.of("Three poses to add", listing_table(further), *quiet(note), key="further")
-    frames = listing_table(found.frames_listing)
-    words = "`camera in flange` is T_flange_camera: it takes coordinates of the camera to those of the flange. Camera: x right, y down, z forward."
-    yield Section.of("Where they are", frames, *quiet(words), key="frames")
+    one = found.frames[0]
+    words = f"`{one.title}` is T_{one.parent}_{one.child}: it takes coordinates of the {one.child} to those of the {one.parent}."
+    axes = "Axes of a camera: x to the right, y down, z forward, of the image."
+    yield Section.of("Where they are", *map(listing_table, found.places), *quiet(f"{words} {axes}"), key="frames")
     if found.lens_numbers is not None:
         yield Section.of("The lens", listing_table(found.lens_numbers), *quiet(found.opened.named), key="lens")
     if found.alternatives:
-        yield Section.of("How the robot's poses were read", Text.of(found.opened.robot.words), listing_table(found.readings), key="readings")
+        yield Section.of(
+            "How the robot's poses were read",
+            Text.of(found.opened.robot.notation),
+            listing_table(found.readings),
+            key="readings",
+        )
     table = listing_table(found.pairs)
     pairs = type(table)(table.columns, table.rows, table.right, brief=BRIEF)
     alone = found.opened.pairs.poses_alone
     more = (f"poses without a view: {', '.join(alone[:BRIEF])}",) if alone else ()
-    yield Section.of("Which view has which pose", pairs, *quiet(f"paired {found.opened.pairs.words}", *more), key="pairs")
+    yield Section.of(
+        "Which view has which pose", pairs, *quiet(f"paired {found.opened.pairs.description}", *more), key="pairs"
+    )
     yield from ends(found.warnings, written)
 
 
@@ -54,9 +61,14 @@ def _error(errors: Any) -> Iterator[Text]:
         yield Text.of("No view was left out: the error at the target is not known.")
         return
     median = f"95 % below {figure(1e3 * left.p95, 2)} mm, the largest {figure(1e3 * left.max, 2)} mm"
-    yield Text.of((f"{figure(1e3 * left.rms, 2)} mm", "strong"), f"   error at the target, rms of {left.n} views that were left out ({errors.how}); {median}")
+    yield Text.of(
+        (f"{figure(1e3 * left.rms, 2)} mm", "strong"),
+        f"   error at the target, rms of {left.n} views that were left out ({errors.how}); {median}",
+    )
     times = left.rms / errors.normal
     grade = "better than" if times < GOOD else "as good as" if times <= 1.5 else f"{times:.2g} times as much as"
-    yield Text.of(f"{figure(1e3 * errors.normal, 2)} mm is normal here for an arm that nobody calibrated: this is {grade} that")
+    yield Text.of(
+        f"{figure(1e3 * errors.normal, 2)} mm is normal here for an arm that nobody calibrated: this is {grade} that"
+    )
     if errors.pixels is not None:
         yield from quiet(f"corners of these views: {figure(errors.pixels.rms, 3)} px (rms of both axes together)")

@@ -31,10 +31,15 @@ LOWEST, HIGHEST = 8.0, 75.0  # deg of elevation
 
 
 def draw_map(
-    known: MarkerMap, cameras: ArrayLike | None = None, *, title: str = "The map", marked: Collection[str] = ()
+    known: MarkerMap,
+    cameras: ArrayLike | None = None,
+    *,
+    title: str = "The map",
+    marked: Collection[str] = (),
+    what: str = "sigma",
 ) -> str:
     """The picture (SVG) of a map, with cameras T_map_camera (V, 4, 4) as pyramids; `marked` are names to be seen at once, as of markers
-    that moved."""
+    that moved; `what` is the word for what its covariance says."""
     at = np.zeros((0, 4, 4)) if cameras is None else np.asarray(cameras, float).reshape(-1, 4, 4)
     some = at[:: max(1, -(-len(at) // MOST_CAMERAS))]
     edge = float(np.median(known.size))
@@ -48,7 +53,7 @@ def draw_map(
     times = 0.0 if known.covariance is None else _times(known.covariance, edge)
     arrows = _axes(low, high)
     marks = [
-        *_squares(known, sigma, scale, marked),
+        *_squares(known, sigma, scale, marked, what),
         *([] if known.covariance is None else _ellipses(known, times)),
         *(Mark(c, "camera") for c in cones),
         *(Mark(line, f"axis-{k}") for k, line in zip("xyz", arrows, strict=True)),
@@ -58,13 +63,17 @@ def draw_map(
     tips = _words(arrows[:, 1], "xyz", view, LARGE, tuple(f"strong name-{k}" for k in "xyz"))
     parts.append(f'<g data-part="names">{tips}{_numbers(known, view, room)}</g>')
     if scale is not None:
-        parts.append(_colours(scale, WIDE - SIDE + 26))
+        parts.append(_colours(scale, WIDE - SIDE + 26, what))
     size = " x ".join(significant(float(v), 2) for v in high - low)
     ring = f"; ellipses {plain(times)} times as large" if times else ""
     drawn = "" if len(some) == len(at) else f", {len(some)} of them drawn"
     foot = f"{size} m{f'; {len(at)} cameras{drawn}' if len(at) else ''}{ring}"
     parts.append(label(14, HIGH - 10, foot, "tick"))
-    worst = "" if sigma is None else f" Sigma of their middles: {significant(1e3 * float(sigma.max()))} mm at most."
+    worst = (
+        ""
+        if sigma is None
+        else f" {what.capitalize()} of their middles: {significant(1e3 * float(sigma.max()))} mm at most."
+    )
     text = f"{len(known.names)} markers in {foot}.{worst}"
     if marked:
         text += f" Marked: {', '.join(marked)}."
@@ -97,12 +106,14 @@ def _scale_of(sigma: Array) -> AxisScale:
     return AxisScale(low, high, 0.0, 1.0, log=high > DECADES * low)
 
 
-def _squares(known: MarkerMap, sigma: Array | None, scale: AxisScale | None, marked: Collection[str]) -> Iterator[Mark]:
+def _squares(
+    known: MarkerMap, sigma: Array | None, scale: AxisScale | None, marked: Collection[str], what: str
+) -> Iterator[Mark]:
     for i, (name, corners) in enumerate(zip(known.names, known.corners, strict=True)):
         colour, said = "", name
         if sigma is not None and scale is not None:
             colour = f' fill="{tint(scale(max(1e3 * float(sigma[i]), scale.low)))}"'
-            said = f"{name}: sigma {significant(1e3 * float(sigma[i]))} mm"
+            said = f"{name}: {what} {significant(1e3 * float(sigma[i]))} mm"
         cls = "tag moved" if name in marked else "tag" if colour else "tag blank"
         yield Mark(corners, cls, closed=True, more=colour, hint=said)
         # A stroke along its top says how it is turned.
@@ -169,8 +180,8 @@ def _words(points: Array, texts: Sequence[str], view: View, size: float, classes
     return "".join(out)
 
 
-def _colours(scale: AxisScale, x: float) -> str:
+def _colours(scale: AxisScale, x: float, what: str) -> str:
     top, bottom = 50.0, HIGH - 50.0
     y = AxisScale(scale.low, scale.high, bottom, top, log=scale.log)
     ticks = "".join(label(x + 20, y(t) + 4, tick_text(t), "tick") for t in y.ticks)
-    return label(x, top - 14, "sigma, mm", "strong") + bar(x, top, bottom) + ticks
+    return label(x, top - 14, f"{what}, mm", "strong") + bar(x, top, bottom) + ticks

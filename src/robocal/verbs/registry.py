@@ -50,8 +50,9 @@ VISION: Mapping[str, str] = MappingProxyType({
     "sheet": "Markers and boards to print, at true scale.",
     "detect": "Corners of printed targets in images.",
     "intrinsics": "A lens from corners, with its uncertainty.",
-    "map": "Where markers are to one another, from corners.",
+    "map": "Where markers are to one another; or a camera among them.",
     "hand_eye": "Where a camera is on a robot, or beside it.",
+    "compare": "How maps of the same markers scatter.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(

@@ -11,6 +11,8 @@ Source: Baarda, S-transformations and criterion matrices (1973).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robocal._record import replace
@@ -18,7 +20,15 @@ from robocal._types import Array
 from robocal.geometry import se3, so3
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["corner_weights", "move_map", "project_covariance", "rigid_motions", "rigid_projector", "turn_covariance"]
+__all__ = [
+    "corner_weights",
+    "move_map",
+    "project_covariance",
+    "rigid_motions",
+    "rigid_projector",
+    "take_markers",
+    "turn_covariance",
+]
 
 
 def rigid_motions(positions: Array) -> Array:
@@ -68,3 +78,11 @@ def move_map(known: MarkerMap, transform: Array) -> MarkerMap:
     """The same map in another frame: T_other_marker = T_other_map T_map_marker."""
     turned = None if known.covariance is None else turn_covariance(known.covariance, transform[:3, :3])
     return replace(known, vector=se3.to_vector(transform @ known.poses), covariance=turned)
+
+
+def take_markers(known: MarkerMap, names: Sequence[str]) -> MarkerMap:
+    """The markers of these names, in this order."""
+    at = [known.names.index(n) for n in names]
+    rows = (6 * np.array(at)[:, None] + np.arange(6)).ravel()
+    covariance = None if known.covariance is None else known.covariance[np.ix_(rows, rows)]
+    return replace(known, names=tuple(names), size=known.size[at], vector=known.vector[at], covariance=covariance)

@@ -143,30 +143,6 @@ class VisionRemarks:
         "{count} of {total} corners lie outside the image, and are left out: {views}",
         "Detect markers again with robocal vision detect, which lists whole ones alone, or delete these rows.",
     )
-    MAP_LOCATED = Phrase(
-        "corners of views that were left out are met within {unseen:.3g} rms; their noise is {noise:.3g}, both axes together"
-    )
-    MAP_NOT_ENDED = Phrase(
-        "the fit of the map came to no end", "Take more views that show several markers each, from different sides."
-    )
-    MARKER_MOVED = Phrase(
-        "marker {marker} is at two places, {apart:.3g} and {turned:.2g} apart:[ it moved before view {first}][ views {views} see another "
-        "one], {count} views in all",
-        "Leave the marker out (--without), or the views in which it stood elsewhere (--exclude). Of two markers with one number cover "
-        "one.",
-    )
-    MAP_MISSES = Phrase(
-        "the map leaves {left:.3g} per axis, {times:.2g} times what corners are known to",
-        "Check that markers are flat, did not move and have the sizes that are told, and that the lens is of this camera.",
-    )
-    MAP_OVERFITTED = Phrase(
-        "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the noise that the fit tells, {seen:.3g} px",
-        "Take more views, each with several markers.",
-    )
-    MAP_ASIDE = Phrase(
-        "{share:.0%} of the corners do not fit the map, and are not counted",
-        "Look at the views and markers that are worst: a wrong size, a marker that moves, or a blurred image leave so much.",
-    )
     LENS_PRIOR_CONTRADICTED = Phrase(
         "the lens that was given is contradicted: {name} is {found:.6g}, given is {given:.6g}, {times:.2g} standard deviations away",
         "Calibrate the lens again (robocal vision intrinsics), or give that of this camera, focus and resolution.",
@@ -174,31 +150,4 @@ class VisionRemarks:
     MARKERS_IN_FEW_VIEWS = Phrase(
         "{count} markers are seen in fewer than {least} views: {markers}",
         "Take more images that show them, each with neighbours, from different sides.",
-    )
-    MAP_COVARIANCE_MISSING = Phrase(
-        "{file} names {table}, which is not beside it: its markers are taken as known independently of one another",
-        "Put {table} beside it: without it sigmas of distances between markers are too large or too small.",
-    )
-    POSES_READ_OTHERWISE = Phrase(
-        "the robot's poses, as stated, miss what most views see by {before:.3g} and {before_turn:.2g}; read as {reading}, by {after:.2g} and "
-        "{after_turn:.2g}",
-        "Say so: {option}.",
-    )
-    PAIRED_IN_ORDER = Phrase(
-        "views and poses are paired in the order of their files: {first} with the first pose, {last} with the last",
-        "Look at the list of pairs. Names say it better: a column `image` beside the poses, with the names of the views.",
-    )
-    VIEWS_WITHOUT_POSE = Phrase(
-        "{count} views have no pose of the robot, and are left out: {views}",
-        "Add their poses to the file of the robot, or leave the images out.",
-    )
-    LENS_CONTRADICTED = Phrase(
-        "these views contradict the lens that was given: {names} ({z:.0f} sigma)",
-        "Calibrate the lens again, with images of the same focus: robocal vision intrinsics. Until then use the one that was found here.",
-    )
-    HAND_EYE_FAR = Phrase(
-        "views that were left out are missed by {left:.2g} at the target (rms), {times:.2g} times what is normal for an arm that nobody "
-        "calibrated",
-        "Look at the views with the largest errors. Check the lens, the size of the target, and that target, camera and robot stand still "
-        "while an image is taken.",
     )

@@ -27,8 +27,8 @@ class Pairs:
 
     view: Ints
     pose: Ints
-    way: str
-    words: str
+    method: str
+    description: str
     views_alone: tuple[str, ...] = ()
     poses_alone: tuple[str, ...] = ()
 
@@ -48,7 +48,9 @@ def pair_views(views: Sequence[str], poses: RobotPoses, way: str | None = None) 
     if len(views) != len(poses):
         expected = f"a column `image` beside the poses with names as {_some(views[:3])}, or as many of both"
         found_counts = f"{len(views)} views and {len(poses)} poses"
-        raise ModelError("views and poses cannot be paired in order", key="--pair", found=found_counts, expected=expected)
+        raise ModelError(
+            "views and poses cannot be paired in order", key="--pair", found=found_counts, expected=expected
+        )
     every = np.arange(len(views))
     return Pairs(every, every, "order", "in order: the first view with the first pose")
 
@@ -70,7 +72,12 @@ def _by_name(views: Sequence[str], names: Sequence[str]) -> Pairs | None:
             return Pairs(view, pose, "name", "by name", alone, rest)
         twice = sorted({n for n in theirs if theirs.count(n) > 1} & set(mine))
         if twice:
-            raise ModelError("several poses have the name of one view", key="--pair", found=_some(twice), expected="one pose for each view")
+            raise ModelError(
+                "several poses have the name of one view",
+                key="--pair",
+                found=_some(twice),
+                expected="one pose for each view",
+            )
     return None
 
 
@@ -85,17 +92,23 @@ def _stem(name: str) -> str:
 def _by_time(views: Sequence[str], poses: RobotPoses) -> Pairs:
     """The nearest pose in time to each view, whose name is its time."""
     if poses.times is None:
-        raise ModelError("the poses have no times", key="--pair", found="no column time", expected="time [s] beside the poses")
+        raise ModelError(
+            "the poses have no times", key="--pair", found="no column time", expected="time [s] beside the poses"
+        )
     found = [re.search(r"\d+(?:\.\d+)?", _stem(v)) for v in views]
     if any(f is None for f in found):
-        raise ModelError("the names of views are no times", key="--pair", found=_some(views), expected="times, as 1700000000.25.png")
+        raise ModelError(
+            "the names of views are no times", key="--pair", found=_some(views), expected="times, as 1700000000.25.png"
+        )
     stamp, times = np.array([float(f[0]) for f in found if f is not None]), poses.times
     order = np.argsort(times)
     unit = next((u for u, f in CLOCKS.items() if _overlap(stamp * f, times)), None)
     if unit is None:
         span = f"views {stamp.min():.10g} to {stamp.max():.10g}, poses {times.min():.10g} to {times.max():.10g} s"
         expected = "one clock, and the unit in the head of the column: time [ms]"
-        raise ModelError("views and poses are of different times, in every unit", key="--pair", found=span, expected=expected)
+        raise ModelError(
+            "views and poses are of different times, in every unit", key="--pair", found=span, expected=expected
+        )
     stamp = stamp * CLOCKS[unit]
     after = np.clip(np.searchsorted(times[order], stamp), 1, max(len(order) - 1, 1))
     both = np.stack([order[after - 1], order[np.minimum(after, len(order) - 1)]])
@@ -103,15 +116,22 @@ def _by_time(views: Sequence[str], poses: RobotPoses) -> Pairs:
     step = float(np.median(np.diff(times[order]))) if len(times) > 1 else np.inf
     good = np.abs(times[near] - stamp) <= NEAR * step
     view = np.flatnonzero(good)
-    alone = tuple(views[i] for i in np.flatnonzero(~good))
+    alone = tuple(views[i] for i in np.flatnonzero(~good).tolist())
     apart = 1e3 * float(np.abs(times[near] - stamp)[good].max(initial=0.0))
     words = f"by time, names of views read in {unit}: at most {apart:.3g} ms apart"
     if not len(view):
-        raise ModelError("no pose is near a view in time", key="--pair", found=f"{step:.3g} s from pose to pose", expected="poses at the times of views")
+        raise ModelError(
+            "no pose is near a view in time",
+            key="--pair",
+            found=f"{step:.3g} s from pose to pose",
+            expected="poses at the times of views",
+        )
     return Pairs(view, near[view], "time", words, alone)
 
 
 def _overlap(one: Array, other: Array) -> bool:
     span = max(np.ptp(other), 1e-9)
-    inside = (one >= other.min() - 0.05 * span) & (one <= other.max() + 0.05 * span)  # tolerance: of the span, at its ends
+    inside = (one >= other.min() - 0.05 * span) & (
+        one <= other.max() + 0.05 * span
+    )  # tolerance: of the span, at its ends
     return bool(2 * inside.sum() > len(one))

@@ -52,11 +52,11 @@ class PoseReading:
 
 def read_otherwise(opened: HandEyeData) -> tuple[PoseReading, ...]:
     """As stated, in the other direction, and the readings that leave less, the best first."""
-    where, seen = opened.seen()
+    where, seen = opened.target_views()
     if len(where) < FEWEST:
         return ()
     distance = float(np.median(np.linalg.norm(seen[:, :3, 3], axis=1)))
-    out = []
+    out: list[PoseReading] = []
     for name, option, poses, views in _readings(opened, where, seen):
         if len(views) < FEWEST:
             continue
@@ -79,9 +79,16 @@ def doubt_poses(readings: tuple[PoseReading, ...]) -> list[Remark]:
     alike = [r for r in others if r.share <= EXPLANATIONS_ALIKE * least]
     amounts = {"before": Quantity(stated.place), "before_turn": Quantity(stated.turn, "rad")}
     return [
-        Remark.of(Code.POSES_READ_OTHERWISE, reading=r.name, option=r.option, **amounts, after=Quantity(r.place), after_turn=Quantity(r.turn, "rad"))
+        Remark.of(
+            Code.POSES_READ_OTHERWISE,
+            reading=r.name,
+            option=r.option,
+            **amounts,
+            after=Quantity(r.place),
+            after_turn=Quantity(r.turn, "rad"),
+        )
         for r in alike
-    ]  # fmt: skip
+    ]
 
 
 Row = tuple[str, str, Array, Array]
@@ -93,25 +100,37 @@ def _readings(opened: HandEyeData, where: Ints, seen: Array) -> Iterator[Row]:
     yield "as stated", "", pose, seen
     other = "hand" if not opened.inhand else "fixed"
     direction = "base-flange" if opened.inverse else "flange-base"
-    words = f"the other direction (T_{direction.replace('-', '_')}, or the camera {'in the hand' if other == 'hand' else 'beside the robot'})"
+    place = "in the hand" if other == "hand" else "beside the robot"
+    words = f"the other direction (T_{direction.replace('-', '_')}, or the camera {place})"
     yield words, f"{'without ' if opened.inverse else ''}--inverse, or --camera {other}", se3.inverse(pose), seen
     raw = opened.robot.pose[opened.pairs.pose][where]
     for name, option, turn in _turns(opened.robot, opened.pairs.pose[where]):
         for inverse in (opened.inverse, not opened.inverse):
             made = se3.compose(turn, raw[:, :3, 3])
             more = "" if inverse == opened.inverse else " and the other direction"
-            say = "" if inverse == opened.inverse else f", and {'--inverse' if inverse else 'without --inverse'}, or --camera {other}"
+            say = (
+                ""
+                if inverse == opened.inverse
+                else f", and {'--inverse' if inverse else 'without --inverse'}, or --camera {other}"
+            )
             yield name + more, option + say, se3.inverse(made) if inverse else made, seen
     for factor, name in ((1 / KILO, "mm"), (KILO, "m")):
         made = np.array(raw)
         made[:, :3, 3] *= factor
-        words = f"lengths of the robot's poses in {name}" if factor < 1 else "lengths of the robot's poses in a larger unit"
+        words = (
+            f"lengths of the robot's poses in {name}" if factor < 1 else "lengths of the robot's poses in a larger unit"
+        )
         yield words, f"--units {name if factor < 1 else 'm'}", se3.inverse(made) if opened.inverse else made, seen
     for shift in SHIFTS:
         first, last = max(0, -shift), len(pose) - max(0, shift)
         some = np.arange(first, last)
         where_to = "later" if shift > 0 else "earlier"
-        yield f"every view with the pose one {where_to}", "the image in a column `image` beside the poses", pose[some + shift], seen[some]
+        yield (
+            f"every view with the pose one {where_to}",
+            "the image in a column `image` beside the poses",
+            pose[some + shift],
+            seen[some],
+        )
 
 
 def _turns(robot: RobotPoses, rows: Ints) -> Iterator[tuple[str, str, Array]]:
@@ -131,7 +150,11 @@ def _turns(robot: RobotPoses, rows: Ints) -> Iterator[tuple[str, str, Array]]:
             yield f"a rotation vector{words}", f"--maker ur{say}", so3.exp(angles)
         for order, intrinsic in ORDERS:
             letters = order if intrinsic else order.lower()
-            yield f"angles {letters}{words}", f"--euler {letters}{say}", orientation.euler(angles, order, intrinsic=intrinsic)
+            yield (
+                f"angles {letters}{words}",
+                f"--euler {letters}{say}",
+                orientation.euler(angles, order, intrinsic=intrinsic),
+            )
 
 
 def _misfit(seen: Array, machine: Array) -> tuple[float, float]:

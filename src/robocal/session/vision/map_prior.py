@@ -22,10 +22,10 @@ from robocal.geometry import se3
 from robocal.geometry.fits import rigid
 from robocal.measure.data import Frame
 from robocal.parameters import FRAME_SYMBOLS, Together
-from robocal.vision.map_gauge import move_map, rigid_motions
+from robocal.vision.map_gauge import move_map, rigid_motions, take_markers
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["FIXED", "LOOSE", "MapPrior", "MarkerChange", "find_moved", "prior_targets", "take_markers"]
+__all__ = ["FIXED", "LOOSE", "MapPrior", "MarkerChange", "chance_of", "find_moved", "prior_targets"]
 
 LOOSE = 1.0, 0.1  # tolerance: m and rad of a whole map: far more than a start is off by
 FIXED = 1e-6, 1e-6  # tolerance: m and rad of a whole map: far less than any map is known to
@@ -43,20 +43,15 @@ class MapPrior:
 
 @record
 class MarkerChange:
-    """A marker that contradicts what was known of it: by how far it moved (m), by how much it turned (rad), and the chance of as much."""
+    """A marker that contradicts what was known of it: how far from its place it stands (m), by how much it is turned (rad), the chance of
+    as much where it did not move, and chi2 with its degrees of freedom."""
 
     name: str
     distance: float
     turn: float
     chance: float
-
-
-def take_markers(known: MarkerMap, names: Sequence[str]) -> MarkerMap:
-    """The markers of these names, in this order."""
-    at = [known.names.index(n) for n in names]
-    rows = (6 * np.array(at)[:, None] + np.arange(6)).ravel()
-    covariance = None if known.covariance is None else known.covariance[np.ix_(rows, rows)]
-    return replace(known, names=tuple(names), size=known.size[at], vector=known.vector[at], covariance=covariance)
+    chi2: float
+    dof: int
 
 
 def prior_targets(
@@ -99,45 +94,51 @@ def widen(known: MarkerMap, whole: tuple[float, float]) -> Array:
     return np.asarray(known.covariance + g @ g.T + finest)
 
 
-def find_moved(prior: MapPrior, found: MarkerMap) -> tuple[MarkerChange, ...]:
-    """Markers that a fit with a prior took from where the prior had them, by more than chance; the largest contradiction first.
+def find_moved(prior: MapPrior, found: MarkerMap, noise: float = 1.0) -> tuple[MarkerChange, ...]:
+    """Markers that contradict what a prior said of them, by more than chance; the worst first. `found` is the map of a fit with the prior;
+    `noise`: variances are so many times those that were stated.
 
-    With a prior of covariance C and a result of covariance D, both with the motion of the whole, the result moves by e with covariance
-    C - D: e^T (C - D)^-1 e has a chi2 distribution. The motion of the whole is taken off e. What one marker moved pulls at others, so
-    the worst is named, taken out, and the others are asked again. Source: Kalman's innovation, Bar-Shalom (2001).
+    With P = C^-1 of the prior, the result moved by e, with covariance D: w = P e has covariance S = P - P D P. For each marker
+
+    shift = S_k^-1 w_k,   w_k^T S_k^-1 w_k ~ chi2(6)
+
+    is how far from its place the marker alone would have to stand, the others where the prior has them to one another.
+    Source: Baarda, A testing procedure for use in geodetic networks (1968).
     """
     assert found.covariance is not None
     out: list[MarkerChange] = []
-    at = {t.name: np.array(t.value) for t in prior.targets}
+    at = {t.name: se3.from_vector(np.array(t.value)) for t in prior.targets}
     for shared in prior.together:
         names = [n for n in dict.fromkeys(r.rpartition(".")[0] for r in shared.names) if n in found.names]
-        while len(names) > 2:
-            before = np.array([at[n] for n in names])
-            now = take_markers(found, names)
-            assert now.covariance is not None
-            t = rigid(now.corners.reshape(-1, 3), replace(now, vector=before).corners.reshape(-1, 3))
-            there = se3.displacement(se3.from_vector(before), t @ now.poses)
-            c = shared.of([f"{n}.{s}" for n in names for s in FRAME_SYMBOLS])
-            changes = []
-            for i, name in enumerate(names):
-                own = slice(6 * i, 6 * i + 6)
-                e = np.concatenate([there[0][i], there[1][i]])
-                difference = c[own, own] - now.covariance[own, own]
-                changes.append(_change(name, e, difference, c[own, own]))
-            worst = min(changes, key=lambda m: (m.chance, -m.distance))
-            if worst.chance * len(names) > MARKER_MOVED_CHANCE:
-                break
-            out.append(worst)
-            names.remove(worst.name)
-    return tuple(out)
+        now = take_markers(found, names)
+        assert now.covariance is not None
+        steps, turns = se3.displacement(np.stack([at[n] for n in names]), now.poses)
+        information = np.asarray(
+            np.linalg.inv(shared.of([f"{n}.{s}" for n in names for s in FRAME_SYMBOLS])), dtype=float
+        )
+        w = information @ np.concatenate([steps, turns], axis=1).ravel()
+        spread = information - information @ now.covariance @ information
+        for i, name in enumerate(names):
+            own = slice(6 * i, 6 * i + 6)
+            out.append(_change(name, w[own], spread[own, own], np.diag(information[own, own])))
+    worst = (replace(m, chance=chance_of(m, noise)) for m in out)
+    some = [m for m in worst if m.chance * len(out) <= MARKER_MOVED_CHANCE]
+    return tuple(sorted(some, key=lambda m: -m.chi2))
 
 
-def _change(name: str, e: Array, difference: Array, prior: Array) -> MarkerChange:
-    """The chance of a change e (6,); directions that the result knows no better than the prior did say nothing."""
-    scale = np.sqrt(np.diag(prior))
-    values, along = np.linalg.eigh(difference / np.outer(scale, scale))
-    some = values > 1e-6  # tolerance: of the prior's variance
-    z = along.T @ (e / scale)
-    chi2 = float(np.sum(z[some] ** 2 / values[some]))
-    chance = float(scipy.special.chdtrc(int(some.sum()), chi2)) if some.any() else 1.0
-    return MarkerChange(name, float(np.linalg.norm(e[:3])), float(np.linalg.norm(e[3:])), chance)
+def chance_of(change: MarkerChange, noise: float) -> float:
+    """The chance of a contradiction where variances are `noise` times those that were stated."""
+    return float(scipy.special.chdtrc(change.dof, change.chi2 / max(noise, 1.0))) if change.dof else 1.0
+
+
+def _change(name: str, w: Array, spread: Array, known: Array) -> MarkerChange:
+    """The shift of a marker; directions in which the data add nothing to the information (6,) of the prior say nothing."""
+    scale = np.sqrt(known)
+    values, along = np.linalg.eigh(spread / np.outer(scale, scale))
+    some = values > 1e-6  # tolerance: of what the prior knows
+    z = along.T[some] @ (w / scale)
+    chi2 = float(np.sum(z**2 / values[some]))
+    shift = along[:, some] @ (z / values[some]) / scale
+    return MarkerChange(
+        name, float(np.linalg.norm(shift[:3])), float(np.linalg.norm(shift[3:])), 1.0, chi2, int(some.sum())
+    )

@@ -11,34 +11,36 @@ is where the search for the other one begins.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.gross import sift
-from robocal.diagnose.limits import POSE_RIVAL
+from robocal.diagnose.limits import MARKER_MOVED_CHANCE, POSE_RIVAL
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import uncertainty
 from robocal.fit.noise import assess, tau_of, under
-from robocal.fit.starts.cameras import resect_sights
+from robocal.fit.starts.cameras import resect, resect_sights
 from robocal.geometry import se3, so3
 from robocal.geometry.fits import plane
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Rig
 from robocal.measure.pixels import rays
+from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable
-from robocal.session.vision.map_prior import FIXED, prior_targets, take_markers
+from robocal.session.vision.map_prior import FIXED, MapPrior, chance_of, find_moved, prior_targets
 from robocal.vision.lenses import Lens
+from robocal.vision.map_gauge import take_markers
 from robocal.vision.maps import MarkerMap
 from robocal.vision.sheets import SQUARE
 
-__all__ = ["LocatedViews", "Rival", "locate_views"]
+__all__ = ["Displaced", "LocatedViews", "Rival", "locate_views"]
 
 WHOLE = 4  # grid: corners that tell a pose
 ROUNDS = 4  # grid: of fit and noise
@@ -54,12 +56,24 @@ class Rival:
     likelihood: float
 
 
+@record
+class Displaced:
+    """A marker of the map most of whose corners were set aside: how many, of how many, how far from its place (m) it stands, and another
+    marker that may have moved in its place."""
+
+    name: str
+    aside: int
+    corners: int
+    distance: float
+    other: str = ""
+
+
 @record(eq=False)
 class LocatedViews:
     """Views (V) that were located: ids, T_map_camera (V, 4, 4), the covariance (V, 6, 6) of their small motions (v, w) in map axes, how
     many markers and corners each has, corners set aside, and what is left of the others (px, rms); the other poses that some of them may
     have; views that show too little; markers that the map does not have; what is left of all corners (px, of one axis), and the sigma
-    that they state; and the markers of the map whose corners were set aside, of all and in how many."""
+    that they state; and the markers of the map that stand elsewhere."""
 
     ids: tuple[str, ...]
     poses: Array
@@ -73,25 +87,19 @@ class LocatedViews:
     strangers: tuple[str, ...]
     left: float
     stated: float | None
-    suspects: tuple[tuple[str, int, int], ...]
+    moved: tuple[Displaced, ...]
 
 
 def locate_views(table: CornerTable, known: MarkerMap, lens: Lens, watch: Watch | None = None) -> LocatedViews:
     """Where the camera was. Raises ModelError where no view shows a whole marker of the map."""
-    data, names, lacking, strangers = _data(table, known, lens)
-    map_of = take_markers(known, names)
+    data, prior, lacking, strangers = _data(table, known, lens)
+    map_of = take_markers(known, [t.name for t in prior.targets])
     data = _begin(data, map_of)
-    model, every = Rig(CAMERA), np.arange(len(data.configurations))
-    clean = sift(model, data, every, watch).data
-    made = build(model, clean)
-    x, noisy = made.start, made
-    for _ in range(ROUNDS):
-        x = least_squares(noisy, x).x
-        groups = assess(clean, noisy, x, every, 0.0)
-        if not (tau := tau_of(groups)):
-            break
-        noisy = under(made, clean, tau)
-    x = least_squares(noisy, x).x
+    every = np.arange(len(data.configurations))
+    clean = sift(Rig(CAMERA), data, every, watch).data
+    moved = _contradict(clean, prior, map_of)
+    clean = _without(clean, [*moved])
+    noisy, x = _fit(clean)
     covariance = _local_covariance(noisy, x)
     inward = se3.from_vector(noisy.values_of(0, x)[0])
     (obs,) = clean.observations
@@ -108,15 +116,63 @@ def locate_views(table: CornerTable, known: MarkerMap, lens: Lens, watch: Watch 
         corners=np.bincount(obs.configuration, minlength=len(every)), aside=aside.astype(np.int64),
         rms=np.sqrt(square / np.maximum(many, 1)), rivals=_rivals(noisy, x, obs, map_of, used), lacking=lacking, strangers=strangers,
         left=float(np.sqrt(np.mean(np.square(residual[used])))),
-        stated=None if obs.sigma is None else float(np.sqrt(np.mean(np.square(obs.sigma)))), suspects=_suspects(obs, used),
+        stated=None if obs.sigma is None else float(np.sqrt(np.mean(np.square(obs.sigma)))), moved=_moved(obs, used, poses, map_of, moved),
     )  # fmt: skip
+
+
+def _fit(clean: DataSet) -> tuple[Problem, Array]:
+    """The problem of all corners that count with the noise as fitted, and its solution x (1, P)."""
+    every = np.arange(len(clean.configurations))
+    made = build(Rig(CAMERA), clean)
+    x, noisy = made.start, made
+    for _ in range(ROUNDS):
+        x = least_squares(noisy, x).x
+        if not (tau := tau_of(assess(clean, noisy, x, every, 0.0))):
+            return noisy, x
+        noisy = under(made, clean, tau)
+    return noisy, least_squares(noisy, x).x
+
+
+def _contradict(clean: DataSet, prior: MapPrior, known: MarkerMap) -> dict[str, str]:
+    """Markers that stand elsewhere, each with another that explains as much where there is one: found one by one under the stated noise,
+    for a large contradiction passes for noise otherwise. Each has to contradict by more than the noise that is left without it."""
+    out: dict[str, str] = {}
+    while prior.together:
+        made = build(Rig(CAMERA), _without(clean, [*out]))
+        x = least_squares(made, made.start).x
+        rest = [m for m in find_moved(prior, _found(made, x, known)) if m.name not in out]
+        if not rest:
+            break
+        less = build(Rig(CAMERA), _without(clean, [*out, rest[0].name]))
+        left = uncertainty(less, least_squares(less, x).x)
+        if chance_of(rest[0], left.chi2 / max(left.dof, 1)) * len(known.names) > MARKER_MOVED_CHANCE:
+            break
+        alike = [m.name for m in rest[1:] if m.chi2 > rest[0].chi2 + 2 * np.log(POSE_RIVAL)]
+        out[rest[0].name] = alike[0] if alike else ""
+    return out
+
+
+def _found(problem: Problem, x: Array, known: MarkerMap) -> MarkerMap:
+    """The markers as the fit has them."""
+    table, names = problem.table, [f"{n}.{s}" for n in known.names for s in FRAME_SYMBOLS]
+    vector = x[0, [table.index[n] for n in names]].reshape(-1, 6)
+    rows = [problem.free.index(n) for n in names]
+    return replace(known, vector=vector, covariance=uncertainty(problem, x).covariance[np.ix_(rows, rows)])
+
+
+def _without(data: DataSet, names: Sequence[str]) -> DataSet:
+    """The data with the corners of some markers set aside."""
+    (obs,) = data.observations
+    assert obs.target is not None
+    gone = np.isin(obs.target, [i for i, t in enumerate(obs.targets) if t.name in names])
+    return replace(data, observations=(replace(obs, used=~gone if obs.used is None else obs.used & ~gone),))
 
 
 def _data(
     table: CornerTable, known: MarkerMap, lens: Lens
-) -> tuple[DataSet, tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
-    """The corners of markers that the map has, its markers as targets at their places, the lens with its covariance; the markers that are
-    seen; views that show no whole marker of it, and markers that it does not have."""
+) -> tuple[DataSet, MapPrior, tuple[str, ...], tuple[str, ...]]:
+    """The corners of markers that the map has, its markers as targets at their places, the lens with its covariance; what the
+    map says of them; views that show no whole marker of it, and markers that it does not have."""
     obs, ids = table.pixels, table.data.configurations.ids
     number = {n: i for i, n in enumerate(known.names)}
     which = np.array([number.get(m, -1) for m in table.marker], dtype=np.int64)
@@ -137,12 +193,13 @@ def _data(
     frames = tuple(Frame(n, tuple(known.vector[number[n]].tolist()), (False,) * 6, "tool") for n in names)
     options: dict[str, object] = {"camera": CAMERA, "intrinsics": lens.numbers, "free": lens.known}
     options |= {"known": lens.known, "covariance": lens.covariance}
+    prior = MapPrior(frames, ())
     if known.covariance is not None:
         prior = prior_targets([known], frames, FIXED, align=False)
-        frames, options["together"] = prior.targets, prior.together
-    seen = replace(obs, extra={"point": points}, target=target, targets=frames, options=options)
+        options["together"] = prior.together
+    seen = replace(obs, extra={"point": points}, target=target, targets=prior.targets, options=options)
     views = np.flatnonzero(many >= WHOLE)
-    return replace(table.data, observations=(seen.take(np.flatnonzero(good)),)).take(views), names, lacking, strangers
+    return replace(table.data, observations=(seen.take(np.flatnonzero(good)),)).take(views), prior, lacking, strangers
 
 
 def _begin(data: DataSet, known: MarkerMap) -> DataSet:
@@ -241,10 +298,22 @@ def _squares(problem: Problem, x: Array) -> Array:
     return out
 
 
-def _suspects(obs: Observations, used: Bools) -> tuple[tuple[str, int, int], ...]:
-    """Markers most of whose corners were set aside: name, corners set aside, and all."""
+def _moved(
+    obs: Observations, used: Bools, views: Array, known: MarkerMap, alike: Mapping[str, str]
+) -> tuple[Displaced, ...]:
+    """Markers most of whose corners were set aside, and how far from its place each stands: the median of what views show of it."""
     assert obs.target is not None
     many = np.bincount(obs.target, minlength=len(obs.targets))
     gone = np.bincount(obs.target[~used], minlength=len(obs.targets))
-    some: Sequence[int] = np.flatnonzero(2 * gone > many).tolist()
-    return tuple((obs.targets[i].name, int(gone[i]), int(many[i])) for i in some)
+    along, out = rays(obs, obs.value), []
+    for i in np.flatnonzero(2 * gone > many).tolist():
+        apart = []
+        for u in np.unique(obs.configuration[obs.target == i]).tolist():
+            rows = np.flatnonzero((obs.target == i) & (obs.configuration == u))
+            if len(rows) == WHOLE:
+                there = views[u] @ resect(obs.extra["point"][rows], along[rows], 1)[0]
+                apart.append(float(np.linalg.norm(there[:3, 3] - known.vector[i, :3])))
+        away = float(np.median(apart)) if apart else float("nan")
+        name = obs.targets[i].name
+        out.append(Displaced(name, int(gone[i]), int(many[i]), away, alike.get(name, "")))
+    return tuple(out)

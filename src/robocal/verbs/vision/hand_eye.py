@@ -13,7 +13,7 @@ from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
-    from robocal.session.vision.hand_eye_result import HandEye
+    from robocal.session.vision.hand_eye_result import HandEyeCalibration
 
 __all__ = ["Options", "run", "sections"]
 
@@ -49,23 +49,40 @@ class Options(BaseOptions):
         False, "Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand"
     )
     maker: str | None = option(
-        None, "Whose poses these are: columns, units and turns as on the pendant", "MAKER", choices=("ur", "kuka", "abb", "fanuc")
+        None,
+        "Whose poses these are: columns, units and turns as on the pendant",
+        "MAKER",
+        choices=("ur", "kuka", "abb", "fanuc"),
     )
     euler: str | None = option(
         None, "Three angles: ZYX about the axes as turned so far, zyx about the fixed ones", "ORDER"
     )
     units: str | None = option(
-        None, "Units of the robot's poses, as mm,deg; they count before those of headers", "UNITS", otherwise="those of headers or maker; m,rad"
+        None,
+        "Units of the robot's poses, as mm,deg; they count before those of headers",
+        "UNITS",
+        otherwise="those of headers or maker; m,rad",
     )
     quaternion: str | None = option(
-        None, "The order in which quaternions stand", "ORDER", choices=("xyzw", "wxyz"), otherwise="as their columns are named"
+        None,
+        "The order in which quaternions stand",
+        "ORDER",
+        choices=("xyzw", "wxyz"),
+        otherwise="as their columns are named",
     )
     inverse: bool = option(False, "The poses are of the base in the flange, not of the flange in the base")
     pair: str | None = option(
-        None, "How views and poses belong together", "HOW", choices=("name", "order", "time"), otherwise="name, else order"
+        None,
+        "How views and poses belong together",
+        "HOW",
+        choices=("name", "order", "time"),
+        otherwise="name, else order",
     )
     target_units: str | None = option(
-        None, "Units of poses of a target, as mm,deg; they count before those of headers", "UNITS", otherwise="those of headers; m,rad"
+        None,
+        "Units of poses of a target, as mm,deg; they count before those of headers",
+        "UNITS",
+        otherwise="those of headers; m,rad",
     )
     size: float | None = option(
         None, "Edge of a marker's black square, as measured on the print", "MM", unit="mm", above=0
@@ -88,7 +105,7 @@ class Options(BaseOptions):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[HandEye]:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[HandEyeCalibration]:
     """Finds camera and target; a folder gets hand_eye.json, .yaml, .urdf, .html and static_transform.sh. Raises InputError."""
     from robocal.session.vision.hand_eye_result import FILES, find_hand_eye
 
@@ -96,7 +113,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ha
     return run_verb(o, files, lambda: find_hand_eye(o, watch, command, files), sections)
 
 
-def sections(made: Outcome[HandEye]) -> Iterator[Section]:
+def sections(made: Outcome[HandEyeCalibration]) -> Iterator[Section]:
     """The error, the verdict, the poses to add, where camera and target are, and the pairs."""
     from robocal.report.hand_eye_page import hand_eye_sections
 
