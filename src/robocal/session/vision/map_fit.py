@@ -11,6 +11,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
+from robocal.diagnose.limits import FOLDS, HOLD_OUT_PLACES
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.options import Options
 from robocal.fit.scale import without_scales
@@ -61,7 +62,11 @@ def fit_map(
         refuse_moved(sights, start, lens.intrinsics, ids, names)
 
     begun = place_markers(table.with_prior(lens), JOINED, look)
-    made = decide(model, place_configurations(model, begun.data), Options(loss=loss), watch)
+    # Of many views each is left out with others: one by one they would take as many fits of the whole map.
+    options = Options(loss=loss)
+    if len(ids) > HOLD_OUT_PLACES:
+        options = replace(options, folds=FOLDS, leave_one_out=False)
+    made = decide(model, place_configurations(model, begun.data), options, watch)
     fit = made.need_fit
     ended = least_squares(fit.problem, fit.solution.x, cost_tolerance=EXACT)
     made = replace(made, fit=replace(fit, solution=replace(fit.solution, x=ended.x, cost=ended.cost)))
