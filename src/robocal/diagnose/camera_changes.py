@@ -27,6 +27,7 @@ __all__ = [
     "ViewPoses",
     "exchange_axes",
     "half_turn",
+    "half_turn_of",
     "mirror",
     "shift_views",
     "turn_views",
@@ -67,8 +68,13 @@ def shift_views(obs: Observations, shift: int) -> Observations:
 
 def half_turn(obs: Observations) -> Array | None:
     """The motion (4, 4) of the target after which its points are the same; None where it has none, or there are several targets."""
-    points = np.unique(np.round(obs.extra["point"], 9), axis=0)
-    if len(obs.targets) > 1 or len(points) < ENOUGH:
+    return None if len(obs.targets) > 1 else half_turn_of(obs.extra["point"])
+
+
+def half_turn_of(points: Array) -> Array | None:
+    """The motion (4, 4) by half a turn about the normal of points (k, 3) after which they are the same; None where there is none."""
+    points = np.unique(np.round(points, 9), axis=0)
+    if len(points) < ENOUGH:
         return None
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     normal = np.linalg.svd(points - points.mean(axis=0))[2][2]

@@ -234,6 +234,18 @@ BESIDE_NEAR = limit(0.02, "of the distance of two places", "A fiftieth of the wa
 BESIDE_SHARE = limit(0.5, "of what was held out", "Held-out places beside fitted ones tell nothing of the way between them.")
 FRAMES_LEFT = limit(3.0, "times what noise and making allow",
     "A robot that errs by more is no robot of that drawing, or its readings belong to other poses.", "tests/prove/test_frames_alone.py")
+LENS_CENTRE_PRIOR = limit(10.0, "px (standard deviation)",
+    "So far the focal length and centre of a lens that is stated without a spread may be off.", "tests/real/test_charuco_arm.py")
+LENS_DISTORTION_PRIOR = limit(0.1, "(standard deviation)",
+    "So far the distortion of such a lens may be off.", "tests/real/test_charuco_arm.py")
+LENS_CONTRADICTED = limit(4.0, "sigma", "Chance alone puts a number there once in ten thousand.")
+ROBOT_PLACE = limit(1e-3, "m (standard deviation)",
+    "So far a flange stands from the pose that its controller tells, of arms that nobody calibrated.", "ISO 9283 data sheets")
+ROBOT_TURN = limit(2e-3, "rad (standard deviation)",
+    "A millimetre at the ends of a wrist that is half a metre long.", "ISO 9283 data sheets")
+HAND_EYE_ASK = limit(0.02, "of the distance of the target, and rad",
+    "No robot that is read rightly puts most views of a target so far off.", "tests/session/test_hand_eye.py")
+HAND_EYE_LEFT = limit(3.0, "times what is normal", "An arm that nobody calibrated leaves no more; something else moves or is wrong.")
 HAND_TURNS = limit(math.radians(5.0), "rad (standard deviation)",
     "About a second axis: with less, a robot's millimetre puts a frame a centimetre off.", "tests/prove/test_frames_alone.py")
 ARM_EXPLAINS = limit(4.8, "of the log likelihood",

@@ -122,7 +122,7 @@ class Decision(Context[M_co]):
     @cached_property
     def frames_alone(self) -> bool:
         """Whether nothing but frames was to be found."""
-        return frames_alone(self.proven.base.problem.table.free, self.need_data)
+        return frames_alone(self.model, self.proven.base.problem.table.free, self.need_data)
 
     @cached_property
     def frames(self) -> dict[str, Frame]:
@@ -265,7 +265,7 @@ def _decide(model: M, data: DataSet, options: Options, watch: Watch | None) -> D
         return _decide(found[0], data, replace(options, begin=found[1]), watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return _decide(likelier, data, options, watch)
-    gains = usual and options.hold_out == HOLD_OUT_SHARE and not frames_alone(base.problem.table.free, data)
+    gains = usual and options.hold_out == HOLD_OUT_SHARE and not frames_alone(model, base.problem.table.free, data)
     if gains and likely_lost(clean, base, whole, options):
         options = replace(options, folds=FOLDS, hold_out=0.0)
         split = make_split(data, 0.0, folds=FOLDS, blocks=options.blocks, seed=options.seed)

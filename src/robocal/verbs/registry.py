@@ -52,6 +52,7 @@ VISION: Mapping[str, str] = MappingProxyType({
     "intrinsics": "A lens from corners, with its uncertainty.",
     "map": "Where the camera was, in a map of markers.",
     "compare": "How maps of the same markers scatter.",
+    "hand_eye": "Where a camera is on a robot, or beside it.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(
@@ -69,4 +70,6 @@ GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
 # Where every verb is in `robocal.verbs`.
 PATHS = (*VERBS, *(f"{word}.{name}" for word, group in GROUPS.items() for name in group.verbs))
 # What the command line calls a verb whose word is no name in Python: module and function have another.
-COMMAND_NAMES: Mapping[str, str] = MappingProxyType({"import_model": "import", "warm_up": "warm-up"})
+COMMAND_NAMES: Mapping[str, str] = MappingProxyType(
+    {"import_model": "import", "warm_up": "warm-up", "hand_eye": "hand-eye"}
+)

@@ -190,3 +190,26 @@ class VisionRemarks:
         "{file} is {share} {word} than the mean of the maps",
         "Measure the markers, and give every map the same size and the same lens.",
     )
+    POSES_READ_OTHERWISE = Phrase(
+        "the robot's poses, as stated, miss what most views see by {before:.3g} and {before_turn:.2g}; read as {reading}, by {after:.2g} and "
+        "{after_turn:.2g}",
+        "Say so: {option}.",
+    )
+    PAIRED_IN_ORDER = Phrase(
+        "views and poses are paired in the order of their files: {first} with the first pose, {last} with the last",
+        "Look at the list of pairs. Names say it better: a column `image` beside the poses, with the names of the views.",
+    )
+    VIEWS_WITHOUT_POSE = Phrase(
+        "{count} views have no pose of the robot, and are left out: {views}",
+        "Add their poses to the file of the robot, or leave the images out.",
+    )
+    LENS_CONTRADICTED = Phrase(
+        "these views contradict the lens that was given: {names} ({z:.0f} sigma)",
+        "Calibrate the lens again, with images of the same focus: robocal vision intrinsics. Until then use the one that was found here.",
+    )
+    HAND_EYE_FAR = Phrase(
+        "views that were left out are missed by {left:.2g} at the target (rms), {times:.2g} times what is normal for an arm that nobody "
+        "calibrated",
+        "Look at the views with the largest errors. Check the lens, the size of the target, and that target, camera and robot stand still "
+        "while an image is taken.",
+    )

@@ -177,7 +177,7 @@ def _insist(table: CsvTable, place: Path, *names: str) -> None:
 def _with_points(found: Reading, points: Array, keep: Array | None = None) -> Reading:
     """The reading with other places on one target, of the rows that are kept."""
     (obs,) = found.dataset.observations
-    obs = replace(obs, extra={"point": points}, targets=(), target=None)
+    obs = replace(obs, extra={**obs.extra, "point": points}, targets=(), target=None)
     if keep is not None:
         obs = obs.take(np.flatnonzero(keep))
     return replace(found, dataset=replace(found.dataset, observations=(obs,)))
