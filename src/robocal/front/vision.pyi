@@ -7,6 +7,8 @@ from robocal.front.arrays import Measurements
 from robocal.front.verb_result import Found
 from robocal.session.vision.hand_eye_result import HandEye as _hand_eye_HandEye
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
+from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
+from robocal.verbs.vision.compare.result import ComparedMaps as _compare_ComparedMaps
 from robocal.verbs.vision.detect.result import Detected as _detect_Detected
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
@@ -122,6 +124,53 @@ def intrinsics(
     images: Images of the corners, as for detect: markers are fitted again in them, with the lens.
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     output: Write the lens here, and a document and a page beside it.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def map(
+    corners: _Given,
+    *,
+    held: _Path | None = None,
+    lens: _Path | None = None,
+    image: str | None = None,
+    exclude: str | Sequence[str] = (),
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_map_MapPlaces]:
+    """Find where the camera was, in a map of markers that was established before.
+
+    corners: corners.csv of robocal vision detect, or a table with its columns.
+    held: The map: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
+    lens: The lens: lens.yaml, or a file of OpenCV, ROS or Kalibr.
+    image: Size of the images in pixels.  [default: that in the JSON beside the corners]
+    exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
+    output: Write the poses here, and a document and a page beside them.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def compare(
+    maps: _Given | Sequence[_Given],
+    *,
+    reference: str | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_compare_ComparedMaps]:
+    """Compare maps of the same markers: how repeatable they are, and whether their sigma predicted as much.
+
+    The maps are aligned on all markers that all of them have. The scatter of each marker is listed along the axes of the reference
+    marker, beside its distance from it and the predicted scatter. A marker that moved between two maps is named with its distance.
+
+    maps: Maps of the same markers: map.yaml, or files of TagSLAM, MarkerMapper, PLY; two or more.
+    reference: The marker whose axes are taken, and from which distances count.  [default: the first of the first map]
+    output: Write maps.json, markers.csv, distance.svg, axes.svg and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

@@ -179,7 +179,7 @@ class VisionRemarks:
         "Take the scatter of the maps for their error, and give every map the same lens and the same size of markers.",
     )
     MARKER_MOVED_BETWEEN = Phrase(
-        "marker {name} stands {distance} elsewhere in {file}[; it may be marker {other} instead]",
+        "{file}: marker {name} stands {distance} elsewhere than in the first map[; it may be marker {other} instead]",
         "Leave marker {name} out of the maps, or put it back.",
     )
     MAPS_OF_OTHER_MARKERS = Phrase(

@@ -27,6 +27,7 @@ from robocal.fit.noise import assess, tau_of, under
 from robocal.fit.starts.cameras import resect, resect_sights
 from robocal.geometry import se3, so3
 from robocal.geometry.fits import plane
+from robocal.measure.base import Rows
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Rig
@@ -34,7 +35,7 @@ from robocal.measure.pixels import rays
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable
-from robocal.session.vision.map_prior import FIXED, MapPrior, chance_of, find_moved, prior_targets
+from robocal.session.vision.map_prior import FIXED, MapPrior, chance_of, find_contradictions, prior_targets
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import take_markers
 from robocal.vision.maps import MarkerMap
@@ -140,7 +141,7 @@ def _contradict(clean: DataSet, prior: MapPrior, known: MarkerMap) -> dict[str, 
     while prior.together:
         made = build(Rig(CAMERA), _without(clean, [*out]))
         x = least_squares(made, made.start).x
-        rest = [m for m in find_moved(prior, _found(made, x, known)) if m.name not in out]
+        rest = [m for m in find_contradictions(prior, _found(made, x, known)) if m.name not in out]
         if not rest:
             break
         less = build(Rig(CAMERA), _without(clean, [*out, rest[0].name]))
@@ -252,7 +253,8 @@ def _residual(problem: Problem, x: Array, count: int) -> Array:
     """What is left of every corner (n, 2), px, in the order of the rows."""
     out = np.zeros((count, 2))
     for term, r in zip(problem.terms, problem.residuals(x), strict=True):
-        out[term.index] = r.value  # type: ignore[attr-defined]
+        assert isinstance(term, Rows)
+        out[term.index] = r.value
     return out
 
 
