@@ -14,6 +14,7 @@ import pytest
 from cli.runs import robocal
 from real.ur3_cell import EXCHANGED, FOREIGN, IMAGE, write_cell
 
+from robocal.remarks.code import Code
 from robocal.session.inputs import read_inputs
 
 pytestmark = pytest.mark.slow
@@ -37,40 +38,38 @@ def coded(told, code):
 
 
 def test_lenses_of_larger_images_are_told_and_scaled_on_consent(source, tmp_path):
-    """The size of the images beside that of the lens says it, else the data do."""
+    """The size of the images beside that of the lens says it, else the data do: those of each camera."""
     files = write_cell(tmp_path, source, lens="", more=SIZE)
     told = robocal("check", *files[:2])
     assert told.status == 2 and "1280 x 720 px, and the lens is of 1920 x 1080 px" in told.said
     assert "scale: 0.6666666666" in told.said
     files = write_cell(tmp_path, source, lens=", scale: 0.666666666666667", more=SIZE)
-    assert "another size" not in robocal("check", *files[:2]).said
-    files = write_cell(tmp_path, source, lens="", more=LABELS)
-    ran = robocal(*free(files, 4), "--json")
-    (one,) = coded(ran.document, "lens-factor")
-    assert ran.status == 3 and one["numbers"]["ratio"] == "2/3" and "scale: 0.66667" in one["advice"]
-    assert all(f"lens{k}.fx" in one["numbers"]["name"] for k in range(4))
+    assert read_inputs(files[0], files[1:2]).data.observations[0].options["intrinsics"][0] == pytest.approx(
+        1048.62, abs=0.01
+    )
+    files = write_cell(tmp_path, source, lens="", leave_out=FOREIGN, more=LABELS)
+    for k in range(4):
+        ran = robocal(*free(files, k), "--json")
+        (one,) = coded(ran.document, "lens-factor")
+        assert ran.status == 3 and one["numbers"]["ratio"] == "2/3" and "scale: 0.66667" in one["advice"]
 
 
 # obeys: target-turned
 def test_half_turns_are_undone_on_consent(source, tmp_path):
     """Each view gets the label that the author's own transforms say, those with wrong joint values too."""
-    for name in ("here", "undone"):
+    read = []
+    for name, said in (("here", {"more": LABELS}), ("undone", {"labels": "undone"})):
         (tmp_path / name).mkdir()
-    files = write_cell(tmp_path / "here", source)
-    first = robocal("check", *files, "--json")
-    assert coded(first.document, "target-turned") and "half_turns: undo" in first.document["remarks"][-1]["advice"]
-    files = write_cell(tmp_path / "here", source, more=LABELS)
-    then = robocal("check", *files, "--json").document
-    assert not coded(then, "target-turned")
-    (told,) = coded(then, "half-turns-undone")
-    assert (told["numbers"]["count"], told["numbers"]["total"]) == (88, 159)
-    right = write_cell(tmp_path / "undone", source, labels="undone")
-    for mine, theirs in zip(*(read_inputs(f[0], f[1:]).data.observations for f in (files, right)), strict=True):
-        points = [
+        files = write_cell(tmp_path / name, source, **said)
+        read.append(read_inputs(files[0], files[1:]))
+    (told,) = [dict(r.items) for r in read[0].warnings if r.code == Code.HALF_TURNS_UNDONE]
+    assert (told["count"], told["total"]) == (88, 159)
+    for pair in zip(*(r.data.observations for r in read), strict=True):
+        mine, right = (
             {(c, *uv): p for c, uv, p in zip(o.configuration, map(tuple, o.value), o.extra["point"], strict=True)}
-            for o in (mine, theirs)
-        ]
-        assert max(np.linalg.norm(points[0][at] - p) for at, p in points[1].items()) < 1e-6
+            for o in pair
+        )
+        assert max(np.linalg.norm(mine[at] - p) for at, p in right.items()) < 1e-6
 
 
 @pytest.mark.parametrize("k", range(5))
@@ -78,6 +77,7 @@ def test_wrong_views_are_named_by_each_camera_and_by_all(k, source, tmp_path):
     files = write_cell(tmp_path, source, more=LABELS)
     told = robocal(*free(files, k), "--json").document
     (one,) = coded(told, "views-exchanged")
+    assert not coded(told, "target-turned")
     numbers = one["numbers"]
     assert (numbers["view"], numbers["partner"], numbers.get("every")) == ("p24", "p25", 4 if k == 4 else None)
     assert numbers["instruments"] == ([f"eye{c}" for c in range(4)] if k == 4 else [f"eye{k}"])

@@ -13,6 +13,7 @@ def test_half_turns_are_named_in_all_four_cameras(shared_data, tmp_path):
     told = robocal("check", *write_cell(tmp_path, shared_data / "ur3-cameras"), "--json").document
     (one,) = [r for r in told["remarks"] if r["code"] == "target-turned"]
     assert one["numbers"]["instruments"] == ["eye0", "eye1", "eye2", "eye3"] and 60 < one["numbers"]["count"] < 100
+    assert "`half_turns: undo`" in one["advice"]
 
 
 def test_fourteen_views_are_named_and_two_joint_rows_exchanged(shared_data, tmp_path):

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from map_world import draw_room, room
+from held_map_world import draw_room, room
 
 from robocal.errors import FormatError, InputError, ModelError
 from robocal.files.map import map_covariance_text, map_text

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lens_world import LENS
-from map_world import draw_room, room, views_of_room
+from held_map_world import draw_room, room, views_of_room
 
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares

@@ -21,13 +21,14 @@ from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.fit.starts.cameras import resect_sights
 from robocal.measure.data import Observations
-from robocal.measure.pixels import rays
+from robocal.measure.pixels import HALF_TURNS, rays
 
 __all__ = [
     "ViewPoses",
     "exchange_axes",
     "half_turn",
     "half_turn_of",
+    "half_turns_open",
     "mirror",
     "shift_views",
     "turn_views",
@@ -84,6 +85,11 @@ def half_turn_of(points: Array) -> Array | None:
     there = points @ turn[:3, :3].T + turn[:3, 3]
     away = np.linalg.norm(there[:, None] - points, axis=2).min(axis=1)
     return turn if away.max() < SAME else None
+
+
+def half_turns_open(obs: Observations) -> bool:
+    """Whether a view may count its target from either end, and the data file says so."""
+    return bool(obs.options.get(HALF_TURNS))
 
 
 def turn_views(obs: Observations, turn: Array, views: Bools) -> Observations:

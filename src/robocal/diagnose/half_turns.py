@@ -17,40 +17,36 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Bools
-from robocal.diagnose.camera_changes import ViewPoses, half_turn, turn_views, turned_views, view_poses
+from robocal.diagnose.camera_changes import ViewPoses, half_turn, half_turns_open, turn_views, turned_views, view_poses
 from robocal.diagnose.camera_views import carriers, thin
 from robocal.fit.baseline import fit_baseline
 from robocal.geometry import se3
 from robocal.measure.base import predict_rows
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model, freedom_of
-from robocal.measure.pixels import HALF_TURNS
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["half_turns_open", "undo_half_turns"]
+__all__ = ["undo_half_turns"]
 
 POINTS = 9  # grid: points of a view that tell its label
 FEWEST = 3  # grid: views that vote
 
 
-def half_turns_open(obs: Observations) -> bool:
-    """Whether a view may count its target from either end, and the data file says so."""
-    return bool(obs.options.get(HALF_TURNS))
-
-
 def undo_half_turns(model: Model, data: DataSet) -> tuple[DataSet, dict[int, Bools]]:
     """The data with half turns undone, and which configurations (U,) were turned in each of the observations that ask for it."""
     asked = [i for i, o in enumerate(data.observations) if half_turns_open(o)]
+    if not asked:
+        return data, {}
     seen, turned = list(data.observations), dict[int, Bools]()
     targets: dict[str, Array] = {}  # how each stands that is free, as the first camera has it
-    carrier = carriers(model, data) if asked else None
+    carrier = carriers(model, data)
     for i in asked:
         obs = data.observations[i]
         turn = half_turn(obs)
         if turn is None or carrier is None:
             continue
         found = _Labels(obs, turn, _vote(obs, turn, carrier))
-        if freedom_of(model) is None:
+        if not freedom_of(model):
             found = found.settle(model, data, targets)
         seen[i], turned[i] = turn_views(obs, turn, found.turned), found.turned
     return replace(data, observations=tuple(seen)), turned

@@ -14,31 +14,27 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from robocal._record import record
-from robocal._types import Array
-from robocal.errors import FileError, FormatError, ModelError
+from robocal._types import Array, Bools
+from robocal.errors import ModelError
 from robocal.files import orientation
-from robocal.files.csvtable import CsvTable, read_csv
-from robocal.files.headers import IDS, matrices
+from robocal.files.csvtable import read_csv
+from robocal.files.robot_pose_source import FolderSource, TableSource
 from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Unit, parse_unit
-from robocal.files.yamlio import YamlDocument, load
 from robocal.geometry import se3, so3
 
-__all__ = ["MAKERS", "NAMES", "RobotPoses", "read_robot_poses"]
+__all__ = ["MAKERS", "RobotPoses", "read_robot_poses"]
 
-NAMES = ("image", "view", "file", "name", *IDS)  # columns that name what belongs to a pose
 TIMES = ("time", "timestamp", "stamp", "t")
 PLACES = (("x", "y", "z"), ("px", "py", "pz"), ("tx", "ty", "tz"))
 ANGLES = (("rx", "ry", "rz"), ("roll", "pitch", "yaw"), ("a", "b", "c"), ("w", "p", "r"))
 QUATERNION, WXYZ = ("qx", "qy", "qz", "qw"), ("q1", "q2", "q3", "q4")
 UNIT_LENGTH = 2e-2  # tolerance: of a quaternion: three digits of each number
 ROTATION = 2e-2  # tolerance: of the rows of a rotation matrix, the same
-NESTED = 4  # grid: levels of keys in a YAML file of one pose
 
 
 @record
@@ -63,13 +59,13 @@ MAKERS: Mapping[str, Maker] = MappingProxyType({
 
 @record(eq=False)
 class RobotPoses:
-    """Poses T_base_flange (m, 4, 4) in SI; the name and the time (s, or None) of each; `words`: how the numbers were read; `numbers` (m, k)
+    """Poses T_base_flange (m, 4, 4) in SI; name and time (s, or None) of each; `notation`: how the numbers were read; `numbers` (m, k)
     and `form` of their orientations as they stand in the file, angles in rad."""
 
     names: tuple[str, ...] | None
     times: Array | None
     pose: Array
-    words: str
+    notation: str
     form: str
     numbers: Array
     files: tuple[InputFile, ...]
@@ -96,7 +92,7 @@ def read_robot_poses(
     ):
         expected = "three axes: ZYX about the axes as turned so far, zyx about the fixed ones"
         raise ModelError("no order of three axes", key="--euler", found=euler, expected=expected)
-    source = _Folder.read(place) if place.is_dir() else _Table(read_csv(place))
+    source = FolderSource.read(place) if place.is_dir() else TableSource(read_csv(place))
     length, angle = _stated(units)
     return _Reader(source, MAKERS.get(maker or ""), maker or "", euler, length, angle, quaternion, vector).read()
 
@@ -112,118 +108,12 @@ def _stated(units: str | None) -> tuple[Unit | None, Unit | None]:
     return found.get("m"), found.get("rad")
 
 
-# --- where the numbers stand ------------------------------------------------------------------------------------------
-
-
-@record(eq=False)
-class _Table:
-    """A CSV."""
-
-    table: CsvTable
-
-    @property
-    def path(self) -> Path:
-        return self.table.path
-
-    @property
-    def columns(self) -> Sequence[str]:
-        return self.table.names
-
-    @property
-    def files(self) -> tuple[InputFile, ...]:
-        return (InputFile(self.table.path, self.table.sha256),)
-
-    @property
-    def names(self) -> tuple[str, ...] | None:
-        column = next(filter(self.table.has, NAMES), None)
-        return None if column is None else self.table.texts(column)
-
-    def has(self, name: str) -> bool:
-        return self.table.has(name)
-
-    def unit(self, name: str) -> str | None:
-        return self.table.unit(name)
-
-    def numbers(self, names: Sequence[str]) -> Array:
-        return self.table.numbers(names)
-
-    def fail(self, message: str, row: int | None = None, **facts: Any) -> FormatError:
-        return self.table.fail(message, row, **facts)
-
-
-@record(eq=False)
-class _Folder:
-    """A folder with a YAML file for each pose: keys x, y, z, qx, ... at any depth; its name is that of the pose."""
-
-    path: Path
-    documents: tuple[YamlDocument, ...]
-    cells: tuple[Mapping[str, Any], ...]
-
-    @classmethod
-    def read(cls, place: Path) -> _Folder:
-        paths = sorted(p for p in place.iterdir() if p.suffix.lower() in (".yaml", ".yml") and p.is_file())
-        if not paths:
-            raise FileError(
-                "there are no poses in this folder", file=place, expected="a YAML file for each pose, or a CSV"
-            )
-        documents = tuple(map(load, paths))
-        return cls(place, documents, tuple(_flat(d.data) for d in documents))
-
-    @property
-    def columns(self) -> Sequence[str]:
-        return tuple(self.cells[0])
-
-    @property
-    def files(self) -> tuple[InputFile, ...]:
-        return tuple(InputFile(d.path, d.sha256) for d in self.documents)
-
-    @property
-    def names(self) -> tuple[str, ...] | None:
-        return tuple(d.path.stem for d in self.documents)
-
-    def has(self, name: str) -> bool:
-        return name in self.cells[0]
-
-    def unit(self, name: str) -> str | None:
-        return None
-
-    def numbers(self, names: Sequence[str]) -> Array:
-        out = np.empty((len(self.cells), len(names)))
-        for row, cell in enumerate(self.cells):
-            for i, name in enumerate(names):
-                value = cell.get(name)
-                if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-                    raise self.fail("not a number", row, key=name, found=value, expected="a finite number")
-                out[row, i] = value
-        return out
-
-    def fail(self, message: str, row: int | None = None, **facts: Any) -> FormatError:
-        return FormatError(message, file=self.path if row is None else self.documents[row].path, **facts)
-
-
-def _flat(data: Mapping[str, Any], prefix: str = "", depth: int = 0) -> dict[str, Any]:
-    """Keys of a pose without what stands above them; a quaternion below `orientation` has its letter before it."""
-    out: dict[str, Any] = {}
-    for name, value in data.items():
-        word = str(name).casefold()
-        if isinstance(value, Mapping):
-            turned = word in ("orientation", "rotation", "quaternion", "q")
-            out |= (
-                _flat(value, "q" if turned and set(map(str, value)) >= set("xyzw") else "", depth + 1)
-                if depth < NESTED
-                else {}
-            )
-        else:
-            out[prefix + word] = value
-    return out
-
-
 # --- how they are read ------------------------------------------------------------------------------------------------
 
 
 @record(eq=False)
 class _Reader:
-    source: _Table | _Folder
+    source: TableSource | FolderSource
     maker: Maker | None
     name: str
     euler: str | None
@@ -234,9 +124,7 @@ class _Reader:
 
     def read(self) -> RobotPoses:
         source = self.source
-        prefixes = (
-            matrices(source.table) if isinstance(source, _Table) and self.maker is None and self.euler is None else []
-        )
+        prefixes = source.matrices if self.maker is None and self.euler is None else []
         whole = [p for p in prefixes if source.has(f"{p}_03")]
         if len(whole) > 1:
             raise source.fail("several columns could be the pose", found=", ".join(whole), expected="one matrix")
@@ -343,7 +231,7 @@ class _Reader:
         self._insist(determinant > 0, "a reflection, not a rotation", determinant, "a determinant of +1")
         return so3.project(r), numbers, "matrix", f"matrix {prefix}_00 to {prefix}_22, row by row"
 
-    def _insist(self, good: Array, message: str, found: Array, expected: str) -> None:
-        bad = np.flatnonzero(~np.asarray(good))
+    def _insist(self, good: Bools, message: str, found: Array, expected: str) -> None:
+        bad = np.flatnonzero(~good)
         if len(bad):
             raise self.source.fail(message, int(bad[0]), found=float(f"{found[bad[0]]:.4g}"), expected=expected)

@@ -44,11 +44,11 @@ RATIOS = np.concatenate([[0.0], np.logspace(-6, 6, 241)])  # grid: of k^2 to v^2
 class RobotShare:
     """What the robot's own errors do to a fit of frames alone: `times` is what is left over what noise and making allow (rms),
     `covariance` (n, n) of the fitted names with the robot's errors; None where noise explains what is left. Where poses are given,
-    `size` is how far they are off as it seems, in (ROBOT_PLACE, ROBOT_TURN)."""
+    `errors` are how far they are off as it seems, m and rad."""
 
     times: float
     covariance: Array | None
-    size: float | None = None
+    errors: tuple[float, float] | None = None
 
 
 def robot_share(model: Model, fit: Fit) -> RobotShare:
@@ -59,7 +59,7 @@ def robot_share(model: Model, fit: Fit) -> RobotShare:
         share = pose_share(fit)
         allowed = share.robot + noise
         return RobotShare(
-            float(np.sqrt(share.square / allowed)) if allowed > 0 else np.inf, share.covariance, share.size
+            float(np.sqrt(share.square / allowed)) if allowed > 0 else np.inf, share.covariance, share.errors
         )
     own = tuple(n for n in model.geometric if n in problem.table)
     every = problem.with_free((*problem.free, *own))

@@ -15,6 +15,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Ints
+from robocal.diagnose.camera_views import carriers
 from robocal.diagnose.check_registry import Finding, When, check, note
 from robocal.fit.free_poses import own_poses
 from robocal.fit.repeats import places
@@ -22,7 +23,6 @@ from robocal.geometry import se3
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Model, Rig, freedom_of
-from robocal.measure.reach import reach
 from robocal.prove.decision import Decision
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
@@ -41,17 +41,17 @@ class ImagePlaces:
 
 
 def image_places(model: Model, data: DataSet, values: dict[str, float]) -> ImagePlaces | None:
-    """Of a machine with joints whose parameters, and frames and lenses of the data, have these `values`; None where no camera saw
-    anything of it."""
+    """Of a machine whose poses are known, by its joints or as given, and whose parameters, and frames and lenses of the data, have these
+    `values`; None of any other, and where no camera saw anything."""
     where = data.configurations
     seen = [
         o for o in data.observations if o.kind == "pixels" and o.value.ndim == 2 and o.frame is not None and o.targets
     ]
-    if not seen or freedom_of(model) is not None or model.mechanism is None or where.joints is None:
+    if not seen or freedom_of(model):
         return None
-    moving = model.with_values({n: v for n, v in values.items() if n in model.table}).mechanism
-    assert moving is not None
-    machine = reach(moving, where.joints, (), where.columns)[0]
+    machine = carriers(model.with_values({n: v for n, v in values.items() if n in model.table}), data)
+    if machine is None:
+        return None
     names = np.unique(np.array(where.ids, dtype=str), return_inverse=True)[1]
     _, first, pose = np.unique(np.column_stack([names, places(where)]), axis=0, return_index=True, return_inverse=True)
     pose = pose.ravel()

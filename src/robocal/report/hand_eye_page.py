@@ -28,19 +28,19 @@ def hand_eye_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     yield Section.of("", *_error(errors))
     yield Section.of("", VerdictBlock(word, style, tuple(sentences(said.remarks)), advice, meaning))
     now, further = found.further
-    note = f"now the place of the target is sure to {figure(1e3 * now, 2)} mm (one standard deviation); the flange in base, if it can go there"
-    if found.opened.inverse:
-        note = note.replace("the flange in base", "the base in flange, as the file has poses")
+    which = "the base in the flange, as the file has poses" if found.opened.inverse else "the flange in the base"
+    note = f"now the place of the target is sure to {figure(1e3 * now, 2)} mm (one standard deviation); {which}, if it can go there"
     yield Section.of("Three poses to add", listing_table(further), *quiet(note), key="further")
-    frames = listing_table(found.frames_listing)
-    words = "`camera in flange` is T_flange_camera: it takes coordinates of the camera to those of the flange. Camera: x right, y down, z forward."
-    yield Section.of("Where they are", frames, *quiet(words), key="frames")
+    one = found.frames[0]
+    words = f"`{one.title}` is T_{one.parent}_{one.child}: it takes coordinates of the {one.child} to those of the {one.parent}."
+    axes = "Axes of a camera: x to the right, y down, z forward, of the image."
+    yield Section.of("Where they are", *map(listing_table, found.places), *quiet(f"{words} {axes}"), key="frames")
     if found.lens_numbers is not None:
         yield Section.of("The lens", listing_table(found.lens_numbers), *quiet(found.opened.named), key="lens")
     if found.alternatives:
         yield Section.of(
             "How the robot's poses were read",
-            Text.of(found.opened.robot.words),
+            Text.of(found.opened.robot.notation),
             listing_table(found.readings),
             key="readings",
         )
@@ -49,7 +49,7 @@ def hand_eye_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     alone = found.opened.pairs.poses_alone
     more = (f"poses without a view: {', '.join(alone[:BRIEF])}",) if alone else ()
     yield Section.of(
-        "Which view has which pose", pairs, *quiet(f"paired {found.opened.pairs.words}", *more), key="pairs"
+        "Which view has which pose", pairs, *quiet(f"paired {found.opened.pairs.description}", *more), key="pairs"
     )
     yield from ends(found.warnings, written)
 

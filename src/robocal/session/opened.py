@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 import numpy as np
 
 from robocal._record import record, replace
-from robocal.diagnose.half_turns import half_turns_open, undo_half_turns
+from robocal.diagnose.camera_changes import half_turns_open
+from robocal.diagnose.half_turns import undo_half_turns
 from robocal.errors import FormatError, ModelError
 from robocal.files.dataset import Reading, read_datasets
 from robocal.files.opened_file import MachineFile, Speaks, parameter_text

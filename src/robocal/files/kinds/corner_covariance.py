@@ -1,4 +1,4 @@
-"""Covariances of corners in a table, as `vision detect` writes them: `suv` of u and v, `cu_u0` to `cv_v3` with all corners of the marker."""
+"""Covariances of corners in a table, as `vision detect` writes them: `suv` of u and v, `cu_u0` to `cv_v3` with all corners of a marker."""
 
 from __future__ import annotations
 

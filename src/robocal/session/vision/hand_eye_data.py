@@ -1,4 +1,4 @@
-"""Views of a target, and where the robot was, as data for `decide`: given flange poses are a machine without joints whose poses are known."""
+"""Views of a target and the robot's poses as data for `decide`: given flange poses are a machine without joints whose poses are known."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robocal._record import record, replace
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.diagnose.camera_changes import view_poses
 from robocal.diagnose.limits import LENS_CENTRE_PRIOR, LENS_DISTORTION_PRIOR
 from robocal.errors import FormatError, ModelError
@@ -69,7 +69,7 @@ class HandEyeData:
         """The data with other poses of the robot."""
         return replace(self.data, configurations=replace(self.data.configurations, start=se3.to_vector(flange)))
 
-    def seen(self) -> tuple[Array, Array]:
+    def target_views(self) -> tuple[Ints, Array]:
         """The configurations (V,) of views that show the first target well, and its pose in the camera in each, (V, 4, 4)."""
         obs = self.observations
         if obs.target is not None and len(obs.targets) > 1:
@@ -105,7 +105,7 @@ def open_hand_eye(o: Any) -> HandEyeData:
                 )
         seen = read_robot_poses(o.corners, maker=None, euler=None, units=o.target_units, vector=True)
         views = seen.names or tuple(f"{o.corners.name}:{i + 1}" for i in range(len(seen)))
-        table, lens, named = None, None, f"poses of a target: {seen.words}"
+        table, lens, named = None, None, f"poses of a target: {seen.notation}"
         obs = Observations("pose", np.arange(len(seen)), se3.to_vector(seen.pose), group="poses", source=str(o.corners))
         files, said = seen.files, ()
     pairs = pair_views(views, robot, o.pair)

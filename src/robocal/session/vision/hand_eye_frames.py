@@ -27,7 +27,7 @@ class PlacedFrame:
     covariance: Array
 
     @property
-    def words(self) -> str:
+    def title(self) -> str:
         """What it is: "camera in flange"."""
         return f"{self.child} in {self.parent}"
 
@@ -78,16 +78,17 @@ def place_frames(made: Decision[Rig], inhand: bool) -> tuple[PlacedFrame, ...]:
     return tuple(out)
 
 
-def frames_listing(frames: tuple[PlacedFrame, ...]) -> Listing:
-    """A row for each frame: where it is, in mm, its quaternion, and one standard deviation, mm and deg."""
+def frames_listing(frames: tuple[PlacedFrame, ...]) -> tuple[Listing, Listing]:
+    """A row for each frame: where it is, mm, and how it is turned, as a quaternion; with one standard deviation, mm and deg."""
     place = 1e3 * np.array([f.pose[:3, 3] for f in frames])
     q, sigma = np.array([f.quaternion for f in frames]), np.array([f.sigma for f in frames])
-    columns = [Column("frame", "", [f.words for f in frames])]
-    columns += [Column(n, "mm", place[:, i], figures=6) for i, n in enumerate("xyz")]
-    columns += [Column(f"q{n}", "", q[:, i], figures=6, spec=".6f") for i, n in enumerate("xyzw")]
-    columns += [Column(f"s{n}", "mm", 1e3 * sigma[:, i], figures=2, label=f"σ{n} [mm]") for i, n in enumerate("xyz")]
-    columns += [
+    names = Column("frame", "", [f.title for f in frames])
+    spread = [Column(f"s{n}", "mm", 1e3 * sigma[:, i], figures=2, label=f"σ{n} [mm]") for i, n in enumerate("xyz")]
+    turns = [
         Column(f"sr{n}", "deg", np.degrees(sigma[:, 3 + i]), figures=2, label=f"σr{n} [deg]")
         for i, n in enumerate("xyz")
     ]
-    return Listing(tuple(columns))
+    return (
+        Listing((names, *(Column(n, "mm", place[:, i], figures=6) for i, n in enumerate("xyz")), *spread)),
+        Listing((names, *(Column(f"q{n}", "", q[:, i], spec=".6f") for i, n in enumerate("xyzw")), *turns)),
+    )

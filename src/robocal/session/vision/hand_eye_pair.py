@@ -27,8 +27,8 @@ class Pairs:
 
     view: Ints
     pose: Ints
-    way: str
-    words: str
+    method: str
+    description: str
     views_alone: tuple[str, ...] = ()
     poses_alone: tuple[str, ...] = ()
 
@@ -116,7 +116,7 @@ def _by_time(views: Sequence[str], poses: RobotPoses) -> Pairs:
     step = float(np.median(np.diff(times[order]))) if len(times) > 1 else np.inf
     good = np.abs(times[near] - stamp) <= NEAR * step
     view = np.flatnonzero(good)
-    alone = tuple(views[i] for i in np.flatnonzero(~good))
+    alone = tuple(views[i] for i in np.flatnonzero(~good).tolist())
     apart = 1e3 * float(np.abs(times[near] - stamp)[good].max(initial=0.0))
     words = f"by time, names of views read in {unit}: at most {apart:.3g} ms apart"
     if not len(view):

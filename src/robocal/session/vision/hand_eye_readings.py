@@ -52,11 +52,11 @@ class PoseReading:
 
 def read_otherwise(opened: HandEyeData) -> tuple[PoseReading, ...]:
     """As stated, in the other direction, and the readings that leave less, the best first."""
-    where, seen = opened.seen()
+    where, seen = opened.target_views()
     if len(where) < FEWEST:
         return ()
     distance = float(np.median(np.linalg.norm(seen[:, :3, 3], axis=1)))
-    out = []
+    out: list[PoseReading] = []
     for name, option, poses, views in _readings(opened, where, seen):
         if len(views) < FEWEST:
             continue
@@ -79,9 +79,16 @@ def doubt_poses(readings: tuple[PoseReading, ...]) -> list[Remark]:
     alike = [r for r in others if r.share <= EXPLANATIONS_ALIKE * least]
     amounts = {"before": Quantity(stated.place), "before_turn": Quantity(stated.turn, "rad")}
     return [
-        Remark.of(Code.POSES_READ_OTHERWISE, reading=r.name, option=r.option, **amounts, after=Quantity(r.place), after_turn=Quantity(r.turn, "rad"))
+        Remark.of(
+            Code.POSES_READ_OTHERWISE,
+            reading=r.name,
+            option=r.option,
+            **amounts,
+            after=Quantity(r.place),
+            after_turn=Quantity(r.turn, "rad"),
+        )
         for r in alike
-    ]  # fmt: skip
+    ]
 
 
 Row = tuple[str, str, Array, Array]
@@ -93,7 +100,8 @@ def _readings(opened: HandEyeData, where: Ints, seen: Array) -> Iterator[Row]:
     yield "as stated", "", pose, seen
     other = "hand" if not opened.inhand else "fixed"
     direction = "base-flange" if opened.inverse else "flange-base"
-    words = f"the other direction (T_{direction.replace('-', '_')}, or the camera {'in the hand' if other == 'hand' else 'beside the robot'})"
+    place = "in the hand" if other == "hand" else "beside the robot"
+    words = f"the other direction (T_{direction.replace('-', '_')}, or the camera {place})"
     yield words, f"{'without ' if opened.inverse else ''}--inverse, or --camera {other}", se3.inverse(pose), seen
     raw = opened.robot.pose[opened.pairs.pose][where]
     for name, option, turn in _turns(opened.robot, opened.pairs.pose[where]):

@@ -11,7 +11,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When
 from robocal.diagnose.check_registry import run as run_checks
-from robocal.diagnose.limits import HAND_EYE_LEFT, LENS_CONTRADICTED, ROBOT_PLACE, ROBOT_TURN
+from robocal.diagnose.limits import HAND_EYE_LEFT, ROBOT_PLACE, ROBOT_TURN
 from robocal.files.display import to_display
 from robocal.files.hand_eye_forms import easy_handeye_text, static_transform_text, urdf_joint_text
 from robocal.files.lens import lens_text
@@ -32,6 +32,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_table import CAMERA
+from robocal.session.vision.hand_eye_checks import contradict_lens, find_moves
 from robocal.session.vision.hand_eye_data import EYE, HandEyeData, open_hand_eye
 from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find_errors, frame_of, middle_of
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
@@ -39,10 +40,11 @@ from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, r
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 
-__all__ = ["FILES", "HandEye", "HandEyeDocument", "find_hand_eye"]
+__all__ = ["FILES", "HandEyeCalibration", "HandEyeDocument", "find_hand_eye"]
 
 FILES = ("hand_eye.json", "hand_eye.yaml", "hand_eye.urdf", "static_transform.sh", "lens.yaml", "hand_eye.html")
 TO_ADD = 3  # poses that are always told
+LEAST = 0.1  # grid: of the usual errors of a robot
 READINGS = 4  # grid: of the robot's poses, that are told
 # Checks that ask for what this verb tells by itself, or that mean nothing of frames alone.
 SILENT = ("coverage", "place", "few-numbers")
@@ -51,8 +53,8 @@ LENS_LINES = (Code.NUMBER_WRONG, Code.NUMBER_DOUBTED, "lens-factor", "lens-facto
 
 @record(kw_only=True)
 class FramePart:
-    """T_parent_child: place (mm), quaternion (x, y, z, w), matrix (4, 4) with mm, and the covariance (6, 6) of place and small turns about the
-    axes of the parent, in mm and rad."""
+    """T_parent_child: place (mm), quaternion (x, y, z, w), matrix (4, 4) with mm, and the covariance (6, 6) of place and small turns about
+    the axes of the parent, in mm and rad."""
 
     parent: str
     child: str
@@ -76,7 +78,7 @@ class HandEyeDocument(Document):
     how: str
     normal: float
     corners: Statistic | None
-    robot: UnitValue | None
+    robot: list[UnitValue] | None
     sure: float
     further: Listing
     frames: list[FramePart]
@@ -88,7 +90,7 @@ class HandEyeDocument(Document):
 
 
 @record(kw_only=True, eq=False)
-class HandEye(VerdictResult):
+class HandEyeCalibration(VerdictResult):
     """A hand-eye calibration with everything that its page shows; lengths in m."""
 
     opened: HandEyeData
@@ -141,9 +143,9 @@ class HandEye(VerdictResult):
         inhand = self.opened.inhand
         a, b = chain_of(frame_of(self.decision, EYE), frame_of(self.decision, target), inhand)
         machine = se3.inverse(self.opened.flange) if inhand else self.opened.flange
-        share = self.decision.share.size
-        size = max(share or 0.0, 0.1)  # grid: of the expected errors, at least
-        error = size * np.array([ROBOT_PLACE] * 3 + [ROBOT_TURN] * 3)
+        shift, turn = self.decision.share.errors or (0.0, 0.0)
+        # A robot without errors would need no more poses.
+        error = np.array([max(shift, LEAST * ROBOT_PLACE)] * 3 + [max(turn, LEAST * ROBOT_TURN)] * 3)
         now, poses = next_poses(a, b, machine, middle, error, TO_ADD, inhand=inhand)
         flange = np.stack([se3.inverse(p.machine) if inhand else p.machine for p in poses])
         if self.opened.inverse:
@@ -159,8 +161,8 @@ class HandEye(VerdictResult):
         return now, listing
 
     @property
-    def frames_listing(self) -> Listing:
-        """A row for each frame."""
+    def places(self) -> tuple[Listing, Listing]:
+        """Where the frames are, and how they are turned: a row for each."""
         return frames_listing(self.frames)
 
     @cached_property
@@ -192,8 +194,8 @@ class HandEye(VerdictResult):
         """What stands at the head of its page."""
         facts = (
             ("Camera", "in the hand" if self.opened.inhand else "beside the robot"),
-            ("Views", f"{len(self.opened.views)}, paired {self.opened.pairs.words}"),
-            ("Poses of the robot", self.opened.robot.words),
+            ("Views", f"{len(self.opened.views)}, paired {self.opened.pairs.description}"),
+            ("Poses of the robot", self.opened.robot.notation),
             ("Lens", self.opened.named),
         )
         return {"title": "Hand-eye calibration", "kind": "Hand-eye", "facts": facts}
@@ -202,12 +204,12 @@ class HandEye(VerdictResult):
     def document(self) -> HandEyeDocument:
         """What --json says."""
         said = to_display(VerdictPart, self.verdict, reasons=sentences(self.verdict.remarks))
-        share, now = self.decision.share.size, self.further
+        now = self.further
         return self.document_of(
             HandEyeDocument, camera="hand" if self.opened.inhand else "fixed", verdict=said, unit="mm", error=_in_mm(self.errors.left_out),
             how=self.errors.how, normal=1e3 * self.errors.normal, corners=self.errors.pixels,
-            robot=UnitValue(1e3 * share * ROBOT_PLACE, "mm") if share else None, sure=1e3 * now[0], further=now[1],
-            frames=[_frame_part(f) for f in self.frames], poses=self.opened.robot.words, readings=self.readings, pairs=self.pairs,
+            robot=_robot_part(self.decision.share.errors), sure=1e3 * now[0], further=now[1],
+            frames=[_frame_part(f) for f in self.frames], poses=self.opened.robot.notation, readings=self.readings, pairs=self.pairs,
             lens=self.lens_numbers,
         )  # fmt: skip
 
@@ -219,6 +221,12 @@ class HandEye(VerdictResult):
             "hand_eye.urdf": urdf_joint_text(camera), "static_transform.sh": static_transform_text(camera),
         }  # fmt: skip
         return made | ({"lens.yaml": lens_text(lens)} if "lens.yaml" in self.files and lens is not None else {})
+
+
+def _robot_part(errors: tuple[float, float] | None) -> list[UnitValue] | None:
+    return (
+        None if errors is None else [UnitValue(1e3 * errors[0], "mm"), UnitValue(float(np.degrees(errors[1])), "deg")]
+    )
 
 
 def _in_mm(s: Statistic | None) -> Statistic | None:
@@ -242,7 +250,9 @@ def _frame_part(f: PlacedFrame) -> FramePart:
     )
 
 
-def find_hand_eye(o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> HandEye:
+def find_hand_eye(
+    o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()
+) -> HandEyeCalibration:
     """Reads views and poses, finds the frames, and judges them. Raises InputError."""
     if watch:
         watch({"stage": "read"})
@@ -255,7 +265,7 @@ def find_hand_eye(o: Any, watch: Watch | None = None, command: str = "", files: 
         errors = find_errors(made, opened.flange, opened.inhand)
         verdict, said = _judge(opened, made, errors, readings)
         frames = place_frames(made, opened.inhand)
-    return HandEye(
+    return HandEyeCalibration(
         opened=opened, decision=made, verdict=verdict, errors=errors, frames=frames, alternatives=readings, files=files,
         warnings=tuple(dict.fromkeys((*opened.remarks, *said))), reasons=verdict.reasons, inputs=opened.files, command=command,
     )  # fmt: skip
@@ -268,19 +278,23 @@ def _judge(
     verdict = verdict_of(made)
     verdict = replace(verdict, reasons=tuple(map(_in_words, verdict.reasons)))
     doubts = doubt_poses(readings)
-    if doubts:
-        verdict = verdict.instead("refused", *doubts)
+    moves = [] if doubts else find_moves(opened, made)
+    if doubts or moves:
+        verdict = verdict.instead("refused", *doubts, *moves)
     said: list[Remark] = []
     pairs, views = opened.pairs, opened.views
-    if pairs.way == "order":
-        names = opened.robot.names or tuple(f"row {i + 1}" for i in range(len(opened.robot)))
-        said.append(Remark.of(Code.PAIRED_IN_ORDER, first=views[0], last=views[-1], pose=names[-1]))
+    if pairs.method == "order":
+        said.append(Remark.of(Code.PAIRED_IN_ORDER, first=views[0], last=views[-1]))
     if pairs.views_alone:
         said.append(Remark.of(Code.VIEWS_WITHOUT_POSE, count=len(pairs.views_alone), views=pairs.views_alone))
     left = errors.left_out
     if left is not None and left.rms > HAND_EYE_LEFT * errors.normal and not doubts:
         said.append(Remark.of(Code.HAND_EYE_FAR, left=Quantity(left.rms), times=left.rms / errors.normal))
-    said += _contradicted(opened, made)
+    lens, material = contradict_lens(opened, made, errors.normal)
+    if lens is not None and material:
+        verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", lens)
+    elif lens is not None:
+        said.append(lens)
     findings: list[Finding] = [
         f
         for when in (When.DATA, When.FIT)
@@ -289,24 +303,6 @@ def _judge(
     hidden = (Code.ABOVE_STATED_NOISE,)  # the robot's own errors: said in mm
     said += [_in_words(f.remark) for f in findings if f.code not in hidden]
     return verdict, said
-
-
-def _contradicted(opened: HandEyeData, made: Decision[Rig]) -> list[Remark]:
-    """Numbers of the lens that left what was given for them."""
-    fit = made.need_fit
-    sigma = dict(zip(fit.problem.free, fit.uncertainty.sigma.tolist(), strict=True))
-    off: dict[str, float] = {}
-    if opened.lens is None:
-        return []
-    given = dict(zip(opened.lens.kind.symbols, opened.lens.numbers, strict=True))
-    for s, was in given.items():
-        name = f"{CAMERA}.{s}"
-        if sigma.get(name, 0.0) > 0 and (z := abs(made.values[name] - was) / sigma[name]) >= LENS_CONTRADICTED:
-            off[s] = z
-    if not off:
-        return []
-    names = tuple(f"{s} {given[s]:.5g} given, {made.values[f'{CAMERA}.{s}']:.5g} found" for s in off)
-    return [Remark.of(Code.LENS_CONTRADICTED, names=names, z=max(off.values()))]
 
 
 def _in_words(said: Remark) -> Remark:

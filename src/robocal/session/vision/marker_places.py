@@ -1,8 +1,6 @@
 """Markers whose places nobody states: where they are to one another, as views that show several say, to begin a fit with.
 
-    T_one_other = T_camera_one^-1 T_camera_other       of every view that shows both, the one that most others agree with
-
-The marker that most views show stays where it is, and all others are found beside it.
+The map grows (see `vision.map_start`); the marker that most views show stays where it is, and all others are found beside it.
 """
 
 from __future__ import annotations
@@ -23,12 +21,13 @@ __all__ = ["place_markers"]
 
 EXPECTED = 0.2, 1.0  # of a marker's place where views show it, m and rad
 WHOLE = 4  # grid: corners of a marker that is seen whole
+WANTED = "views that show markers of both groups, or --sheet, which says where all of them are"
 SHOWN = 8  # grid: markers that a sentence names
 
 
-def place_markers(table: CornerTable) -> CornerTable:
-    """The same with a start for the place of every marker beside the one that most views show. Raises ModelError where no views join
-    them."""
+def place_markers(table: CornerTable, wanted: str = WANTED) -> CornerTable:
+    """The same with a start for every view, and for the place of every marker beside the one that most views show. Raises ModelError where
+    no views join them: `wanted` says what would."""
     obs = table.pixels
     if not obs.targets:
         return table
@@ -39,8 +38,7 @@ def place_markers(table: CornerTable) -> CornerTable:
     islands = find_islands(seen)
     if len(islands) > 1:
         apart = "; ".join(", ".join(obs.targets[i].name for i in island[:SHOWN].tolist()) for island in islands[:SHOWN])
-        expected = "views that show markers of both groups, or --sheet, which says where all of them are"
-        raise ModelError("no view joins some markers to the others", key="marker", found=apart, expected=expected)
+        raise ModelError("no view joins some markers to the others", key="marker", found=apart, expected=wanted)
     lens = np.array(obs.options["intrinsics"])
     start = grow_map(sights, lens, *seen.shape)
     first = int(seen.sum(axis=0).argmax())

@@ -14,8 +14,9 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._record import record, replace
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.fit.options import Options
+from robocal.fit.starts.consensus import find_flips
 from robocal.geometry import se3
 from robocal.geometry.pose_path import PosePath
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
@@ -54,20 +55,26 @@ class PosePairs:
     def at(self, delay: float) -> PosePairs:
         """Those whose poses the path has for this delay (s) of the camera's clock."""
         assert isinstance(self.machine, PosePath) and self.time is not None
-        kept = self.machine.inside(self.time - delay)
-        sigma = None if self.sigma is None else self.sigma[kept]
-        return replace(self, seen=self.seen[kept], time=self.time[kept], sigma=sigma)
+        return self.take(np.flatnonzero(self.machine.inside(self.time - delay)))
+
+    def take(self, views: Ints) -> PosePairs:
+        """Some of the views."""
+        machine = self.machine if isinstance(self.machine, PosePath) else self.machine[views]
+        time, sigma = (None if v is None else v[views] for v in (self.time, self.sigma))
+        return replace(self, seen=self.seen[views], machine=machine, time=time, sigma=sigma)
 
 
 @record(eq=False)
 class HandEye:
     """The decision, and where things are: `camera` and `target`, T_flange_camera and T_base_target of a camera in the hand, T_base_camera
-    and T_flange_target of one beside the robot; the delay (s) of its clock with sigma, where it was found."""
+    and T_flange_target of one beside the robot; the delay (s) of its clock with sigma, where it was found; and the views that were left
+    out, for they show the other pose of a flat target."""
 
     decision: Decision[Rig]
     camera: Array
     target: Array
     delay: tuple[float, float] | None = None
+    flipped: tuple[int, ...] = ()
 
 
 def pair_data(pairs: PosePairs, machine: Array, twist: Array | None = None) -> DataSet:
@@ -107,6 +114,10 @@ def locate_camera(pairs: PosePairs, options: Options | None = None, watch: Watch
     """Where camera and target are. Raises ModelError."""
     options = options or Options()
     delay, machine = None, pairs.machine
+    flipped = _flipped(pairs)
+    kept = np.setdiff1d(np.arange(len(pairs.seen)), flipped)
+    pairs = pairs.take(kept)
+    machine = pairs.machine
     if isinstance(machine, PosePath):
         found, delay, pairs, machine = _locate_late(pairs, machine, options, watch)
     else:
@@ -120,7 +131,20 @@ def locate_camera(pairs: PosePairs, options: Options | None = None, watch: Watch
         places[TARGET] = machine[0] @ places[CAMERA] @ pairs.seen[0]
     elif CAMERA not in places:
         places[CAMERA] = machine[0] @ places[TARGET] @ se3.inverse(pairs.seen[0])
-    return HandEye(found, places[CAMERA], places[TARGET], delay)
+    return HandEye(found, places[CAMERA], places[TARGET], delay, tuple(flipped.tolist()))
+
+
+def _flipped(pairs: PosePairs) -> Ints:
+    """The views that show the other pose of a flat target; none of a camera that sees no target."""
+    if not pairs.metric:
+        return np.zeros(0, dtype=np.int64)
+    if not isinstance(pairs.machine, PosePath):
+        return np.flatnonzero(find_flips(pairs.seen, pairs.machine, pairs.in_hand))
+    assert pairs.time is not None
+    when = pairs.time - start_delay(pairs.machine, pairs.time, pairs.seen)
+    inside = np.flatnonzero(pairs.machine.inside(when))
+    machine = pairs.machine.at(when[inside])[0]
+    return inside[find_flips(pairs.seen[inside], machine, pairs.in_hand)]
 
 
 def _locate_late(

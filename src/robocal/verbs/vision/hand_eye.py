@@ -13,7 +13,7 @@ from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
-    from robocal.session.vision.hand_eye_result import HandEye
+    from robocal.session.vision.hand_eye_result import HandEyeCalibration
 
 __all__ = ["Options", "run", "sections"]
 
@@ -105,7 +105,7 @@ class Options(BaseOptions):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[HandEye]:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[HandEyeCalibration]:
     """Finds camera and target; a folder gets hand_eye.json, .yaml, .urdf, .html and static_transform.sh. Raises InputError."""
     from robocal.session.vision.hand_eye_result import FILES, find_hand_eye
 
@@ -113,7 +113,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ha
     return run_verb(o, files, lambda: find_hand_eye(o, watch, command, files), sections)
 
 
-def sections(made: Outcome[HandEye]) -> Iterator[Section]:
+def sections(made: Outcome[HandEyeCalibration]) -> Iterator[Section]:
     """The error, the verdict, the poses to add, where camera and target are, and the pairs."""
     from robocal.report.hand_eye_page import hand_eye_sections
 
