@@ -27,7 +27,7 @@ from robocal.vision.maps import MarkerMap
 
 __all__ = ["FIXED", "LOOSE", "MapPrior", "MarkerChange", "chance_of", "find_contradictions", "prior_targets"]
 
-LOOSE = 1.0, 0.1  # tolerance: m and rad of a whole map: far more than a start is off by
+LOOSE = 0.3, 0.05  # tolerance: m and rad of a whole map: far more than a start is off by, and little enough to be believed
 FIXED = 1e-6, 1e-6  # tolerance: m and rad of a whole map: far less than any map is known to
 FINEST = 3e-6  # tolerance: m and rad of a single marker: a prior that is exact in some direction has no inverse
 
