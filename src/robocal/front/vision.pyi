@@ -8,8 +8,8 @@ from robocal.front.verb_result import Found
 from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_eye_HandEyeCalibration
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
+from robocal.session.vision.map_repeats import ComparedMaps as _compare_ComparedMaps
 from robocal.session.vision.map_result import MarkersFound as _map_MarkersFound
-from robocal.verbs.vision.compare.result import ComparedMaps as _compare_ComparedMaps
 from robocal.verbs.vision.detect.result import Detected as _detect_Detected
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
