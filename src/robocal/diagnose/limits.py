@@ -236,6 +236,10 @@ FRAMES_LEFT = limit(3.0, "times what noise and making allow",
     "A robot that errs by more is no robot of that drawing, or its readings belong to other poses.", "tests/prove/test_frames_alone.py")
 HAND_TURNS = limit(math.radians(5.0), "rad (standard deviation)",
     "About a second axis: with less, a robot's millimetre puts a frame a centimetre off.", "tests/prove/test_frames_alone.py")
+FRAME_PLACE = limit(0.03, "m (standard deviation)",
+    "A camera that may be off by 6 cm guides no hand.", "tests/session/test_pose_pairs.py")
+FRAME_TURN = limit(math.radians(3.0), "rad (standard deviation)",
+    "At half a metre these are 3 cm as well.", "tests/session/test_pose_pairs.py")
 ARM_EXPLAINS = limit(4.8, "of the log likelihood",
     "By chance errors of a robot explain noise so well once in a thousand.", "chi2, one degree of freedom")
 FRAME_SEEN = limit(10.0, "times what is expected", "A direction of a frame that all rows see is seen beyond doubt.")
