@@ -68,7 +68,5 @@ def disturb(value: Array, noise: Array) -> Array:
 
 
 POSE = register(
-    Kind(
-        "pose", 6, per_target(PoseRows), parts=PARTS, disturb=disturb, numbers=(SCALE,), positional=True, metric=True
-    )
+    Kind("pose", 6, per_target(PoseRows), parts=PARTS, disturb=disturb, numbers=(SCALE,), positional=True, metric=True)
 )

@@ -25,7 +25,5 @@ def change(builder: Builder, obs: Observations, target: int, index: Ints) -> Pro
 
 
 RELATIVE_POSE = register(
-    Kind(
-        "relative_pose", 6, per_target(PoseRows, change), parts=PARTS, disturb=disturb, numbers=(SCALE,), metric=True
-    )
+    Kind("relative_pose", 6, per_target(PoseRows, change), parts=PARTS, disturb=disturb, numbers=(SCALE,), metric=True)
 )

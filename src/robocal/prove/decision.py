@@ -54,6 +54,7 @@ from robocal.prove.statistics import Statistic, rms
 __all__ = ["REGION", "Decision", "decide"]
 
 REGION = "region"  # the names of checks
+MOVED = "moved"
 SCALES = ("instrument-scale", "wrong-instrument-scale")
 
 
@@ -137,10 +138,15 @@ class Decision(Context[M_co]):
     @property
     def silent(self) -> tuple[str, ...]:
         """Checks that mean nothing here: of frames alone nothing is corrected anywhere, and where the robot's own errors explain what is
-        left, they change how long things seem too."""
+        left, they change how long things seem too. Poses that are given and each off by something look like steps from row to row."""
         if not self.frames_alone:
             return ()
-        return (REGION,) if self.share.covariance is None else (REGION, *SCALES)
+        if self.share.covariance is None:
+            return (REGION,)
+        given = freedom_of(self.model) == () and len(self.need_data.configurations) < len(
+            self.need_data.observations[0]
+        )
+        return (REGION, *SCALES, *((MOVED,) if given else ()))
 
     @property
     def spread(self) -> tuple[tuple[str, ...], Array]:

@@ -91,7 +91,8 @@ def _both_sides(context: Decision[Model]) -> tuple[str, ...]:
     """The free frames, where some are in the hand and some on the base, or changes alone were seen, and nothing else was to be found."""
     if not context.frames_alone:
         return ()
-    owners = dict.fromkeys(n.rpartition(".")[0] for n in context.proven.base.problem.table.free)
+    free = dict.fromkeys(n.rpartition(".")[0] for n in context.proven.base.problem.table.free)
+    owners = [n for n in free if n == "tool" or n in context.frames]  # a lens is no frame
     mounts = {n: "tool" if n == "tool" else context.frames[n].mount for n in owners}
     changes = all(o.kind == "relative_pose" for o in context.need_data.observations)
     return tuple(owners) if changes or set(mounts.values()) == {"tool", "base"} else ()

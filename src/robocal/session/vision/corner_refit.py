@@ -15,6 +15,7 @@ from robocal.diagnose.limits import CORNER_AT_REST
 from robocal.errors import ModelError
 from robocal.files.image_files import GreyImage, find_images, read_images
 from robocal.measure.machine import Rig
+from robocal.measure.sights.correlations import COVARIANCES
 from robocal.progress import Watch, tell
 from robocal.prove.decision import Decision
 from robocal.session.vision.corner_table import CornerTable
@@ -68,7 +69,8 @@ def _once(table: CornerTable, lens: Lens, family: str, images: dict[str, GreyIma
     obs, ids = table.pixels, table.data.configurations.ids
     value = obs.value.copy()
     sigma = np.full_like(value, np.nan) if obs.sigma is None else obs.sigma.copy()
-    marker = np.array(table.marker)
+    marker, covariances = np.array(table.marker), obs.extra.get(COVARIANCES)
+    covariances = None if covariances is None else covariances.copy()
     key = np.array([f"{c} {m}" for c, m in zip(obs.configuration.tolist(), table.marker, strict=True)])
     order = np.lexsort((table.corner, key))
     count = 0
@@ -81,7 +83,10 @@ def _once(table: CornerTable, lens: Lens, family: str, images: dict[str, GreyIma
         if one is None or np.abs(one.corners - before).max() > max(ASTRAY[0] * np.ptp(before, axis=0).max(), ASTRAY[1]):
             continue
         value[rows], sigma[rows] = one.corners, np.sqrt(np.diag(one.covariance)).reshape(4, 2)
+        if covariances is not None:
+            covariances[rows] = one.covariance.reshape(4, 2, 8)
         count += 1
     moved = float(np.sqrt(np.mean(np.square(value - obs.value))))
-    again = replace(obs, value=value, sigma=None if np.isnan(sigma).any() else sigma)
+    extra = obs.extra if covariances is None else {**obs.extra, COVARIANCES: covariances}
+    again = replace(obs, value=value, sigma=None if np.isnan(sigma).any() else sigma, extra=extra)
     return replace(table, data=replace(table.data, observations=(again,))), moved, count
