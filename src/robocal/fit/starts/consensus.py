@@ -114,5 +114,6 @@ def find_flips(seen: Array, machine: Array, in_hand: bool) -> Bools:
     if found is None:
         return out
     turn, mirrored = (missed(found, y, machine)[1] for y in (measured, other))
-    out[:] = (turn > FAR * np.quantile(turn, SHARE)) & (mirrored < NEARER * turn)
+    usual = float(np.quantile(turn, SHARE))
+    out[:] = (usual < UNLIKE) & (turn > FAR * usual) & (mirrored < NEARER * turn)
     return out

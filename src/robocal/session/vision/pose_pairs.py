@@ -8,6 +8,8 @@ of known size drifts: then changes from pose to pose are what is fitted.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robocal._record import record, replace
@@ -22,10 +24,12 @@ from robocal.measure.machine import Rig
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 from robocal.session.vision.delay_start import start_delay
 from robocal.session.vision.view_noise import read_noise
 
-__all__ = ["CAMERA", "TARGET", "HandEye", "PosePairs", "locate_camera", "pair_data"]
+__all__ = ["CAMERA", "TARGET", "HandEye", "PosePairs", "locate_camera", "pair_data", "tell_flips"]
 
 CAMERA, TARGET = "camera", "board"
 DELAY = f"{CAMERA}.delay"
@@ -72,6 +76,7 @@ class HandEye:
     target: Array
     delay: tuple[float, float] | None = None
     flipped: tuple[int, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
 
 def pair_data(pairs: PosePairs, machine: Array, twist: Array | None = None) -> DataSet:
@@ -136,7 +141,16 @@ def locate_camera(pairs: PosePairs, options: Options | None = None, watch: Watch
         places[TARGET] = machine[0] @ places[CAMERA] @ pairs.seen[0]
     elif CAMERA not in places:
         places[CAMERA] = machine[0] @ places[TARGET] @ se3.inverse(pairs.seen[0])
-    return HandEye(found, places[CAMERA], places[TARGET], delay, tuple(flipped.tolist()))
+    out = tuple(flipped.tolist())
+    said = tell_flips([str(i + 1) for i in out], len(kept) + len(out))
+    return HandEye(found, places[CAMERA], places[TARGET], delay, out, said)
+
+
+def tell_flips(views: Sequence[str], total: int) -> tuple[Remark, ...]:
+    """The remark on views that were left out, for they show the other pose of a flat target."""
+    if not views:
+        return ()
+    return (Remark.of(Code.VIEWS_FLIPPED, count=len(views), total=total, views=tuple(views)),)
 
 
 def _flipped(pairs: PosePairs) -> Ints:
