@@ -30,7 +30,9 @@ def rigid(place, turn):
 def noisy(rng, true, size=1.0):
     out = np.array(true)
     out[:, :3, 3] += size * NOISE[0] * rng.normal(size=(len(true), 3))
-    out[:, :3, :3] = out[:, :3, :3] @ Rotation.from_rotvec(size * NOISE[1] * rng.normal(size=(len(true), 3))).as_matrix()
+    out[:, :3, :3] = (
+        out[:, :3, :3] @ Rotation.from_rotvec(size * NOISE[1] * rng.normal(size=(len(true), 3))).as_matrix()
+    )
     return out
 
 
@@ -131,7 +133,10 @@ def road(rng, count, rate, hand, base, jitter, late, noise=1.0):
 def test_a_clock_of_its_own(late, jitter):
     """The delay within 2 ms and within its sigma, that of scattered times too; and the camera within its own."""
     rng = np.random.default_rng(5)
-    hand, base = rigid(np.array([0.03, 0.05, 0.1]), np.array([0.2, -0.1, 1.2])), rigid(np.array([0.5, 0.1, 0.0]), np.array([0.1, 3.0, 0.2]))
+    hand, base = (
+        rigid(np.array([0.03, 0.05, 0.1]), np.array([0.2, -0.1, 1.2])),
+        rigid(np.array([0.5, 0.1, 0.0]), np.array([0.1, 3.0, 0.2])),
+    )
     path, time, seen = road(rng, 150, 20, hand, base, jitter, late)
     found = locate_camera(PosePairs(seen, True, path, time))
     assert found.delay is not None
@@ -148,7 +153,10 @@ def test_a_clock_of_its_own(late, jitter):
 def test_a_metre_that_nobody_told(step):
     """A camera that only follows its own way: its scale and place are found; where it drifts, by changes alone."""
     rng = np.random.default_rng(6)
-    hand, base = rigid(np.array([0.03, 0.05, 0.1]), np.array([0.2, -0.1, 1.2])), rigid(np.array([0.5, 0.1, 0.0]), np.array([0.1, 3.0, 0.2]))
+    hand, base = (
+        rigid(np.array([0.03, 0.05, 0.1]), np.array([0.2, -0.1, 1.2])),
+        rigid(np.array([0.5, 0.1, 0.0]), np.array([0.1, 3.0, 0.2])),
+    )
     path, _, seen = road(rng, 400, 20, hand, base, 0.0, 0.0, noise=0.2)
     machine = path.at(0.25 + np.arange(400) / 20)[0]
     if step:
@@ -205,7 +213,9 @@ def test_truth_lies_within_sigma():
         found = locate_camera(PosePairs(seen, in_hand, flange))
         places = ((found.camera, camera, CAMERA, in_hand), (found.target, target, TARGET, True))
         inside += [
-            np.abs(pose[:3, 3] - true[:3, 3]) < 1.96 * sigmas(found, name)[:3] for pose, true, name, straight in places if straight
+            np.abs(pose[:3, 3] - true[:3, 3]) < 1.96 * sigmas(found, name)[:3]
+            for pose, true, name, straight in places
+            if straight
         ]
     assert 0.9 < np.mean(inside) < 0.99, np.mean(inside)
 
@@ -234,7 +244,9 @@ def test_a_late_rig_has_its_columns():
     """Its delay is free, and its elements ask for the rates of a configuration."""
     rig = late_rig("eye")
     assert rig.table.free == ("eye.delay",) and rig.freedom == ()
-    assert {t.column for e in rig.elements for t in e.terms} == {f"rate.{a}" for a in ("tx", "ty", "tz", "rx", "ry", "rz")}
+    assert {t.column for e in rig.elements for t in e.terms} == {
+        f"rate.{a}" for a in ("tx", "ty", "tz", "rx", "ry", "rz")
+    }
 
 
 def test_sequences_of_kinhec(tmp_path):
@@ -245,7 +257,13 @@ def test_sequences_of_kinhec(tmp_path):
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
     pipeline.generate_dataset(
-        "smoke", tmp_path / "data", tracks=["temporal", "outliers"], limit=1, work_dir=tmp_path / "work", write_card=False, progress=False
+        "smoke",
+        tmp_path / "data",
+        tracks=["temporal", "outliers"],
+        limit=1,
+        work_dir=tmp_path / "work",
+        write_card=False,
+        progress=False,
     )
     for shard in (tmp_path / "data" / "robot").glob("*.parquet"):
         (one,) = script.of_shard(tmp_path / "data", shard, tmp_path / f"{shard.stem}.json", script.answer)

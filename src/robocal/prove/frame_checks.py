@@ -132,6 +132,8 @@ def frames_loose(context: Decision[Model]) -> Iterator[Finding]:
     for owner in dict.fromkeys(n.rpartition(".")[0] for n in names):
         parts = (FRAME_SYMBOLS[:3], FRAME_SYMBOLS[3:])
         size[owner] = [float(np.sqrt(sum(own.get(f"{owner}.{s}", 0.0) for s in part))) for part in parts]
-    name, (place, turn) = max(size.items(), key=lambda item: max(item[1][0] / limits.FRAME_PLACE, item[1][1] / limits.FRAME_TURN))
+    name, (place, turn) = max(
+        size.items(), key=lambda item: max(item[1][0] / limits.FRAME_PLACE, item[1][1] / limits.FRAME_TURN)
+    )
     if place > limits.FRAME_PLACE or turn > limits.FRAME_TURN:
         yield qualify(LOOSE, name=name, place=Quantity(place, "m"), turn=Quantity(turn, "rad"))

@@ -89,7 +89,9 @@ def missed(found: Found, measured: Array, machine: Array) -> tuple[Array, Array]
 def views_near(found: Found, measured: Array, machine: Array) -> Bools:
     """Which views (m,) are as near to T_t T_i X as noise goes; none where most turn by more than a camera's noise."""
     both = [(v, float(np.quantile(v, SHARE))) for v in missed(found, measured, machine)]
-    return np.all([(v <= FAR * q) & (both[1][1] < UNLIKE) for v, q in both], axis=0)
+    (shift, far), (turn, turned) = both
+    near: Bools = (shift <= FAR * far) & (turn <= FAR * turned) & (turned < UNLIKE)
+    return near
 
 
 def other_pose(seen: Array) -> Array:

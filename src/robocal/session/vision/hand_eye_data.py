@@ -129,7 +129,11 @@ def open_hand_eye(o: Any) -> HandEyeData:
         names = [whole.configurations.ids[i] for i in flipped.tolist()]
         said = (*said, *tell_flips(names, len(flange)))
         kept = np.setdiff1d(np.arange(len(flange)), flipped)
-        pairs, flange, whole = replace(pairs, view=pairs.view[kept], pose=pairs.pose[kept]), flange[kept], whole.take(kept)
+        pairs, flange, whole = (
+            replace(pairs, view=pairs.view[kept], pose=pairs.pose[kept]),
+            flange[kept],
+            whole.take(kept),
+        )
     where = replace(whole.configurations, joints=None, digits=None, start=se3.to_vector(flange))
     data = replace(whole, configurations=where)
     return HandEyeData(
