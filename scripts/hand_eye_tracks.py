@@ -132,7 +132,9 @@ def main() -> None:
 
 def tell(tracks: Mapping[str, list[Answer]]) -> None:
     """The table."""
-    print("| track | answered | ours | best | paired | ours | best | paired | delay |\n|---|---|---|---|---|---|---|---|---|")
+    print(
+        "| track | answered | ours | best | paired | ours | best | paired | delay |\n|---|---|---|---|---|---|---|---|---|"
+    )
     for track, answers in sorted(tracks.items()):
         print(summary(track, answers))
     flips = [a for a in tracks.get("outliers", ()) if "planar_flip" in a["level"] and a["outlier_fraction"] == 0.2]

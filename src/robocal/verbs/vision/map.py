@@ -82,31 +82,27 @@ class Options(BaseOptions):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[MarkersFound | MapPlaces]:
     """Finds a map, FILE.yaml with FILE.covariance.csv, FILE.json and FILE.html beside it; or the camera in a map, FILE.csv with FILE.json
     and FILE.html. Raises InputError."""
-    if o.held is not None:
-        return _run_held(o, watch, command)
-    from robocal.session.vision.map_result import find_map
+    ends = (".csv", ".json", ".html") if o.held else (".yaml", ".covariance.csv", ".json", ".html")
+    if o.held:
+        for name in OF_A_NEW_MAP:
+            if getattr(o, name):
+                raise ModelError("the map stays as it is", key=f"--{name}", found="--held", expected="one of the two")
+    if o.output is not None and o.output.suffix.lower() not in ("", ends[0]):
+        expected = f"a name that ends in {ends[0]}"
+        raise ModelError("a list or a map has its own suffix", key="--output", found=str(o.output), expected=expected)
+    place = None if o.output is None else o.output.parent
+    files = () if o.output is None else tuple(o.output.with_suffix(end).name for end in ends)
 
-    if o.output is None:
-        return run_verb(o, (), lambda: find_map(o, watch, command), sections)
-    ends = (o.output.suffix or ".yaml", ".covariance.csv", ".json", ".html")
-    files = tuple(o.output.with_suffix(end).name for end in ends)
-    beside = replace(o, output=o.output.parent)
-    return run_verb(beside, files, lambda: find_map(o, watch, command, files), sections, details)
+    def find() -> MarkersFound | MapPlaces:
+        if o.held:
+            from robocal.session.vision.map_places import find_places
 
+            return find_places(o, watch, command, files)
+        from robocal.session.vision.map_result import find_map
 
-def _run_held(o: Options, watch: Watch | None, command: str) -> Outcome[MapPlaces]:
-    from robocal.session.vision.map_places import find_places
+        return find_map(o, watch, command, files)
 
-    for name in OF_A_NEW_MAP:
-        if getattr(o, name) not in (None, ()):
-            raise ModelError("the map stays as it is", key=f"--{name}", found="--held", expected="one of the two")
-    if o.output is None:
-        return run_verb(o, (), lambda: find_places(o, watch, command), sections)
-    if o.output.suffix.lower() != ".csv":
-        raise ModelError("poses are a CSV", key="--output", found=str(o.output), expected="a name that ends in .csv")
-    files = tuple(o.output.with_suffix(end).name for end in (o.output.suffix, ".json", ".html"))
-    beside = replace(o, output=o.output.parent)
-    return run_verb(beside, files, lambda: find_places(o, watch, command, files), sections, details)
+    return run_verb(replace(o, output=place), files, find, sections, *([details] if files else []))
 
 
 def sections(made: Outcome[MarkersFound | MapPlaces]) -> Iterator[Section]:
