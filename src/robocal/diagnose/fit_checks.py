@@ -117,7 +117,7 @@ def noise_findings(context: Context[Model]) -> Iterator[Finding]:
 
 def _remedy(context: Context[Model], group: NoiseGroup) -> dict[str, str | None]:
     """What may explain it: of an arm what lies beyond geometry, or its geometry where that was held; of a cable robot numbers that are
-    fixed, or parts that are left out; of a rig its lenses and what they see. So much that no machine errs by it is a mistake in the data."""
+    fixed, or parts that are left out; of a rig its lenses. So much that no machine errs by it is a mistake in the data."""
     said: dict[str, str | None] = dict.fromkeys(("option", "choice", "free", "beyond", "wrong", "target"))
     arm, moving = bool(joints_of(context.model)), context.model.mechanism
     if not arm and (line := names_to_free(context)):
