@@ -143,6 +143,29 @@ def test_a_sheet_says_where_markers_are(tmp_path):
     assert numbers(told)["fx"][1] < numbers(alone)["fx"][1]  # what is known need not be found
 
 
+def test_a_board_is_fitted_again_with_its_lens(tmp_path):
+    cv2 = pytest.importorskip("cv2")
+    from robocal.simulation.images import Photograph, render
+    from robocal.vision.sheets import Checker, Sheet
+
+    size, lens = (480, 360), np.array([300.0, 302.0, 241.0, 178.0, -0.25, 0.06, 0, 0, 0])
+    sheet = Sheet("b", 0.22, 0.16, (), (Checker(8, 5, 0.025),))
+    rng = np.random.default_rng(12)
+    (tmp_path / "im").mkdir()
+    for k in range(6):
+        at = np.eye(4)
+        at[:3, :3] = turn(rng.uniform(-1, 1, 3) * (0.5, 0.5, 0.3)) @ np.diag([1.0, -1, -1])
+        at[:3, 3] = [*rng.uniform(-0.02, 0.02, 2), rng.uniform(0.2, 0.25)]
+        image = render([(sheet, at)], lens, size, Photograph(blur=0.8, noise=2.0), 110.0, rng)
+        assert cv2.imwrite(str(tmp_path / "im" / f"v{k}.png"), image)
+    corners, images = str(tmp_path / "c.csv"), str(tmp_path / "im")
+    assert run("vision", "detect", images, "--checker", "8x5", "--square", 25, "-o", corners).status == 0
+    told, status = find(corners, "--images", images)
+    assert status == 0 and told["again"]["markers"] == 6 and told["again"]["last"] < 0.005 < told["again"]["first"]
+    for (value, sigma), true in zip(numbers(told).values(), lens, strict=True):
+        assert abs(value - true) < 4 * sigma
+
+
 @pytest.mark.slow
 def test_markers_are_fitted_again_with_their_lens(tmp_path):
     """Without a lens its bend moves corners; with it they are as good as their pixels."""

@@ -35,7 +35,8 @@ class VisionRemarks:
         "One small marker says little of where it is: bring several of one sheet into the image.",
     )
     MARKER_HAS_TWO_POSES = Phrase(
-        "in {count} of {total} images one marker alone faces the camera within {most:g} deg, where two poses of it fit: {views}",
+        "in {count} of {total} images one marker alone faces the camera within {most:g} deg, where two poses of it fit, "
+        "tilted by {tilts}: {views}",
         "Turn it by more, or bring several markers of one sheet into the image.",
     )
     OTHER_DICTIONARY = Phrase(
