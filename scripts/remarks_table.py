@@ -19,6 +19,7 @@ TITLES = (
     "Two runs of one robot",
     "Cable robots",
     "Images of a target",
+    "Maps of markers, and cameras on robots",
 )
 
 

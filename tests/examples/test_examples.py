@@ -25,6 +25,7 @@ EXPECTED = [
     ("small-arm", 1, 0, "improved"),
     ("hand-eye", 0, 0, "located"),
     ("hand-eye", 1, 0, "improved"),
+    ("stereo", 0, 0, "located"),
     ("arm-with-camera", 0, 3, "refused"),
     ("arm-with-probe", 0, 3, "refused"),
 ]

@@ -47,7 +47,7 @@ from robocal.fit.subsample import subsample
 from robocal.geometry import so3
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, freedom_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch, tell
 from robocal.remarks.remark import Remark
@@ -204,6 +204,8 @@ def fit(
 
 def frame_names(model: Model, problem: Problem) -> tuple[str, ...]:
     """The free parameters of the baseline: instruments' frames, targets, other kinds' parameters, and the tool."""
+    if freedom_of(model) == ():  # a pose that is known has nothing of its own: its clock is the instrument's
+        return problem.table.free
     tool = {f"tool.{s}" for s in FRAME_SYMBOLS}
     return tuple(n for n in problem.table.free if n not in model.table or n in tool)
 

@@ -3,8 +3,9 @@
 value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; of corners of squares whose errors are correlated
 extra["covariances"] (k, 2, 8) and extra["square and corner"] (k, 2), as in `sights.correlations`. options["camera"] names the
 camera whose intrinsics are parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the
-symbols to identify. options["known"] are symbols with a prior that they share, of covariance options["covariance"]. The frame is the
-camera's: mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
+symbols to identify. options["known"] are symbols with a prior that they share, of covariance options["covariance"];
+options["together"] are priors that targets share, as the markers of a map. The frame is the camera's: mounted on "tool" it is a camera
+in hand, mounted on "base" a fixed one.
 """
 
 from __future__ import annotations
@@ -32,7 +33,9 @@ from robocal.measure.sights.views import SharedView, sights_of, views_of
 from robocal.parameters import FRAME_SYMBOLS, Parameter, Together
 from robocal.vision.camera import image_radius, model_of, project, unproject
 
-__all__ = ["PIXELS", "PixelRows", "fold_of_lens", "rays"]
+__all__ = ["HALF_TURNS", "PIXELS", "PixelRows", "fold_of_lens", "rays"]
+
+HALF_TURNS = "half_turns"  # the option of observations in which half turns of the target are to be undone
 
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 FEW = 4  # problems that lack less than one in so many of what any of them has are told by what they lack
@@ -254,10 +257,11 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
 
 
 def together(obs: Observations) -> Sequence[Together]:
-    """What is known of the intrinsics beforehand, together."""
+    """What is known beforehand, together: of the intrinsics, and of targets."""
     known, covariance = obs.options.get("known", ()), obs.options.get("covariance", ())
-    assert isinstance(known, tuple) and isinstance(covariance, tuple)
-    return [Together(tuple(f"{obs.options['camera']}.{s}" for s in known), covariance)] if known else []
+    targets = obs.options.get("together", ())
+    assert isinstance(known, tuple) and isinstance(covariance, tuple) and isinstance(targets, tuple)
+    return [*([Together(tuple(f"{obs.options['camera']}.{s}" for s in known), covariance)] if known else []), *targets]
 
 
 PINHOLE = ("fx", "fy", "cx", "cy")

@@ -33,13 +33,13 @@ FIXED = declare(
 )
 LITTLE_TURN = declare(
     "little-turn",
-    "the hand hardly turns: by {first:.2g} in all about one axis and {second:.2g} about the next, so {names} cannot be told apart",
+    "the hand hardly turns: by {first:.2g} in all about one axis and {second:.2g} about the next, so {names} cannot be told[ {apart}]",
     "Add poses in which the hand turns by 30 deg or more, about two axes that are at least 30 deg apart.",
 )
 ONE_AXIS = declare(
     "one-axis",
     "the hand turns about one axis alone: by {first:.3g} in all about ({axis}) of the tool, by {second:.2g} about any other, so {names} "
-    "may slide along it together",
+    "may slide along it[ {together}]",
     "Add poses in which the hand turns by 30 deg or more about a second axis, at least 30 deg from the first.",
 )
 OPEN = declare(
@@ -70,20 +70,24 @@ def hand_turns(context: Decision[Model]) -> Iterator[Finding]:
     along = away @ axes[:, ::-1]
     first, second, _ = (Quantity(float(v), "rad") for v in np.ptp(along, axis=0))
     if values[2] < limits.HAND_TURNS**2:
-        yield refuse(LITTLE_TURN, first=first, second=second, names=names)
+        apart = "apart" if len(names) > 1 else None
+        yield refuse(LITTLE_TURN, first=first, second=second, names=names, apart=apart)
     else:
         axis = axes[:, -1] * np.sign(axes[np.argmax(np.abs(axes[:, -1])), -1])
         words = ", ".join(f"{v + 0.0:.2f}" for v in axis.round(2).tolist())
-        yield refuse(ONE_AXIS, first=first, second=second, axis=words, names=names)
+        together = "together" if len(names) > 1 else None
+        yield refuse(ONE_AXIS, first=first, second=second, axis=words, names=names, together=together)
 
 
 def _both_sides(context: Decision[Model]) -> tuple[str, ...]:
-    """The free frames, where some are in the hand and some on the base, and nothing else was to be found."""
+    """The free frames, where some are in the hand and some on the base, or changes alone were seen, and nothing else was to be found."""
     if not context.frames_alone:
         return ()
-    owners = dict.fromkeys(n.rpartition(".")[0] for n in context.proven.base.problem.table.free)
+    free = dict.fromkeys(n.rpartition(".")[0] for n in context.proven.base.problem.table.free)
+    owners = [n for n in free if n == "tool" or n in context.frames]  # a lens is no frame
     mounts = {n: "tool" if n == "tool" else context.frames[n].mount for n in owners}
-    return tuple(owners) if set(mounts.values()) == {"tool", "base"} else ()
+    changes = all(o.kind == "relative_pose" for o in context.need_data.observations)
+    return tuple(owners) if changes or set(mounts.values()) == {"tool", "base"} else ()
 
 
 def _turns(context: Decision[Model]) -> Array | None:

@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import FiniteFloat, PositiveFloat, PositiveInt
 
+from robocal._types import Array
 from robocal.errors import InputError
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, SigmaModel, ValueModel
@@ -28,6 +29,7 @@ from robocal.files.text import InputFile
 from robocal.files.units import Units, number
 from robocal.files.yamlio import YamlDocument, read_json
 from robocal.measure.data import Observations
+from robocal.measure.pixels import HALF_TURNS
 from robocal.vision.camera import MODELS, SYMBOLS, model_of
 from robocal.vision.lenses import Lens
 
@@ -81,6 +83,9 @@ class PixelsModel(FramedModel):
     corners: CornersModel | None = None
     camera: CameraModel
     image: list[PositiveInt] | None = None  # width and height
+    half_turns: Literal["undo"] | None = (
+        None  # of a target that looks the same after one: undone in views that ask for it
+    )
 
 
 def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> Values:
@@ -99,6 +104,7 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
     }
     options |= {"known": lens.known, "covariance": lens.covariance} if lens.known else {}
     options |= {"size": size} if size else {}
+    options |= {HALF_TURNS: True} if model.half_turns else {}
     sigma = given.sigma.columns if isinstance(given.sigma, SigmaModel) else None
     extra = corner_covariances(table, sigma, values.sigma)
     values = replace(values, options=options, files=files, extra=extra)
@@ -223,7 +229,19 @@ def parts(model: PixelsModel, values: Values, around: Around) -> Sequence[Part]:
             around.document.fail("not a length", ("corners", "size"), found=model.corners.size, expected="above 0")
         extra["point"] = extra["point"] * around.units.length.to_si(model.corners.size) / 2
     around.refuse_taken(model.camera.name, ("camera", "name"))
+    if model.half_turns:
+        _refuse_uneven(model, extra["point"], around)
     return whole(model, replace(values, extra=extra), around)
+
+
+def _refuse_uneven(model: PixelsModel, points: Array, around: Around) -> None:
+    """Raises FormatError for a target that half a turn changes."""
+    from robocal.diagnose.camera_changes import half_turn_of
+
+    found = "several targets" if model.target is not None else "points that half a turn changes"
+    if model.target is not None or half_turn_of(points) is None:
+        expected = "one target that looks the same after half a turn; else leave this key out"
+        around.document.fail("there are no half turns to undo", (HALF_TURNS,), found=found, expected=expected)
 
 
 def write_pixels(obs: Observations, units: Units) -> KindOutput:

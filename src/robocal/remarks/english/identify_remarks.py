@@ -21,6 +21,10 @@ class IdentificationRemarks:
         "below {told:.3g}",
         "Copy the poses of these frames, with their sigma, to whatever works with them.",
     )
+    IMAGE_PLACES = Phrase(
+        "the images of {instruments} together have the target {mean:.3g} from where the robot has it (mean of {poses} unseen poses, "
+        "median {median:.3g}, largest {largest:.3g})"
+    )
     FRAMES_NOT_EXPLAINED = Phrase(
         "{names}: unseen poses are missed by {left:.3g} rms ({how}), {times:.1f} times what the noise and the making of the robot allow "
         "({allowed:.3g})",

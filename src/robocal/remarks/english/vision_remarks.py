@@ -140,3 +140,15 @@ class VisionRemarks:
         "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the noise that the fit tells, {seen:.3g} px",
         "Take more views, or keep numbers of the lens that few views tell: --fix k3.",
     )
+    CORNERS_OUTSIDE = Phrase(
+        "{count} of {total} corners lie outside the image, and are left out: {views}",
+        "Detect markers again with robocal vision detect, which lists whole ones alone, or delete these rows.",
+    )
+    LENS_PRIOR_CONTRADICTED = Phrase(
+        "the lens that was given is contradicted: {name} is {found:.6g}, given is {given:.6g}, {times:.2g} standard deviations away",
+        "Calibrate the lens again (robocal vision intrinsics), or give that of this camera, focus and resolution.",
+    )
+    MARKERS_IN_FEW_VIEWS = Phrase(
+        "{count} markers are seen in fewer than {least} views: {markers}",
+        "Take more images that show them, each with neighbours, from different sides.",
+    )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from robocal._record import record, replace
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import TARGET_LEAST, TARGET_MOST
 from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import CsvTable, read_csv
@@ -24,6 +24,7 @@ from robocal.measure.machine import Rig
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.target import read_squares
+from robocal.vision.lenses import Lens
 from robocal.vision.sheets import Checker, inner_corners
 
 __all__ = ["CAMERA", "CornerTable", "read_corners"]
@@ -59,8 +60,28 @@ class CornerTable:
 
     def with_lens(self, intrinsics: Sequence[float], free: Sequence[str]) -> CornerTable:
         """The same seen through a lens with these numbers."""
-        options = {**self.pixels.options, "intrinsics": tuple(map(float, intrinsics)), "free": tuple(free)}
-        return replace(self, data=replace(self.data, observations=(replace(self.pixels, options=options),)))
+        return self._through(intrinsics=tuple(map(float, intrinsics)), free=tuple(free))
+
+    def with_prior(self, lens: Lens) -> CornerTable:
+        """The same seen through a lens whose numbers are free within what it says of them."""
+        return self._through(intrinsics=lens.numbers, free=lens.known, known=lens.known, covariance=lens.covariance)
+
+    def _through(self, **options: Any) -> CornerTable:
+        obs = replace(self.pixels, options={**self.pixels.options, **options})
+        return replace(self, data=replace(self.data, observations=(obs,)))
+
+    def keep(self, rows: Bools) -> CornerTable:
+        """Some of its rows, and the views and targets that these show."""
+        at = np.flatnonzero(rows)
+        obs = self.pixels.take(at)
+        views, view = np.unique(obs.configuration, return_inverse=True)
+        obs = replace(obs, configuration=view.astype(np.int64))
+        if obs.target is not None:
+            targets, target = np.unique(obs.target, return_inverse=True)
+            obs = replace(obs, targets=tuple(obs.targets[t] for t in targets.tolist()), target=target.astype(np.int64))
+        data = DataSet(self.data.configurations.take(views), (obs,))
+        marker, corner = tuple(self.marker[i] for i in at.tolist()), self.corner[at]
+        return replace(self, data=data, marker=marker, corner=corner)
 
 
 def read_corners(
