@@ -89,7 +89,7 @@ def _unseen(errors: Any) -> Iterator[Text]:
 def _again(again: Any) -> Iterator[Text]:
     if again is not None:
         moved = f"moved corners by {figure(again.first, 2)} px at first, by {figure(again.last, 2)} px in the end (rms)"
-        yield from quiet(f"{again.markers} markers fitted again with the lens: {again.rounds} rounds, which {moved}")
+        yield from quiet(f"{again.markers} markers and boards fitted again with the lens: {again.rounds} rounds, which {moved}")
 
 
 def lens_pictures(found: Any) -> Iterator[Section]:
