@@ -235,6 +235,38 @@ def test_the_size_of_the_images_must_be_known(tmp_path):
     assert ran.status == 2 and "several sizes" in ran.err
 
 
+def test_width_and_height_are_told_where_they_are_exchanged(tmp_path):
+    ran = run("vision", "intrinsics", board(tmp_path), "--image", "960x1280")
+    assert ran.status == 2 and "u and v are exchanged, or width and height of the image" in ran.err
+
+
+def test_python_takes_a_size_as_two_numbers(tmp_path):
+    import robocal as rc
+
+    found = rc.camera.intrinsics(str(board(tmp_path)), image=(1280, 960))
+    assert found.result.document.image == (1280, 960)
+    # What is advised is of lenses: no other verb, no option of another one.
+    said = str([r.document for r in (*found.result.reasons, *found.result.warnings)])
+    assert "lens-gain-proven" in said and "compensate" not in said and "--iterations" not in said
+
+
+def test_numbers_over_the_image_stand_apart(tmp_path):
+    import re
+
+    page = tmp_path / "lens.yaml"
+    find(board(tmp_path, noise=0.004), "--image", IMAGE, "-o", str(page))
+    html = page.with_suffix(".html").read_text()
+    svg = next(part for part in html.split("<svg") if "How sure a pixel is" in part and "<text" in part)
+    labels = re.findall(r'<text x="([\d.]+)" y="([\d.]+)"[^>]*>([^<]+)</text>', svg)
+    rows = {}
+    for x, y, word in labels:
+        rows.setdefault(float(y), []).append((float(x), len(word)))
+    assert len(rows) > 5
+    for row in rows.values():
+        row.sort()
+        assert len(row) > 3 and all(8 * (n + 1) <= b - a + 0.1 for (a, n), (b, _) in zip(row, row[1:], strict=False))
+
+
 def test_a_board_turned_by_half_does_no_harm(tmp_path):
     rng = np.random.default_rng(11)
     uv = look(rng, 12)

@@ -152,3 +152,10 @@ class VisionRemarks:
         "{count} markers are seen in fewer than {least} views: {markers}",
         "Take more images that show them, each with neighbours, from different sides.",
     )
+    LENS_GAIN_PROVEN = Phrase(
+        "the mean error of corners in views that were left out falls by {gain:.4g}[ ({before:.4g~} to {after:.4g})], 95 % interval "
+        "{low:.4g~} to {high:.4g} ({how})"
+    )
+    LENS_NOT_CONVERGED = Phrase(
+        "the search for the lens did not come to rest[ ({what})]: its numbers are not its best ones"
+    )

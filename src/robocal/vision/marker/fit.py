@@ -27,17 +27,19 @@ __all__ = ["SQUARE", "MarkerFit", "fit_marker", "ideal_points", "without_distort
 # Corners in the order of detectors: top left, top right, bottom right, bottom left; Y down, as in the image.
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 QUIET = 1.0  # cells of quiet zone that every marker has around it
-CLEAR = 2.5  # blur widths that stay away from its rim: beyond it nobody knows what is seen
-SURROUND = 3.0  # px, around it
+CLEAR = 2.5  # tolerance: blur widths that stay away from its rim: beyond it nobody knows what is seen
+SURROUND = 3.0  # grid: px, around it
 FIRST_BLUR = 1.0  # px
 QUANTUM = 0.3  # grey levels: the step of a camera's numbers, as noise
 COARSE, COARSE_STILL = 600, 0.05  # pixels of the first look, and when it ends (px)
-STILL, SAME_PIXELS = 3e-3, 0.1  # px: corners at rest; corners so little moved that the same pixels are used
-ROUNDS = 12
-OFF = 12.0  # of chi-square with two degrees of freedom: what is in the square was printed off its place (1 of 400 by chance)
-OFF_LEAST = 0.03  # cells: what is off by less may be the lens, or a sheet that is not flat; a print of 300 dpi is off by so much
-NEAR = 2  # px along u and v, within which misfits may be of one cause
-OTHER_LENS = 0.35  # of the bend by a common lens: what its own step and another lens add to it in any direction
+STILL, SAME_PIXELS = 3e-3, 0.1  # tolerance: px: corners at rest; corners so little moved that the same pixels are used
+ROUNDS = 12  # grid: of pixels and fit; two or three end it
+OFF = 12.0  # tolerance: of chi-square with two degrees of freedom: what is in the square was printed off its place (1 of 400 by chance)
+OFF_LEAST = 0.03  # tolerance: cells: what is off by less may be the lens, or a sheet that is not flat; a print of 300 dpi is off by so much
+NEAR = 2  # grid: px along u and v, within which misfits may be of one cause
+OTHER_LENS = (
+    0.35  # tolerance: of the bend by a common lens: what its own step and another lens add to it in any direction
+)
 THIN = 7  # grid: of the pixels one in so many tells how a lens bends them
 COMMON_LENS = (0.8, -0.25)  # focal length in image widths, k1: a webcam's
 
