@@ -9,8 +9,8 @@ from robocal.session.vision.detection import Detected as _detect_Detected
 from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_eye_HandEyeCalibration
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
+from robocal.session.vision.map_repeats import ComparedMaps as _compare_ComparedMaps
 from robocal.session.vision.map_result import MarkersFound as _map_MarkersFound
-from robocal.verbs.vision.compare.result import ComparedMaps as _compare_ComparedMaps
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
 _Path = str | os.PathLike[str]
@@ -122,7 +122,7 @@ def intrinsics(
     checker: Squares of a checkerboard whose corners have numbers, but no places.
     sheet: sheet.yaml of robocal vision sheet: where its markers are.
     image: Size of the images in pixels.  [default: that in the JSON beside the corners]
-    images: Images of the corners, as for detect: markers are fitted again in them, with the lens.
+    images: Images of the corners, as for detect: corners are fitted again in them, with the lens.
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     output: Write the lens here, and a document and a page beside it.
     force: Replace files that exist.
@@ -137,6 +137,7 @@ def map(
     lens: _Path,
     held: _Path | None = None,
     size: str | Sequence[str] = (),
+    prior: _Path | None = None,
     origin: str | None = None,
     without: str | Sequence[str] = (),
     fix: str | Sequence[str] = (),
@@ -156,6 +157,7 @@ def map(
     lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     held: Find the camera in this map: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
     size: Edge of the markers' black squares in mm, as measured; of some alone as 7=120.
+    prior: What is known of the markers beforehand: surveyed tags, boards, the map of last month.
     origin: Marker in which the coordinates begin, with its axes.  [default: the one that most views show]
     without: Markers that are left out.
     fix: Numbers of the lens that stay as they are: k3, p1,p2.

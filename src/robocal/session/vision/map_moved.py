@@ -88,7 +88,9 @@ def refuse_moved(sights: Sights, start: MapStart, lens: Array, ids: Sequence[str
             )  # fmt: skip
 
 
-def _squares(sights: Sights, lens: Array, views: Array, markers: Array, sigma: float) -> tuple[Array, Array, Array, Array]:
+def _squares(
+    sights: Sights, lens: Array, views: Array, markers: Array, sigma: float
+) -> tuple[Array, Array, Array, Array]:
     """A (S, 6, 6), b (S, 6), the motion (S, 6) of the marker that each sight alone would like, in map axes, and r^T r (S,)."""
     seen = views[sights.view]
     t = seen @ markers[sights.marker]
