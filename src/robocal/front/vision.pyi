@@ -9,8 +9,8 @@ from robocal.session.vision.detection import Detected as _detect_Detected
 from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_eye_HandEyeCalibration
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
+from robocal.session.vision.map_repeats import ComparedMaps as _compare_ComparedMaps
 from robocal.session.vision.map_result import MarkersFound as _map_MarkersFound
-from robocal.verbs.vision.compare.result import ComparedMaps as _compare_ComparedMaps
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
 _Path = str | os.PathLike[str]
@@ -122,7 +122,7 @@ def intrinsics(
     checker: Squares of a checkerboard whose corners have numbers, but no places.
     sheet: sheet.yaml of robocal vision sheet: where its markers are.
     image: Size of the images in pixels.  [default: that in the JSON beside the corners]
-    images: Images of the corners, as for detect: markers are fitted again in them, with the lens.
+    images: Images of the corners, as for detect: corners are fitted again in them, with the lens.
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     output: Write the lens here, and a document and a page beside it.
     force: Replace files that exist.
@@ -137,6 +137,7 @@ def map(
     lens: _Path,
     held: _Path | None = None,
     size: str | Sequence[str] = (),
+    prior: _Path | None = None,
     origin: str | None = None,
     without: str | Sequence[str] = (),
     fix: str | Sequence[str] = (),
@@ -156,6 +157,7 @@ def map(
     lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     held: Find the camera in this map: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
     size: Edge of the markers' black squares in mm, as measured; of some alone as 7=120.
+    prior: What is known of the markers beforehand: surveyed tags, boards, the map of last month.
     origin: Marker in which the coordinates begin, with its axes.  [default: the one that most views show]
     without: Markers that are left out.
     fix: Numbers of the lens that stay as they are: k3, p1,p2.
@@ -180,8 +182,10 @@ def hand_eye(
     euler: str | None = None,
     units: str | None = None,
     quaternion: str | None = None,
+    arm: str | None = None,
     inverse: bool = False,
     pair: str | None = None,
+    undo_half_turns: bool = False,
     target_units: str | None = None,
     dictionary: str | None = None,
     charuco: str | None = None,
@@ -210,8 +214,10 @@ def hand_eye(
     euler: Three angles: ZYX about the axes as turned so far, zyx about the fixed ones.
     units: Units of the robot's poses, as mm,deg; they count before those of headers.  [default: those of headers or maker; m,rad]
     quaternion: The order in which quaternions stand: xyzw, wxyz.  [default: as their columns are named]
+    arm: POSES are joint values of this arm: robot.yaml, a URDF, or a name from the catalogue.
     inverse: The poses are of the base in the flange, not of the flange in the base.
     pair: How views and poses belong together: name, order, time.  [default: name, else order]
+    undo_half_turns: A board that looks the same after half a turn: label its corners from one end in all views.
     target_units: Units of poses of a target, as mm,deg; they count before those of headers.  [default: those of headers; m,rad]
     dictionary: Dictionary of the markers in images, as for detect.
     charuco: A ChArUco board of so many squares in images.

@@ -131,7 +131,7 @@ class Detected(VerbResult):
 
 
 def detect(o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Detected:
-    """Finds the target, then its corners in every image. Raises InputError."""
+    """Finds the target that options name, then its corners in every image. Raises InputError."""
     named = ("dictionary", "checker", "charuco", "size", "square")
     if o.sheet is not None:
         o.refuse(named, "the sheet says this already", "--sheet alone, or none")

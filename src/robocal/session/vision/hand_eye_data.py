@@ -18,6 +18,7 @@ from robocal.files.csvtable import read_csv
 from robocal.files.lens import read_lens
 from robocal.files.robot_poses import RobotPoses, read_robot_poses
 from robocal.files.text import InputFile
+from robocal.fit.starts.consensus import find_flips
 from robocal.geometry import se3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Rig
@@ -30,6 +31,7 @@ from robocal.session.vision.detection import Detected
 from robocal.session.vision.hand_eye_images import LENS_EXPECTED, detect_corners, is_table
 from robocal.session.vision.hand_eye_joints import read_joint_poses
 from robocal.session.vision.hand_eye_pair import Pairs, pair_views
+from robocal.session.vision.pose_pairs import tell_flips
 from robocal.vision.camera import MODELS
 from robocal.vision.lenses import Lens
 
@@ -149,8 +151,22 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
     inhand = o.camera == "hand"
     obs = _frames(obs, inhand)
     whole = DataSet(Configurations(tuple(views)), (obs,)).take(pairs.view)
+<<<<<<< HEAD
     joints = None if joints is None else joints[pairs.pose]
     where = replace(whole.configurations, joints=joints, digits=None, start=se3.to_vector(flange))
+=======
+    flipped = _flipped(whole, flange, inhand)
+    if len(flipped):
+        names = [whole.configurations.ids[i] for i in flipped.tolist()]
+        said = (*said, *tell_flips(names, len(flange)))
+        kept = np.setdiff1d(np.arange(len(flange)), flipped)
+        pairs, flange, whole = (
+            replace(pairs, view=pairs.view[kept], pose=pairs.pose[kept]),
+            flange[kept],
+            whole.take(kept),
+        )
+    where = replace(whole.configurations, joints=None, digits=None, start=se3.to_vector(flange))
+>>>>>>> integ
     data = replace(whole, configurations=where)
     if o.undo_half_turns:
         data, undone = _undo(Rig("robot", freedom=()) if arm is None else arm, data)
@@ -160,6 +176,14 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
         detected=detected,
         files=(*files, *robot.files), remarks=said,
     )  # fmt: skip
+
+
+def _flipped(data: DataSet, flange: Array, inhand: bool) -> Ints:
+    """The configurations whose measured pose is the other one of a flat target; none of corners, which say it themselves."""
+    (obs,) = data.observations
+    if obs.kind != "pose":
+        return np.zeros(0, dtype=np.int64)
+    return np.unique(obs.configuration[find_flips(se3.from_vector(obs.value), flange[obs.configuration], inhand)])
 
 
 def _has_corners(place: Path) -> bool:
