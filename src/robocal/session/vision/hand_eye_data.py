@@ -151,10 +151,6 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
     inhand = o.camera == "hand"
     obs = _frames(obs, inhand)
     whole = DataSet(Configurations(tuple(views)), (obs,)).take(pairs.view)
-<<<<<<< HEAD
-    joints = None if joints is None else joints[pairs.pose]
-    where = replace(whole.configurations, joints=joints, digits=None, start=se3.to_vector(flange))
-=======
     flipped = _flipped(whole, flange, inhand)
     if len(flipped):
         names = [whole.configurations.ids[i] for i in flipped.tolist()]
@@ -165,8 +161,8 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
             flange[kept],
             whole.take(kept),
         )
-    where = replace(whole.configurations, joints=None, digits=None, start=se3.to_vector(flange))
->>>>>>> integ
+    joints = None if joints is None else joints[pairs.pose]
+    where = replace(whole.configurations, joints=joints, digits=None, start=se3.to_vector(flange))
     data = replace(whole, configurations=where)
     if o.undo_half_turns:
         data, undone = _undo(Rig("robot", freedom=()) if arm is None else arm, data)
