@@ -32,7 +32,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["FACTOR_DOUBTED", "FACTOR_WRONG", "Score", "find_stated_number", "reads", "score"]
+__all__ = ["Score", "find_stated_number", "reads", "score"]
 
 
 FACTOR_WRONG = declare(

@@ -11,7 +11,6 @@ from robocal._record import replace
 from robocal.diagnose.camera_views import AXES_EXCHANGED, IMAGE_MIRRORED, TARGET_TURNED, VIEWS_SHIFTED
 from robocal.diagnose.limits import LENS_CONTRADICTED, LENS_MATERIAL
 from robocal.diagnose.segments.find import find_segments
-from robocal.diagnose.stated_numbers import FACTOR_WRONG
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import uncertainty
 from robocal.geometry import se3
@@ -24,10 +23,11 @@ from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.hand_eye_data import HandEyeData
 
-__all__ = ["OF_VIEWS", "contradict_lens", "find_moves", "in_words"]
+__all__ = ["OF_VIEWS", "contradict_lens", "find_moves", "restate"]
 
 PIXELS = ("fx", "fy", "cx", "cy")
 FEWEST = 5  # grid: views that tell a lens
+LENS_FACTOR = "lens-factor"  # the code of a lens of images of another size
 OF_VIEWS = (AXES_EXCHANGED, IMAGE_MIRRORED, TARGET_TURNED, VIEWS_SHIFTED)  # what explains all views
 EVEN = ("k3", "k4", "k5", "k6")  # powers that stay as they are: few views tell them
 
@@ -55,14 +55,14 @@ def contradict_lens(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
     return Remark.of(Code.LENS_CONTRADICTED, names=names, z=max(off.values())), alone and most > LENS_MATERIAL * normal
 
 
-def in_words(said: Remark, opened: HandEyeData) -> Remark:
+def restate(said: Remark, opened: HandEyeData) -> Remark:
     """What another verb would write into a data file, by the options of this one."""
     numbers = said.numbers
     if said.code == Code.NUMBER_WRONG:
         symbol = str(numbers["name"]).rpartition(".")[2]
         change = f"{symbol} {_plain(numbers['stated'])} given, {_plain(numbers['there'])} found"
         return Remark.of(Code.LENS_CONTRADICTED, names=(change,), z=numbers["z"])
-    if said.code == FACTOR_WRONG:
+    if said.code == LENS_FACTOR:
         change = f"{numbers['name']}: {_plain(numbers['factor'])} times what was given found"
         return Remark.of(Code.LENS_CONTRADICTED, names=(change,), z=numbers["z"])
     if said.code == TARGET_TURNED:

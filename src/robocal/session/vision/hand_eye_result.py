@@ -12,7 +12,6 @@ from robocal._record import record, replace
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When
 from robocal.diagnose.check_registry import run as run_checks
 from robocal.diagnose.limits import HAND_EYE_LEFT, ROBOT_PLACE, ROBOT_TURN
-from robocal.diagnose.stated_numbers import FACTOR_DOUBTED
 from robocal.files.display import listing_text, to_display
 from robocal.files.hand_eye_forms import easy_handeye_text, static_transform_text, urdf_joint_text
 from robocal.files.lens import lens_text
@@ -33,7 +32,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_table import CAMERA
-from robocal.session.vision.hand_eye_checks import OF_VIEWS, contradict_lens, find_moves, in_words
+from robocal.session.vision.hand_eye_checks import OF_VIEWS, contradict_lens, find_moves, restate
 from robocal.session.vision.hand_eye_data import EYE, HandEyeData, open_hand_eye
 from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find_errors, frame_of, middle_of
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
@@ -51,7 +50,7 @@ READINGS = 4  # grid: of the robot's poses, that are told
 # Checks that ask for what this verb tells by itself, or that mean nothing of frames alone.
 SILENT = ("coverage", "place", "few-numbers")
 # The robot's own errors are said in mm, and the views alone say what the lens is.
-HIDDEN = (Code.ABOVE_STATED_NOISE, Code.NUMBER_DOUBTED, FACTOR_DOUBTED)
+HIDDEN = (Code.ABOVE_STATED_NOISE, Code.NUMBER_DOUBTED, "lens-factor-doubted")
 
 
 @record(kw_only=True)
@@ -288,10 +287,10 @@ def _judge(
     if pairs.views_alone:
         said.append(Remark.of(Code.VIEWS_WITHOUT_POSE, count=len(pairs.views_alone), views=pairs.views_alone))
     given, doubts = verdict_of(made), doubt_poses(readings)
-    explained = [*doubts, *(in_words(r, opened) for r in given.reasons if r.code in OF_VIEWS)]
+    explained = [*doubts, *(restate(r, opened) for r in given.reasons if r.code in OF_VIEWS)]
     if explained:
         return Verdict("refused", tuple(explained)), said
-    verdict = replace(given, reasons=tuple(dict.fromkeys(in_words(r, opened) for r in given.reasons)))
+    verdict = replace(given, reasons=tuple(dict.fromkeys(restate(r, opened) for r in given.reasons)))
     if moves := find_moves(opened, made):
         verdict = verdict.instead("refused", *moves)
     left = errors.left_out
