@@ -26,7 +26,7 @@ from robocal.session.vision.map_moved import refuse_moved
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import move_map, project_covariance
-from robocal.vision.map_start import MapStart, Sights
+from robocal.vision.map_start import MapStart, MarkerSights
 from robocal.vision.maps import MarkerMap
 
 __all__ = ["LOSS", "MapFit", "fit_map"]
@@ -58,7 +58,7 @@ def fit_map(
     model = Rig("map")
     ids, names = table.data.configurations.ids, [t.name for t in table.pixels.targets]
 
-    def look(sights: Sights, start: MapStart) -> None:
+    def look(sights: MarkerSights, start: MapStart) -> None:
         refuse_moved(sights, start, lens.intrinsics, ids, names)
 
     begun = place_markers(table.with_prior(lens), JOINED, look)

@@ -16,12 +16,12 @@ from robocal.geometry import se3
 from robocal.measure.data import Frame
 from robocal.measure.pixels import rays
 from robocal.session.vision.corner_table import CornerTable
-from robocal.vision.map_start import MapStart, Sights, grow_map
+from robocal.vision.map_start import MapStart, MarkerSights, grow_map
 from robocal.vision.sightings import find_islands
 
 __all__ = ["place_markers", "whole_sights"]
 
-Look = Callable[[Sights, MapStart], None]
+Look = Callable[[MarkerSights, MapStart], None]
 EXPECTED = 0.2, 1.0  # of a marker's place where views show it, m and rad
 WHOLE = 4  # grid: corners of a marker that is seen whole
 WANTED = "views that show markers of both groups, or --sheet, which says where all of them are"
@@ -59,7 +59,7 @@ def _names(names: list[str]) -> str:
     return ", ".join(some[:SHOWN]) + (f" and {len(some) - SHOWN} more" if len(some) > SHOWN else "")
 
 
-def whole_sights(table: CornerTable) -> Sights:
+def whole_sights(table: CornerTable) -> MarkerSights:
     """Each marker in each view that shows it whole, with both poses that its four corners allow."""
     obs = table.pixels
     assert obs.target is not None
@@ -74,4 +74,4 @@ def whole_sights(table: CornerTable) -> Sights:
     )
     poses = np.stack([np.stack([some[0], some[-1]]) for some in found])
     view, marker = np.divmod(kinds[whole], len(obs.targets))
-    return Sights(view, marker, obs.value[rows], obs.extra["point"][rows], poses)
+    return MarkerSights(view, marker, obs.value[rows], obs.extra["point"][rows], poses)
