@@ -99,6 +99,14 @@ def test_one_camera_is_placed_to_a_pixel(k, most, source, tmp_path):
     assert found["rms"] < most  # of the distance; per axis it is this over sqrt 2
 
 
+def test_numbers_of_a_factory_are_a_prior(source, tmp_path):
+    files = write_cell(tmp_path, source, exchange=True, leave_out=FOREIGN, more=LABELS)
+    text = files[1].read_text()
+    files[1].write_text(text.replace("camera: {", "camera: {sigma: {fx: 5, fy: 5, cx: 5, cy: 5}, "))
+    told = robocal(*free(files, 0), "--hold-out", "group", "--folds", 4, "--json").document
+    assert told["verdict"]["status"] == "located" and told["residuals"]["k_fold"]["rms"] < 0.57
+
+
 def test_four_cameras_share_one_board(source, tmp_path):
     files = write_cell(tmp_path, source, exchange=True, leave_out=FOREIGN, more=LABELS)
     ran = robocal(*free(files, 4), "--hold-out", "group", "--folds", 4, "-o", tmp_path / "run", "--json")

@@ -7,6 +7,8 @@ decoder guessed pulls no more than its neighbours. One marker is held while the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robocal._record import record, replace
@@ -22,6 +24,7 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
+from robocal.session.vision.displaced import DisplacedMarker, with_map_prior
 from robocal.session.vision.map_moved import refuse_moved
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.lenses import Lens
@@ -38,12 +41,14 @@ JOINED = "views that show markers of both groups"
 
 @record(eq=False)
 class MapFit:
-    """What was decided, the map with its covariance, where each view's camera was, T_map_camera (V, 4, 4), and the lens as it was found."""
+    """What was decided, the map with its covariance, where each view's camera was, T_map_camera (V, 4, 4), the lens as it was found, and
+    markers that contradict what was known of them before."""
 
     decision: Decision[Rig]
     map: MarkerMap
     cameras: Array
     lens: Lens
+    displaced: tuple[DisplacedMarker, ...] = ()
 
 
 def fit_map(
@@ -53,8 +58,10 @@ def fit_map(
     origin: str | None = None,
     source: str = "",
     watch: Watch | None = None,
+    prior: Sequence[MarkerMap] = (),
 ) -> MapFit:
-    """The map that views through a lens show, whose covariance is its prior. Raises ModelError."""
+    """The map that views through a lens show, whose covariance is its prior; `prior` are maps of markers that were known before. Raises
+    ModelError."""
     model = Rig("map")
     ids, names = table.data.configurations.ids, [t.name for t in table.pixels.targets]
 
@@ -62,6 +69,9 @@ def fit_map(
         refuse_moved(sights, start, lens.intrinsics, ids, names)
 
     begun = place_markers(table.with_prior(lens), JOINED, look)
+    displaced: tuple[DisplacedMarker, ...] = ()
+    if prior:
+        begun, displaced = with_map_prior(begun, prior, loss)
     # Of many views each is left out with others: one by one they would take as many fits of the whole map.
     options = Options(loss=loss)
     if len(ids) > HOLD_OUT_PLACES:
@@ -75,7 +85,7 @@ def fit_map(
     seen = np.bincount(begun.pixels.target if begun.pixels.target is not None else (), minlength=len(known.names))
     first = known.names.index(origin) if origin is not None else int(seen.argmax())
     move = se3.inverse(known.poses[first])
-    return MapFit(made, move_map(known, move), move @ views, _lens_of(made, lens))
+    return MapFit(made, move_map(known, move), move @ views, _lens_of(made, lens), displaced)
 
 
 def _map_of(made: Decision[Rig], table: CornerTable, source: str) -> MarkerMap:
