@@ -128,8 +128,8 @@ class _Growth:
             else:
                 waiting.append((sure, int(v), ways[best]))
         if anyhow and not count and waiting:
-            _, v, way = max(waiting, key=lambda w: w[0])
-            self.view[v] = way
+            _, view, way = max(waiting, key=lambda w: w[0])
+            self.view[view] = way
             return 1
         return count
 
@@ -150,8 +150,8 @@ class _Growth:
             else:
                 waiting.append((len(some), sure, int(m), ways[best]))
         if anyhow and not count and waiting:
-            _, _, m, way = max(waiting, key=lambda w: w[:2])
-            self.marker[m] = way
+            _, _, marker, way = max(waiting, key=lambda w: w[:2])
+            self.marker[marker] = way
             return 1
         return count
 
