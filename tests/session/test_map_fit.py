@@ -68,14 +68,14 @@ def test_a_map_of_nothing_joined_is_nowhere(tmp_path):
 def test_the_covariance_has_no_reference(tmp_path):
     """No motion of the whole map is in it, and another origin, or another marker that was held, changes coordinates alone."""
     table, _ = look(tmp_path, 2, 10)
-    one, other = fit_map(table, known_lens()).map, fit_map(table, known_lens(), origin="4").map
+    one, other = fit_map(table, known_lens(), "huber").map, fit_map(table, known_lens(), "huber", origin="4").map
     assert np.allclose(other.vector[other.names.index("4")], 0, atol=1e-9)
     moved = move_map(one, se3.inverse(one.poses[one.names.index("4")]))
     scale = np.abs(other.covariance).max()
     assert np.allclose(moved.vector, other.vector, atol=1e-8)
     assert np.allclose(moved.covariance, other.covariance, atol=1e-6 * scale)
     turned = table.keep(np.isin(table.marker, ["4", "5", "6"]))  # another marker is seen most, and held
-    assert fit_map(turned, known_lens()).map.covariance is not None
+    assert fit_map(turned, known_lens(), "huber").map.covariance is not None
     sizes = np.linalg.eigvalsh(one.covariance)
     assert (sizes > 1e-9 * sizes[-1]).sum() == 6 * len(one.names) - 6
     g = rigid_motions(one.vector[:, :3])
@@ -100,7 +100,7 @@ def test_intervals_hold_the_truth(tmp_path, sigma):
         rng = np.random.default_rng(7000 + seed)
         lens = {s: v + rng.normal() * KNOWN[s] for s, v in LENS.items()}
         table, true = look(tmp_path, 7000 + seed, 15, lens, sigma=sigma)
-        found = fit_map(table, known_lens())
+        found = fit_map(table, known_lens(), "huber")
         off = np.abs(error_of(found.map, true) / np.sqrt(np.diag(found.map.covariance))).reshape(-1, 6)
         own = [abs(v - lens[s]) / found.lens.sigma[s] for s, v in zip(LENS, found.lens.numbers, strict=True)]
         held.append([(off[:, :3] < 1.96).mean(), (off[:, 3:] < 1.96).mean(), np.mean(np.array(own) < 1.96)])
@@ -114,7 +114,7 @@ def test_repeated_maps_scatter_as_foretold(tmp_path):
     """Maps of one room, each from views and a noise of its own: their scatter about their mean is that of their sigma."""
     count = 30 if FULL else 10
     poses = room(np.random.default_rng(0))
-    maps = [fit_map(look(tmp_path, 100 + k, 12, poses=poses)[0], known_lens()).map for k in range(count)]
+    maps = [fit_map(look(tmp_path, 100 + k, 12, poses=poses)[0], known_lens(), "huber").map for k in range(count)]
     names = maps[0].names
     off = np.array([error_of(m, poses).reshape(-1, 6)[[m.names.index(n) for n in names]] for m in maps])
     told = np.array([np.diag(m.covariance).reshape(-1, 6)[[m.names.index(n) for n in names]] for m in maps])

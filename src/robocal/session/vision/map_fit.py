@@ -32,9 +32,8 @@ from robocal.vision.map_gauge import move_map, project_covariance
 from robocal.vision.map_start import MapStart, MarkerSights
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["LOSS", "MapFit", "fit_map"]
+__all__ = ["MapFit", "fit_map"]
 
-LOSS = "huber"
 EXACT = 1e-16  # tolerance: of the cost; two programs shall agree to a millionth of the noise
 JOINED = "views that show markers of both groups"
 
@@ -54,7 +53,7 @@ class MapFit:
 def fit_map(
     table: CornerTable,
     lens: Lens,
-    loss: str = LOSS,
+    loss: str,
     origin: str | None = None,
     source: str = "",
     watch: Watch | None = None,

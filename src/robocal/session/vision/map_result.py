@@ -31,7 +31,7 @@ from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_errors import CornerErrors, corner_errors
 from robocal.session.vision.corner_table import CornerTable
 from robocal.session.vision.lens_prior import lens_with_prior
-from robocal.session.vision.map_fit import LOSS, MapFit, fit_map
+from robocal.session.vision.map_fit import MapFit, fit_map
 from robocal.session.vision.map_judge import judge_map, remarks_of_map
 from robocal.session.vision.map_moved import MarkerMotion, find_moved
 from robocal.session.vision.map_table import read_map_table, sizes_of
@@ -82,7 +82,7 @@ class MarkerMapResult(VerdictResult):
     off: CornerErrors
     verdict: Verdict
     moved: tuple[MarkerMotion, ...] = ()
-    loss: str = LOSS
+    loss: str
     files: tuple[str, ...] = ()
 
     @property

@@ -28,7 +28,7 @@ WANTED = "views that show markers of both groups, or --sheet, which says where a
 SHOWN = 8  # grid: markers that a sentence names
 
 
-def place_markers(table: CornerTable, wanted: str = WANTED, look: Look | None = None) -> CornerTable:
+def place_markers(table: CornerTable, wanted: str = "", look: Look | None = None) -> CornerTable:
     """The same with a start for every view, and for the place of every marker beside the one that most views show. Raises ModelError where
     no views join them: `wanted` says what would. `look` is shown the start, and may object."""
     obs = table.pixels
@@ -40,7 +40,9 @@ def place_markers(table: CornerTable, wanted: str = WANTED, look: Look | None = 
     islands = find_islands(seen)
     if len(islands) > 1:
         apart = "; ".join(_names([obs.targets[i].name for i in island.tolist()]) for island in islands[:SHOWN])
-        raise ModelError("no view joins some markers to the others", key="marker", found=apart, expected=wanted)
+        raise ModelError(
+            "no view joins some markers to the others", key="marker", found=apart, expected=wanted or WANTED
+        )
     start = grow_map(sights, np.array(obs.options["intrinsics"]), *seen.shape)
     if look is not None:
         look(sights, start)
