@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lens_world import LENS
 from held_map_world import draw_room, eye, lens_known, room, views_of_room, write_room
+from lens_world import LENS
 
 from robocal.errors import InputError
 from robocal.geometry import se3, so3

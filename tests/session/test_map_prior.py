@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lens_world import LENS
 from held_map_world import draw_room, room, views_of_room
+from lens_world import LENS
 
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares

@@ -137,6 +137,7 @@ def map(
     lens: _Path,
     held: _Path | None = None,
     size: str | Sequence[str] = (),
+    prior: _Path | None = None,
     origin: str | None = None,
     without: str | Sequence[str] = (),
     fix: str | Sequence[str] = (),
@@ -156,6 +157,7 @@ def map(
     lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     held: Find the camera in this map: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
     size: Edge of the markers' black squares in mm, as measured; of some alone as 7=120.
+    prior: What is known of the markers beforehand: surveyed tags, boards, the map of last month.
     origin: Marker in which the coordinates begin, with its axes.  [default: the one that most views show]
     without: Markers that are left out.
     fix: Numbers of the lens that stay as they are: k3, p1,p2.
