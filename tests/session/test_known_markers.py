@@ -102,3 +102,6 @@ def test_what_no_prior_is_refused(tmp_path, known):
     assert error.value.key == "--prior"
     with pytest.raises(ModelError, match="a prior without sigma"):
         find(tmp_path, replace(known, covariance=None), known)
+    with pytest.raises(ModelError, match="another size than that of the prior") as error:
+        find(tmp_path, replace(known, size=known.size * 2), known)
+    assert error.value.key == "--size" and "marker 0" in error.value.found

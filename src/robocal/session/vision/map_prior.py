@@ -27,7 +27,10 @@ from robocal.vision.maps import MarkerMap
 
 __all__ = ["FIXED", "LOOSE", "MapPrior", "MarkerChange", "chance_of", "find_contradictions", "prior_targets"]
 
-LOOSE = 0.3, 0.05  # tolerance: m and rad of a whole map: far more than a start is off by, and little enough to be believed
+LOOSE = (
+    0.3,
+    0.05,
+)  # tolerance: m and rad of a whole map: far more than a start is off by, and little enough to be believed
 FIXED = 1e-6, 1e-6  # tolerance: m and rad of a whole map: far less than any map is known to
 FINEST = 3e-6  # tolerance: m and rad of a single marker: a prior that is exact in some direction has no inverse
 
