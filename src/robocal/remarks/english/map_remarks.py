@@ -103,6 +103,10 @@ class MapRemarks:
         "{count} views have no pose of the robot, and are left out: {views}",
         "Add their poses to the file of the robot, or leave the images out.",
     )
+    VIEWS_FLIPPED = Phrase(
+        "{count} of {total} views have the other pose of a flat target, which looks almost the same, and are left out: {views}",
+        "Give its corners in place of its poses, or look at the target from 30 deg or more beside its normal, and from nearer.",
+    )
     LENS_CONTRADICTED = Phrase(
         "these views contradict the lens that was given: {names} ({z:.0f} sigma)",
         "Find it too (--free-lens), or calibrate it again with images of the same focus: robocal vision intrinsics.",

@@ -13,6 +13,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
+from robocal.diagnose.limits import FOLDS, HOLD_OUT_PLACES
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.options import Options
 from robocal.fit.scale import without_scales
@@ -24,9 +25,11 @@ from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
 from robocal.session.vision.displaced import DisplacedMarker, with_map_prior
+from robocal.session.vision.map_moved import refuse_moved
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import move_map, project_covariance
+from robocal.vision.map_start import MapStart, Sights
 from robocal.vision.maps import MarkerMap
 
 __all__ = ["LOSS", "MapFit", "fit_map"]
@@ -60,11 +63,20 @@ def fit_map(
     """The map that views through a lens show, whose covariance is its prior; `prior` are maps of markers that were known before. Raises
     ModelError."""
     model = Rig("map")
-    begun = place_markers(table.with_prior(lens), JOINED)
+    ids, names = table.data.configurations.ids, [t.name for t in table.pixels.targets]
+
+    def look(sights: Sights, start: MapStart) -> None:
+        refuse_moved(sights, start, lens.intrinsics, ids, names)
+
+    begun = place_markers(table.with_prior(lens), JOINED, look)
     displaced: tuple[DisplacedMarker, ...] = ()
     if prior:
         begun, displaced = with_map_prior(begun, prior, loss)
-    made = decide(model, place_configurations(model, begun.data), Options(loss=loss), watch)
+    # Of many views each is left out with others: one by one they would take as many fits of the whole map.
+    options = Options(loss=loss)
+    if len(ids) > HOLD_OUT_PLACES:
+        options = replace(options, folds=FOLDS, leave_one_out=False)
+    made = decide(model, place_configurations(model, begun.data), options, watch)
     fit = made.need_fit
     ended = least_squares(fit.problem, fit.solution.x, cost_tolerance=EXACT)
     made = replace(made, fit=replace(fit, solution=replace(fit.solution, x=ended.x, cost=ended.cost)))
