@@ -62,6 +62,7 @@ OTHER = {
     "maps-apart": "session/test_map_compare.py",
     "maps-of-other-markers": "session/test_map_compare.py",
     "maps-scaled": "session/test_map_compare.py",
+    "marker-moved-since": "session/test_known_markers.py",
     "marker-moved-between": "session/test_map_compare.py",
     "map-without-sigma": "session/test_map_places.py",
     "lens-without-sigma": "session/test_map_places.py",

@@ -74,6 +74,7 @@ class MapRemarks:
         "the maps differ {times:.2g} times as much as their sigma predicts",
         "Take the scatter of the maps for their error, and give every map the same lens and the same size of markers.",
     )
+    FORMAT_LACKS = Phrase("the format {form} cannot hold the {what}, and the file has none")
     MARKER_MOVED_SINCE = Phrase(
         "{file}: marker {name} stands {distance} elsewhere now[; it may be marker {other} instead]",
         "Leave marker {name} out of the map that is given beforehand, or put it back.",
