@@ -183,8 +183,10 @@ def hand_eye(
     euler: str | None = None,
     units: str | None = None,
     quaternion: str | None = None,
+    arm: str | None = None,
     inverse: bool = False,
     pair: str | None = None,
+    undo_half_turns: bool = False,
     target_units: str | None = None,
     dictionary: str | None = None,
     charuco: str | None = None,
@@ -213,8 +215,10 @@ def hand_eye(
     euler: Three angles: ZYX about the axes as turned so far, zyx about the fixed ones.
     units: Units of the robot's poses, as mm,deg; they count before those of headers.  [default: those of headers or maker; m,rad]
     quaternion: The order in which quaternions stand: xyzw, wxyz.  [default: as their columns are named]
+    arm: POSES are joint values of this arm: robot.yaml, a URDF, or a name from the catalogue.
     inverse: The poses are of the base in the flange, not of the flange in the base.
     pair: How views and poses belong together: name, order, time.  [default: name, else order]
+    undo_half_turns: A board that looks the same after half a turn: label its corners from one end in all views.
     target_units: Units of poses of a target, as mm,deg; they count before those of headers.  [default: those of headers; m,rad]
     dictionary: Dictionary of the markers in images, as for detect.
     charuco: A ChArUco board of so many squares in images.

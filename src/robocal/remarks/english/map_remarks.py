@@ -96,6 +96,11 @@ class MapRemarks:
         "{after:.2g} and {after_turn:.2g}",
         "Say so: {option}.",
     )
+    LABELS_TURNED = Phrase(
+        "in {count} of {total} views the board is labelled from its other end ({views}): with half a turn there, the error of most points "
+        "falls from {stated:.3g} to {left:.3g}",
+        "Undo it: --undo-half-turns. A board whose number of corners is odd one way and even the other does not look the same.",
+    )
     PAIRED_IN_ORDER = Phrase(
         "views and poses are paired in the order of their files: {first} with the first pose, {last} with the last",
         "Look at the list of pairs. Names say it better: a column `image` beside the poses, with the names of the views.",
