@@ -40,6 +40,7 @@ FACTS = {
         Code.SMALLEST_DRIFT,
         Code.CALIBRATION_CARRIED,
     ),
+    *(Code.LENS_GAIN_PROVEN, Code.LENS_NOT_CONVERGED),
     *(Code.GAIN_ANYWAY, Code.RESTARTED, Code.BOOTSTRAP_SPREAD, Code.ELSEWHERE, Code.NO_EFFECT, Code.CANNOT_BE_TOLD),
     *(
         Code.NO_RIPPLE,
@@ -72,6 +73,7 @@ FACTS = {
         Code.BELOW_SCATTER,
         Code.ERRORS_CANCEL,
     ),
+    Code.MAP_LOCATED,
     *(Code.FREE_IN_ONE, Code.TRUTH_MET, Code.NOT_COMPARED, Code.NOT_LINEAR, Code.BAND_PROFILED),
 }
 

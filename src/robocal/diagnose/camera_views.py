@@ -40,7 +40,15 @@ from robocal.measure.reach import reach
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
-__all__ = ["AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "carriers", "thin", "wrong_views"]
+__all__ = [
+    "AXES_EXCHANGED",
+    "IMAGE_MIRRORED",
+    "TARGET_TURNED",
+    "VIEWS_SHIFTED",
+    "carriers",
+    "subsample_views",
+    "wrong_views",
+]
 
 AXES_EXCHANGED = declare(
     "axes-exchanged",
@@ -74,7 +82,7 @@ POINTS = 9  # grid: rows of a view, or of another instrument at a configuration
 ROUGH = (12, 6)  # grid: the same where poses are found by the fit, and nothing is decided yet
 BEST = 2  # grid: of the changes, how many are fitted robustly
 TURNED = 4  # grid: cameras of which each may be turned as a whole
-SHIFTS = (1, -1, 2, -2)
+SHIFTS = (1, -1, 2, -2)  # grid: places by which lists are out of step
 NAMED = 8  # grid: views that are named
 FLAT = 0.999  # tolerance: a cosine: points that lie across z
 LEAST = 1e-3  # tolerance: of a focal length: nobody asks whether less is left
@@ -197,7 +205,7 @@ class _ViewSearch:
         seen = np.unique(np.concatenate([self.data.observations[i].configuration for i in self.cameras]))
         views, points = (VIEWS, POINTS) if robust or not freedom_of(self.model) else ROUGH
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
-        part = DataSet(self.data.configurations, tuple(thin(o, where, points) for o in read)).take(where)
+        part = DataSet(self.data.configurations, tuple(subsample_views(o, where, points) for o in read)).take(where)
         if len(part.observations) != len(read):
             return _ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):
@@ -305,7 +313,7 @@ def _merge(found: Sequence[Finding]) -> list[Finding]:
     return [refuse(str(key[0]), **numbers) for key, numbers in out.items() if isinstance(key, tuple)]
 
 
-def thin(obs: Observations, where: Ints, points: int) -> Observations:
+def subsample_views(obs: Observations, where: Ints, points: int) -> Observations:
     """Some rows of some configurations of one instrument."""
     order = np.lexsort((np.arange(len(obs)), obs.configuration))
     c = obs.configuration[order]

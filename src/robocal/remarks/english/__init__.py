@@ -10,6 +10,7 @@ from robocal.remarks.english.identify_remarks import IdentificationRemarks
 from robocal.remarks.english.map_remarks import MapRemarks
 from robocal.remarks.english.parameter_remarks import ParameterRemarks
 from robocal.remarks.english.verbs import UseRemarks
+from robocal.remarks.english.verdict_remarks import VerdictRemarks
 from robocal.remarks.english.vision_remarks import VisionRemarks
 from robocal.remarks.phrase import Phrase
 
@@ -17,6 +18,7 @@ __all__ = ["DECLARED", "TABLE", "Code", "declare", "phrase_of"]
 
 
 class Code(
+    VerdictRemarks,
     IdentificationRemarks,
     ParameterRemarks,
     FileRemarks,

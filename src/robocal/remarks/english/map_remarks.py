@@ -73,8 +73,12 @@ class MapRemarks:
         "the maps differ {times:.2g} times as much as their sigma predicts",
         "Take the scatter of the maps for their error, and give every map the same lens and the same size of markers.",
     )
+    MARKER_MOVED_SINCE = Phrase(
+        "{file}: marker {name} stands {distance} elsewhere now[; it may be marker {other} instead]",
+        "Leave marker {name} out of the map that is given beforehand, or put it back.",
+    )
     MARKER_MOVED_BETWEEN = Phrase(
-        "marker {name} stands {distance} elsewhere in {file}[; it may be marker {other} instead]",
+        "{file}: marker {name} stands {distance} elsewhere than in the first map[; it may be marker {other} instead]",
         "Leave marker {name} out of the maps, or put it back.",
     )
     MAPS_OF_OTHER_MARKERS = Phrase(

@@ -51,6 +51,7 @@ class CornerTable:
     upright: bool
     files: tuple[InputFile, ...]
     remarks: tuple[Any, ...]
+    columns: int = 0  # of the inner corners of a board, where it is known
 
     @property
     def pixels(self) -> Observations:
@@ -117,8 +118,13 @@ def read_corners(
         data=data, size=width_height, marker=tuple(_cells(table, found, "marker", "")),
         corner=np.array(_cells(table, found, "corner", "0"), dtype=float).astype(np.int64),
         family=(known.get("target") or {}).get("dictionary"), upright=upright, files=files,
-        remarks=(*_news(found), *_odd_size(obs)),
+        remarks=(*_news(found), *_odd_size(obs)), columns=_columns(checker, known.get("target") or {}),
     )  # fmt: skip
+
+
+def _columns(checker: str | None, target: Mapping[str, Any]) -> int:
+    squares = read_squares(checker, "--checker") if checker is not None else target.get("squares")
+    return int(squares[0]) - 1 if squares else 0
 
 
 def _odd_size(obs: Observations) -> Iterator[Remark]:

@@ -57,7 +57,9 @@ def refuse_outside(uv: Array, width: int, height: int) -> None:
     outside = outside_image(uv, width, height)
     if outside.any():
         turned = not outside_image(uv[:, ::-1], width, height).any()
-        message = "u and v are exchanged" if turned else "corners lie outside the image"
+        message = "corners lie outside the image"
+        if turned:
+            message = "u and v are exchanged, or width and height of the image"
         found = f"{int(outside.sum())} of {len(uv)} corners beyond {width} x {height} px"
         raise ModelError(
             message, key="u", found=found, expected="u to the right, v down, and --image as the camera takes it"

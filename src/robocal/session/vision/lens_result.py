@@ -251,6 +251,10 @@ class Intrinsics(VerdictResult):
         yield from lens_pictures(self)
 
 
+# What is said of a lens, where an identification would speak of robots and of its own options.
+IN_WORDS = {Code.GAIN_PROVEN: Code.LENS_GAIN_PROVEN, Code.NOT_CONVERGED: Code.LENS_NOT_CONVERGED}
+
+
 def find_lens(o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Intrinsics:
     """Reads corners, finds the lens, and judges it. Raises InputError."""
     if len(set(files)) < len(files):
@@ -308,6 +312,7 @@ def _judge(table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -
     against = fold([f for f in own if f.level in ("refuse", "qualify")], None)
     if against.reasons:
         judged = judged.instead(against.status if judged.status != "refused" else "refused", *against.reasons)
+    judged = replace(judged, reasons=tuple(replace(r, code=IN_WORDS.get(r.code, r.code)) for r in judged.reasons))
     beside: list[Finding] = [
         *(
             f
