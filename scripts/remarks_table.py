@@ -12,6 +12,7 @@ from robocal.remarks.phrase import Phrase
 PAGE = Path(__file__).parents[1] / "docs" / "verdicts.md"
 BEGIN, END = "<!-- every remark: made by scripts/remarks_table.py -->", "<!-- end of every remark -->"
 TITLES = (
+    "The verdict of an identification",
     "An identification",
     "Single parameters, and non-geometric effects",
     "Files of arms and their data",
@@ -19,6 +20,7 @@ TITLES = (
     "Two runs of one robot",
     "Cable robots",
     "Images of a target",
+    "Maps of markers, and cameras on robots",
 )
 
 

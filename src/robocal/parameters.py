@@ -103,15 +103,17 @@ def frame_parameters(
     *,
     free: bool | Sequence[bool] = False,
     expected: tuple[float, float] | None = None,
+    prior: Sequence[float] | None = None,
     source: str = "",
 ) -> tuple[Parameter, ...]:
     """The six rows (x, y, z, rx, ry, rz) of a frame: translation in m, rotation vector in rad, shape of `value`
-    (6,)."""
+    (6,); `prior` (6,) are standard deviations around them."""
     frees = (free,) * 6 if isinstance(free, bool) else tuple(free)
     scales, rows = (None, None) if expected is None else expected, []
     for i, symbol in enumerate(FRAME_SYMBOLS):
         unit, scale, name = ("m", "rad")[i // 3], scales[i // 3], f"{owner}.{symbol}"
-        rows.append(Parameter(name, float(value[i]), unit, frees[i], turn=i >= 3, expected=scale, source=source))
+        own = None if prior is None else float(prior[i])
+        rows.append(Parameter(name, float(value[i]), unit, frees[i], own, turn=i >= 3, expected=scale, source=source))
     return tuple(rows)
 
 

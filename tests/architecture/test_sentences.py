@@ -40,6 +40,7 @@ FACTS = {
         Code.SMALLEST_DRIFT,
         Code.CALIBRATION_CARRIED,
     ),
+    *(Code.LENS_GAIN_PROVEN, Code.LENS_NOT_CONVERGED),
     *(Code.GAIN_ANYWAY, Code.RESTARTED, Code.BOOTSTRAP_SPREAD, Code.ELSEWHERE, Code.NO_EFFECT, Code.CANNOT_BE_TOLD),
     *(
         Code.NO_RIPPLE,
@@ -55,7 +56,15 @@ FACTS = {
     *(Code.ONE_DIRECTION, Code.DIRECTIONS_UNMARKED, Code.DISTANCES_ONCE),
     *(Code.TOOL_CHANGED, Code.TRIALS_LOST, Code.NO_KEY_FOR, Code.ONE_PLACE_PLANNED),
     *(Code.MOTIONS_OPEN, Code.AND_MORE, Code.HOLES, Code.FOLLOWS_TURN, Code.WORTH_ALONE),
-    *(Code.OVER_THE_RANGE, Code.SCALE_SEEN, Code.CHANGE_BELOW, Code.CHANGE_SETTLED_BY, Code.PREDICTIONS_APART),
+    *(
+        Code.HALF_TURNS_UNDONE,
+        Code.IMAGE_PLACES,
+        Code.OVER_THE_RANGE,
+        Code.SCALE_SEEN,
+        Code.CHANGE_BELOW,
+        Code.CHANGE_SETTLED_BY,
+        Code.PREDICTIONS_APART,
+    ),
     *(
         Code.PARAMETERS_DIFFER,
         Code.SHOWS_IN,
@@ -64,6 +73,7 @@ FACTS = {
         Code.BELOW_SCATTER,
         Code.ERRORS_CANCEL,
     ),
+    Code.MAP_LOCATED,
     *(Code.FREE_IN_ONE, Code.TRUTH_MET, Code.NOT_COMPARED, Code.NOT_LINEAR, Code.BAND_PROFILED),
 }
 

@@ -57,6 +57,12 @@ def test_fitted_poses_prove_nothing(run):
     assert again.status == 3 and "fitted" in again.out + again.err
 
 
+def test_poses_alone_predict_nothing(run):
+    folder, *_ = run
+    again = robocal("validate", folder / "sim" / "run", folder / "sim" / "fresh-pose.yaml")
+    assert again.status == 2 and "nothing here predicts the measured poses" in again.err and "lengths" in again.err
+
+
 def rows(path):
     with path.open() as file:
         return list(csv.DictReader(file))

@@ -250,6 +250,10 @@ def test_one_marker_that_faces_the_camera_has_two_poses(tmp_path):
         assert status == 0 and ("marker-has-two-poses" in codes(told)) is wanted
         assert len(view["tilts"]) == (2 if view["markers"] == 1 else 0)
         assert not view["tilts"] or (min(view["tilts"]) < 20) is wanted
+        if wanted:  # both angles are told in words too
+            one, other = sorted(view["tilts"])
+            (said,) = [r for r in told["remarks"] if r["code"] == "marker-has-two-poses"]
+            assert said["numbers"]["tilts"] == [f"{one:.1f} or {other:.1f} deg"]
 
 
 @pytest.mark.parametrize(("smear", "wanted"), [((0, 0), False), ((2.2, 2.2), True), ((0, 3.0), True)])

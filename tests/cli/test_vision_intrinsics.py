@@ -143,6 +143,29 @@ def test_a_sheet_says_where_markers_are(tmp_path):
     assert numbers(told)["fx"][1] < numbers(alone)["fx"][1]  # what is known need not be found
 
 
+def test_a_board_is_fitted_again_with_its_lens(tmp_path):
+    cv2 = pytest.importorskip("cv2")
+    from robocal.simulation.images import Photograph, render
+    from robocal.vision.sheets import Checker, Sheet
+
+    size, lens = (480, 360), np.array([300.0, 302.0, 241.0, 178.0, -0.25, 0.06, 0, 0, 0])
+    sheet = Sheet("b", 0.22, 0.16, (), (Checker(8, 5, 0.025),))
+    rng = np.random.default_rng(12)
+    (tmp_path / "im").mkdir()
+    for k in range(6):
+        at = np.eye(4)
+        at[:3, :3] = turn(rng.uniform(-1, 1, 3) * (0.5, 0.5, 0.3)) @ np.diag([1.0, -1, -1])
+        at[:3, 3] = [*rng.uniform(-0.02, 0.02, 2), rng.uniform(0.2, 0.25)]
+        image = render([(sheet, at)], lens, size, Photograph(blur=0.8, noise=2.0), 110.0, rng)
+        assert cv2.imwrite(str(tmp_path / "im" / f"v{k}.png"), image)
+    corners, images = str(tmp_path / "c.csv"), str(tmp_path / "im")
+    assert run("vision", "detect", images, "--checker", "8x5", "--square", 25, "-o", corners).status == 0
+    told, status = find(corners, "--images", images)
+    assert status == 0 and told["again"]["markers"] == 6 and told["again"]["last"] < 0.005 < told["again"]["first"]
+    for (value, sigma), true in zip(numbers(told).values(), lens, strict=True):
+        assert abs(value - true) < 4 * sigma
+
+
 @pytest.mark.slow
 def test_markers_are_fitted_again_with_their_lens(tmp_path):
     """Without a lens its bend moves corners; with it they are as good as their pixels."""
@@ -210,6 +233,38 @@ def test_the_size_of_the_images_must_be_known(tmp_path):
     (tmp_path / "corners.json").write_text(json.dumps(said))
     ran = run("vision", "intrinsics", str(tmp_path / "corners.csv"))
     assert ran.status == 2 and "several sizes" in ran.err
+
+
+def test_width_and_height_are_told_where_they_are_exchanged(tmp_path):
+    ran = run("vision", "intrinsics", board(tmp_path), "--image", "960x1280")
+    assert ran.status == 2 and "u and v are exchanged, or width and height of the image" in ran.err
+
+
+def test_python_takes_a_size_as_two_numbers(tmp_path):
+    import robocal as rc
+
+    found = rc.camera.intrinsics(str(board(tmp_path)), image=(1280, 960))
+    assert found.result.document.image == (1280, 960)
+    # What is advised is of lenses: no other verb, no option of another one.
+    said = str([r.document for r in (*found.result.reasons, *found.result.warnings)])
+    assert "lens-gain-proven" in said and "compensate" not in said and "--iterations" not in said
+
+
+def test_numbers_over_the_image_stand_apart(tmp_path):
+    import re
+
+    page = tmp_path / "lens.yaml"
+    find(board(tmp_path, noise=0.004), "--image", IMAGE, "-o", str(page))
+    html = page.with_suffix(".html").read_text()
+    svg = next(part for part in html.split("<svg") if "How sure a pixel is" in part and "<text" in part)
+    labels = re.findall(r'<text x="([\d.]+)" y="([\d.]+)"[^>]*>([^<]+)</text>', svg)
+    rows = {}
+    for x, y, word in labels:
+        rows.setdefault(float(y), []).append((float(x), len(word)))
+    assert len(rows) > 5
+    for row in rows.values():
+        row.sort()
+        assert len(row) > 3 and all(8 * (n + 1) <= b - a + 0.1 for (a, n), (b, _) in zip(row, row[1:], strict=False))
 
 
 def test_a_board_turned_by_half_does_no_harm(tmp_path):

@@ -122,11 +122,12 @@ def test_every_page_is_linked():
 def test_robot_and_data_files_in_the_format_page_are_valid(tmp_path):
     from robocal.files.dataset import read_dataset
     from robocal.files.lens import read_lens
+    from robocal.files.map import read_map
     from robocal.files.pose_table import read_region
     from robocal.files.robot import read_robot
     from robocal.files.sheet import read_sheet
 
-    robot, data, lens, region, sheet = blocks("docs/files.md", "yaml")
+    robot, data, lens, marker_map, region, sheet = blocks("docs/files.md", "yaml")
     (tmp_path / "robot.yaml").write_text(robot)
     head = "pose;T;q1;q2;q3;q4;q5;x;y;z\n"
     (tmp_path / "tracker.csv").write_text(head + "a;20,5;10;20;;;;1,5;2;3\n".replace(";;;;", ";30;40;50;"))
@@ -139,6 +140,8 @@ def test_robot_and_data_files_in_the_format_page_are_valid(tmp_path):
     assert made.observations[0].frame.name == "tracker"
     (tmp_path / "lens.yaml").write_text(lens)
     assert read_lens(tmp_path / "lens.yaml").lens.known == ("fx", "fy", "k1")
+    (tmp_path / "map.yaml").write_text(marker_map)
+    assert read_map(tmp_path / "map.yaml").map.size == pytest.approx([0.12])
     (tmp_path / "region.yaml").write_text(region)
     ranges = read_region(tmp_path / "region.yaml", chain).ranges
     assert ranges is not None and ranges[0] == pytest.approx([-math.pi / 2, math.pi / 2])

@@ -24,7 +24,9 @@ EXPECTED = [
     ("small-arm", 0, 3, "not_improved"),
     ("small-arm", 1, 0, "improved"),
     ("hand-eye", 0, 0, "located"),
-    ("hand-eye", 1, 0, "improved"),
+    ("hand-eye", 1, 0, "located"),
+    ("hand-eye", 2, 0, "improved"),
+    ("stereo", 0, 0, "located"),
     ("arm-with-camera", 0, 3, "refused"),
     ("arm-with-probe", 0, 3, "refused"),
 ]

@@ -47,6 +47,19 @@ OTHER = {
     "lens-overfitted": "cli/test_vision_intrinsics.py",
     "little-turn": "prove/test_frames_alone.py",
     "marker-has-two-poses": "cli/test_vision_detect.py",
+    "map-covariance-missing": "files/test_maps.py",
+    "map-corners-excluded": "session/test_map_places.py",
+    "map-marker-moved": "session/test_map_places.py",
+    "map-unlike-views": "session/test_map_places.py",
+    "maps-apart": "session/test_map_compare.py",
+    "maps-of-other-markers": "session/test_map_compare.py",
+    "maps-scaled": "session/test_map_compare.py",
+    "marker-moved-between": "session/test_map_compare.py",
+    "map-without-sigma": "session/test_map_places.py",
+    "lens-without-sigma": "session/test_map_places.py",
+    "markers-not-in-map": "session/test_map_places.py",
+    "view-has-two-poses": "session/test_map_places.py",
+    "view-without-map": "session/test_map_places.py",
     "moved-or-bent": "prove/test_regions_of_joints.py",
     "nothing-measured-there": "unit/test_identify.py",
     "one-axis": "prove/test_frames_alone.py",
@@ -68,6 +81,10 @@ OTHER = {
     "view-exchanged": "diagnose/test_views.py",
     "views-exchanged": "diagnose/test_views.py",
 }
+OTHER |= dict.fromkeys(
+    "poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved".split(),
+    "cli/test_hand_eye_advice.py",
+)
 OTHER |= dict.fromkeys(
     "image-turned video-ends-early image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "
     "dictionary-unsure board-found size-not-stated two-of-one-number mirrored-image markers-apart markers-at-border image-overexposed "

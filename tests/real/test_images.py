@@ -70,7 +70,7 @@ def test_the_lens_of_a_ur3_camera_is_no_worse_than_published(shared_data, tmp_pa
 
 def test_corners_of_a_charuco_board_lie_in_its_plane(shared_data):
     """The plane is that of the four board corners around a marker; the code lies 0.08 of a cell beside the marker's border."""
-    off, sizes, axis = [], [], {}
+    off, sizes, axis, marks = [], [], {}, []
     xs, ys = np.meshgrid(np.arange(4) - 1.5, 2.5 - np.arange(6))
     inner = np.column_stack([xs.ravel(), ys.ravel()]) * 36.195
     for number in (1, 5, 10, 11, 12, 13):
@@ -81,6 +81,9 @@ def test_corners_of_a_charuco_board_lie_in_its_plane(shared_data):
         place = np.column_stack([found["u"], found["v"]])
         point = np.column_stack([found["point_x"], found["point_y"]])
         board = dict(zip(corner[name == "board"].tolist(), place[name == "board"], strict=True))
+        alone = name != "board"
+        of = {m: point[name == m].mean(axis=0) for m in set(name[alone])}
+        marks.append((place[alone], point[alone], np.array([of[m] for m in name[alone]])))
         left, by = [], []
         for marker in sorted(set(name) - {"board"}):
             mine = name == marker
@@ -105,3 +108,35 @@ def test_corners_of_a_charuco_board_lie_in_its_plane(shared_data):
     )  # four edges 0.48, the whole marker in its place 0.55
     assert np.sqrt(np.mean(np.square(axis[12]))) < 0.25  # 0.38 by the whole marker in its place
     assert np.std(sizes) / np.mean(sizes) < 0.004
+    # The issue's own figures are of homographies and one lens: 0.797 of a corner search and 0.599 of its four edges; asked 0.56, 0.4 %.
+    rms, own = plane_residual(marks)
+    assert rms < 0.56 and np.ptp(own) / np.mean(own) < 0.004
+
+
+def plane_residual(marks):
+    """rms per axis (px) of corners of markers in the board's plane, and the size of a marker in each image: a homography and a size for each
+    image, and k1 and k2 of all of them."""
+    focal, centre = np.array([1352.02747, 1356.14287]), np.array([789.67065, 627.2995])
+    begin = [np.zeros(2)]
+    for place, point, _ in marks:
+        h = cv2.findHomography(point, (place - centre) / focal)[0]
+        begin += [(h / h[2, 2]).ravel()[:8], [1.0]]
+
+    def left(x):
+        out = []
+        for k, (place, point, middle) in enumerate(marks):
+            own = x[2 + 9 * k : 11 + 9 * k]
+            there = np.column_stack([middle + own[8] * (point - middle), np.ones(len(point))])
+            there = there @ np.append(own[:8], 1.0).reshape(3, 3).T
+            xy = there[:, :2] / there[:, 2:]
+            far = (xy**2).sum(axis=1, keepdims=True)
+            out.append((xy * (1 + x[0] * far + x[1] * far**2) * focal + centre - place).ravel())
+        return np.concatenate(out)
+
+    x = np.concatenate(begin)
+    size = np.maximum(np.abs(x), 1e-3)
+    for _ in range(12):  # Gauss-Newton
+        now = left(x)
+        by = np.column_stack([(left(x + 1e-6 * s * e) - now) / 1e-6 for s, e in zip(size, np.eye(len(x)), strict=True)])
+        x = x - size * np.linalg.lstsq(by, now, rcond=None)[0]
+    return float(np.sqrt(np.mean(left(x) ** 2))), x[10::9]

@@ -43,7 +43,7 @@ def test_a_verb_has_options_that_say_what_they_are(path: str) -> None:
 
 @pytest.mark.parametrize("path", PATHS)
 def test_help_says_every_option(path: str) -> None:
-    ran = robocal(*COMMAND_NAMES.get(path, path).split("."), "--help")
+    ran = robocal(*(COMMAND_NAMES.get(word, word) for word in path.split(".")), "--help")
     said = " ".join(ran.out.split())
     for entry in entries(import_module(f"robocal.verbs.{path}").Options):
         assert entry.word in said, entry.word

@@ -191,8 +191,8 @@ class Chain(Whole):
         return {"joint": self.joint_names}
 
     def remarks(self) -> tuple[Remark, ...]:
-        """What its geometry shows before anything is measured: parallel axes that the convention cannot tilt."""
-        parallel = self.parallel_axes() if self.upright else ()
+        """What its geometry shows before anything is measured: parallel axes that the convention cannot tilt, where any of it is free."""
+        parallel = self.parallel_axes() if self.upright and set(self.table.free) & set(self.geometric) else ()
         if not parallel:
             return ()
         pairs = tuple(f"{a} and {b}" for a, b in parallel)

@@ -21,12 +21,14 @@ from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.fit.starts.cameras import resect_sights
 from robocal.measure.data import Observations
-from robocal.measure.pixels import rays
+from robocal.measure.pixels import HALF_TURNS, rays
 
 __all__ = [
     "ViewPoses",
     "exchange_axes",
     "half_turn",
+    "half_turn_of",
+    "half_turns_open",
     "mirror",
     "shift_views",
     "turn_views",
@@ -67,8 +69,13 @@ def shift_views(obs: Observations, shift: int) -> Observations:
 
 def half_turn(obs: Observations) -> Array | None:
     """The motion (4, 4) of the target after which its points are the same; None where it has none, or there are several targets."""
-    points = np.unique(np.round(obs.extra["point"], 9), axis=0)
-    if len(obs.targets) > 1 or len(points) < ENOUGH:
+    return None if len(obs.targets) > 1 else half_turn_of(obs.extra["point"])
+
+
+def half_turn_of(points: Array) -> Array | None:
+    """The motion (4, 4) by half a turn about the normal of points (k, 3) after which they are the same; None where there is none."""
+    points = np.unique(np.round(points, 9), axis=0)
+    if len(points) < ENOUGH:
         return None
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     normal = np.linalg.svd(points - points.mean(axis=0))[2][2]
@@ -78,6 +85,11 @@ def half_turn(obs: Observations) -> Array | None:
     there = points @ turn[:3, :3].T + turn[:3, 3]
     away = np.linalg.norm(there[:, None] - points, axis=2).min(axis=1)
     return turn if away.max() < SAME else None
+
+
+def half_turns_open(obs: Observations) -> bool:
+    """Whether a view may count its target from either end, and the data file says so."""
+    return bool(obs.options.get(HALF_TURNS))
 
 
 def turn_views(obs: Observations, turn: Array, views: Bools) -> Observations:

@@ -40,7 +40,15 @@ from robocal.measure.reach import reach
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
-__all__ = ["AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "wrong_views"]
+__all__ = [
+    "AXES_EXCHANGED",
+    "IMAGE_MIRRORED",
+    "TARGET_TURNED",
+    "VIEWS_SHIFTED",
+    "carriers",
+    "subsample_views",
+    "wrong_views",
+]
 
 AXES_EXCHANGED = declare(
     "axes-exchanged",
@@ -65,7 +73,8 @@ TARGET_TURNED = declare(
     "target-turned",
     "in {count} of {total} views of {instruments} the target is labelled from its other end ({views}): with half a turn there, the "
     "error of most points falls from {stated:.3g} to {left:.3g}",
-    "Number the points of these views in {files} from the other end: the first takes the place of the last[, (x, y) becomes "
+    "Write `half_turns: undo` into the data file of each of these instruments: half a turn is then undone in every view that asks for it. "
+    "Or number the points of these views in {files} from the other end: the first takes the place of the last[, (x, y) becomes "
     "({x:.6g} - x, {y:.6g} - y)]. A board whose number of corners is odd one way and even the other does not look the same.",
 )
 VIEWS = 24  # grid: configurations of a trial
@@ -73,7 +82,7 @@ POINTS = 9  # grid: rows of a view, or of another instrument at a configuration
 ROUGH = (12, 6)  # grid: the same where poses are found by the fit, and nothing is decided yet
 BEST = 2  # grid: of the changes, how many are fitted robustly
 TURNED = 4  # grid: cameras of which each may be turned as a whole
-SHIFTS = (1, -1, 2, -2)
+SHIFTS = (1, -1, 2, -2)  # grid: places by which lists are out of step
 NAMED = 8  # grid: views that are named
 FLAT = 0.999  # tolerance: a cosine: points that lie across z
 LEAST = 1e-3  # tolerance: of a focal length: nobody asks whether less is left
@@ -148,7 +157,7 @@ class _ViewSearch:
     def explain(self) -> list[Finding]:
         """What explains the views. Joints say where each camera's target is; where poses are found by the fit, all instruments share
         them, and the worst camera draws the others along."""
-        if freedom_of(self.model) is None:
+        if not freedom_of(self.model):
             alone = [replace(self, data=self._only((i,)), cameras=(0,)) for i in self.cameras]
             found = [f for one in alone for f in one._of_group((0,))]
             # Half of the views of a camera may be turned, and nothing but the other cameras says which half.
@@ -194,9 +203,9 @@ class _ViewSearch:
         """What frames leave of a part of the data, where the rows of some instruments are read in another way."""
         read = [changed[i](o) if i in changed else o for i, o in enumerate(self.data.observations)]
         seen = np.unique(np.concatenate([self.data.observations[i].configuration for i in self.cameras]))
-        views, points = (VIEWS, POINTS) if robust or freedom_of(self.model) is None else ROUGH
+        views, points = (VIEWS, POINTS) if robust or not freedom_of(self.model) else ROUGH
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
-        part = DataSet(self.data.configurations, tuple(_thin(o, where, points) for o in read)).take(where)
+        part = DataSet(self.data.configurations, tuple(subsample_views(o, where, points) for o in read)).take(where)
         if len(part.observations) != len(read):
             return _ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):
@@ -219,7 +228,7 @@ class _ViewSearch:
         marked = []
         for i in group:
             obs = self.data.observations[i]
-            turn, carrier = half_turn(obs), _carriers(self.model, self.data)
+            turn, carrier = half_turn(obs), carriers(self.model, self.data)
             if turn is None or carrier is None:
                 return
             views, mine = view_poses(obs), np.zeros(len(self.data.configurations), dtype=bool)
@@ -304,7 +313,7 @@ def _merge(found: Sequence[Finding]) -> list[Finding]:
     return [refuse(str(key[0]), **numbers) for key, numbers in out.items() if isinstance(key, tuple)]
 
 
-def _thin(obs: Observations, where: Ints, points: int) -> Observations:
+def subsample_views(obs: Observations, where: Ints, points: int) -> Observations:
     """Some rows of some configurations of one instrument."""
     order = np.lexsort((np.arange(len(obs)), obs.configuration))
     c = obs.configuration[order]
@@ -315,7 +324,7 @@ def _thin(obs: Observations, where: Ints, points: int) -> Observations:
     return obs.take(np.sort(order[(rank % step == 0) & np.isin(c, where)]))
 
 
-def _carriers(model: Model, data: DataSet) -> Array | None:
+def carriers(model: Model, data: DataSet) -> Array | None:
     """Where what moves is at every configuration, (U, 4, 4), as the nominal machine has it; None where nothing says it."""
     where = data.configurations
     if joints_of(model) and where.joints is not None:

@@ -55,7 +55,7 @@ def follows(data: DataSet, residuals: Sequence[Residuals]) -> list[tuple[str, fl
     for r in residuals:
         order = np.argsort(r.configuration[r.used], kind="stable")
         at = r.configuration[r.used][order]
-        found = _excess((r.value * r.scale)[r.used][order], place[at], label[at])
+        found = _excess(r.white[r.used][order], place[at], label[at])
         if found is not None:
             out.append((r.group, *found))
     return out

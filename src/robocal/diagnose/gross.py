@@ -30,6 +30,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
+from robocal.diagnose.agreed_views import agreed_views
 from robocal.diagnose.drawn_poses import restore_poses
 from robocal.diagnose.limits import GROSS_DISTANCE
 from robocal.diagnose.rounding import add_rounding
@@ -51,6 +52,7 @@ from robocal.progress import Watch, tell
 __all__ = ["Sifted", "neither", "set_aside", "share", "sift"]
 
 ROUNDS = 8  # grid
+AGREED = 0.5  # tolerance: of the noise, its parts multiplied: where views agree on something else, clearly better
 SETTLED = 0.05  # tolerance: of a robust sigma: so well it need be known here
 # tolerance: standard deviations: a robust fit and a plain one of such noise predict no row so differently that it would be six
 CALM = 5.0
@@ -177,6 +179,12 @@ def _nominal(search: _GrossSearch, whole: DataSet) -> tuple[Array, Tau, tuple[Bo
     there = search.problem_at(tau, every, "none").with_free(frames)
     far = join_views(search.data, by_observation(search.data, there, studentise(there, x, tau).far))
     x, far = restore_poses(search.data, there, x, tau, far)
+    agreed = agreed_views(search.model, search.data, search.configurations, made, x)
+    if agreed is not None:
+        own = search.noise(search.problem_at(tau, every, "huber"), agreed[0], float(len(frames)))
+        if np.prod([own.get(k, t) for k, t in tau.items()]) < AGREED * np.prod(list(tau.values())):
+            return agreed[0], own, (agreed[1],)
+        far = (far[0] | ~agreed[1],)
     return x, tau, tuple(~f for f in far)
 
 

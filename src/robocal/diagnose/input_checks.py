@@ -69,6 +69,6 @@ def few_numbers(context: Context[Model]) -> Iterator[Finding]:
 
 @check("nothing-free", When.DATA, order=50)
 def nothing_free(context: Context[Model]) -> Iterator[Finding]:
-    """A machine of which nothing may change: it can be looked at all the same."""
-    if context.fit is None and not context.model.table.free:
+    """A machine of which nothing may change: it can be looked at all the same. A rig has nothing that could."""
+    if context.fit is None and context.model.table.rows and not context.model.table.free:
         yield doubt(Code.NOTHING_FREE)

@@ -234,8 +234,24 @@ BESIDE_NEAR = limit(0.02, "of the distance of two places", "A fiftieth of the wa
 BESIDE_SHARE = limit(0.5, "of what was held out", "Held-out places beside fitted ones tell nothing of the way between them.")
 FRAMES_LEFT = limit(3.0, "times what noise and making allow",
     "A robot that errs by more is no robot of that drawing, or its readings belong to other poses.", "tests/prove/test_frames_alone.py")
+LENS_CENTRE_PRIOR = limit(10.0, "px (standard deviation)",
+    "So far the focal length and centre of a lens that is stated without a spread may be off.", "tests/real/test_charuco_arm.py")
+LENS_DISTORTION_PRIOR = limit(0.1, "(standard deviation)", "So far its distortion may be off.", "tests/real/test_charuco_arm.py")
+LENS_CONTRADICTED = limit(4.0, "sigma", "Chance alone puts a number there once in ten thousand.")
+LENS_MATERIAL = limit(0.5, "of what is normal", "A lens that puts the target elsewhere by less is no reason to take no result.")
+ROBOT_PLACE = limit(1e-3, "m (standard deviation)",
+    "So far a flange stands from the pose that its controller tells, of arms that nobody calibrated.", "ISO 9283 data sheets")
+ROBOT_TURN = limit(2e-3, "rad (standard deviation)",
+    "A millimetre at the ends of a wrist that is half a metre long.", "ISO 9283 data sheets")
+HAND_EYE_ASK = limit(0.02, "of the distance of the target, and rad",
+    "No robot that is read rightly puts most views of a target so far off.", "tests/session/test_hand_eye.py")
+HAND_EYE_LEFT = limit(3.0, "times what is normal", "An arm that nobody calibrated leaves no more; something else moves or is wrong.")
 HAND_TURNS = limit(math.radians(5.0), "rad (standard deviation)",
     "About a second axis: with less, a robot's millimetre puts a frame a centimetre off.", "tests/prove/test_frames_alone.py")
+FRAME_PLACE = limit(0.03, "m (standard deviation)",
+    "A camera that may be off by 6 cm guides no hand.", "tests/session/test_pose_pairs.py")
+FRAME_TURN = limit(math.radians(3.0), "rad (standard deviation)",
+    "At half a metre these are 3 cm as well.", "tests/session/test_pose_pairs.py")
 ARM_EXPLAINS = limit(4.8, "of the log likelihood",
     "By chance errors of a robot explain noise so well once in a thousand.", "chi2, one degree of freedom")
 FRAME_SEEN = limit(10.0, "times what is expected", "A direction of a frame that all rows see is seen beyond doubt.")
@@ -299,7 +315,22 @@ IMAGE_COVERAGE = limit(0.4, "of 8 x 6 parts", "A lens is known where corners wer
 VIDEO_FRAMES = limit(0.95, "of the frames that a video states", "Some files state their frames from length and rate, a little wrong.")
 IMAGE_VIEWS = limit(5, "images", "Of fewer, nobody expects that they cover the image.")
 CORNER_AT_REST = limit(0.005, "px", "A third of what corners of a good image are off by; the next round moves them a tenth of it.")
+MARKER_MOVED_CHANCE = limit(1e-3, "chance", "A marker that stands where it stood is named once in a thousand maps.")
+MAPS_CHANCE = limit(1e-3, "chance", "Maps whose sigma holds are said to differ by more once in a thousand comparisons.")
+MAPS_SCALE = limit(2e-3, "of the size", "Printers scale by some thousandths; maps of the same markers differ by less.")
+POSE_RIVAL = limit(0.01, "of the likelihood", "A pose that is a hundred times less likely than the other is no doubt any more.")
 LENS_VIEWS = limit(3, "views", "Two views of a flat target leave no number to check four of a lens with.", "Zhang (2000)")
+CORNERS_OUTSIDE = limit(0.01, "of the corners", "Decoders guess corners beyond the rim now and then; another size of images has far more.",
+    "tests/real/test_tag_map.py")
+MAP_VIEWS = limit(3, "views", "Of two views each is predicted by markers that it alone shows.")
+MARKER_MOVED = limit(30.0, "standard deviations", "What a lens leaves looks like a small motion too, and grows with the views.",
+    "tests/session/test_map_fit.py")
+MARKER_MOVED_VIEWS = limit(3, "views", "One or two views that disagree are gross, and set aside.")
+MAP_MISSES = limit(3.0, "times what corners are known to", "Flat markers and a lens of the right model leave no more.")
+MAP_UNSEEN = limit(2.0, "times", "A map that misses other views by so much has learnt the views that it was fitted to.")
+MAP_ASIDE = limit(0.05, "of the corners", "Of good images one corner in a hundred is gross; more have a cause.")
+MAP_WEAK = limit(3, "views", "Of two views one is left out, and nothing checks what the other says of a marker.")
+LENS_PRIOR = limit(4.0, "standard deviations", "Of nine numbers one is beyond three by chance now and then.")
 LENS_VIEW_LEFT = limit(0.3, "of the size of a view",
     "A fisheye bends a plane by a tenth; corners of wrong numbers leave two thirds.", "tests/cli/test_vision_intrinsics.py")
 TARGET_LEAST = limit(0.005, "m", "Nobody prints a target of several corners so small; metres that were taken for millimetres are.")

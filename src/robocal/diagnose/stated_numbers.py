@@ -39,7 +39,8 @@ FACTOR_WRONG = declare(
     "lens-factor",
     "{number} is fixed at {stated:.4g}, but these data give {there:.4g} ({z:.0f} sigma), {name} a factor of {factor:.3f}[: the images "
     "may be scaled by {ratio}]; the difference explains {share:.0%} of the squared residuals",
-    "Use the lens of images of this size: all four numbers change with it. Or identify it ({line}).",
+    "Use the lens of images of this size: all four numbers change with it.[ Of images that were scaled, write `scale: {scale:.5g}` beside "
+    "the `file` of the lens.] Or identify it ({line}).",
 )
 FACTOR_DOUBTED = declare(
     "lens-factor-doubted",
@@ -65,7 +66,7 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
         return []
     made = build(context.model, data, values=context.values).with_weights(fit.problem.weights)
     made = made.with_free([*fit.problem.free, *held])
-    seen = made.linearize(made.start)
+    seen = made.linearize(_at(made, fit.problem, fit.solution.x))
     asked = np.isin(made.free, held)
     plain = [*((n,) for n in held), *_shared(own, held)]
     factors = _factors(own, held)
@@ -94,6 +95,14 @@ def find_stated_number(context: Context[Model]) -> list[Finding]:
     return [level(code, name=name, stated=stated, there=there, z=found.t, share=found.share, line=line)]
 
 
+def _at(made: Problem, fitted: Problem, x: Array) -> Array:
+    """The start of a problem of the same rows, with every block where the fit has left it."""
+    out = np.array(made.start)
+    for there, here in zip(made.places, fitted.places, strict=True):
+        out[:, there] = x[:, here]
+    return out
+
+
 def _of_factor(
     own: Mapping[str, tuple[Observations, Parameter]], wrong: Sequence[str], factor: float, found: Score
 ) -> Finding:
@@ -102,7 +111,7 @@ def _of_factor(
     level, code = (refuse, FACTOR_WRONG) if found.share > NUMBER_SHARE else (doubt, FACTOR_DOUBTED)
     stated, there = (Quantity(v, p.unit) for v in (p.value, p.value * factor))
     line = _line(obs, *(own[n][1] for n in wrong))
-    names = {"number": p.name, "name": ", ".join(wrong), "ratio": _ratio(factor), "line": line}
+    names = {"number": p.name, "name": ", ".join(wrong), "ratio": _ratio(factor), "scale": _scale(factor), "line": line}
     return level(code, **names, stated=stated, there=there, factor=factor, z=found.t, share=found.share)
 
 
@@ -170,6 +179,12 @@ def _refit(problem: Problem, wrong: Sequence[Parameter]) -> float:
     """The factor of some numbers, once they are free: half of a lens is far for one linear step."""
     x = least_squares(problem.with_loss("huber"), problem.start).x[0]
     return float(np.median([x[problem.table.index[p.name]] / p.value for p in wrong]))
+
+
+def _scale(factor: float) -> float | None:
+    """The same as a number."""
+    ratio = _ratio(factor)
+    return None if ratio is None else int(ratio[0]) / int(ratio[2])
 
 
 def _ratio(factor: float) -> str | None:

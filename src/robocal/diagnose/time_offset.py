@@ -94,7 +94,7 @@ def _find_lag(context: Context[Model], data: DataSet) -> Lag | None:
     if data is not fit.data:
         problem = build(context.model, data, values=context.values)
         problem = problem.with_weights(fit.problem.weights).with_free(fit.problem.free)
-    if (problem.blocks and not own) or (own and not problem.families[0].size):
+    if (problem.blocks and not own) or (own and not problem.blocks):
         return None  # places that are found beside an arm's own take up whatever its way could say
     lin = context.jacobian if data is fit.data else problem.linearize(x)
     if own:

@@ -12,6 +12,7 @@ import numpy as np
 
 from robocal._record import replace
 from robocal._types import Array, Ints
+from robocal.diagnose.camera_changes import half_turn, half_turns_open, turn_views
 from robocal.diagnose.limits import EXPLAINED_CLEARLY, VIEW_FITS
 from robocal.estimate.problem import Problem
 from robocal.fit.noise import median, owners
@@ -97,5 +98,10 @@ def _errors(
     """The median error of some rows if they were seen from each of some configurations, (C,)."""
     start, stop, _ = kind_of(obs).parts[0]
     there = replace(obs.take(np.tile(rows, len(places))), configuration=np.repeat(places, len(rows)))
-    off = (predict_rows(model, data, there, problem.table, x) - there.value)[:, start:stop]
-    return np.asarray(np.median(np.linalg.norm(off, axis=1).reshape(len(places), -1), axis=1))
+    labels = [there]
+    if half_turns_open(obs) and (turn := half_turn(obs)) is not None:
+        # At a wrong place half a turn may have been undone, or not, by chance.
+        labels.append(turn_views(there, turn, np.ones(len(data.configurations), dtype=np.bool_)))
+    each = [(predict_rows(model, data, o, problem.table, x) - o.value)[:, start:stop] for o in labels]
+    medians = [np.median(np.linalg.norm(off, axis=1).reshape(len(places), -1), axis=1) for off in each]
+    return np.asarray(np.min(medians, axis=0))

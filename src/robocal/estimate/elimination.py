@@ -66,7 +66,7 @@ def _reduce(problem: Problem, x: Array) -> Squares:
     square, rows = 0.0, 0
     for r in problem.residuals(x):
         counts = r.used & (weight[r.configuration] > 0)
-        white = (r.value * r.scale)[counts]
+        white = r.white[counts]
         each = np.sum(white**2, axis=1)
         slope = problem.slope(each, r.reading)
         square += float(weight[r.configuration[counts]] @ (slope**2 * each))

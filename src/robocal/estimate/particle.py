@@ -85,8 +85,8 @@ def density(problem: Problem, x: Array) -> Array:
     for first in range(0, len(x), CHUNK):
         some = slice(first, first + CHUNK)
         for r, term in zip(problem.residuals(x[some]), problem.terms, strict=True):
-            value = r.value if r.value.ndim == 3 else r.value[None]
-            s = np.einsum("bmd,md->bm", value**2, r.scale**2)
+            white = r.white if r.value.ndim == 3 else r.white[None]
+            s = np.einsum("bmd,bmd->bm", white, white)
             rho = _rho(loss if term.reading else "none", tuning, s) * weight[r.configuration]
             # Rows of one configuration are added up by a product with its incidence.
             order = np.argsort(r.configuration, kind="stable")

@@ -93,6 +93,15 @@ def _evaluate_own(term: ProblemTerm, x: Array, own: Ints) -> Array:
     return out
 
 
+def _all_rows(term: ProblemTerm, x: Array, own: Ints | None) -> Array:
+    """Residuals of all rows of a term, as `Problem.residuals` has them."""
+    if own is not None:
+        return _evaluate_own(term, x, own[term.configuration])
+    parts = [r for _, r in _evaluate(term, x)]
+    r = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+    return np.asarray(r[0] if len(x) == 1 else r)
+
+
 @record(kw_only=True)
 class Problem(Unknowns):
     """Terms over unknowns; immutable, `with_...` gives another problem."""
@@ -343,14 +352,12 @@ class Problem(Unknowns):
         x = np.atleast_2d(x)
         out = []
         for term in self._bare:
-            if own is None:
-                parts = [r for _, r in _evaluate(term, x)]
-                r = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
-                value = r[0] if len(x) == 1 else r
-            else:
-                value = _evaluate_own(term, x, own[term.configuration])
+            value = _all_rows(term.plain, x, own)
+            apart = None if term.plain is term else _all_rows(term, x, own)
             where = term.scale, term.configuration
-            out.append(Residuals(value, *where, term.group, term.kind, term.parts, term.used, term.lever, term.reading))
+            out.append(
+                Residuals(value, *where, term.group, term.kind, term.parts, term.used, term.lever, term.reading, apart)
+            )
         return out
 
     def residual_pieces(self, x: Array, step: int = 1) -> Iterator[tuple[ProblemTerm, slice, Array]]:

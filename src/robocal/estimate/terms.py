@@ -84,6 +84,10 @@ class ProblemTerm(Protocol):
     def join(self, some: Any) -> ProblemTerm:
         """Terms of one view, this among them, as one for normal equations."""
 
+    @property
+    def plain(self) -> ProblemTerm:
+        """The same rows as they were read; itself, where no errors of rows are correlated."""
+
     def bind(self, column_of: Ints) -> ProblemTerm:
         """The same rows with Jacobian columns for the table rows where column_of (P,) >= 0."""
 
@@ -196,7 +200,8 @@ class Residuals:
     which rows count, `used` (m,).
 
     lever (m, d) turns the columns of a row into one error in the unit of the first part (a range and the arcs of its
-    angles); None where the first part alone is that error.
+    angles); None where the first part alone is that error. `independent` are numbers with the same standard deviations and without
+    the correlations that are stated; None where none is.
     """
 
     value: Array
@@ -208,6 +213,12 @@ class Residuals:
     used: Bools
     lever: Array | None = None
     reading: bool = True
+    independent: Array | None = None
+
+    @property
+    def white(self) -> Array:
+        """Independent numbers in units of their noise, (m, d) or (B, m, d)."""
+        return (self.value if self.independent is None else self.independent) * self.scale
 
     def length(self, part: int = 0) -> Array:
         """Length of the error of every row in one part's unit, (m,) or (B, m)."""

@@ -38,6 +38,7 @@ SHARP = 1e-8  # of the rows: so much the number of columns may be wrong by
 LEVEL = 0.95  # of every interval and band
 MANY, DEGREE = 200, 24  # radii at once that are worth a polynomial, and its degree
 ROOMY = 3  # rows for each number of a block: of fewer, what they leave says little
+WIDE = 64  # grid: columns from which on it pays to look which of them are touched
 MOST_KNOWN = 1 - 1e-3  # leverage: of what knows more its residual says nothing
 
 
@@ -136,10 +137,27 @@ def leverages(problem: Problem, x: Array, configurations: Ints) -> tuple[Array, 
     if not problem.n:
         return taken, np.zeros(len(taken))
     scale, root = problem.scales, problem.prior_root
-    values, vectors = np.linalg.eigh((lin.j.T @ left + root.T @ root) * np.outer(scale, scale))
+    parts = _touched(left, lin.local)
+    square = root.T @ root
+    for rows, some in parts:
+        square[np.ix_(some, some)] += lin.j[np.ix_(rows, some)].T @ left[np.ix_(rows, some)]
+    values, vectors = np.linalg.eigh(square * np.outer(scale, scale))
     known = values > len(values) * EPS * values[-1]
-    turned = left @ (scale[:, None] * vectors[:, known] / np.sqrt(values[known]))
-    return taken, np.asarray(np.sum(turned**2, axis=1))
+    turned = scale[:, None] * vectors[:, known] / np.sqrt(values[known])
+    out = np.zeros(len(left))
+    for rows, some in parts:
+        out[rows] = np.sum((left[np.ix_(rows, some)] @ turned[some]) ** 2, axis=1)
+    return taken, out
+
+
+def _touched(left: Array, local: Ints) -> list[tuple[Ints, Ints]]:
+    """Rows of M J (N, n), and the columns that they touch: of many columns those of one local block touch few."""
+    n = left.shape[1]
+    if n < WIDE or not len(local):
+        return [(np.arange(len(left)), np.arange(n))]
+    order = np.argsort(local, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(local[order])) + 1)
+    return [(rows, np.flatnonzero(left[rows].any(axis=0))) for rows in parts]
 
 
 def band(jacobian: Array, covariance: Array) -> Array:

@@ -61,14 +61,15 @@ class FamilyTrial:
 NOTHING = MarkersInImage(np.empty(0, dtype=np.int64), np.empty((0, 4, 2)))
 
 
-def find_markers(grey: Array, family: str, border: int = 1) -> MarkersInImage:
-    """Markers of a dictionary in an image (h, w) of bytes; border: cells of black around their code."""
+def find_markers(grey: Array, family: str, border: int = 1, wanted: Sequence[int] = ()) -> MarkersInImage:
+    """Markers of a dictionary in an image (h, w) of bytes; border: cells of black around their code; wanted: all numbers that there can be,
+    where they are known."""
     first = _look(grey, family, border, strict=False)
-    if grey.size > ENLARGE:
+    if grey.size > ENLARGE or (len(wanted) and set(wanted) <= set(first.ids.tolist())):
         return first
     cv2 = opencv()
     twice = cv2.resize(grey, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
-    second = _look(twice, family, border, strict=False, fine=True)
+    second = _look(twice, family, border, strict=False)
     return _join(first, MarkersInImage(second.ids, (second.corners - 0.5) / 2))
 
 
@@ -112,7 +113,7 @@ def largest_family(family: str) -> str:
     return f"{stem}_{SIZES[-1]}" if size.isdigit() else family
 
 
-def _look(grey: Array, family: str, border: int, *, strict: bool, fine: bool = False) -> MarkersInImage:
+def _look(grey: Array, family: str, border: int, *, strict: bool) -> MarkersInImage:
     cv2 = opencv()
     aruco = cv2.aruco
     how = aruco.DetectorParameters()
@@ -120,8 +121,6 @@ def _look(grey: Array, family: str, border: int, *, strict: bool, fine: bool = F
     how.perspectiveRemovePixelPerCell = 8
     how.markerBorderBits = border
     how.minMarkerPerimeterRate = 0.01
-    if fine:
-        how.adaptiveThreshWinSizeStep = 4
     if strict:
         how.errorCorrectionRate = 0.0
     search = aruco.ArucoDetector(aruco.getPredefinedDictionary(getattr(aruco, FAMILIES[family])), how)

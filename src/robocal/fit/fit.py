@@ -47,7 +47,7 @@ from robocal.fit.subsample import subsample
 from robocal.geometry import so3
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, freedom_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch, tell
 from robocal.remarks.remark import Remark
@@ -143,7 +143,10 @@ def fit(
 
     candidate, names = first, first.free
     if not names:
-        raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
+        own = bool(model.table.rows)
+        expected = "at least one parameter" if own else "a frame of a data file whose place is to be found"
+        key = "calibrate.free" if own else "frame.free"
+        raise ModelError("nothing is free to be identified", key=key, expected=expected)
     method = estimator(options.method, options.loss)
     if method.blind:
         found = method.run(candidate, start, options, watch)
@@ -204,6 +207,8 @@ def fit(
 
 def frame_names(model: Model, problem: Problem) -> tuple[str, ...]:
     """The free parameters of the baseline: instruments' frames, targets, other kinds' parameters, and the tool."""
+    if freedom_of(model) == ():  # a pose that is known has nothing of its own: its clock is the instrument's
+        return problem.table.free
     tool = {f"tool.{s}" for s in FRAME_SYMBOLS}
     return tuple(n for n in problem.table.free if n not in model.table or n in tool)
 

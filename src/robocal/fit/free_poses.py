@@ -53,5 +53,5 @@ def _left(problem: Problem, x: Array) -> Array:
     """Sum of squares of the whitened residuals of every configuration (U,) at x (1, P)."""
     out = np.zeros(problem.configurations)
     for r in problem.residuals(x):
-        np.add.at(out, r.configuration, ((r.value * r.scale) ** 2).sum(axis=-1))
+        np.add.at(out, r.configuration, (r.white**2).sum(axis=-1))
     return out

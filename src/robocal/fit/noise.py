@@ -121,18 +121,22 @@ def assess(stated: DataSet, problem: Problem, x: Array, configurations: Ints, co
     for r, taken, some, (own, term) in zip(problem.residuals(x), paid, keep, owners(stated, problem), strict=True):
         kinds.setdefault(r.group, r.kind)
         given = stated.observations[own].sigma
-        value = r.value[some]
+        value, plain = (r.value if r.independent is None else r.independent)[some], r.value[some]
         sigma = np.zeros_like(value) if r.group in unstated or given is None else given[term.index[some]]
         for start, stop, unit in r.parts:
             in_use[r.group, unit] = r, start, stop
-            rows.setdefault((r.group, unit), []).append([a[:, start:stop].ravel() for a in (value, sigma, taken)])
+            rows.setdefault((r.group, unit), []).append(
+                [a[:, start:stop].ravel() for a in (value, sigma, taken, plain)]
+            )
     groups = []
     for (name, unit), parts in rows.items():
-        value, sigma, taken = parts[0] if len(parts) == 1 else (np.concatenate(p) for p in zip(*parts, strict=True))
+        value, sigma, taken, plain = (
+            parts[0] if len(parts) == 1 else (np.concatenate(p) for p in zip(*parts, strict=True))
+        )
         if not len(value):
             continue
         dof = max(len(value) - float(taken.sum()), LEAST * len(value))
-        rms = float(np.sqrt(np.mean(value**2)))
+        rms = float(np.sqrt(np.mean(plain**2)))
         if name in unstated:
             # Without a degree of freedom residuals are zero whatever the noise: what was assumed stays.
             spread = _spread(value, dof, resistant) if dof >= 1 else _rms_sigma(*in_use[name, unit])

@@ -97,7 +97,7 @@ def _readings(data: DataSet, problem: Problem, x: Array, chosen: Bools, label: I
         turn = np.empty(len(some), dtype=np.int64)
         turn[order] = np.arange(len(some)) - np.repeat(starts, np.diff(np.append(starts, len(some))))
         mine = _number(label[at], which, turn)
-        white = (r.value * r.scale)[some]
+        white = r.white[some]
         width = white.shape[1]
         keys.append((first + mine[:, None] * width + np.arange(width)).ravel())
         first += (int(mine.max(initial=-1)) + 1) * width

@@ -23,7 +23,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 from robocal.estimate.uncertainty import Total
 from robocal.measure.data import DataSet
-from robocal.measure.rows import scale_of
+from robocal.measure.rows import kind_of, scale_of
 from robocal.measure.stretch import stretch_columns
 
 __all__ = ["InstrumentScales", "add_scales", "is_scale", "scales_of", "without_scales"]
@@ -54,19 +54,17 @@ def scales_of(
 ) -> InstrumentScales | None:
     """Of the instruments of a fit at x (1, P) of the `kept` columns of `every` free one; None where all scales are known. `errors`
     are known ones, by instrument, with what they may be off by."""
-    stated = dict(errors)
-    for obs in data.observations:
-        stated[obs.label] = max(stated.get(obs.label, 0.0), scale_of(obs))
-    groups = [g for g, s in stated.items() if s > 0]
+    shared = _shared_scales(data, errors)
+    groups = [*shared]
     if not groups:
         return None
     lin = reweight(every.linearize(x) if lin is None else lin, every)
-    c = stretch_columns(every, x, [(g,) for g in groups])
+    c = stretch_columns(every, x, [shared[g][0] for g in groups])
     # Where a robust loss is used the columns count as the rows do; a scale that is not seen at all answers to nothing.
     told = np.linalg.norm(c, axis=0) > 0
     if not told.any():
         return None
-    c, sigma = c[:, told], np.array([stated[g] for g in groups])[told]
+    c, sigma = c[:, told], np.array([shared[g][1] for g in groups])[told]
     n, m, scale = every.n, c.shape[1], every.scales
     whole = np.column_stack([lin.j, c, lin.r])
     if every.blocks:
@@ -86,6 +84,24 @@ def scales_of(
     names = tuple(f"{g}.{SYMBOL}" for g in seen)
     after = np.where([g in errors for g in seen], sigma, np.linalg.norm(np.linalg.inv(alone), axis=1))
     return InstrumentScales(names, sigma, after, response, root, every.difference(x)[0] / scale, scale)
+
+
+def _shared_scales(data: DataSet, errors: Mapping[str, float]) -> dict[str, tuple[tuple[str, ...], float]]:
+    """Who reads by one scale that is not known, and its standard deviation: an instrument by its own name; cameras that see the same
+    targets by those of them, for what was printed is of one scale, whoever looks at it."""
+    stated, seen = dict(errors), dict[str, str]()
+    for obs in data.observations:
+        stated[obs.label] = max(stated.get(obs.label, 0.0), scale_of(obs))
+        printed = kind_of(obs).views and obs.targets and obs.label not in errors
+        seen[obs.label] = ", ".join(t.name for t in obs.targets) if printed else ""
+    out: dict[str, tuple[tuple[str, ...], float]] = {}
+    for label, sigma in stated.items():
+        if sigma <= 0:
+            continue
+        target = seen.get(label, "")
+        alike = tuple(g for g in stated if target and stated[g] == sigma and seen.get(g) == target) or (label,)
+        out[target if len(alike) > 1 else label] = (alike, sigma)
+    return out
 
 
 def is_scale(name: str) -> bool:

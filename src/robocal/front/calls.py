@@ -19,6 +19,7 @@ from robocal.verbs.registry import GROUPS
 
 __all__ = ["call", "docstring_of"]
 
+SIZE = "WIDTHxHEIGHT"  # what options of two numbers of pixels are called
 WATCH = "watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call."
 
 
@@ -89,6 +90,8 @@ def _value(entry: OptionField, given: Any) -> Any:
 
 
 def _one(entry: OptionField, given: Any) -> Any:
+    if getattr(entry.facts, "metavar", "") == SIZE and isinstance(given, tuple | list) and len(given) == 2:
+        return "x".join(map(str, given))
     if isinstance(opened := getattr(given, "opened", None), str):
         return opened  # an arm or a cable robot
     if isinstance(given, Measurements):

@@ -5,8 +5,12 @@ from typing import Any
 
 from robocal.front.arrays import Measurements
 from robocal.front.verb_result import Found
+from robocal.session.vision.detection import Detected as _detect_Detected
+from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_eye_HandEyeCalibration
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
-from robocal.verbs.vision.detect.result import Detected as _detect_Detected
+from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
+from robocal.session.vision.map_repeats import ComparedMaps as _compare_ComparedMaps
+from robocal.session.vision.map_result import MarkersFound as _map_MarkersFound
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
 _Path = str | os.PathLike[str]
@@ -118,9 +122,131 @@ def intrinsics(
     checker: Squares of a checkerboard whose corners have numbers, but no places.
     sheet: sheet.yaml of robocal vision sheet: where its markers are.
     image: Size of the images in pixels.  [default: that in the JSON beside the corners]
-    images: Images of the corners, as for detect: markers are fitted again in them, with the lens.
+    images: Images of the corners, as for detect: corners are fitted again in them, with the lens.
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     output: Write the lens here, and a document and a page beside it.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def map(
+    corners: _Given,
+    *,
+    lens: _Path,
+    held: _Path | None = None,
+    size: str | Sequence[str] = (),
+    prior: _Path | None = None,
+    origin: str | None = None,
+    without: str | Sequence[str] = (),
+    fix: str | Sequence[str] = (),
+    loss: str = 'huber',
+    image: str | None = None,
+    exclude: str | Sequence[str] = (),
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_map_MarkersFound | _map_MapPlaces]:
+    """Find where markers are to one another from images of them, with what the map may be off by. No robot is needed.
+
+    Put markers of different numbers anywhere, and take 20 to 100 images from different sides. Every image should show
+    several markers, and every marker should be in three images or more.
+
+    corners: corners.csv of robocal vision detect, or a table with view, marker, corner, u, v.
+    lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
+    held: Find the camera in this map: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
+    size: Edge of the markers' black squares in mm, as measured; of some alone as 7=120.
+    prior: What is known of the markers beforehand: surveyed tags, boards, the map of last month.
+    origin: Marker in which the coordinates begin, with its axes.  [default: the one that most views show]
+    without: Markers that are left out.
+    fix: Numbers of the lens that stay as they are: k3, p1,p2.
+    loss: Loss of the fit: huber counts what is far off less: huber, none, cauchy, tukey.
+    image: Size of the images in pixels.  [default: that of the lens, or in the JSON beside the corners]
+    exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
+    output: Write the map here, and its covariance, a document and a page beside it.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def hand_eye(
+    corners: _Given,
+    robot: _Given,
+    *,
+    camera: str = 'hand',
+    lens: _Path | None = None,
+    free_lens: bool = False,
+    maker: str | None = None,
+    euler: str | None = None,
+    units: str | None = None,
+    quaternion: str | None = None,
+    inverse: bool = False,
+    pair: str | None = None,
+    target_units: str | None = None,
+    dictionary: str | None = None,
+    charuco: str | None = None,
+    size: float | None = None,
+    square: float | None = None,
+    checker: str | None = None,
+    sheet: _Path | None = None,
+    image: str | None = None,
+    exclude: str | Sequence[str] = (),
+    folds: int | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_hand_eye_HandEyeCalibration]:
+    """Find where a camera is, on the flange or beside the robot, with what it may be off by in mm.
+
+    A target stands on the table before a camera in the hand, or hangs on the flange before a camera that stands. Take 15 to 30
+    views; turn the hand by 30 deg or more between them, about two axes.
+
+    corners: A folder of images, corners.csv of robocal vision detect, or a CSV of poses of a target: x, y, z, qx, qy, qz, qw.
+    robot: The robot's poses, flange in base: a CSV, or a folder with a YAML file for each.
+    camera: Where the camera is: in the hand, or fixed beside the robot.
+    lens: The lens of the images: lens.yaml, or a file of OpenCV, ROS or Kalibr.
+    free_lens: Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand.
+    maker: Whose poses these are: columns, units and turns as on the pendant: ur, kuka, abb, fanuc.
+    euler: Three angles: ZYX about the axes as turned so far, zyx about the fixed ones.
+    units: Units of the robot's poses, as mm,deg; they count before those of headers.  [default: those of headers or maker; m,rad]
+    quaternion: The order in which quaternions stand: xyzw, wxyz.  [default: as their columns are named]
+    inverse: The poses are of the base in the flange, not of the flange in the base.
+    pair: How views and poses belong together: name, order, time.  [default: name, else order]
+    target_units: Units of poses of a target, as mm,deg; they count before those of headers.  [default: those of headers; m,rad]
+    dictionary: Dictionary of the markers in images, as for detect.
+    charuco: A ChArUco board of so many squares in images.
+    size: Edge of a marker's black square, as measured on the print [mm], above 0.
+    square: Edge of a square of a board, as measured on the print [mm], above 0.
+    checker: A checkerboard of so many squares: in images, or of corners that have no places.
+    sheet: sheet.yaml of robocal vision sheet: where its markers are.
+    image: Size of the images in pixels.  [default: that in the JSON beside the corners]
+    exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
+    folds: Leave views out in so many rounds, not one by one, 2 or more.  [default: one by one, up to 400 views]
+    output: Write the result, a page and forms of other programs here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def compare(
+    maps: _Given | Sequence[_Given],
+    *,
+    reference: str | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_compare_ComparedMaps]:
+    """Compare maps of the same markers: how repeatable they are, and whether their sigma predicted as much.
+
+    The maps are aligned on all markers that all of them have. The scatter of each marker is listed along the axes of the reference
+    marker, beside its distance from it and the predicted scatter. A marker that moved between two maps is named with its distance.
+
+    maps: Maps of the same markers: map.yaml, or files of TagSLAM, MarkerMapper, PLY; two or more.
+    reference: The marker whose axes are taken, and from which distances count.  [default: the first of the first map]
+    output: Write maps.json, markers.csv, distance.svg, axes.svg and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

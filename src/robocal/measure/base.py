@@ -100,11 +100,13 @@ def _recall(machine: Model, data: DataSet) -> Problem | None:
 def _shared_priors(machine: Model, data: DataSet) -> tuple[Together, ...]:
     """The priors that numbers of instruments share, each once, but of numbers that are the machine's own."""
     found: dict[str, Together] = {}
-    for prior in dict.fromkeys(t for obs in data.observations for t in kind_of(obs).together(obs)):
+    for prior in {id(t): t for obs in data.observations for t in kind_of(obs).together(obs)}.values():
         for name in prior.names:
             if found.setdefault(name, prior) != prior:
                 raise ModelError("two different priors of one number", key=name, expected="two names, or equal priors")
-    unique = (prior.without(machine.table.names) for prior in dict.fromkeys(found.values()))
+    # One prior stands under each of its names: a map's has a third of a million numbers, whose hash takes long.
+    each = {id(prior): prior for prior in found.values()}
+    unique = (prior.without(machine.table.names) for prior in each.values())
     return tuple(prior for prior in unique if len(prior.names) > 1)
 
 

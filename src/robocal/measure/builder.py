@@ -63,10 +63,11 @@ class Builder:
         c, what = self.configurations, (program.columns, *program.turning[0].tolist())
         known = c.memo.get("driven")
         if known is None or known[0] is not self.machine or known[1] != what:
-            if c.joints is None:
+            if c.joints is None and joints_of(self.machine):
                 expected = ", ".join(j.name for j in joints_of(self.machine))
                 raise ModelError("the model needs joint values that the data lack", expected=expected)
-            phi = np.ascontiguousarray(self.mechanism.phi(c.joints, c.columns, program)[None])
+            joints = np.empty((len(c), 0)) if c.joints is None else c.joints
+            phi = np.ascontiguousarray(self.mechanism.phi(joints, c.columns, program)[None])
             known = c.memo["driven"] = self.machine, what, phi, program.cosines(phi)
         return known[2], known[3]
 

@@ -38,7 +38,8 @@ PER_ROW = ("configuration", "sigma", "target", "rows", "second", "used", "digits
 @record
 class Frame:
     """A named frame with six parameters: an instrument, or a target. `expected` is how far its value may be off (m,
-    rad); `described` is false of one of which its file says no more than the name."""
+    rad); `described` is false of one of which its file says no more than the name; `prior` are standard deviations around its value
+    that somebody states, in m and rad."""
 
     name: str
     value: tuple[float, ...] = (0.0,) * 6
@@ -46,11 +47,12 @@ class Frame:
     mount: str = "base"
     expected: tuple[float, float] = (1.0, 1.0)
     described: bool = field(default=True, compare=False)
+    prior: tuple[float, ...] | None = None
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Its six rows of a parameter table."""
-        return frame_parameters(self.name, self.value, free=self.free, expected=self.expected)
+        return frame_parameters(self.name, self.value, free=self.free, expected=self.expected, prior=self.prior)
 
 
 @record

@@ -1,15 +1,18 @@
 """Pixels: r = project(T_camera_target X) - uv, for points X known in the target's frame.
 
-value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; options["camera"] names the camera whose intrinsics are
-parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the symbols to identify.
-options["known"] are symbols with a prior that they share, of covariance options["covariance"]. The frame is the camera's:
-mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
+value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; of corners of squares whose errors are correlated
+extra["covariances"] (k, 2, 8) and extra["square and corner"] (k, 2), as in `sights.correlations`. options["camera"] names the
+camera whose intrinsics are parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the
+symbols to identify. options["known"] are symbols with a prior that they share, of covariance options["covariance"];
+options["together"] are priors that targets share, as the markers of a map. The frame is the camera's: mounted on "tool" it is a camera
+in hand, mounted on "base" a fixed one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Self
+from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 
@@ -19,16 +22,26 @@ from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import NONE, Kind, Rows, SightRows, register
+from robocal.measure.sights.correlations import (
+    COVARIANCES,
+    SQUARE_CORNER,
+    Decorrelation,
+    RowCorrelations,
+    block_of_rows,
+)
 from robocal.measure.sights.views import SharedView, sights_of, views_of
 from robocal.parameters import FRAME_SYMBOLS, Parameter, Together
 from robocal.vision.camera import image_radius, model_of, project, unproject
 
-__all__ = ["PIXELS", "PixelRows", "fold_of_lens", "rays"]
+__all__ = ["HALF_TURNS", "PIXELS", "PixelRows", "fold_of_lens", "rays"]
+
+HALF_TURNS = "half_turns"  # the option of observations in which half turns of the target are to be undone
 
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 FEW = 4  # problems that lack less than one in so many of what any of them has are told by what they lack
 SCALE = 5e-3  # of a printed marker or board: a printer scales, paper and glue swell
 NEAR_RIM = 0.9  # of the farthest that a lens images: pixels beyond are looked at one by one
+NO_MIXING = np.empty((0, 8, 8))
 HELD = np.full((1, 6), -1, dtype=np.int64)
 
 
@@ -40,8 +53,10 @@ class PixelRows(SightRows):
 
     def __init__(self, builder: Builder, obs: Observations, target: int, index: Ints, view: SharedView | None) -> None:
         seen = np.zeros(len(index), dtype=np.int64) if obs.target is None else obs.target[index]
-        order = np.lexsort((seen, obs.configuration[index]))
-        index, seen = index[order], seen[order]
+        square = None if obs.sigma is None else obs.extra.get(SQUARE_CORNER)
+        block = np.zeros_like(seen) if square is None else block_of_rows(square[index], obs.configuration[index], seen)
+        order = np.lexsort((block, seen, obs.configuration[index]))
+        index, seen, block = index[order], seen[order], block[order]
         where = obs.configuration[index]
         new = np.ones(len(index), dtype=bool)
         new[1:] = (where[1:] != where[:-1]) | (seen[1:] != seen[:-1])
@@ -51,11 +66,30 @@ class PixelRows(SightRows):
         super().__init__(builder.view(obs, target, index[first]), obs, index, intrinsics, sight)
         self.point = np.ascontiguousarray(obs.extra["point"][index])
         self.sights = sights_of(sight, np.zeros_like(sight))
+        self.correlations: RowCorrelations | None = None
+        if square is not None:
+            edges = np.flatnonzero(np.append(True, np.append(np.diff(block) != 0, True)))
+            corner = square[index, 1].astype(np.int64)
+            self.correlations = RowCorrelations(edges, obs.extra[COVARIANCES][index], corner, self.sigma)
         # What it shares with other targets, where its own frame stands in the table, and the columns of that.
         self.view, self.free = view, HELD
         self.seats = (
             builder.rows(f"{obs.targets[target].name}.{s}" for s in FRAME_SYMBOLS) if view is not None else NONE
         )
+
+    def _with(self, **changes: Any) -> Self:
+        other = super()._with(**changes)
+        if changes.keys() & {"sigma", "used", "correlations"}:
+            other.__dict__.pop("_independent", None)
+        return other
+
+    @cached_property
+    def _independent(self) -> Decorrelation | None:
+        return None if self.correlations is None else self.correlations.decorrelate(self.used, self.sigma)
+
+    @property
+    def plain(self) -> Self:
+        return self if self.correlations is None else self._with(correlations=None)
 
     def bind(self, column_of: Ints) -> Self:
         bound = super().bind(column_of)
@@ -78,15 +112,28 @@ class PixelRows(SightRows):
             np.concatenate([getattr(t, name) for t in some])[order] for name in ("point", "scale", "configuration")
         )
         carrier, own = self.view.carrier, self.columns[len(self.columns) - len(self.own) :]
+        each = [a for t in some if (a := t._independent) is not None]
+        apart = Decorrelation.join(each, order) if each else None  # all or none: they are of one table
         none = np.full(len(order), -1, dtype=np.int64)
         local = tuple(none if block is None else block[place[order]] for block in carrier.local)
         return self._with(
             carriers=(carrier,), columns=np.concatenate([carrier.columns, own]), sights=sights, point=point, scale=scale,
             configuration=configuration, value=np.concatenate([t.value for t in some], axis=1)[:, order], local=local, pair=none,
-            seats=np.stack([t.seats for t in some]), free=np.concatenate([t.free for t in some]), view=None,
+            seats=np.stack([t.seats for t in some]), free=np.concatenate([t.free for t in some]), view=None, _independent=apart,
         )  # fmt: skip
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        apart = self._independent
+        if apart is None or not rows:
+            return self._see(x, which, first, rows)
+        lo, hi = apart.whole_blocks(first, rows)
+        r, jac, local = self._see(x, which, lo, hi - lo)
+        some = slice(first - lo, first - lo + rows)
+        r, jac, local = (apart.mix(v, lo)[:, some] for v in (r[..., None], jac, local))
+        return r[..., 0], jac, local
+
+    def _see(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        """Residuals and Jacobians of pixels as they were read."""
         from robocal.measure.sights._kernels import evaluate_sights
 
         (t, j, jl), sight, _ = self.look(x, first, rows)
@@ -105,11 +152,14 @@ class PixelRows(SightRows):
 
     def stretch(self, x: Array, r: Array, first: int, rows: int) -> Array:
         """Of points that are stated 1 + s too far from the origin of their target."""
-        (t, _, _), sight, _ = self.look(x, first, rows)
+        apart = self._independent
+        lo, hi = (first, first + rows) if apart is None else apart.whole_blocks(first, rows)
+        (t, _, _), sight, _ = self.look(x, lo, hi - lo)
         t = t[:, sight]
-        lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[first : first + rows])
+        lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[lo:hi])
         jp = project(lever + t[:, :, :3, 3], x[:, None, self.numbers])[1]
-        return np.asarray(-np.einsum("bmij,bmj->bmi", jp, lever))
+        out = np.asarray(-np.einsum("bmij,bmj->bmi", jp, lever))
+        return out if apart is None else apart.mix(out[..., None], lo)[:, first - lo : first - lo + rows, :, 0]
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         value = self.value if len(self.value) == 1 else self.value[which]
@@ -142,6 +192,8 @@ class PixelRows(SightRows):
         if together:
             frames_of(np.ascontiguousarray(x[:, self.seats.ravel()]), 0, np.arange(len(free)), seats)
         cut = out.gl.shape[2] if self.touches[0] else 0
+        apart = self._independent
+        block, mixing = (NONE, NO_MIXING) if apart is None else (apart.block, apart.mixing)
         for part, lo, hi in _spans(weight[:, self.configuration[begin]] > 0):
             some = slice(part, part + 1) if part >= 0 else slice(None)
             mine, here = out.take(some), x[some]
@@ -150,9 +202,10 @@ class PixelRows(SightRows):
                 t, j, jl = self.carrier.pose(here, first, min(many, hi - first))
                 accumulate_views(
                     t, j, jl, first, cut, views, edges, seat, seats[some], free, numbers[some], self.own, self.point,
-                    value[some] if len(value) > 1 else value, self.scale, weight[some] if len(weight) > 1 else weight, self.configuration,
-                    self.columns, one, two, own + pair, loss.kind, loss.tuning, loss.curved[some], mine.cost, mine.g, mine.a, mine.gl,
-                    mine.al, mine.asl, mine.gm, mine.am, mine.asm, mine.cross,
+                    value[some] if len(value) > 1 else value, self.scale, block, mixing,
+                    weight[some] if len(weight) > 1 else weight, self.configuration, self.columns, one, two, own + pair,
+                    loss.kind, loss.tuning, loss.curved[some], mine.cost, mine.g, mine.a, mine.gl, mine.al, mine.asl,
+                    mine.gm, mine.am, mine.asm, mine.cross,
                 )  # fmt: skip
 
 
@@ -204,10 +257,11 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
 
 
 def together(obs: Observations) -> Sequence[Together]:
-    """What is known of the intrinsics beforehand, together."""
+    """What is known beforehand, together: of the intrinsics, and of targets."""
     known, covariance = obs.options.get("known", ()), obs.options.get("covariance", ())
-    assert isinstance(known, tuple) and isinstance(covariance, tuple)
-    return [Together(tuple(f"{obs.options['camera']}.{s}" for s in known), covariance)] if known else []
+    targets = obs.options.get("together", ())
+    assert isinstance(known, tuple) and isinstance(covariance, tuple) and isinstance(targets, tuple)
+    return [*([Together(tuple(f"{obs.options['camera']}.{s}" for s in known), covariance)] if known else []), *targets]
 
 
 PINHOLE = ("fx", "fy", "cx", "cy")

@@ -2,6 +2,9 @@
 
 value (k, 6) is the frame vector of T_measuring_measured (m, rad), sigma (k, 6): translation, then small rotations
 about the instrument's axes. A laser tracker with a 6D target, a camera that reports a marker's pose.
+
+`options["scale"]` names an instrument that does not know how long a metre is, such as one camera without a marker of known size: its
+parameter `NAME.scale` s is what it reads a metre as, r = s p - p_y.
 """
 
 from __future__ import annotations
@@ -11,11 +14,12 @@ import numpy as np
 from robocal._types import Array, Ints
 from robocal.geometry import se3, so3
 from robocal.measure.data import Observations
-from robocal.measure.rows import Carriers, Kind, Rows, per_target, register
+from robocal.measure.rows import Carriers, Kind, Number, Rows, per_target, register
 
-__all__ = ["POSE"]
+__all__ = ["PARTS", "POSE", "SCALE", "PoseRows", "disturb"]
 
 PARTS = ((0, 3, "m"), (3, 6, "rad"))
+SCALE = Number("scale", "scale", "1", value=1.0, expected=1.0)  # of one camera, anything
 
 
 class PoseRows(Rows):
@@ -24,19 +28,37 @@ class PoseRows(Rows):
     def __init__(self, carrier: Carriers, obs: Observations, index: Ints, numbers: Ints) -> None:
         super().__init__(carrier, obs, index, numbers)
         self.matrix = np.ascontiguousarray(se3.from_vector(self.value))
+        self.metric = self.metric and not len(self.numbers)
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         from robocal.measure._kernels import pose_kernel
 
         t, j, jl = self.carrier.pose(x, first, rows)
+        if len(self.numbers):
+            t, j, jl = self._scaled(x, t, j, jl)
         r = np.empty((*t.shape[:2], 6))
         batched = which if len(self.matrix) > 1 else np.zeros(len(x), dtype=np.int64)
         pose_kernel(t, j, jl, self.matrix, batched, first, r)
         return r, j, jl
 
+    def _scaled(self, x: Array, t: Array, j: Array, jl: Array) -> tuple[Array, Array, Array]:
+        """A pose with its columns, as an instrument of this scale reads it; the last column is the scale's, where it is free."""
+        scale = x[:, self.numbers[0], None, None]
+        own = np.zeros((*j.shape[:-1], len(self.own)))
+        own[..., :3, :] = t[..., :3, 3:]
+        t, j, jl = np.array(t), np.concatenate([j, own], axis=3), np.array(jl)
+        t[..., :3, 3] *= scale
+        j[..., :3, : j.shape[3] - len(self.own)] *= scale[..., None]
+        jl[..., :3, :] *= scale[..., None]
+        return t, j, jl
+
     def predict(self, x: Array) -> Array:
         carrier = self.carrier.bind(np.full(x.shape[1], -1, dtype=np.int64))
-        return se3.to_vector(carrier.pose(x, 0, len(self.configuration))[0][0])
+        t = carrier.pose(x, 0, len(self.configuration))[0]
+        if len(self.numbers):
+            t = np.array(t)
+            t[..., :3, 3] *= x[:, self.numbers[0], None, None]
+        return se3.to_vector(t[0])
 
 
 def disturb(value: Array, noise: Array) -> Array:
@@ -45,4 +67,6 @@ def disturb(value: Array, noise: Array) -> Array:
     return np.concatenate([value[..., :3] + noise[..., :3], so3.log(r)], axis=-1)
 
 
-POSE = register(Kind("pose", 6, per_target(PoseRows), parts=PARTS, disturb=disturb, positional=True, metric=True))
+POSE = register(
+    Kind("pose", 6, per_target(PoseRows), parts=PARTS, disturb=disturb, numbers=(SCALE,), positional=True, metric=True)
+)

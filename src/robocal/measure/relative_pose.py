@@ -12,7 +12,7 @@ from robocal._types import Ints
 from robocal.measure.builder import Builder
 from robocal.measure.carriers import Inverse, Product
 from robocal.measure.data import Observations
-from robocal.measure.pose import PARTS, PoseRows, disturb
+from robocal.measure.pose import PARTS, SCALE, PoseRows, disturb
 from robocal.measure.rows import Kind, per_target, register
 
 __all__ = ["RELATIVE_POSE"]
@@ -25,5 +25,5 @@ def change(builder: Builder, obs: Observations, target: int, index: Ints) -> Pro
 
 
 RELATIVE_POSE = register(
-    Kind("relative_pose", 6, per_target(PoseRows, change), parts=PARTS, disturb=disturb, metric=True)
+    Kind("relative_pose", 6, per_target(PoseRows, change), parts=PARTS, disturb=disturb, numbers=(SCALE,), metric=True)
 )

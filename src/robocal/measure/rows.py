@@ -97,6 +97,11 @@ class Rows(ABC):
         """What turns all columns of a row into one error in the unit of the first part; most kinds need nothing."""
         return None
 
+    @property
+    def plain(self) -> Self:
+        """The same rows, each number of which is as it was read; others have what is correlated taken apart."""
+        return self
+
     @cached_property
     def reading(self) -> bool:
         """Whether the rows read the machine; a known distance between two sockets stands whatever it does."""
@@ -160,7 +165,9 @@ class Rows(ABC):
     def predict(self, x: Array) -> Array:
         """What a perfect instrument would read, (m, d)."""
         m = len(self.configuration)
-        r, _, _ = self.bind(np.full(x.shape[1], -1, dtype=np.int64)).evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
+        r, _, _ = self.plain.bind(np.full(x.shape[1], -1, dtype=np.int64)).evaluate(
+            x, np.zeros(1, dtype=np.int64), 0, m
+        )
         return np.asarray(r[0] + self.value[0])
 
 

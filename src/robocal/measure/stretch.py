@@ -26,6 +26,11 @@ class _Stretched:
     def __getattr__(self, name: str) -> Any:
         return getattr(self.term, name)
 
+    @property
+    def plain(self) -> _Stretched:
+        """Its own numbers are of no reading."""
+        return self
+
     def bind(self, column_of: Ints) -> _Stretched:
         """The same with Jacobian columns for what is free."""
         return _Stretched(self.term.bind(column_of))

@@ -79,7 +79,8 @@ def row_bands(problem: Problem, x: Array, total: Total, configurations: Ints, bl
     where = [total.names.index(n) for n in every.free]
     c = total.covariance[np.ix_(where, where)]
     out = []
-    for term, residual in zip(every.bound_terms, every.residuals(x), strict=True):
+    for bound, residual in zip(every.bound_terms, every.residuals(x), strict=True):
+        term = bound.plain
         rows = np.flatnonzero(np.isin(term.configuration, configurations) & term.used)
         model = np.empty((len(rows), residual.value.shape[1], residual.value.shape[1]))
         keep = np.ones(len(rows), dtype=bool)

@@ -54,6 +54,7 @@ from robocal.prove.statistics import Statistic, rms
 __all__ = ["REGION", "Decision", "decide"]
 
 REGION = "region"  # the names of checks
+MOVED = "moved"
 SCALES = ("instrument-scale", "wrong-instrument-scale")
 
 
@@ -122,7 +123,7 @@ class Decision(Context[M_co]):
     @cached_property
     def frames_alone(self) -> bool:
         """Whether nothing but frames was to be found."""
-        return frames_alone(self.proven.base.problem.table.free, self.need_data)
+        return frames_alone(self.model, self.proven.base.problem.table.free, self.need_data)
 
     @cached_property
     def frames(self) -> dict[str, Frame]:
@@ -137,10 +138,15 @@ class Decision(Context[M_co]):
     @property
     def silent(self) -> tuple[str, ...]:
         """Checks that mean nothing here: of frames alone nothing is corrected anywhere, and where the robot's own errors explain what is
-        left, they change how long things seem too."""
+        left, they change how long things seem too. Poses that are given and each off by something look like steps from row to row."""
         if not self.frames_alone:
             return ()
-        return (REGION,) if self.share.covariance is None else (REGION, *SCALES)
+        if self.share.covariance is None:
+            return (REGION,)
+        given = freedom_of(self.model) == () and len(self.need_data.configurations) < len(
+            self.need_data.observations[0]
+        )
+        return (REGION, *SCALES, *((MOVED,) if given else ()))
 
     @property
     def spread(self) -> tuple[tuple[str, ...], Array]:
@@ -265,7 +271,7 @@ def _decide(model: M, data: DataSet, options: Options, watch: Watch | None) -> D
         return _decide(found[0], data, replace(options, begin=found[1]), watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return _decide(likelier, data, options, watch)
-    gains = usual and options.hold_out == HOLD_OUT_SHARE and not frames_alone(base.problem.table.free, data)
+    gains = usual and options.hold_out == HOLD_OUT_SHARE and not frames_alone(model, base.problem.table.free, data)
     if gains and likely_lost(clean, base, whole, options):
         options = replace(options, folds=FOLDS, hold_out=0.0)
         split = make_split(data, 0.0, folds=FOLDS, blocks=options.blocks, seed=options.seed)

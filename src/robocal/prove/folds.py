@@ -177,7 +177,8 @@ def terms_of(problem: Problem, names: Sequence[str]) -> tuple[Bools, Bools]:
     owners = {n.rpartition(".")[0] for n in names}
     out, anchors = np.zeros((len(names), len(problem.terms)), dtype=bool), np.zeros(len(problem.terms), dtype=bool)
     for t, term in enumerate(every.bound_terms):
-        anchors[t] = bool(any(term.touches))  # the pose of a configuration is the machine's
+        # The pose of a configuration is the machine's, known or not.
+        anchors[t] = bool(any(term.touches)) or term.reading
         for column in np.unique(term.columns):
             name = every.free[column]
             anchors[t] |= name.rpartition(".")[0] not in owners

@@ -19,6 +19,7 @@ from robocal.diagnose.check_registry import Finding, Given, When, check, note, q
 from robocal.geometry import so3
 from robocal.measure.machine import Model
 from robocal.measure.reach import reach
+from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.bands import mean_conditions
 from robocal.prove.decision import Decision
 from robocal.remarks.english import declare
@@ -33,19 +34,26 @@ FIXED = declare(
 )
 LITTLE_TURN = declare(
     "little-turn",
-    "the hand hardly turns: by {first:.2g} in all about one axis and {second:.2g} about the next, so {names} cannot be told apart",
+    "the hand hardly turns: by {first:.2g} in all about one axis and {second:.2g} about the next, so {names} cannot be told[ {apart}]",
     "Add poses in which the hand turns by 30 deg or more, about two axes that are at least 30 deg apart.",
 )
 ONE_AXIS = declare(
     "one-axis",
     "the hand turns about one axis alone: by {first:.3g} in all about ({axis}) of the tool, by {second:.2g} about any other, so {names} "
-    "may slide along it together",
+    "may slide along it[ {together}]",
     "Add poses in which the hand turns by 30 deg or more about a second axis, at least 30 deg from the first.",
 )
 OPEN = declare(
     "frames-open",
     "these measurements do not tell {names} of the frames",
     "Turn the hand about two axes at least 30 deg apart, measure orientations too, or fix what is known.",
+)
+
+
+LOOSE = declare(
+    "frames-loose",
+    "{name} may be off by {place:.3g} and {turn:.2g} (standard deviation): these measurements hardly place it",
+    "Add poses in which the hand turns by 30 deg or more, about two axes that are at least 30 deg apart.",
 )
 
 
@@ -70,20 +78,24 @@ def hand_turns(context: Decision[Model]) -> Iterator[Finding]:
     along = away @ axes[:, ::-1]
     first, second, _ = (Quantity(float(v), "rad") for v in np.ptp(along, axis=0))
     if values[2] < limits.HAND_TURNS**2:
-        yield refuse(LITTLE_TURN, first=first, second=second, names=names)
+        apart = "apart" if len(names) > 1 else None
+        yield refuse(LITTLE_TURN, first=first, second=second, names=names, apart=apart)
     else:
         axis = axes[:, -1] * np.sign(axes[np.argmax(np.abs(axes[:, -1])), -1])
         words = ", ".join(f"{v + 0.0:.2f}" for v in axis.round(2).tolist())
-        yield refuse(ONE_AXIS, first=first, second=second, axis=words, names=names)
+        together = "together" if len(names) > 1 else None
+        yield refuse(ONE_AXIS, first=first, second=second, axis=words, names=names, together=together)
 
 
 def _both_sides(context: Decision[Model]) -> tuple[str, ...]:
-    """The free frames, where some are in the hand and some on the base, and nothing else was to be found."""
+    """The free frames, where some are in the hand and some on the base, or changes alone were seen, and nothing else was to be found."""
     if not context.frames_alone:
         return ()
-    owners = dict.fromkeys(n.rpartition(".")[0] for n in context.proven.base.problem.table.free)
+    free = dict.fromkeys(n.rpartition(".")[0] for n in context.proven.base.problem.table.free)
+    owners = [n for n in free if n == "tool" or n in context.frames]  # a lens is no frame
     mounts = {n: "tool" if n == "tool" else context.frames[n].mount for n in owners}
-    return tuple(owners) if set(mounts.values()) == {"tool", "base"} else ()
+    changes = all(o.kind == "relative_pose" for o in context.need_data.observations)
+    return tuple(owners) if changes or set(mounts.values()) == {"tool", "base"} else ()
 
 
 def _turns(context: Decision[Model]) -> Array | None:
@@ -107,3 +119,21 @@ def frames_open(context: Decision[Model]) -> Iterator[Finding]:
         missed = tuple(c.name for c in context.need_fit.identifiability.combinations if c.partners)
         if missed:
             yield qualify(OPEN, names=missed)
+
+
+@check("frames-loose", When.PROOF, order=56, given=Given.GAIN, needs=("proven",))
+def frames_loose(context: Decision[Model]) -> Iterator[Finding]:
+    """A camera or its target, alone to be found, that may be centimetres off."""
+    if not _both_sides(context):
+        return
+    names, covariance = context.spread
+    own = dict(zip(names, np.diag(covariance), strict=True))
+    size = {}
+    for owner in dict.fromkeys(n.rpartition(".")[0] for n in names):
+        parts = (FRAME_SYMBOLS[:3], FRAME_SYMBOLS[3:])
+        size[owner] = [float(np.sqrt(sum(own.get(f"{owner}.{s}", 0.0) for s in part))) for part in parts]
+    name, (place, turn) = max(
+        size.items(), key=lambda item: max(item[1][0] / limits.FRAME_PLACE, item[1][1] / limits.FRAME_TURN)
+    )
+    if place > limits.FRAME_PLACE or turn > limits.FRAME_TURN:
+        yield qualify(LOOSE, name=name, place=Quantity(place, "m"), turn=Quantity(turn, "rad"))

@@ -27,9 +27,10 @@ from robocal.diagnose.limits import ARM_EXPLAINS, FRAMES_LEFT
 from robocal.estimate.elimination import beside_blocks, reweight, triangle
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.fit.fit import Fit
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, Rig, freedom_of
 from robocal.prove.bands import row_bands
 from robocal.prove.evidence import Evidence, Gain
+from robocal.prove.pose_share import pose_share
 from robocal.prove.statistics import rms
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -42,26 +43,40 @@ RATIOS = np.concatenate([[0.0], np.logspace(-6, 6, 241)])  # grid: of k^2 to v^2
 @record
 class RobotShare:
     """What the robot's own errors do to a fit of frames alone: `times` is what is left over what noise and making allow (rms),
-    `covariance` (n, n) of the fitted names with the robot's errors; None where noise explains what is left."""
+    `covariance` (n, n) of the fitted names with the robot's errors; None where noise explains what is left. Where poses are given,
+    `errors` are how far they are off as it seems, m and rad."""
 
     times: float
     covariance: Array | None
+    errors: tuple[float, float] | None = None
 
 
 def robot_share(model: Model, fit: Fit) -> RobotShare:
     """Of a fit in which nothing of the robot is free."""
     problem, x = fit.problem, fit.solution.x
+    noise = sum(g.n * ((g.stated or 0.0) / g.sigma) ** 2 for g in fit.groups if g.sigma > 0)
+    # Where changes alone were seen, errors of poses that follow one another leave them as they were.
+    if isinstance(model, Rig) and freedom_of(model) == () and all(o.second is None for o in fit.data.observations):
+        share = pose_share(model, fit)
+        allowed = share.robot + noise
+        return RobotShare(
+            float(np.sqrt(share.square / allowed)) if allowed > 0 else np.inf, share.covariance, share.errors
+        )
     own = tuple(n for n in model.geometric if n in problem.table)
     every = problem.with_free((*problem.free, *own))
     lin = reweight(every.linearize(x), every)
     _, left = beside_blocks(replace(lin, j=np.hstack([lin.j, lin.r[:, None]])))
+    # What a lens is known to beforehand.
+    held = problem.prior_root @ np.column_stack([np.eye(problem.n), problem.difference(x)[0]])
+    known = np.zeros((len(held), left.shape[1]))
+    known[:, [*every.column_of[problem.index], -1]] = held
+    left = np.vstack([left, known])
     frames, robot = every.column_of[problem.index], every.column_of[every.with_free(own).index]
     scale = every.scales
     n, k = len(frames), len(robot)
     root = triangle(np.hstack([left[:, frames] * scale[frames], left[:, robot] * scale[robot], left[:, -1:]]))
     robot_left, r = root[n:, n : n + k], root[n:, -1]
     count = max(int(problem.numbers.sum()) - n, 1)
-    noise = sum(g.n * ((g.stated or 0.0) / g.sigma) ** 2 for g in fit.groups if g.sigma > 0)
     allowed = float(np.sum(robot_left**2)) + noise
     square = float(r @ r)
     times = float(np.sqrt(square / allowed)) if allowed > 0 else np.inf

@@ -48,7 +48,7 @@ def _where_located(result: Any) -> str:
     """Where frames that were located hold: at what was measured, and how well readings are predicted beyond."""
     split, beyond = result.split, result.prediction
     text = f"tested at the {len(split.held_out) or len(split.fit)} unseen of {len(split.fit) + len(split.held_out)} configurations"
-    if beyond is None:
+    if beyond is None or beyond.mean is None:
         return text
     much = f"{figure(beyond.mean, 3)} {beyond.unit}"
     return f"{text}; over the {beyond.region} a reading is predicted to {much} (one standard deviation)"

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from robocal.diagnose.view_causes import VIEW_EXCHANGED
 from robocal.report import pictures
 from robocal.report import sections as blocks
 from robocal.report.numbers import ranges
@@ -317,7 +318,10 @@ def _outlier_name(o: Any) -> str:
     if o.rows == 1:
         return f"{o.source or o.group} row {o.row or o.configuration}"
     part = f" ({o.target})" if o.target else ""
-    return f"view {o.configuration} of {o.group}{part} ({o.rows} rows of {o.source}{f' from {o.row}' if o.row else ''})"
+    rows = f"{o.rows} rows of {o.source}{f' from {o.row}' if o.row else ''}"
+    exchanged = o.cause is not None and o.cause.code == VIEW_EXCHANGED
+    partner = f", exchanged with {o.cause.numbers['partner']}" if exchanged else ""
+    return f"view {o.configuration} of {o.group}{part} ({rows}{partner})"
 
 
 def _chance(p: float | None) -> str:

@@ -214,9 +214,10 @@ def steps(result: Any, folder: Path | None, explain: bool = False) -> list[str]:
             commands |= {f"compensate {place} TARGETS": "corrected targets"} if result.robot.joints else {}
         return ["; ".join(f"robocal {c}{f' ({why})' if explain else ''}" for c, why in commands.items())]
     if result.verdict.status == "located":
-        return [
-            "copy the frames above to what works with them; identify without --free finds what the robot itself is off by"
-        ]
+        copied = "copy the frames above to what works with them"
+        robot = result.provenance.options.get("free") and result.robot.convention != "rig"
+        alone = "identify without --free finds what the robot itself is off by"
+        return ["; ".join((copied, alone) if robot else (copied,))]
     read = [str(i.file).removeprefix("catalogue:") for i in result.provenance.inputs[:2]]
     files = " ".join(map(quote, read)) or "ROBOT DATA"
     return [f"do what the reasons above say; robocal check {files} says what the files can tell"]

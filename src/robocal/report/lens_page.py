@@ -26,6 +26,7 @@ BRIEF = 12  # views that a terminal lists
 FIRST = 4  # further ones that a terminal lists, and how it is now
 WIDE = 620.0  # px, of a picture
 ARROWS = 3000  # of a picture
+DIGIT = 8.0  # px, of a label, at most
 GRID = 13, 9  # grid: places at which a pixel's spread is asked
 BINS = 12  # grid: of a radius
 
@@ -89,7 +90,9 @@ def _unseen(errors: Any) -> Iterator[Text]:
 def _again(again: Any) -> Iterator[Text]:
     if again is not None:
         moved = f"moved corners by {figure(again.first, 2)} px at first, by {figure(again.last, 2)} px in the end (rms)"
-        yield from quiet(f"{again.markers} markers fitted again with the lens: {again.rounds} rounds, which {moved}")
+        yield from quiet(
+            f"{again.markers} markers and boards fitted again with the lens: {again.rounds} rounds, which {moved}"
+        )
 
 
 def lens_pictures(found: Any) -> Iterator[Section]:
@@ -179,11 +182,15 @@ def _sure(found: Any) -> str:
     spots = ((found.table.pixels.value + 0.5) * scale)[:: -(-len(found.left) // ARROWS)]
     dots = "".join(f"M{num(a)} {num(b)}h0" for a, b in spots.tolist())
     parts = [rect(0, 0, WIDE, tall, "box"), f'<path d="{dots}" class="dots edge" stroke-width="2"/>']
-    for a, b, s in zip((u * scale).tolist(), (v * scale).tolist(), sigma.tolist(), strict=True):
+    words = [significant(s, 2) if np.isfinite(s) else "folds" for s in sigma.tolist()]
+    # Where numbers are long, every second or third of a row: they stand apart, and both ends are there.
+    room = DIGIT * (max(map(len, words)) + 1) * (GRID[0] - 1) / WIDE
+    apart = next((n for n in (1, 2, 3, 4, 6) if n >= room), GRID[0] - 1)
+    for k, (a, b, word) in enumerate(zip((u * scale).tolist(), (v * scale).tolist(), words, strict=True)):
+        if k % GRID[0] % apart:
+            continue
         anchor = "start" if a < 20 else "end" if a > WIDE - 20 else "middle"
-        parts.append(
-            label(a, min(max(b + 4, 12), tall - 3), significant(s, 2) if np.isfinite(s) else "folds", "strong", anchor)
-        )
+        parts.append(label(a, min(max(b + 4, 12), tall - 3), word, "strong", anchor))
     return drawing(
         WIDE,
         tall,

@@ -20,7 +20,7 @@ from robocal.files.units import UNITS, Units, parse_unit
 from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.opened import Data, Inputs, Opened, Rendered, one_frame_per_name
+from robocal.session.opened import Data, Inputs, Opened, Rendered, one_frame_per_name, without_half_turns
 from robocal.session.prediction import Prediction
 from robocal.session.watching import Watch, computable
 
@@ -55,9 +55,12 @@ class OpenedArm(Opened[Chain]):
         reading_for = partial(read_datasets, data, group=group, exclude=exclude)
         reading = reading_for(self.file.chain)
         one_frame_per_name(reading)
+        reading, undone = without_half_turns(self.file.chain, reading)
         with computable(self.given, *data):
-            remarks = data_remarks(self.file, reading, lambda chain: reading_for(chain).dataset, watch)
-        return self.inputs_of(reading, *remarks)
+            remarks = data_remarks(
+                self.file, reading, lambda chain: without_half_turns(chain, reading_for(chain))[0].dataset, watch
+            )
+        return self.inputs_of(reading, *undone, *remarks)
 
     def simulator(self, request: Request) -> Simulator[Chain]:
         """An arm before an instrument."""

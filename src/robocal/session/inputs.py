@@ -45,8 +45,14 @@ def _cable(name: Name, base: str | None, tip: str | None) -> Opened[Any]:
     return open_cable(name)
 
 
+def _rig(name: Name, base: str | None, tip: str | None) -> Opened[Any]:
+    from robocal.session.opened_rig import open_rig
+
+    return open_rig(name)
+
+
 # How machines are opened, by the `kind` of their files.
-OPENERS: dict[str, Opener] = {"arm": _arm, "cable": _cable}
+OPENERS: dict[str, Opener] = {"arm": _arm, "cable": _cable, "rig": _rig}
 
 
 def register_machine(kind: str, opener: Opener) -> None:

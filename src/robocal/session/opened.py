@@ -11,7 +11,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 
+import numpy as np
+
 from robocal._record import record, replace
+from robocal.diagnose.camera_changes import half_turns_open
+from robocal.diagnose.half_turns import undo_half_turns
 from robocal.errors import FormatError, ModelError
 from robocal.files.dataset import Reading, read_datasets
 from robocal.files.opened_file import MachineFile, Speaks, parameter_text
@@ -26,12 +30,12 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
 from robocal.session.prediction import Prediction
-from robocal.session.watching import Watch
+from robocal.session.watching import Watch, computable
 
 if TYPE_CHECKING:
     from robocal.session.simulator import Request, Simulator
 
-__all__ = ["Inputs", "Opened", "Rendered", "every_frame"]
+__all__ = ["Inputs", "Opened", "Rendered", "every_frame", "one_frame_per_name", "without_half_turns"]
 
 M = TypeVar("M", bound=Model)
 Data = Sequence[str | os.PathLike[str]]
@@ -140,7 +144,8 @@ class Opened(Generic[M]):
         one_frame_per_name(reading)
         if freedom_of(self.machine) is not None:
             reading = replace(reading, dataset=place_configurations(self.machine, reading.dataset.by_id()))
-        return self.inputs_of(reading)
+        reading, undone = without_half_turns(self.machine, reading)
+        return self.inputs_of(reading, *undone)
 
     def inputs_of(self, reading: Reading, *remarks: Remark) -> Inputs:
         """The machine with what was read of it, and remarks."""
@@ -172,6 +177,20 @@ class Opened(Generic[M]):
 def every_frame(obs: Observations) -> tuple[Frame, ...]:
     """The instrument's frame, the targets, and the places and ends of the kind."""
     return (*((obs.frame,) if obs.frame else ()), *obs.targets, *kind_of(obs).frames(obs))
+
+
+def without_half_turns(machine: Model, reading: Reading) -> tuple[Reading, tuple[Remark, ...]]:
+    """The same where half turns of targets are undone, as far as the files ask for it, and what was undone."""
+    seen = reading.dataset.observations
+    if not any(map(half_turns_open, seen)):
+        return reading, ()
+    with computable(*(o.source for o in seen)):
+        data, turned = undo_half_turns(machine, reading.dataset)
+    total = sum(len(np.unique(seen[i].configuration)) for i in turned)
+    count = sum(int(t[np.unique(seen[i].configuration)].sum()) for i, t in turned.items())
+    names = tuple(seen[i].label for i in turned)
+    told = Remark.of(Code.HALF_TURNS_UNDONE, count=count, total=total, instruments=names)
+    return replace(reading, dataset=data), (told,)
 
 
 def one_frame_per_name(reading: Reading) -> None:

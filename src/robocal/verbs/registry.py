@@ -50,6 +50,9 @@ VISION: Mapping[str, str] = MappingProxyType({
     "sheet": "Markers and boards to print, at true scale.",
     "detect": "Corners of printed targets in images.",
     "intrinsics": "A lens from corners, with its uncertainty.",
+    "map": "Where markers are to one another; or a camera among them.",
+    "hand_eye": "Where a camera is on a robot, or beside it.",
+    "compare": "How maps of the same markers scatter.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(
@@ -61,10 +64,12 @@ GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     ),
     # In Python robocal.vision is the package of what these verbs compute with.
     "vision": VerbGroup(
-        "Cameras and printed sheets.", "Cameras: sheets to print, images to corners, lenses.", VISION, "camera"
+        "Cameras and printed sheets.", "Cameras: sheets to print, images to corners, lenses, maps of markers.", VISION, "camera"
     ),
 })  # fmt: skip
 # Where every verb is in `robocal.verbs`.
 PATHS = (*VERBS, *(f"{word}.{name}" for word, group in GROUPS.items() for name in group.verbs))
 # What the command line calls a verb whose word is no name in Python: module and function have another.
-COMMAND_NAMES: Mapping[str, str] = MappingProxyType({"import_model": "import", "warm_up": "warm-up"})
+COMMAND_NAMES: Mapping[str, str] = MappingProxyType(
+    {"import_model": "import", "warm_up": "warm-up", "hand_eye": "hand-eye"}
+)

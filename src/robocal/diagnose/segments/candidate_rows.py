@@ -41,7 +41,7 @@ def runs(
     model: Model, data: DataSet, start: Mapping[str, float], weights: Array | None = None
 ) -> tuple[list[RowSequence], Array]:
     """Every file as a run, at a robust fit of everything free from `start`, and the information (n,) that holds it."""
-    own = freedom_of(model) is not None
+    own = bool(freedom_of(model))
     seen = _count_all if own else _with_target
     asked = DataSet(data.configurations, tuple(seen(o, i) for i, o in enumerate(data.observations)))
     made = build(model, asked).with_weights(weights).with_loss("huber")

@@ -50,6 +50,10 @@ class Correlated:
         self.pairs, self.pair = np.zeros((0, 2), dtype=np.int64), np.full(len(order), -1, dtype=np.int64)
         self.local = self.pair, self.pair
 
+    @property
+    def plain(self) -> Correlated:
+        return self
+
     def bind(self, column_of: Ints) -> Correlated:
         return Correlated(self.term.bind(column_of), self.order, self.offset, self.info, self.used)
 

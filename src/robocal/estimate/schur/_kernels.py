@@ -75,6 +75,7 @@ def eliminate(
     for e in range(count):
         most = max(most, (start[0, e + 1] - start[0, e]) * kept + n)
     at, row = np.empty(most, np.int64), np.empty(most)
+    met, room = np.empty(most, np.int64), np.empty(size * most)
     for e in range(count):
         block = root[e]
         for i in range(size):
@@ -114,7 +115,24 @@ def eliminate(
             f = half[e, i]
             for j in range(width):
                 v[at[j]] -= f * y[i, j]
-        subtract_square(y, width, at, row, base, s, border)
+        # Most free columns of many are touched by few blocks each.
+        few = 0
+        for j in range(width):
+            touched = False
+            for i in range(size):
+                touched = touched or y[i, j] != 0.0
+            if touched:
+                met[few] = j
+                few += 1
+        if few == width:
+            subtract_square(y, width, at, row, base, s, border)
+            continue
+        some = room[: size * few].reshape(size, few)
+        for t in range(few):
+            for i in range(size):
+                some[i, t] = y[i, met[t]]
+            met[t] = at[met[t]]
+        subtract_square(some, few, met, row, base, s, border)
     return True
 
 

@@ -58,6 +58,8 @@ def information(normal: Normal, scales: Array, sizes: Sizes, pairs: Ints) -> tup
             np.add.at(cross, slot, normal.cross[0, own])
             columns = np.concatenate([(met[:, None] * wide + np.arange(wide)).ravel(), base + np.arange(n)])
             y = half[e] @ np.hstack([np.swapaxes(cross, 0, 1).reshape(size, -1), shared[e]])
+            met_there = y.any(axis=0)
+            columns, y = columns[met_there], y[:, met_there]
             left[columns[:, None], columns] -= y.T @ y
     if more:
         low = np.tril(left) + np.tril(left, -1).T

@@ -15,9 +15,11 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import FiniteFloat, PositiveFloat, PositiveInt
 
+from robocal._types import Array
 from robocal.errors import InputError
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import FramedModel, ValueModel
+from robocal.files.datamodel import FramedModel, SigmaModel, ValueModel
+from robocal.files.kinds.corner_covariance import COVARIANCE, WITH_OTHERS, corner_covariances
 from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, QuantityColumns, Values, whole
 from robocal.files.lens import Numbers, covariance_of, read_lens, spread_keys
 from robocal.files.other_lenses import check_numbers
@@ -27,6 +29,7 @@ from robocal.files.text import InputFile
 from robocal.files.units import Units, number
 from robocal.files.yamlio import YamlDocument, read_json
 from robocal.measure.data import Observations
+from robocal.measure.pixels import HALF_TURNS
 from robocal.vision.camera import MODELS, SYMBOLS, model_of
 from robocal.vision.lenses import Lens
 
@@ -80,6 +83,9 @@ class PixelsModel(FramedModel):
     corners: CornersModel | None = None
     camera: CameraModel
     image: list[PositiveInt] | None = None  # width and height
+    half_turns: Literal["undo"] | None = (
+        None  # of a target that looks the same after one: undone in views that ask for it
+    )
 
 
 def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> Values:
@@ -98,18 +104,21 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
     }
     options |= {"known": lens.known, "covariance": lens.covariance} if lens.known else {}
     options |= {"size": size} if size else {}
-    values = replace(values, options=options, files=files)
+    options |= {HALF_TURNS: True} if model.half_turns else {}
+    sigma = given.sigma.columns if isinstance(given.sigma, SigmaModel) else None
+    extra = corner_covariances(table, sigma, values.sigma)
+    values = replace(values, options=options, files=files, extra=extra)
     if (model.points is None) == (model.corners is None):
         expected = "points: {columns: [...], unit: mm}, or corners"
         document.fail("the measured points are not specified", ("points",), expected=expected)
     if model.points is not None:
         points = POINT.values(model.points, table, document)
-        return replace(values, length=points.length, extra={"point": points.value})
+        return replace(values, length=points.length, extra={**extra, "point": points.value})
     assert model.corners is not None
     column = model.corners.column
     which = table.numbers([column])[:, 0]
     table.insist(np.isin(which, np.arange(4)), [column], "no corner of a square", which, expected="0, 1, 2, 3")
-    return replace(values, extra={"point": SQUARE[which.astype(int)]})
+    return replace(values, extra={**extra, "point": SQUARE[which.astype(int)]})
 
 
 def read_camera(
@@ -220,7 +229,19 @@ def parts(model: PixelsModel, values: Values, around: Around) -> Sequence[Part]:
             around.document.fail("not a length", ("corners", "size"), found=model.corners.size, expected="above 0")
         extra["point"] = extra["point"] * around.units.length.to_si(model.corners.size) / 2
     around.refuse_taken(model.camera.name, ("camera", "name"))
+    if model.half_turns:
+        _refuse_uneven(model, extra["point"], around)
     return whole(model, replace(values, extra=extra), around)
+
+
+def _refuse_uneven(model: PixelsModel, points: Array, around: Around) -> None:
+    """Raises FormatError for a target that half a turn changes."""
+    from robocal.diagnose.camera_changes import half_turn_of
+
+    found = "several targets" if model.target is not None else "points that half a turn changes"
+    if model.target is not None or half_turn_of(points) is None:
+        expected = "one target that looks the same after half a turn; else leave this key out"
+        around.document.fail("there are no half turns to undo", (HALF_TURNS,), found=found, expected=expected)
 
 
 def write_pixels(obs: Observations, units: Units) -> KindOutput:
@@ -245,8 +266,5 @@ frame: {{name: camera, mount: base, free: true}}    # say roughly where: the bas
 camera: {{name: lens, fx: 1400, fy: 1400, cx: 640, cy: 480, free: []}}    # or file: lens.yaml; free: true identifies all
 """
 # What `vision detect` writes beside what is read here.
-DETECTED = (
-    *"marker corner point_x point_y point_z blur method suv".split(),
-    *(f"c{a}_{b}{j}" for a in "uv" for j in range(4) for b in "uv"),
-)
+DETECTED = (*"marker corner point_x point_y point_z blur method".split(), COVARIANCE, *WITH_OTHERS)
 PIXELS = KindFile(PixelsModel, read_pixels, write_pixels, PIXELS_KEYS, parts=parts, silent=DETECTED)

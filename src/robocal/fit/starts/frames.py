@@ -4,6 +4,7 @@
     pose:      Y_i = T_t T_i X                  R_t^T R_Yi = R_i R_X is linear and homogeneous, then t and x are linear
     displacement:   y_i = R (p_j - p_i)         a rotation alone
     relative pose:  A_i X = X B_i               log A_i = R_X log B_i, then x is linear
+    scale:          p_Yi / s = R_t p_i + R_t R_i x + t        linear in (1 / s, x, t)
 
 Sources: Kabsch (1976); Andreff, Horaud, Espiau (1999) for the linear hand-eye form; Park and Martin (1994) for
 A X = X B.
@@ -76,6 +77,16 @@ def relative_hand(machine: Array, measured: Array) -> Array:
     return se3.compose(r, _told(design, values))
 
 
+def relative_metre(machine: Array, measured: Array) -> float:
+    """What an instrument of which only changes B_i count, A_i X = X B_i (m, 4, 4), reads a metre as; 1 where nothing tells it."""
+    r = relative_hand(machine, measured)[:3, :3]
+    # (R_A - 1) x - R_X t_B / s = -t_A is linear in (x, 1 / s).
+    ahead = (measured[:, :3, 3] @ r.T)[..., None]
+    design = np.concatenate([ahead, np.eye(3) - machine[:, :3, :3]], axis=2).reshape(-1, 4)
+    share = float(np.linalg.lstsq(design, machine[:, :3, 3].ravel(), rcond=TURNED)[0][0])
+    return 1 / share if share > 0 else 1.0
+
+
 def _told(design: Array, values: Array) -> Array:
     """A place on the tool (3,) from differences of turns (3 m, 3): along what they do not tell it is zero."""
     least = TURNED * np.sqrt(len(design) / 3)
@@ -116,13 +127,25 @@ def _displacement(seen: TargetRows) -> list[dict[str, float]]:
 def _relative(seen: TargetRows) -> list[dict[str, float]]:
     if seen.other is None or not seen.loose:
         return []
-    change = se3.inverse(seen.at(seen.machine)) @ seen.at(seen.other)
-    return [seen.shift_target(relative_hand(change, se3.from_vector(seen.value)))]
+    change, measured = se3.inverse(seen.at(seen.machine)) @ seen.at(seen.other), se3.from_vector(seen.value)
+    owner = seen.obs.options.get("scale")
+    if not owner:
+        return [seen.shift_target(relative_hand(change, measured))]
+    scale = relative_metre(change, measured)
+    measured[:, :3, 3] /= scale
+    return [seen.shift_target(relative_hand(change, measured)) | {f"{owner}.scale": scale}]
 
 
 @start("pose")
 def _pose(seen: TargetRows) -> list[dict[str, float]]:
-    return poses(seen, se3.from_vector(seen.value), seen.machine)
+    measured = se3.from_vector(seen.value)
+    owner = seen.obs.options.get("scale")
+    if not owner:
+        return poses(seen, measured, seen.machine)
+    # Where a reading is the inverse of what a camera in hand sees, all its lengths are as much too long.
+    scale = metre(measured if seen.outside else se3.inverse(measured), seen.machine)
+    measured[:, :3, 3] /= scale
+    return [{**found, f"{owner}.scale": scale} for found in poses(seen, measured, seen.machine)]
 
 
 def poses(seen: TargetRows, measured: Array, machine: Array) -> list[dict[str, float]]:
@@ -140,6 +163,17 @@ def poses(seen: TargetRows, measured: Array, machine: Array) -> list[dict[str, f
     r = so3.project(np.einsum("mij,mkj->ik", measured[:, :3, :3], machine[:, :3, :3]))
     t = (measured[:, :3, 3] - machine[:, :3, 3] @ r.T).mean(axis=0)
     return [*out, frame_values(frame.name, se3.compose(r, t))]
+
+
+def metre(measured: Array, machine: Array) -> float:
+    """What an instrument with measured poses Y_i (m, 4, 4) of T_t T_i X reads a metre as; 1 where nothing tells it."""
+    rt = hand_eye(measured, machine)[0][:3, :3]
+    # p_Yi / s - R_t R_i x - t = R_t p_i is linear in (1 / s, x, t).
+    turned = rt @ machine[:, :3, :3]
+    ahead, way = (v - v.mean(axis=0) for v in (measured[:, :3, 3], machine[:, :3, 3] @ rt.T))
+    design = np.concatenate([ahead[..., None], -(turned - turned.mean(axis=0))], axis=2).reshape(-1, 4)
+    share = float(np.linalg.lstsq(design, way.ravel(), rcond=TURNED)[0][0])
+    return 1 / share if share > 0 else 1.0
 
 
 def _in_hand(seen: TargetRows, measured: Array, machine: Array) -> list[dict[str, float]]:

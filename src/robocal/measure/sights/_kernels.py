@@ -6,6 +6,7 @@ import numpy as np
 
 from robocal._jit import kernel
 from robocal.estimate._kernels import LANES, add_shared_columns, products
+from robocal.measure.sights.blocks._kernels import CORNERS, mix_points, whiten_blocks
 from robocal.measure.sights.points._kernels import (
     BY_U,
     BY_V,
@@ -25,7 +26,6 @@ from robocal.measure.sights.points._kernels import (
     move_points,
     place_points,
     project_points,
-    whiten_points,
 )
 
 
@@ -97,7 +97,7 @@ def evaluate_sights(t, jac, jloc, sight, first, point, intrinsics, own, r, out, 
 
 @kernel
 def accumulate_views(
-    t, jac, jloc, first, cut, views, edges, seat, seats, free, intrinsics, own, point, value, scale, weight, configuration,
+    t, jac, jloc, first, cut, views, edges, seat, seats, free, intrinsics, own, point, value, scale, block, mixing, weight, configuration,
     columns, one, two, pair, loss, tuning, curved, cost, g, a, gl, al, asl, gm, am, asm, cross,
 ):  # fmt: skip
     """Adds pixels to the normal equations, view by view: rows edges[i] to edges[i + 1] are a sight, points of one target; sights
@@ -106,6 +106,7 @@ def accumulate_views(
     t (B, m, 4, 4), jac (B, m, 6, k) and jloc (B, m, 6, l + q) are those of the views first .. first + m; the first `cut` columns
     of jloc are a block's of the first family. seats (B, T, 4, 4) say where targets are in a view, free (T, 6) the tangent columns of
     their motions or -1, seat (S,) which target a sight shows. intrinsics (B, n), own (c,) those that are free, columns (k + c,);
+    block and mixing as in `sights.blocks`, of rows that are correlated, else empty;
     one, two and pair (V,) the blocks and the pair of every view. The rest is as in `estimate._kernels.accumulate`.
     """
     batch, m = t.shape[0], t.shape[1]
@@ -128,6 +129,7 @@ def accumulate_views(
         np.zeros((free.shape[0], 6, shared)),
     )
     carried, turned = np.zeros((6, 6)), np.empty((size, 6))
+    mixed, roots = mixing.shape[0] > 0, np.empty(TILE)
     for b in range(batch):
         wb = b if weight.shape[0] > 1 else 0
         vb = b if value.shape[0] > 1 else 0
@@ -162,6 +164,8 @@ def accumulate_views(
                 while after < edges[s + 1]:
                     n = 0
                     while after < edges[s + 1] and n < TILE:
+                        if mixed and n > TILE - CORNERS and block[after] != block[rows[n - 1]]:
+                            break
                         if scale[after, 0] != 0.0 or scale[after, 1] != 0.0:
                             rows[n] = after
                             n += 1
@@ -172,13 +176,16 @@ def accumulate_views(
                     for i in range(n, full):
                         w[X + i], w[Y + i], w[Z + i] = w[X + n - 1], w[Y + n - 1], w[Z + n - 1]
                     project_points(w, full, intrinsics[b])
-                    cost[b] += 0.5 * heavy * whiten_points(rows, n, value[vb], scale, heavy, loss, tuning, curved[b], w)
+                    of = value[vb], scale, block, mixing
+                    cost[b] += 0.5 * heavy * whiten_blocks(rows, n, *of, heavy, loss, tuning, curved[b], w, roots)
                     if q + c == 0 and not loose[seat[s]]:
                         continue
                     move_points(n, w[BY_U:], w[UX:], w[LX:], flat)
                     move_points(n, w[BY_V:], w[VX:], w[LX:], flat[n:])
                     for p in range(c):
                         answer_points(own[p], w, n, intrinsics[b], heap[6 + p])
+                    if mixed:
+                        mix_points(rows, n, scale, block, mixing, roots, size, heap)
                     for i in range(n):
                         heap[size, i], heap[size, n + i] = w[U + i], w[V + i]
                     if curved[b]:

@@ -7,15 +7,27 @@ from robocal.remarks.english.cable_remarks import CableRemarks
 from robocal.remarks.english.drift_remarks import DriftRemarks
 from robocal.remarks.english.files import FileRemarks
 from robocal.remarks.english.identify_remarks import IdentificationRemarks
+from robocal.remarks.english.map_remarks import MapRemarks
 from robocal.remarks.english.parameter_remarks import ParameterRemarks
 from robocal.remarks.english.verbs import UseRemarks
+from robocal.remarks.english.verdict_remarks import VerdictRemarks
 from robocal.remarks.english.vision_remarks import VisionRemarks
 from robocal.remarks.phrase import Phrase
 
 __all__ = ["DECLARED", "TABLE", "Code", "declare", "phrase_of"]
 
 
-class Code(IdentificationRemarks, ParameterRemarks, FileRemarks, UseRemarks, DriftRemarks, CableRemarks, VisionRemarks):
+class Code(
+    VerdictRemarks,
+    IdentificationRemarks,
+    ParameterRemarks,
+    FileRemarks,
+    UseRemarks,
+    DriftRemarks,
+    CableRemarks,
+    VisionRemarks,
+    MapRemarks,
+):
     """Everything that robocal may remark on, by name."""
 
 

@@ -39,6 +39,9 @@ class FileRemarks:
         "{folder}: there is no result.json, so what a URDF cannot hold (tool, gains, offsets) is unknown",
         "Give the whole run folder, as robocal identify -o wrote it.",
     )
+    HALF_TURNS_UNDONE = Phrase(
+        "in {count} of {total} views of {instruments} the target was labelled from its other end: half a turn was undone there"
+    )
     NOTHING_FREE = Phrase(
         "nothing of the robot is free: there is nothing to identify",
         "Name the parameters to identify: calibrate: free in the robot file, or --free.",

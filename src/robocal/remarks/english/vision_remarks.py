@@ -35,7 +35,8 @@ class VisionRemarks:
         "One small marker says little of where it is: bring several of one sheet into the image.",
     )
     MARKER_HAS_TWO_POSES = Phrase(
-        "in {count} of {total} images one marker alone faces the camera within {most:g} deg, where two poses of it fit: {views}",
+        "in {count} of {total} images one marker alone faces the camera within {most:g} deg, where two poses of it fit, "
+        "tilted by {tilts}: {views}",
         "Turn it by more, or bring several markers of one sheet into the image.",
     )
     OTHER_DICTIONARY = Phrase(
@@ -138,4 +139,23 @@ class VisionRemarks:
     LENS_OVERFITTED = Phrase(
         "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the noise that the fit tells, {seen:.3g} px",
         "Take more views, or keep numbers of the lens that few views tell: --fix k3.",
+    )
+    CORNERS_OUTSIDE = Phrase(
+        "{count} of {total} corners lie outside the image, and are left out: {views}",
+        "Detect markers again with robocal vision detect, which lists whole ones alone, or delete these rows.",
+    )
+    LENS_PRIOR_CONTRADICTED = Phrase(
+        "the lens that was given is contradicted: {name} is {found:.6g}, given is {given:.6g}, {times:.2g} standard deviations away",
+        "Calibrate the lens again (robocal vision intrinsics), or give that of this camera, focus and resolution.",
+    )
+    MARKERS_IN_FEW_VIEWS = Phrase(
+        "{count} markers are seen in fewer than {least} views: {markers}",
+        "Take more images that show them, each with neighbours, from different sides.",
+    )
+    LENS_GAIN_PROVEN = Phrase(
+        "the mean error of corners in views that were left out falls by {gain:.4g}[ ({before:.4g~} to {after:.4g})], 95 % interval "
+        "{low:.4g~} to {high:.4g} ({how})"
+    )
+    LENS_NOT_CONVERGED = Phrase(
+        "the search for the lens did not come to rest[ ({what})]: its numbers are not its best ones"
     )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from robocal._record import record, replace
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
 from robocal.diagnose.limits import TARGET_LEAST, TARGET_MOST
 from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import CsvTable, read_csv
@@ -24,6 +24,7 @@ from robocal.measure.machine import Rig
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.target import read_squares
+from robocal.vision.lenses import Lens
 from robocal.vision.sheets import Checker, inner_corners
 
 __all__ = ["CAMERA", "CornerTable", "read_corners"]
@@ -50,6 +51,7 @@ class CornerTable:
     upright: bool
     files: tuple[InputFile, ...]
     remarks: tuple[Any, ...]
+    columns: int = 0  # of the inner corners of a board, where it is known
 
     @property
     def pixels(self) -> Observations:
@@ -58,8 +60,28 @@ class CornerTable:
 
     def with_lens(self, intrinsics: Sequence[float], free: Sequence[str]) -> CornerTable:
         """The same seen through a lens with these numbers."""
-        options = {**self.pixels.options, "intrinsics": tuple(map(float, intrinsics)), "free": tuple(free)}
-        return replace(self, data=replace(self.data, observations=(replace(self.pixels, options=options),)))
+        return self._through(intrinsics=tuple(map(float, intrinsics)), free=tuple(free))
+
+    def with_prior(self, lens: Lens) -> CornerTable:
+        """The same seen through a lens whose numbers are free within what it says of them."""
+        return self._through(intrinsics=lens.numbers, free=lens.known, known=lens.known, covariance=lens.covariance)
+
+    def _through(self, **options: Any) -> CornerTable:
+        obs = replace(self.pixels, options={**self.pixels.options, **options})
+        return replace(self, data=replace(self.data, observations=(obs,)))
+
+    def keep(self, rows: Bools) -> CornerTable:
+        """Some of its rows, and the views and targets that these show."""
+        at = np.flatnonzero(rows)
+        obs = self.pixels.take(at)
+        views, view = np.unique(obs.configuration, return_inverse=True)
+        obs = replace(obs, configuration=view.astype(np.int64))
+        if obs.target is not None:
+            targets, target = np.unique(obs.target, return_inverse=True)
+            obs = replace(obs, targets=tuple(obs.targets[t] for t in targets.tolist()), target=target.astype(np.int64))
+        data = DataSet(self.data.configurations.take(views), (obs,))
+        marker, corner = tuple(self.marker[i] for i in at.tolist()), self.corner[at]
+        return replace(self, data=data, marker=marker, corner=corner)
 
 
 def read_corners(
@@ -96,8 +118,13 @@ def read_corners(
         data=data, size=width_height, marker=tuple(_cells(table, found, "marker", "")),
         corner=np.array(_cells(table, found, "corner", "0"), dtype=float).astype(np.int64),
         family=(known.get("target") or {}).get("dictionary"), upright=upright, files=files,
-        remarks=(*_news(found), *_odd_size(obs)),
+        remarks=(*_news(found), *_odd_size(obs)), columns=_columns(checker, known.get("target") or {}),
     )  # fmt: skip
+
+
+def _columns(checker: str | None, target: Mapping[str, Any]) -> int:
+    squares = read_squares(checker, "--checker") if checker is not None else target.get("squares")
+    return int(squares[0]) - 1 if squares else 0
 
 
 def _odd_size(obs: Observations) -> Iterator[Remark]:
@@ -177,7 +204,7 @@ def _insist(table: CsvTable, place: Path, *names: str) -> None:
 def _with_points(found: Reading, points: Array, keep: Array | None = None) -> Reading:
     """The reading with other places on one target, of the rows that are kept."""
     (obs,) = found.dataset.observations
-    obs = replace(obs, extra={"point": points}, targets=(), target=None)
+    obs = replace(obs, extra={**obs.extra, "point": points}, targets=(), target=None)
     if keep is not None:
         obs = obs.take(np.flatnonzero(keep))
     return replace(found, dataset=replace(found.dataset, observations=(obs,)))

@@ -37,7 +37,7 @@ def judge_views(
     if mirrored:
         reasons.append(Remark.of(Code.MIRRORED_IMAGE, count=len(mirrored), total=total, views=mirrored))
 
-    def tell(code: str, some: Sequence[ViewSummary], **facts: float) -> None:
+    def tell(code: str, some: Sequence[ViewSummary], **facts: float | tuple[str, ...]) -> None:
         if some:
             said.append(Remark.of(code, count=len(some), total=total, views=tuple(v.view for v in some), **facts))
 
@@ -55,7 +55,9 @@ def judge_views(
         one = [v for v in full if v.markers == 1]
         if len({n for i in islands for n in i}) > 1:  # of a target that is one marker there is no more to see
             tell(Code.ONE_MARKER_IN_VIEW, one)
-        tell(Code.MARKER_HAS_TWO_POSES, [v for v in one if min(v.tilts, default=FRONTAL) < FRONTAL], most=FRONTAL)
+        flat = [v for v in one if min(v.tilts, default=FRONTAL) < FRONTAL]
+        tilts = tuple(" or ".join(f"{t:.1f}" for t in sorted(v.tilts)) + " deg" for v in flat)
+        tell(Code.MARKER_HAS_TWO_POSES, flat, most=FRONTAL, tilts=tilts)
         if len(islands) > 1:
             groups = tuple(" ".join(map(str, i[:SHOWN])) + (" ..." if len(i) > SHOWN else "") for i in islands)
             said.append(Remark.of(Code.MARKERS_APART, count=len(islands), groups=groups))

@@ -29,7 +29,7 @@ from robocal.vision.camera import fold_mask, unproject
 from robocal.vision.lens_start import FlatViews
 from robocal.vision.lenses import Lens
 
-__all__ = ["judge_lens", "refuse_views"]
+__all__ = ["judge_lens", "names_of", "outside_image", "refuse_outside", "refuse_strange", "refuse_views"]
 
 UNSTATED = 0.1  # px: of a corner, where nobody states it
 SURE = 2.0  # tolerance: standard deviations
@@ -47,18 +47,29 @@ def refuse_views(table: CornerTable, seen: FlatViews | None) -> None:
             f"{LENS_VIEWS:g} at least, better 15 to 40: tilted by 20 to 45 deg in different directions, near and far"
         )
         raise ModelError("too few views tell no lens", key="view", found=f"{full} with four corners", expected=expected)
-    outside = _outside(uv, width, height)
+    refuse_outside(uv, width, height)
+    if seen is not None:
+        refuse_strange(table, seen)
+
+
+def refuse_outside(uv: Array, width: int, height: int) -> None:
+    """Raises ModelError where corners lie outside the image."""
+    outside = outside_image(uv, width, height)
     if outside.any():
-        turned = not _outside(uv[:, ::-1], width, height).any()
-        message = "u and v are exchanged" if turned else "corners lie outside the image"
+        turned = not outside_image(uv[:, ::-1], width, height).any()
+        message = "corners lie outside the image"
+        if turned:
+            message = "u and v are exchanged, or width and height of the image"
         found = f"{int(outside.sum())} of {len(uv)} corners beyond {width} x {height} px"
         raise ModelError(
             message, key="u", found=found, expected="u to the right, v down, and --image as the camera takes it"
         )
-    if seen is None:
-        return
-    known = seen.known
-    _refuse_strange(ids, seen)
+
+
+def refuse_strange(table: CornerTable, seen: FlatViews) -> None:
+    """Raises ModelError where no camera sees corners so, or sees the target from behind."""
+    ids, known = table.data.configurations.ids, seen.known
+    _refuse_bent(ids, seen)
     behind = known & ~seen.front
     if not table.upright and behind.sum() > known.sum() / 2:
         behind = known & seen.front  # whoever made the table has z into the target: what most views show is its front
@@ -74,23 +85,25 @@ def refuse_views(table: CornerTable, seen: FlatViews | None) -> None:
             if every
             else "some views show the target from behind, or mirrored"
         )
-        raise ModelError(message, key="view", found=_names(ids, seen.view[behind]), expected=expected)
+        raise ModelError(message, key="view", found=names_of(ids, seen.view[behind]), expected=expected)
 
 
-def _refuse_strange(ids: Sequence[str], seen: FlatViews) -> None:
+def _refuse_bent(ids: Sequence[str], seen: FlatViews) -> None:
     """A lens bends a flat target by little of what an image shows of it."""
     strange = seen.known & (np.nan_to_num(seen.left) > LENS_VIEW_LEFT * seen.extent)
     if strange.any():
         worst = float((seen.left[strange] / seen.extent[strange]).max())
-        found = f"{_names(ids, seen.view[strange])} (off by up to {percent(worst)} of what they show)"
+        found = f"{names_of(ids, seen.view[strange])} (off by up to {percent(worst)} of what they show)"
         raise ModelError("corners that no camera sees so of this target", key="view", found=found, expected=WITHOUT)
 
 
-def _outside(uv: Array, width: int, height: int) -> Bools:
+def outside_image(uv: Array, width: int, height: int) -> Bools:
+    """Which pixels (n, 2) lie outside an image."""
     return np.asarray((uv < -0.5).any(axis=1) | (uv[:, 0] > width - 0.5) | (uv[:, 1] > height - 0.5))
 
 
-def _names(ids: Sequence[str], some: Ints) -> str:
+def names_of(ids: Sequence[str], some: Ints) -> str:
+    """The first of some views by name."""
     names = [ids[i] for i in np.unique(some).tolist()]
     return ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
 

@@ -19,8 +19,6 @@ from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
 from robocal.files.result import Verdict as VerdictPart
 from robocal.files.text import InputFile
-from robocal.fit.misfit import by_unit
-from robocal.fit.noise import owners
 from robocal.measure.machine import Rig
 from robocal.progress import Watch
 from robocal.prove.decision import Decision
@@ -33,6 +31,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, sentences
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerdictResult
+from robocal.session.vision.corner_errors import corner_errors
 from robocal.session.vision.corner_refit import RefitCorners, refit_corners
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
 from robocal.session.vision.further import further_views
@@ -252,6 +251,10 @@ class Intrinsics(VerdictResult):
         yield from lens_pictures(self)
 
 
+# What is said of a lens, where an identification would speak of robots and of its own options.
+IN_WORDS = {Code.GAIN_PROVEN: Code.LENS_GAIN_PROVEN, Code.NOT_CONVERGED: Code.LENS_NOT_CONVERGED}
+
+
 def find_lens(o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Intrinsics:
     """Reads corners, finds the lens, and judges it. Raises InputError."""
     if len(set(files)) < len(files):
@@ -297,24 +300,11 @@ def _nominal(o: Any, table: CornerTable) -> tuple[Lens, str, tuple[InputFile, ..
 
 def _judge(table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -> Intrinsics:
     """The verdict: that of every identification, and what a lens has to be besides."""
-    obs, terms = table.pixels, made.need_fit.problem.terms
-    row = by_unit(terms, [t.index for _, t in owners(made.need_data, made.need_fit.problem)], "px")
-    left, missed = np.full((len(obs), 2), np.nan), np.full(len(obs), np.nan)
-    left[row] = np.concatenate([r.value for r in made.residuals])
-    used = made.need_data.observations[0].used
-    fine = np.ones(len(obs), dtype=bool) if used is None else used
-    proofs = made.proven.proofs
-    if "leave_one_out" in proofs or "held_out" in proofs:
-        name = "leave_one_out" if "leave_one_out" in proofs else "held_out"
-        missed[row] = proofs[name]().errors("px", everything=True)[1]
-    every = Statistic.of(np.linalg.norm(left[fine], axis=1))
+    obs, off = table.pixels, corner_errors(made)
+    every, singly, noise = off.fitted, off.left_out, off.noise
     before, after = made.unseen("px") or (None, None)
-    singly = Statistic.of(missed[fine & np.isfinite(missed)], profiled=True)
-    assert every is not None
     how = made.proven.best.split.how if made.proven.best else ""
     errors = LensErrors(fitted=every, nominal=before, unseen=after, left_out=singly, how=how)
-    # What was fitted to a view leaves it less than its noise, much less where it has few corners.
-    noise = every.rms * np.sqrt(2 * every.n / max(made.uncertainty.dof, 1))
     points = camera_points(table, made)
     coverage = coverage_of([obs.value], *table.size)
     own = judge_lens(lens, lens.sigma, float(tilts(made).max()), noise, singly, coverage, points, obs.sigma)
@@ -322,6 +312,7 @@ def _judge(table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -
     against = fold([f for f in own if f.level in ("refuse", "qualify")], None)
     if against.reasons:
         judged = judged.instead(against.status if judged.status != "refused" else "refused", *against.reasons)
+    judged = replace(judged, reasons=tuple(replace(r, code=IN_WORDS.get(r.code, r.code)) for r in judged.reasons))
     beside: list[Finding] = [
         *(
             f
@@ -335,7 +326,7 @@ def _judge(table: CornerTable, made: Decision[Rig], nominal: Lens, lens: Lens) -
     return Intrinsics(
         lens=lens, nominal=nominal, named="", table=table, decision=made, verdict=judged,
         parameters=tuple(p for p in parameter_results(made) if p.name.startswith(f"{CAMERA}.")), errors=errors,
-        points=points, left=left, missed=missed, coverage=coverage, warnings=said, reasons=judged.reasons,
+        points=points, left=off.left, missed=off.missed, coverage=coverage, warnings=said, reasons=judged.reasons,
     )  # fmt: skip
 
 

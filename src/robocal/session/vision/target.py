@@ -88,7 +88,7 @@ class Target:
         dropped: list[int] = []
         strangers: list[int] = []
         if self.family is not None:
-            found = find_markers(image.grey, self.family, self.border)
+            found = find_markers(image.grey, self.family, self.border, self.ids)
             for number, corners in zip(found.ids.tolist(), found.corners, strict=True):
                 cells = self.cells(number)
                 if cells is None:

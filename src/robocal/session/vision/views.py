@@ -11,6 +11,7 @@ from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import IMAGE_SMEAR, SMEAR_CELL
 from robocal.files.image_files import GreyImage
+from robocal.files.kinds.corner_covariance import COVARIANCE, WITH_OTHERS
 from robocal.files.marker_search import encode_picture
 from robocal.quantities import Column, Listing
 from robocal.session.vision.target import Target
@@ -175,11 +176,10 @@ def list_corners(views: Sequence[ImageView], target: Target) -> Listing:
     columns += [Column("blur", "px", np.array([s.blur for _, s, _ in rows]), digits=4)]
     columns += [Column("method", "", [s.method for _, s, _ in rows])]
     own = np.array([s.covariance[2 * k, 2 * k + 1] for _, s, k in rows])
-    columns += [Column("suv", "px^2", own, digits=6)]
+    columns += [Column(COVARIANCE, "px^2", own, digits=6)]
     if not boards or target.family is not None:
         both = np.array([_block(s, k) for _, s, k in rows]).reshape(-1, 16)
-        names = [f"c{a}_{b}{j}" for a in "uv" for j in range(4) for b in "uv"]
-        columns += [Column(n, "px^2", both[:, i], digits=6) for i, n in enumerate(names)]
+        columns += [Column(n, "px^2", both[:, i], digits=6) for i, n in enumerate(WITH_OTHERS)]
     return Listing(tuple(columns))
 
 

@@ -93,7 +93,8 @@ def _summary_section(found: Checked) -> Section:
     words = f"{seen.rank} of {len(seen.names)} free parameters can be seen"
     if found.assumed:
         words += " (where no sigma is stated, 0.1 mm and 0.1 mrad were assumed)"
-    kept = [n for n in seen.basis if n in found.robot.machine.table]
+    own = found.robot.machine.table
+    kept = [n for n in seen.basis if n in own or not own.rows]  # of a rig, frames are all there is
     lines = [f"to be fitted: {', '.join(kept)}", *(c.remark.sentence for c in seen.combinations)]
     misfit = None
     if found.misfit is not None:

@@ -71,12 +71,13 @@ def sections(made: Outcome[Compensated]) -> Iterator[Section]:
     }
     stages = ((label, getattr(found.errors, name)) for name, label in labels.items())
     rows = [(label, *spread(s)) for label, s in stages if s is not None]
-    errors = table("simulated error [mm]", *SPREAD, right=(1, 2, 3, 4, 5), rows=rows)
+    errors = table("simulated error [mm]", *SPREAD, right=(1, 2, 3, 4, 5), rows=rows) if rows else None
     real, told = found.expected, None
     if real is not None:
         mean, worst = figure(real.mean, 3), figure(real.max, 3)
         told = Text.of(f"the real robot is expected within {mean} mm (95 %, mean of the targets; worst {worst} mm)")
-    yield Section.of("", errors, *quiet("if the calibrated model is the truth"), told)
+    if errors is not None:
+        yield Section.of("", errors, *quiet("if the calibrated model is the truth"), told)
     # What has no correction comes first.
     order = sorted((i for i, note in enumerate(found.notes) if note), key=lambda i: -int(found.compensation.status[i]))
     words, status = list(found.counts), found.compensation.status

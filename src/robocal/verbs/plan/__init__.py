@@ -132,7 +132,10 @@ def _near(found: PlanDocument) -> Iterator[str]:
         more = 100 * ((value / limit) ** 0.5 - 1)
         # Fewer poses than unknowns leave the limit so far away that it says nothing.
         if more < 100:
-            yield f"no {found.poses} of these candidates are better by more than {figure(more, 2)} %"
+            several = (
+                f"no {found.poses} of these candidates are" if found.poses > 1 else "no other of these candidates is"
+            )
+            yield f"{several} better by more than {figure(more, 2)} %"
 
 
 def _enough(found: PlanDocument) -> list[str]:

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from robocal._record import record
 from robocal.apply.iso9283 import Standard, standard
 from robocal.diagnose.limits import REMOUNT_SHARE
-from robocal.errors import FormatError
+from robocal.errors import FormatError, ModelError
 from robocal.files.parts import provenance_of
 from robocal.files.plain import json_text
 from robocal.files.runfolder import LAYER, RESIDUALS, Run, find_run, read_layer, read_residuals
@@ -34,8 +34,9 @@ from robocal.files.validation import ErrorsPart, GainPart, ValidationDocument
 from robocal.fit.repeats import places as places_of
 from robocal.measure.base import problem
 from robocal.measure.data import DataSet, fingerprints
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, freedom_of
 from robocal.prove.evidence import bootstrap_gain, constant_errors
+from robocal.prove.judge import absolute_observations
 from robocal.prove.model_errors import Errors, model_errors, tool_names, tool_positions
 from robocal.prove.nongeometric.layer import layer_errors, layer_rows
 from robocal.prove.split import leave_one_out_rounds
@@ -185,6 +186,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
     """Validates a robot on data files, by the options of the verb: compared with another robot when one is given; offsets are
     judged on the nominal robot, and compared with it where nothing else is named. Raises InputError."""
     inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
+    _need_predictions(inputs)
     other = None if o.against is None else open_machine(o.against, base=o.base, tip=o.tip)
     places = (inputs.opened.file.path, None if o.offsets is None else Path(o.offsets))
     inputs, used, left_out = unseen(inputs, places)
@@ -226,7 +228,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         *inputs.warnings,
         *left_out,
         *_remount(kept, refitted),
-        *(_tool_not_stated(machine, mine) if other is None else ()),
+        *(_tool_not_stated(machine, inputs.data, mine) if other is None else ()),
         *(() if layer is None else (Remark.of(Code.LAYER_ON_TOP, mean=Quantity(layer.mean * 1e-3)),)),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
@@ -241,6 +243,14 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
     )  # fmt: skip
 
 
+def _need_predictions(inputs: Inputs) -> None:
+    """Raises ModelError where a machine whose poses are its own has nothing to predict them from."""
+    data = inputs.data
+    if freedom_of(inputs.opened.machine) is not None and len(absolute_observations(data)) == len(data.observations):
+        expected = "what its sensors read at these poses too, as the measured lengths"
+        raise ModelError("nothing here predicts the measured poses", key="DATA", found="poses alone", expected=expected)
+
+
 def _remount(kept: Errors, refitted: Errors) -> tuple[Remark, ...]:
     """That the target sits elsewhere on the tool than the robot has it, where that explains most of what is left."""
     moved = np.array([refitted.values[n] - kept.values[n] for n in TOOL if n in kept.values])
@@ -252,10 +262,12 @@ def _remount(kept: Errors, refitted: Errors) -> tuple[Remark, ...]:
     return (Remark.of(Code.TARGET_REMOUNTED, x=shift[0], y=shift[1], z=shift[2], mean=mean, after=after),)
 
 
-def _tool_not_stated(machine: Model, found: Errors) -> tuple[Remark, ...]:
-    """A file that says nothing of the tool: its whole length stands in the errors, and nothing else would say so."""
+def _tool_not_stated(machine: Model, data: DataSet, found: Errors) -> tuple[Remark, ...]:
+    """A file that says nothing of the tool: its whole length stands in the errors, and nothing else would say so. An instrument on the
+    tool says by itself where on it it sits."""
     own = machine.table
-    unknown = all(n in own.free and own[n].value == 0 and n not in found.fitted for n in TOOL)
+    carried = any(obs.frame is not None and obs.frame.mount == "tool" for obs in data.observations)
+    unknown = not carried and all(n in own.free and own[n].value == 0 and n not in found.fitted for n in TOOL)
     return (Remark.of(Code.TOOL_NOT_STATED, names=", ".join(TOOL)),) if unknown else ()
 
 

@@ -62,7 +62,7 @@ class Options(BaseOptions):
         None, "Size of the images in pixels", "WIDTHxHEIGHT", otherwise="that in the JSON beside the corners"
     )
     images: tuple[str, ...] = option(
-        (), "Images of the corners, as for detect: markers are fitted again in them, with the lens", "IMAGES"
+        (), "Images of the corners, as for detect: corners are fitted again in them, with the lens", "IMAGES"
     )
     exclude: w.Exclude = ()
     output: Path | None = option(

@@ -6,7 +6,9 @@ import numpy as np
 
 from robocal._jit import as_kernel_array
 from robocal._types import Array, Ints
+from robocal.vision.camera import project
 from robocal.vision.checker._kernels import SIZE, fit_crossing
+from robocal.vision.marker.fit import ideal_points, without_distortion
 from robocal.vision.sightings import BOARD, FAINT, METHODS, MISFIT, WHITE, Sighting
 
 __all__ = ["fit_saddles"]
@@ -19,18 +21,19 @@ ROUNDS, PASSES, STILL = 20, 3, 1e-3  # px
 ASTRAY = 0.25  # of a square, that a fit may move from where the search was
 
 
-def fit_saddles(levels: Array, numbers: Ints, start: Array, columns: int) -> Sighting | None:
+def fit_saddles(levels: Array, numbers: Ints, start: Array, columns: int, lens: Array | None = None) -> Sighting | None:
     """Inner corners of a board near start (k, 2), by number (k,) along rows of so many; None where fewer than four can be fitted.
 
-    Those that cannot are left out. The covariance (2 k, 2 k) has a block for each corner.
+    Those that cannot are left out. The covariance (2 k, 2 k) has a block for each corner. With a lens (n,), as in `vision.camera`, edges
+    are straight where there is no distortion.
     """
-    at = {int(n): p for n, p in zip(numbers, start, strict=True)}
+    at = {int(n): p for n, p in zip(numbers, start if lens is None else ideal_points(start, lens), strict=True)}
     kept, places, blocks, rest = [], [], [], []
     for number, place in at.items():
         right, down = _side(at, number, 1, columns), _side(at, number, columns, columns)
         if right is None or down is None:
             continue
-        one = _fit(levels, place, right, down)
+        one = _fit(levels, place, right, down, lens)
         if one is not None:
             kept.append(number)
             places.append(one[0])
@@ -55,7 +58,7 @@ def _side(at: dict[int, Array], number: int, step: int, columns: int) -> Array |
 
 
 def _fit(
-    levels: Array, place: Array, right: Array, down: Array
+    levels: Array, place: Array, right: Array, down: Array, lens: Array | None
 ) -> tuple[Array, Array, tuple[float, float, float, float]] | None:
     h, w = levels.shape
     turn = np.stack([right, down], axis=1)
@@ -63,9 +66,14 @@ def _fit(
         return None
     inverse = np.linalg.inv(turn)
     reach = np.minimum(np.abs(right) + np.abs(down), FURTHEST)
-    low = np.clip(np.floor(place - reach), 0, (w, h)).astype(int)
-    high = np.clip(np.ceil(place + reach) + 1, 0, (w, h)).astype(int)
-    v, u = (c.ravel().astype(float) for c in np.mgrid[low[1] : high[1], low[0] : high[0]])
+    seen, by_ideal = (place, np.eye(2)) if lens is None else _distorted(place, lens)
+    reach = reach if lens is None else np.abs(by_ideal) @ reach + 1.0
+    low = np.clip(np.floor(seen - reach), 0, (w, h)).astype(int)
+    high = np.clip(np.ceil(seen + reach) + 1, 0, (w, h)).astype(int)
+    box = int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1])
+    if min(box[2:]) < 1:
+        return None
+    u, v = without_distortion(box, lens)[0].T
     grey = as_kernel_array(levels[low[1] : high[1], low[0] : high[0]].ravel())
     p, a = np.zeros(SIZE), np.zeros((SIZE, SIZE))
     p[:2], p[2], p[3] = place, np.arctan2(right[1], right[0]), np.arctan2(down[1], down[0])
@@ -77,18 +85,18 @@ def _fit(
         inside = (np.abs(x) < 1 - clear[0]) & (np.abs(y) < 1 - clear[1]) & (np.hypot(*away.T) < FURTHEST)
         if inside.sum() < 2 * SIZE:
             return None
-        seen, su, sv = grey[inside], as_kernel_array(u[inside]), as_kernel_array(v[inside])
+        shown, su, sv = grey[inside], as_kernel_array(u[inside]), as_kernel_array(v[inside])
         if step == 0:
-            dark, bright = np.percentile(seen, [10, 90])
+            dark, bright = np.percentile(shown, [10, 90])
             p[5], limit = 0.5 * (dark + bright), 0.3 * (bright - dark)
             xy = np.sign(x[inside] * y[inside])
-            p[8] = 0.5 * (bright - dark) * (1.0 if np.sum(xy * (seen - p[5])) > 0 else -1.0)
+            p[8] = 0.5 * (bright - dark) * (1.0 if np.sum(xy * (shown - p[5])) > 0 else -1.0)
             # z1 grows down, z2 to the left: their product is black where x and y agree, if that is white.
             p[8] = -p[8]
-        cost = fit_crossing(as_kernel_array(seen), su, sv, p, limit, ROUNDS, STILL, a)
+        cost = fit_crossing(as_kernel_array(shown), su, sv, p, limit, ROUNDS, STILL, a)
         if not cost >= 0:
             return None
-        noise = float(np.sqrt(2 * cost / (len(seen) - SIZE)))
+        noise = float(np.sqrt(2 * cost / (len(shown) - SIZE)))
         limit = 3 * max(noise, QUANTUM)
     contrast, side = 2 * abs(float(p[8])), min(np.hypot(*right), np.hypot(*down))
     if contrast < FAINT or noise > MISFIT * contrast or np.hypot(*(p[:2] - place)) > max(ASTRAY * side, 1.5):
@@ -99,4 +107,11 @@ def _fit(
         return None
     bright = grey > p[5]
     white = float((grey[bright] >= WHITE).mean()) if bright.any() else 0.0
-    return p[:2].copy(), np.asarray(noise**2 * spread, dtype=float), (float(p[4]), noise, contrast, white)
+    found, by_ideal = (p[:2].copy(), np.eye(2)) if lens is None else _distorted(p[:2], lens)
+    return found, noise**2 * by_ideal @ spread @ by_ideal.T, (float(p[4]), noise, contrast, white)
+
+
+def _distorted(place: Array, lens: Array) -> tuple[Array, Array]:
+    """Where a lens shows what would lie at a place (2,) without distortion, and the derivative (2, 2)."""
+    found, by, _ = project(np.array([[*((place - lens[2:4]) / lens[:2]), 1.0]]), lens)
+    return found[0], by[0, :, :2] / lens[:2]

@@ -23,6 +23,7 @@ REACH = 4.0  # standard deviations beyond which an edge is not felt: 3e-5 of the
 BOX = 1.0 / 12.0  # px^2, the variance of a pixel's own width
 TAIL = 1.0 / 120.0  # px^4, less its fourth cumulant
 NEWTON = 12
+NEARLY, SURE = 0.01, 1e-3  # px, damping: a step so small is the last, and taken without another look at the pixels
 BLOCK = 64  # pixels that are summed at once
 NODES = 32  # of the table, per standard deviation: its series is right to 1e-8
 BELL = np.array(
@@ -288,6 +289,10 @@ def fit_pixels(grey, ideal, slope, p, cells, corners, limit, rounds, still, size
         for i in range(size):
             q[i] = p[i] + step[i]
         q[BLUR] = min(max(abs(q[BLUR]), 0.05), 8.0)
+        if lam <= SURE and farthest(p, q) < max(NEARLY, still):
+            for i in range(size):
+                p[i] = q[i]
+            break
         trial = sum_pixels(grey, ideal, slope, q, cells, corners, limit, size, trial_g, trial_a, rest)
         if trial <= cost:
             moved = farthest(p, q)

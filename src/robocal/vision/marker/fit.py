@@ -22,22 +22,25 @@ from robocal.vision.marker._kernels import (
     sum_pixels,
 )
 
-__all__ = ["SQUARE", "MarkerFit", "fit_marker"]
+__all__ = ["SQUARE", "MarkerFit", "fit_marker", "ideal_points", "without_distortion"]
 
 # Corners in the order of detectors: top left, top right, bottom right, bottom left; Y down, as in the image.
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 QUIET = 1.0  # cells of quiet zone that every marker has around it
-CLEAR = 2.5  # blur widths that stay away from its rim: beyond it nobody knows what is seen
-SURROUND = 3.0  # px, around it
+CLEAR = 2.5  # tolerance: blur widths that stay away from its rim: beyond it nobody knows what is seen
+SURROUND = 3.0  # grid: px, around it
 FIRST_BLUR = 1.0  # px
 QUANTUM = 0.3  # grey levels: the step of a camera's numbers, as noise
 COARSE, COARSE_STILL = 600, 0.05  # pixels of the first look, and when it ends (px)
-STILL, SAME_PIXELS = 3e-3, 0.1  # px: corners at rest; corners so little moved that the same pixels are used
-ROUNDS = 12
-OFF = 12.0  # of chi-square with two degrees of freedom: what is in the square was printed off its place (1 of 400 by chance)
-OFF_LEAST = 0.03  # cells: what is off by less may be the lens, or a sheet that is not flat; a print of 300 dpi is off by so much
-NEAR = 2  # px along u and v, within which misfits may be of one cause
-OTHER_LENS = 0.35  # of the bend by a common lens: what its own step and another lens add to it in any direction
+STILL, SAME_PIXELS = 3e-3, 0.1  # tolerance: px: corners at rest; corners so little moved that the same pixels are used
+ROUNDS = 12  # grid: of pixels and fit; two or three end it
+OFF = 12.0  # tolerance: of chi-square with two degrees of freedom: what is in the square was printed off its place (1 of 400 by chance)
+OFF_LEAST = 0.03  # tolerance: cells: what is off by less may be the lens, or a sheet that is not flat; a print of 300 dpi is off by so much
+NEAR = 2  # grid: px along u and v, within which misfits may be of one cause
+OTHER_LENS = (
+    0.35  # tolerance: of the bend by a common lens: what its own step and another lens add to it in any direction
+)
+THIN = 7  # grid: of the pixels one in so many tells how a lens bends them
 COMMON_LENS = (0.8, -0.25)  # focal length in image widths, k1: a webcam's
 
 
@@ -62,11 +65,11 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
 
     Without a lens straight edges are taken as straight, and the covariance carries what a wide lens may bend (`COMMON_LENS`)."""
     grey, box = _box(image, corners, len(cells))
-    ideal, slope = _without_distortion(box, lens)
+    ideal, slope = without_distortion(box, lens)
     ink = as_kernel_array(cells - 1.0)
     joints = as_kernel_array(np.diff(np.diff(np.pad(ink, 1), axis=0), axis=1))
     p, a = np.zeros(SIZE), np.zeros((SIZE, SIZE))
-    p[:8] = homography(SQUARE, corners if lens is None else _ideal(corners, lens))
+    p[:8] = homography(SQUARE, corners if lens is None else ideal_points(corners, lens))
     p[BLUR] = FIRST_BLUR
     # Two cells of black around the code: the markers of an AprilGrid, between which there are squares.
     joined = bool((np.concatenate([cells[1], cells[-2], cells[:, 1], cells[:, -2]]) == 0).all())
@@ -152,7 +155,7 @@ def _box(image: Array, corners: Array, n: int) -> tuple[Array, tuple[int, int, i
     return as_kernel_array(image[v0:v1, u0:u1].ravel()), (int(u0), int(v0), int(u1 - u0), int(v1 - v0))
 
 
-def _without_distortion(box: tuple[int, int, int, int], lens: Array | None) -> tuple[Array, Array]:
+def without_distortion(box: tuple[int, int, int, int], lens: Array | None) -> tuple[Array, Array]:
     """Where the pixels (m, 2) of a box would lie without distortion, and the derivatives (m, 4) by the pixel."""
     u0, v0, width, height = box
     ideal, slope = np.empty((width * height, 2)), np.empty((width * height, 4))
@@ -165,7 +168,7 @@ def _without_distortion(box: tuple[int, int, int, int], lens: Array | None) -> t
     return ideal, slope
 
 
-def _ideal(points: Array, lens: Array) -> Array:
+def ideal_points(points: Array, lens: Array) -> Array:
     """Points (k, 2) of an image where they would lie without distortion."""
     out, slope = np.empty((len(points), 2)), np.empty((1, 4))
     for i, (u, v) in enumerate(points):
@@ -182,8 +185,9 @@ def _bend(at: Array, found: Array, shape: tuple[int, ...]) -> tuple[Array, Array
         return np.asarray(COMMON_LENS[1] * focal * (off**2).sum(axis=1)[:, None] * off)
 
     design, there = (np.column_stack([np.ones(len(q)), q - middle]) for q in (at, found))
-    fit = np.linalg.solve(design.T @ design, design.T @ moved(at))
-    return moved(at) - design @ fit, moved(found) - there @ fit
+    bent, some = moved(at), slice(None, None, THIN)
+    fit = np.linalg.lstsq(design[some], bent[some])[0]
+    return bent - design @ fit, moved(found) - there @ fit
 
 
 def corners_of(h: Array) -> tuple[Array, Array]:

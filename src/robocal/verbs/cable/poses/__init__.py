@@ -133,6 +133,7 @@ def _chosen(choice: Any, n: int) -> Section:
     lines = []
     if choice.criterion == "A" and choice.limit:
         more = 100 * ((choice.design.value / choice.limit) ** 0.5 - 1)
-        lines.append(f"no {count} of these poses are better by more than {figure(more, 2)} %")
+        several = f"no {count} of these poses are" if count > 1 else "no other of these poses is"
+        lines.append(f"{several} better by more than {figure(more, 2)} %")
     lines.append(f"from lengths with {figure(1e3 * choice.noise.length)} mm of noise{_noise_text(choice.noise)}")
     return Section.of("", table(*columns, right=(1, 2, 3), rows=rows), *quiet(*lines))

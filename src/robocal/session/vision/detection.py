@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +27,6 @@ from robocal.session.vision.judge import judge_views
 from robocal.session.vision.target import Target, find_target, target_of, target_on
 from robocal.session.vision.views import ImageView, ViewSummary, list_corners, look_at, look_mirrored
 from robocal.vision.sightings import BOARD, METHODS, coverage_of, find_islands
-
-if TYPE_CHECKING:
-    from robocal.verbs.vision.detect import Options
 
 __all__ = ["DetectDocument", "Detected", "detect"]
 
@@ -133,8 +130,8 @@ class Detected(VerbResult):
         yield from detect_pictures(self)
 
 
-def detect(o: Options, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Detected:
-    """Finds the target, then its corners in every image. Raises InputError."""
+def detect(o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Detected:
+    """Finds the target that options name, then its corners in every image. Raises InputError."""
     named = ("dictionary", "checker", "charuco", "size", "square")
     if o.sheet is not None:
         o.refuse(named, "the sheet says this already", "--sheet alone, or none")

@@ -1,0 +1,1 @@
+"""Blocks of rows whose errors are correlated, in compiled code."""

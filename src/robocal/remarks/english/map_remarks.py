@@ -1,0 +1,122 @@
+"""Sentences of maps of markers, and of cameras on robots."""
+
+from __future__ import annotations
+
+from robocal.remarks.phrase import Phrase
+
+__all__ = ["MapRemarks"]
+
+
+class MapRemarks:
+    """Of markers and their maps, of where a camera is among them, and on a robot."""
+
+    MAP_LOCATED = Phrase(
+        "corners of views that were left out are met within {unseen:.3g} rms; their noise is {noise:.3g}, both axes together"
+    )
+    MAP_NOT_ENDED = Phrase(
+        "the fit of the map came to no end", "Take more views that show several markers each, from different sides."
+    )
+    MARKER_MOVED = Phrase(
+        "marker {marker} is at two places, {apart:.3g} and {turned:.2g} apart:[ it moved before view {first}][ views {views} see another "
+        "one], {count} views in all",
+        "Leave the marker out (--without), or the views in which it stood elsewhere (--exclude). Of two markers with one number cover "
+        "one.",
+    )
+    MAP_MISSES = Phrase(
+        "the map leaves {left:.3g} per axis, {times:.2g} times what corners are known to",
+        "Check that markers are flat, did not move and have the sizes that are told, and that the lens is of this camera.",
+    )
+    MAP_OVERFITTED = Phrase(
+        "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the noise that the fit tells, {seen:.3g} px",
+        "Take more views, each with several markers.",
+    )
+    MAP_ASIDE = Phrase(
+        "{share:.0%} of the corners do not fit the map, and are not counted",
+        "Look at the views and markers that are worst: a wrong size, a marker that moves, or a blurred image leave so much.",
+    )
+    MAP_COVARIANCE_MISSING = Phrase(
+        "{file} names {table}, which is not beside it: its markers are taken as known independently of one another",
+        "Put {table} beside it: without it sigmas of distances between markers are too large or too small.",
+    )
+    MAP_MARKER_MOVED = Phrase(
+        "marker {name} is not where the map has it, but about {distance} away: {aside} of its {total} corners are excluded[; it may "
+        "be marker {other} instead]",
+        "Put marker {name} back, or make the map again with images of today.",
+    )
+    VIEW_HAS_TWO_POSES = Phrase(
+        "{count} of {total} images have two poses that fit alike, and are not in the list: {views}",
+        "Bring more markers into the image, best of several walls, or take it from 30 deg or more beside their normal.",
+    )
+    VIEW_WITHOUT_MAP = Phrase(
+        "{count} of {total} images show no whole marker of the map: {views}", "Point the camera at markers of the map."
+    )
+    MARKERS_NOT_IN_MAP = Phrase(
+        "{count} markers are not in the map, and do not help: {names}", "Make the map again with images that show them."
+    )
+    MAP_WITHOUT_SIGMA = Phrase(
+        "{file} states no sigma: the poses count its markers as known exactly",
+        "Give map.yaml of robocal vision map, which has sigma and covariance.",
+    )
+    LENS_WITHOUT_SIGMA = Phrase(
+        "{file} states no sigma: the poses count its lens as known exactly",
+        "Give lens.yaml of robocal vision intrinsics, which has sigma and covariance.",
+    )
+    MAP_UNLIKE_VIEWS = Phrase(
+        "the map and the lens miss the corners by {left} in the images, {times:.2g} times what the corners are known to",
+        "Check that map and lens belong to these images, and the size of the markers.",
+    )
+    MAP_CORNERS_EXCLUDED = Phrase(
+        "{share} of the corners do not fit the map, and are excluded",
+        "Make the map again: more than single markers differ from it.",
+    )
+    MAPS_APART = Phrase(
+        "the maps differ {times:.2g} times as much as their sigma predicts",
+        "Take the scatter of the maps for their error, and give every map the same lens and the same size of markers.",
+    )
+    MARKER_MOVED_SINCE = Phrase(
+        "{file}: marker {name} stands {distance} elsewhere now[; it may be marker {other} instead]",
+        "Leave marker {name} out of the map that is given beforehand, or put it back.",
+    )
+    MARKER_MOVED_BETWEEN = Phrase(
+        "{file}: marker {name} stands {distance} elsewhere than in the first map[; it may be marker {other} instead]",
+        "Leave marker {name} out of the maps, or put it back.",
+    )
+    MAPS_OF_OTHER_MARKERS = Phrase(
+        "{count} markers are not in all maps, and are not compared: {names}",
+        "Take images of all markers for every map.",
+    )
+    MAPS_SCALED = Phrase(
+        "{file} is {share} {word} than the mean of the maps",
+        "Measure the markers, and give every map the same size and the same lens.",
+    )
+    POSES_READ_OTHERWISE = Phrase(
+        "the robot's poses, as stated, miss what most views see by {before:.3g} and {before_turn:.2g}; read as {reading}, by "
+        "{after:.2g} and {after_turn:.2g}",
+        "Say so: {option}.",
+    )
+    PAIRED_IN_ORDER = Phrase(
+        "views and poses are paired in the order of their files: {first} with the first pose, {last} with the last",
+        "Look at the list of pairs. Names say it better: a column `image` beside the poses, with the names of the views.",
+    )
+    VIEWS_WITHOUT_POSE = Phrase(
+        "{count} views have no pose of the robot, and are left out: {views}",
+        "Add their poses to the file of the robot, or leave the images out.",
+    )
+    VIEWS_FLIPPED = Phrase(
+        "{count} of {total} views have the other pose of a flat target, which looks almost the same, and are left out: {views}",
+        "Give its corners in place of its poses, or look at the target from 30 deg or more beside its normal, and from nearer.",
+    )
+    LENS_CONTRADICTED = Phrase(
+        "these views contradict the lens that was given: {names} ({z:.0f} sigma)",
+        "Find it too (--free-lens), or calibrate it again with images of the same focus: robocal vision intrinsics.",
+    )
+    HAND_EYE_FAR = Phrase(
+        "views that were left out are missed by {left:.2g} at the target (rms), {times:.2g} times what is normal for an arm that nobody "
+        "calibrated",
+        "Look at the views with the largest errors. Check the lens, the size of the target, and that target, camera and robot stand still "
+        "while an image is taken.",
+    )
+    VIEW_MOVED = Phrase(
+        "from view {first} to view {last} the camera or the target stands elsewhere[, by {shift:.3g}] ({count} views)",
+        "Leave these views out (--exclude), or calibrate both parts by themselves. Then see what is loose.",
+    )

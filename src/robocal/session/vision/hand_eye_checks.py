@@ -1,0 +1,105 @@
+"""What views say of a lens that was given, without the robot; and whether camera or target moved while views were taken.
+
+Y_i free, lens free:    z = |number - given| / sigma,    material where |change| d / f exceeds half of what is normal
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robocal._record import replace
+from robocal.diagnose.limits import LENS_CONTRADICTED, LENS_MATERIAL
+from robocal.diagnose.segments.find import find_segments
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.uncertainty import uncertainty
+from robocal.geometry import se3
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet, Observations
+from robocal.measure.machine import Rig
+from robocal.prove.decision import Decision
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+from robocal.session.vision.corner_table import CAMERA
+from robocal.session.vision.hand_eye_data import HandEyeData
+
+__all__ = ["contradict_lens", "find_moves"]
+
+PIXELS = ("fx", "fy", "cx", "cy")
+FEWEST = 5  # grid: views that tell a lens
+EVEN = ("k3", "k4", "k5", "k6")  # powers that stay as they are: few views tell them
+
+
+def contradict_lens(opened: HandEyeData, made: Decision[Rig], normal: float) -> tuple[Remark | None, bool]:
+    """A lens that leaves what was given for it, and whether that is enough to put a camera elsewhere: as it was found with the robot where
+    it was free, else as the views alone say, each with a pose of its own."""
+    if opened.lens is None:
+        return None, False
+    given = dict(zip(opened.lens.kind.symbols, opened.lens.numbers, strict=True))
+    fit = made.need_fit
+    sigma = dict(zip(fit.problem.free, fit.uncertainty.sigma.tolist(), strict=True))
+    found = {s: (made.values[f"{CAMERA}.{s}"], sigma[f"{CAMERA}.{s}"]) for s in given if f"{CAMERA}.{s}" in sigma}
+    alone = not found
+    if alone:
+        found = _by_views(opened, made)
+    off = {
+        s: abs(v - given[s]) / e for s, (v, e) in found.items() if e > 0 and abs(v - given[s]) >= LENS_CONTRADICTED * e
+    }
+    if not off:
+        return None, False
+    names = tuple(f"{s} {given[s]:.5g} given, {found[s][0]:.5g} found" for s in off)
+    distance = float(np.median(np.linalg.norm(opened.target_views()[1][:, :3, 3], axis=1)))
+    most = max((abs(found[s][0] - given[s]) * distance / given["fx"] for s in off if s in PIXELS), default=0.0)
+    return Remark.of(Code.LENS_CONTRADICTED, names=names, z=max(off.values())), alone and most > LENS_MATERIAL * normal
+
+
+def _by_views(opened: HandEyeData, made: Decision[Rig]) -> dict[str, tuple[float, float]]:
+    """Numbers of the lens with one standard deviation, from views whose poses are free."""
+    obs = made.need_data.observations[0]
+    where, seen = opened.target_views()
+    if len(where) < FEWEST or len(obs.targets) > 1 or opened.lens is None:
+        return {}
+    free = tuple(s for s in opened.lens.kind.symbols if s not in EVEN)
+    obs = replace(
+        obs, frame=None, targets=(), target=None, options={**obs.options, "free": free, "known": (), "covariance": ()}
+    )
+    start = np.array(opened.data.configurations.starts)
+    start[where] = se3.to_vector(seen)
+    whole = DataSet(replace(opened.data.configurations, start=start), (obs,)).take(where)
+    made_problem = build(Rig(), whole)
+    with np.errstate(all="ignore"):
+        solved = least_squares(made_problem, made_problem.start)
+        known = uncertainty(made_problem, solved.x)
+    sigma = known.sigma_instrument * known.factor
+    values = dict(zip(made_problem.table.names, solved.x[0].tolist(), strict=False))
+    named = dict(zip(made_problem.free, sigma.tolist(), strict=True))
+    return {s: (values[f"{CAMERA}.{s}"], named[f"{CAMERA}.{s}"]) for s in free}
+
+
+def find_moves(opened: HandEyeData, made: Decision[Rig]) -> list[Remark]:
+    """Views from which on camera or target stood elsewhere, by the pose of the target in each."""
+    obs = made.need_data.observations[0]
+    if obs.kind != "pixels":
+        return []  # asked of poses by the verdict itself
+    where, seen = opened.target_views()
+    target = obs.targets[0 if obs.target is None else int(np.bincount(obs.target).argmax())]
+    rows = Observations(
+        "pose",
+        np.arange(len(where)),
+        se3.to_vector(seen),
+        None,
+        obs.frame,
+        (target,),
+        np.zeros(len(where), dtype=np.int64),
+    )
+    data = DataSet(opened.data.configurations.take(where), (rows,))
+    names = [opened.views[i] for i in where.tolist()]
+    return [
+        Remark.of(
+            Code.VIEW_MOVED,
+            first=names[s.first],
+            last=names[s.last],
+            count=s.count,
+            shift=None if s.shift is None else Quantity(s.shift),
+        )
+        for s in find_segments(Rig("robot", freedom=()), data, made.values)
+    ]

@@ -1,0 +1,174 @@
+"""Other ways to read the robot's poses: in the other direction, with the scalar of a quaternion elsewhere, in other units, out of step.
+
+    Y_i = A M_i B,    M_i = T_i for a camera beside the robot, T_i^-1 for one in the hand
+
+Y_i is the pose of the target in the camera, T_i that of the flange as it was read. A and B have a closed form, and what most views miss
+of it says whether a reading can be right. T read as T^-1 is the same as a camera on the other side: no data tell these two apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from robocal._record import record
+from robocal._types import Array, Ints
+from robocal.diagnose.limits import EXPLAINED_CLEARLY, EXPLANATIONS_ALIKE, HAND_EYE_ASK
+from robocal.files import orientation
+from robocal.files.robot_poses import RobotPoses
+from robocal.fit.starts.frames import hand_eye
+from robocal.geometry import se3, so3
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+from robocal.session.vision.hand_eye_data import HandEyeData
+
+__all__ = ["PoseReading", "doubt_poses", "read_otherwise"]
+
+ROUNDS, FAR = 4, 3.0  # grid: of fits without views that are so many medians off
+FEWEST = 4  # grid: views of which the middle says anything
+SHIFTS = (1, -1)
+KILO = 1e3  # from m to mm
+DEGREES = 180 / np.pi
+ORDERS = (("ZYX", True), ("XYZ", False), ("XYZ", True), ("ZYX", False), ("ZYZ", True))
+
+
+@record(eq=False)
+class PoseReading:
+    """One reading: its name, what to say for it, and what most views miss of the target, m and rad; as it was `stated`, or another."""
+
+    name: str
+    option: str
+    place: float
+    turn: float
+    distance: float
+    stated: bool = False
+
+    @property
+    def share(self) -> float:
+        """What is missed, as a share of the distance of the target."""
+        return float(np.hypot(self.place / self.distance, self.turn))
+
+
+def read_otherwise(opened: HandEyeData) -> tuple[PoseReading, ...]:
+    """As stated, in the other direction, and the readings that leave less, the best first."""
+    where, seen = opened.target_views()
+    if len(where) < FEWEST:
+        return ()
+    distance = float(np.median(np.linalg.norm(seen[:, :3, 3], axis=1)))
+    out: list[PoseReading] = []
+    for name, option, poses, views in _readings(opened, where, seen):
+        if len(views) < FEWEST:
+            continue
+        machine = se3.inverse(poses) if opened.inhand else poses
+        place, turn = _misfit(views, machine)
+        out.append(PoseReading(name, option, place, turn, distance, stated=not out))
+    stated, reverse, *rest = out
+    better = sorted((r for r in rest if r.share < stated.share), key=lambda r: r.share)
+    return (stated, reverse, *better)
+
+
+def doubt_poses(readings: tuple[PoseReading, ...]) -> list[Remark]:
+    """What explains poses that do not belong to what is seen: all readings that leave little and alike."""
+    if not readings or readings[0].share < HAND_EYE_ASK:
+        return []
+    stated, *others = readings
+    least = min(r.share for r in others)
+    if least > min(stated.share / EXPLAINED_CLEARLY, HAND_EYE_ASK):
+        return []
+    alike = [r for r in others if r.share <= EXPLANATIONS_ALIKE * least]
+    amounts = {"before": Quantity(stated.place), "before_turn": Quantity(stated.turn, "rad")}
+    return [
+        Remark.of(
+            Code.POSES_READ_OTHERWISE,
+            reading=r.name,
+            option=r.option,
+            **amounts,
+            after=Quantity(r.place),
+            after_turn=Quantity(r.turn, "rad"),
+        )
+        for r in alike
+    ]
+
+
+Row = tuple[str, str, Array, Array]
+
+
+def _readings(opened: HandEyeData, where: Ints, seen: Array) -> Iterator[Row]:
+    """Name, option, poses of the robot (V, 4, 4) and of the target (V, 4, 4)."""
+    pose = opened.flange[where]
+    yield "as stated", "", pose, seen
+    other = "hand" if not opened.inhand else "fixed"
+    direction = "base-flange" if opened.inverse else "flange-base"
+    place = "in the hand" if other == "hand" else "beside the robot"
+    words = f"the other direction (T_{direction.replace('-', '_')}, or the camera {place})"
+    yield words, f"{'without ' if opened.inverse else ''}--inverse, or --camera {other}", se3.inverse(pose), seen
+    raw = opened.robot.pose[opened.pairs.pose][where]
+    for name, option, turn in _turns(opened.robot, opened.pairs.pose[where]):
+        for inverse in (opened.inverse, not opened.inverse):
+            made = se3.compose(turn, raw[:, :3, 3])
+            more = "" if inverse == opened.inverse else " and the other direction"
+            say = (
+                ""
+                if inverse == opened.inverse
+                else f", and {'--inverse' if inverse else 'without --inverse'}, or --camera {other}"
+            )
+            yield name + more, option + say, se3.inverse(made) if inverse else made, seen
+    for factor, name in ((1 / KILO, "mm"), (KILO, "m")):
+        made = np.array(raw)
+        made[:, :3, 3] *= factor
+        words = (
+            f"lengths of the robot's poses in {name}" if factor < 1 else "lengths of the robot's poses in a larger unit"
+        )
+        yield words, f"--units {name if factor < 1 else 'm'}", se3.inverse(made) if opened.inverse else made, seen
+    for shift in SHIFTS:
+        first, last = max(0, -shift), len(pose) - max(0, shift)
+        some = np.arange(first, last)
+        where_to = "later" if shift > 0 else "earlier"
+        yield (
+            f"every view with the pose one {where_to}",
+            "the image in a column `image` beside the poses",
+            pose[some + shift],
+            seen[some],
+        )
+
+
+def _turns(robot: RobotPoses, rows: Ints) -> Iterator[tuple[str, str, Array]]:
+    """Other meanings of the numbers of an orientation."""
+    n, form = robot.numbers[rows], robot.form
+    if form.startswith("quaternion"):
+        order = "wxyz" if form.endswith("xyzw") else "xyzw"
+        q = n / np.maximum(np.linalg.norm(n, axis=1), 1e-12)[:, None]
+        scalar = "first" if order == "wxyz" else "last"
+        turn = orientation.quaternion(q[:, [1, 2, 3, 0]] if order == "wxyz" else q)
+        yield f"the scalar of the quaternion {scalar}", f"--quaternion {order}", turn
+    if form not in ("euler", "rotation_vector"):
+        return
+    for factor, unit in ((1.0, ""), (1 / DEGREES, "deg"), (DEGREES, "rad")):
+        angles, words, say = n * factor, f", angles in {unit}" if unit else "", f" and --units {unit}" if unit else ""
+        if unit or form != "rotation_vector":
+            yield f"a rotation vector{words}", f"--maker ur{say}", so3.exp(angles)
+        for order, intrinsic in ORDERS:
+            letters = order if intrinsic else order.lower()
+            yield (
+                f"angles {letters}{words}",
+                f"--euler {letters}{say}",
+                orientation.euler(angles, order, intrinsic=intrinsic),
+            )
+
+
+def _misfit(seen: Array, machine: Array) -> tuple[float, float]:
+    """What most views miss of Y = A M B, in m and rad: the medians, of a fit without views that are far off."""
+    kept = np.ones(len(seen), dtype=bool)
+    place, turn = np.full(len(seen), np.inf), np.full(len(seen), np.inf)
+    with np.errstate(all="ignore"):
+        for _ in range(ROUNDS):
+            a, b = hand_eye(seen[kept], machine[kept])
+            there = a @ machine @ b
+            place = np.linalg.norm(there[:, :3, 3] - seen[:, :3, 3], axis=1)
+            turn = np.linalg.norm(so3.log(np.swapaxes(there[:, :3, :3], 1, 2) @ seen[:, :3, :3]), axis=1)
+            good = (place <= FAR * np.median(place)) & (turn <= FAR * np.median(turn))
+            if good.sum() < FEWEST or (good == kept).all():
+                break
+            kept = good
+    return float(np.median(place)), float(np.median(turn))

@@ -1,0 +1,115 @@
+"""A map of markers from corners: a camera whose pose is its own in every view, markers as targets whose places are to be found.
+
+The lens is free within what is known of it beforehand. A robust loss (Huber) is the default: a marker that bends or a corner that a
+decoder guessed pulls no more than its neighbours. One marker is held while the fit runs; the map is told without it (see
+`vision.map_gauge`): the covariance counts no motion of all markers together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robocal._record import record, replace
+from robocal._types import Array
+from robocal.diagnose.limits import FOLDS, HOLD_OUT_PLACES
+from robocal.estimate.least_squares import least_squares
+from robocal.fit.options import Options
+from robocal.fit.scale import without_scales
+from robocal.fit.starts.own import place_configurations
+from robocal.geometry import se3
+from robocal.measure.machine import Rig
+from robocal.parameters import FRAME_SYMBOLS
+from robocal.progress import Watch
+from robocal.prove.decision import Decision, decide
+from robocal.session.vision.corner_table import CAMERA, CornerTable
+from robocal.session.vision.displaced import DisplacedMarker, with_map_prior
+from robocal.session.vision.map_moved import refuse_moved
+from robocal.session.vision.marker_places import place_markers
+from robocal.vision.lenses import Lens
+from robocal.vision.map_gauge import move_map, project_covariance
+from robocal.vision.map_start import MapStart, Sights
+from robocal.vision.maps import MarkerMap
+
+__all__ = ["LOSS", "MapFit", "fit_map"]
+
+LOSS = "huber"
+EXACT = 1e-16  # tolerance: of the cost; two programs shall agree to a millionth of the noise
+JOINED = "views that show markers of both groups"
+
+
+@record(eq=False)
+class MapFit:
+    """What was decided, the map with its covariance, where each view's camera was, T_map_camera (V, 4, 4), the lens as it was found, and
+    markers that contradict what was known of them before."""
+
+    decision: Decision[Rig]
+    map: MarkerMap
+    cameras: Array
+    lens: Lens
+    displaced: tuple[DisplacedMarker, ...] = ()
+
+
+def fit_map(
+    table: CornerTable,
+    lens: Lens,
+    loss: str = LOSS,
+    origin: str | None = None,
+    source: str = "",
+    watch: Watch | None = None,
+    prior: Sequence[MarkerMap] = (),
+) -> MapFit:
+    """The map that views through a lens show, whose covariance is its prior; `prior` are maps of markers that were known before. Raises
+    ModelError."""
+    model = Rig("map")
+    ids, names = table.data.configurations.ids, [t.name for t in table.pixels.targets]
+
+    def look(sights: Sights, start: MapStart) -> None:
+        refuse_moved(sights, start, lens.intrinsics, ids, names)
+
+    begun = place_markers(table.with_prior(lens), JOINED, look)
+    displaced: tuple[DisplacedMarker, ...] = ()
+    if prior:
+        begun, displaced = with_map_prior(begun, prior, loss)
+    # Of many views each is left out with others: one by one they would take as many fits of the whole map.
+    options = Options(loss=loss)
+    if len(ids) > HOLD_OUT_PLACES:
+        options = replace(options, folds=FOLDS, leave_one_out=False)
+    made = decide(model, place_configurations(model, begun.data), options, watch)
+    fit = made.need_fit
+    ended = least_squares(fit.problem, fit.solution.x, cost_tolerance=EXACT)
+    made = replace(made, fit=replace(fit, solution=replace(fit.solution, x=ended.x, cost=ended.cost)))
+    known = _map_of(made, begun, source)
+    views = se3.inverse(se3.from_vector(made.need_fit.problem.values_of(0, ended.x)[0].reshape(-1, 6)))
+    seen = np.bincount(begun.pixels.target if begun.pixels.target is not None else (), minlength=len(known.names))
+    first = known.names.index(origin) if origin is not None else int(seen.argmax())
+    move = se3.inverse(known.poses[first])
+    return MapFit(made, move_map(known, move), move @ views, _lens_of(made, lens), displaced)
+
+
+def _map_of(made: Decision[Rig], table: CornerTable, source: str) -> MarkerMap:
+    """The map as it was fitted, with the covariance in which no motion of all markers is counted."""
+    obs = table.pixels
+    names = [t.name for t in obs.targets]
+    vector = np.array([[made.values[f"{n}.{s}"] for s in FRAME_SYMBOLS] for n in names])
+    assert obs.target is not None
+    first = np.unique(obs.target, return_index=True)[1]
+    size = 2 * np.abs(obs.extra["point"][first, 0])
+    known = MarkerMap(tuple(names), size, vector, None, table.family, source)
+    own = {n: i for i, n in enumerate(f"{n}.{s}" for n in names for s in FRAME_SYMBOLS)}
+    total = without_scales(made.need_fit.total)
+    covariance = np.zeros((len(own), len(own)))
+    told = [i for i, n in enumerate(total.names) if n in own]
+    at = [own[total.names[i]] for i in told]
+    covariance[np.ix_(at, at)] = total.covariance[np.ix_(told, told)]
+    return replace(known, covariance=project_covariance(known, covariance))
+
+
+def _lens_of(made: Decision[Rig], lens: Lens) -> Lens:
+    """The lens as it was found, with what its numbers may be off by."""
+    numbers = [made.values[f"{CAMERA}.{s}"] for s in lens.kind.symbols]
+    total = made.need_fit.total
+    at = [total.names.index(f"{CAMERA}.{s}") for s in lens.known if f"{CAMERA}.{s}" in total.names]
+    told = [total.names[i].rpartition(".")[2] for i in at]
+    return Lens.of(lens.model, numbers, lens.size, told, total.covariance[np.ix_(at, at)], lens.source)

@@ -1,0 +1,207 @@
+"""Camera and target from pairs of poses: where the robot says its flange is, and where the camera sees the target.
+
+The robot is a machine whose poses are known, and the two frames are all that is free: gross views, noise, hold-out and verdict are those
+of every identification. A camera that does not know how long a metre is has a scale, one with a clock of its own a delay.
+Noise that nobody states is read off the residuals of a first fit (`view_noise`), and weighs the second one. A camera without a target
+of known size drifts: then changes from pose to pose are what is fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robocal._record import record, replace
+from robocal._types import Array, Ints
+from robocal.fit.options import Options
+from robocal.fit.starts.consensus import find_flips
+from robocal.geometry import se3
+from robocal.geometry.pose_path import PosePath
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.measure.late_rig import late_rig, rate_columns
+from robocal.measure.machine import Rig
+from robocal.parameters import FRAME_SYMBOLS, ParameterTable
+from robocal.progress import Watch
+from robocal.prove.decision import Decision, decide
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+from robocal.session.vision.delay_start import start_delay
+from robocal.session.vision.view_noise import read_noise
+
+__all__ = ["CAMERA", "TARGET", "HandEye", "PosePairs", "locate_camera", "pair_data", "tell_flips"]
+
+CAMERA, TARGET = "camera", "board"
+DELAY = f"{CAMERA}.delay"
+FREE = (True,) * 6
+ROUNDS = 8  # grid: the delay doubles its digits in each
+STEP, TURN = 0.05, 0.1  # grid: m, rad, of a change that is compared
+DRIFT = 0.5  # tolerance: of the correlation of neighbours: half of it adds up
+SETTLED = 0.05  # tolerance: of the delay's sigma
+
+
+@record(eq=False)
+class PosePairs:
+    """What was seen, T_camera_target (m, 4, 4), and T_base_flange beside it: `machine` (m, 4, 4), or a path and `time` (m,) on a clock of
+    the camera's. `in_hand`: the camera is on the flange and the target on the base, else the other way round. `metric`: it knows how
+    long a metre is. `sigma` (m, 6) as kind pose has it."""
+
+    seen: Array
+    in_hand: bool
+    machine: Array | PosePath
+    time: Array | None = None
+    metric: bool = True
+    sigma: Array | None = None
+
+    def at(self, delay: float) -> PosePairs:
+        """Those whose poses the path has for this delay (s) of the camera's clock."""
+        assert isinstance(self.machine, PosePath) and self.time is not None
+        return self.take(np.flatnonzero(self.machine.inside(self.time - delay)))
+
+    def take(self, views: Ints) -> PosePairs:
+        """Some of the views."""
+        machine = self.machine if isinstance(self.machine, PosePath) else self.machine[views]
+        time, sigma = (None if v is None else v[views] for v in (self.time, self.sigma))
+        return replace(self, seen=self.seen[views], machine=machine, time=time, sigma=sigma)
+
+
+@record(eq=False)
+class HandEye:
+    """The decision, and where things are: `camera` and `target`, T_flange_camera and T_base_target of a camera in the hand, T_base_camera
+    and T_flange_target of one beside the robot; the delay (s) of its clock with sigma, where it was found; and the views that were left
+    out, for they show the other pose of a flat target."""
+
+    decision: Decision[Rig]
+    camera: Array
+    target: Array
+    delay: tuple[float, float] | None = None
+    flipped: tuple[int, ...] = ()
+    remarks: tuple[Remark, ...] = ()
+
+
+def pair_data(pairs: PosePairs, machine: Array, twist: Array | None = None) -> DataSet:
+    """The measured poses as data, with the flange at `machine` (m, 4, 4), on its way where `twist` (m, 6) is given."""
+    count = len(machine)
+    hand, base = ("tool", "base") if pairs.in_hand else ("base", "tool")
+    columns = {} if twist is None else rate_columns(twist)
+    where = Configurations(tuple(map(str, range(count))), columns=columns, start=se3.to_vector(machine))
+    seen = Observations(
+        "pose",
+        np.arange(count),
+        se3.to_vector(pairs.seen),
+        pairs.sigma,
+        frame=Frame(CAMERA, free=FREE, mount=hand),
+        targets=(Frame(TARGET, free=FREE, mount=base),),
+        target=np.zeros(count, dtype=np.int64),
+        options={} if pairs.metric else {"scale": CAMERA},
+    )
+    return DataSet(where, (seen,))
+
+
+def changes_alone(data: DataSet, in_hand: bool) -> DataSet:
+    """The same data as changes from each pose to the next that is far enough: of what drifts, these have errors of their own. With less
+    way between them the robot's own noise would be most of it, and a metre seem shorter than it is."""
+    (seen,) = data.observations
+    way = se3.from_vector(data.configurations.starts)
+    kept = [0]
+    for i, pose in enumerate(way):
+        shift, turn = se3.displacement(way[kept[-1]], pose)
+        if np.linalg.norm(shift) > STEP or np.linalg.norm(turn) > TURN:
+            kept.append(i)
+    stops = np.array(kept)
+    away = se3.from_vector(seen.value[stops])
+    away = away if in_hand else se3.inverse(away)
+    own = seen.frame if in_hand else seen.targets[0]
+    assert own is not None
+    moved = replace(
+        seen.take(stops[:-1]), kind="relative_pose", value=se3.to_vector(away[:-1] @ se3.inverse(away[1:])), second=stops[1:],
+        frame=None, targets=(own,), sigma=None, used=None, group=CAMERA,
+    )  # fmt: skip
+    return replace(data, observations=(moved,))
+
+
+def locate_camera(pairs: PosePairs, options: Options | None = None, watch: Watch | None = None) -> HandEye:
+    """Where camera and target are. Raises ModelError."""
+    options = options or Options()
+    delay, machine = None, pairs.machine
+    flipped = _flipped(pairs)
+    kept = np.setdiff1d(np.arange(len(pairs.seen)), flipped)
+    pairs = pairs.take(kept)
+    machine = pairs.machine
+    if isinstance(machine, PosePath):
+        found, delay, pairs, machine = _locate_late(pairs, machine, options, watch)
+    else:
+        found = _decide(pairs, pair_data(pairs, machine), options, watch)
+    values = found.values
+    places = {n: se3.from_vector(np.array([values[f"{n}.{s}"] for s in FRAME_SYMBOLS])) for n in found.frames}
+    if CAMERA in places and not pairs.in_hand:  # an instrument that stands on the base is stored the other way round
+        places[CAMERA] = se3.inverse(places[CAMERA])
+    # Changes alone do not tell where the other one is: it is where it was seen first.
+    if TARGET not in places:
+        places[TARGET] = machine[0] @ places[CAMERA] @ pairs.seen[0]
+    elif CAMERA not in places:
+        places[CAMERA] = machine[0] @ places[TARGET] @ se3.inverse(pairs.seen[0])
+    out = tuple(flipped.tolist())
+    said = tell_flips([str(i + 1) for i in out], len(kept) + len(out))
+    return HandEye(found, places[CAMERA], places[TARGET], delay, out, said)
+
+
+def tell_flips(views: Sequence[str], total: int) -> tuple[Remark, ...]:
+    """The remark on views that were left out, for they show the other pose of a flat target."""
+    if not views:
+        return ()
+    return (Remark.of(Code.VIEWS_FLIPPED, count=len(views), total=total, views=tuple(views)),)
+
+
+def _flipped(pairs: PosePairs) -> Ints:
+    """The views that show the other pose of a flat target; none of a camera that sees no target."""
+    if not pairs.metric:
+        return np.zeros(0, dtype=np.int64)
+    if not isinstance(pairs.machine, PosePath):
+        return np.flatnonzero(find_flips(pairs.seen, pairs.machine, pairs.in_hand))
+    assert pairs.time is not None
+    when = pairs.time - start_delay(pairs.machine, pairs.time, pairs.seen)
+    inside = np.flatnonzero(pairs.machine.inside(when))
+    machine = pairs.machine.at(when[inside])[0]
+    return inside[find_flips(pairs.seen[inside], machine, pairs.in_hand)]
+
+
+def _locate_late(
+    pairs: PosePairs, path: PosePath, options: Options, watch: Watch | None
+) -> tuple[Decision[Rig], tuple[float, float], PosePairs, Array]:
+    """The decision and the delay with its sigma, and the pairs with the poses of the path beside them."""
+    assert pairs.time is not None
+    delay = start_delay(path, pairs.time, pairs.seen)
+    for _ in range(ROUNDS):
+        near = pairs.at(delay)
+        assert near.time is not None
+        machine, twist = path.at(near.time - delay)
+        found = _decide(near, pair_data(near, machine, twist), options, watch)
+        change = found.values[DELAY]
+        names, covariance = found.spread
+        known = float(np.sqrt(covariance[names.index(DELAY), names.index(DELAY)])) if DELAY in names else np.inf
+        delay += change
+        if abs(change) <= SETTLED * known:
+            break
+    return found, (delay, known), near, machine
+
+
+def _decide(pairs: PosePairs, data: DataSet, options: Options, watch: Watch | None) -> Decision[Rig]:
+    """The decision, under noise of every direction's own where none is stated; of a camera that drifts, by changes alone."""
+    late = bool(data.configurations.columns)
+    rig: Rig = late_rig(CAMERA) if late else Rig(CAMERA, ParameterTable(), ())
+    found = decide(rig, data, options, watch)
+    if pairs.sigma is not None:
+        return found
+    if not pairs.metric and _drift(found) > DRIFT:
+        data = changes_alone(data, pairs.in_hand)
+        found = decide(rig, data, options, watch)
+    (seen,) = data.observations
+    weighed = replace(seen, sigma=read_noise(found.need_fit, DELAY if late else None))
+    return decide(rig, replace(data, observations=(weighed,)), options, watch)
+
+
+def _drift(found: Decision[Rig]) -> float:
+    """How alike residuals of neighbours are: 0 of noise, 1 of what adds up on the way."""
+    left = np.concatenate([r.value / r.value.std(axis=0) for r in found.residuals])
+    return float((left[1:] * left[:-1]).mean())

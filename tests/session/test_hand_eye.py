@@ -1,0 +1,172 @@
+"""`vision hand-eye` on cells that the tests know: both mounts, every maker, coverage, and what other programs read."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.runs import robocal
+from hand_eye_world import FORMS, IMAGE, codes, corners, hand_eye, lens_file, named, off_by, poses, world
+from lens_world import LENS, SQUARE, marker_rows, see, write
+from ruamel.yaml import YAML
+from scipy.spatial.transform import Rotation
+
+from robocal.files.lens import read_lens
+
+
+@pytest.mark.parametrize("inhand", [True, False])
+def test_camera_and_board_are_found_in_mm(tmp_path, inhand):
+    made = world(inhand=inhand)
+    words = (
+        corners(tmp_path, made),
+        poses(tmp_path, made.told, names=named(made)),
+        "--lens",
+        lens_file(tmp_path),
+        "--image",
+        IMAGE,
+    )
+    told, status = hand_eye(*words, "--camera", "hand" if inhand else "fixed", "-o", tmp_path / "cell")
+    assert status == 0 and told["verdict"]["status"] == "located", told["verdict"]
+    assert [f["child"] for f in told["frames"]] == ["camera", "board"]
+    assert [f["parent"] for f in told["frames"]] == (["flange", "base"] if inhand else ["base", "flange"])
+    assert np.abs(off_by(told, made)).max() < 4
+    assert 0.2 < told["error"]["rms"] < 1.5 < told["normal"] * 1.5
+    assert len(told["further"]["columns"][0]["values"]) == 3
+    assert "paired-in-order" not in codes(told)
+    camera = made.camera
+    ros = YAML(typ="safe").load((tmp_path / "cell" / "hand_eye.yaml").read_text())
+    assert ros["parameters"]["calibration_type"] == ("eye_in_hand" if inhand else "eye_on_base")
+    place, turn = ros["transform"]["translation"], ros["transform"]["rotation"]
+    assert np.allclose([place[a] for a in "xyz"], camera[:3, 3], atol=4e-3)
+    near = Rotation.from_quat([turn[a] for a in "xyzw"]) * Rotation.from_matrix(camera[:3, :3]).inv()
+    assert near.magnitude() < 0.01
+    origin = ElementTree.fromstring((tmp_path / "cell" / "hand_eye.urdf").read_text()).find("joint/origin")
+    rpy = Rotation.from_euler("xyz", [float(v) for v in origin.get("rpy").split()])
+    assert np.allclose([float(v) for v in origin.get("xyz").split()], [place[a] for a in "xyz"])
+    assert (rpy * Rotation.from_quat([turn[a] for a in "xyzw"]).inv()).magnitude() < 1e-9
+    said = (tmp_path / "cell" / "static_transform.sh").read_text().splitlines()[-1].split()
+    numbers = {k: float(said[said.index(f"--{k}") + 1]) for k in ("x", "y", "z", "qx", "qy", "qz", "qw")}
+    assert numbers == pytest.approx({**{a: place[a] for a in "xyz"}, **{f"q{a}": turn[a] for a in "xyzw"}})
+    page = (tmp_path / "cell" / "hand_eye.html").read_text()
+    assert (
+        page.index("error at the target") < page.index("Three poses to add") < page.index("Which view has which pose")
+    )
+    assert json.loads((tmp_path / "cell" / "hand_eye.json").read_text())["error"] == told["error"]
+
+
+@pytest.mark.parametrize("form", list(FORMS))
+def test_poses_as_makers_write_them(tmp_path, form):
+    """Headers without units: those of the maker; lengths of UR in m."""
+    made = world(count=8)
+    length = 1.0 if form in ("ur", "quaternion") else 1e3
+    place = poses(tmp_path, made.told, form, named(made), units=False, length=length)
+    maker = () if form == "quaternion" else ("--maker", form)
+    told, _ = hand_eye(corners(tmp_path, made), place, "--lens", lens_file(tmp_path), "--image", IMAGE, *maker)
+    assert np.linalg.norm(np.array(told["frames"][0]["xyz"]) - 1e3 * made.camera[:3, 3]) < 6
+    assert told["error"]["rms"] < 3
+
+
+def test_measured_poses_of_a_target(tmp_path):
+    made = world(3, count=20)
+    rng = np.random.default_rng(1)
+    seen = np.array(made.seen)
+    seen[:, :3, 3] += 2e-4 * rng.normal(size=(20, 3))
+    target, robot = (
+        poses(tmp_path, seen, "ur", named(made), "target.csv"),
+        poses(tmp_path, made.told, names=named(made)),
+    )
+    told, status = hand_eye(target, robot)
+    assert status == 0, told["verdict"]
+    assert np.abs(off_by(told, made)).max() < 4
+    assert robocal("vision", "hand-eye", target, robot, "--lens", lens_file(tmp_path)).status == 2
+
+
+def test_the_truth_lies_within_what_sigma_says(tmp_path):
+    """Of 24 cells: 1.96 sigma holds for 95 % of the numbers of both frames, robots that stand off by 0.5 mm and mrad at every pose."""
+    inside = []
+    for seed in range(24):
+        made = world(100 + seed, count=18, inhand=bool(seed % 2), error=0.5)
+        mount = "hand" if made.inhand else "fixed"
+        words = (corners(tmp_path, made, seed=seed), poses(tmp_path, made.told, names=named(made)))
+        told, _ = hand_eye(*words, "--lens", lens_file(tmp_path), "--image", IMAGE, "--camera", mount)
+        inside.append(np.abs(off_by(told, made)) < 1.96)
+    assert 0.88 < np.mean(inside) < 0.995
+
+
+def test_a_lens_that_is_found_beside_the_camera(tmp_path):
+    made = world(5, count=20)
+    wrong = lens_file(
+        tmp_path, {"fx": 1056.0, "fy": 1050.0, "cx": 640.0, "cy": 478.0, "k1": -0.2, "k2": 0, "p1": 0, "p2": 0, "k3": 0}
+    )
+    words = (corners(tmp_path, made), poses(tmp_path, made.told, names=named(made)), "--lens", wrong, "--image", IMAGE)
+    told, status = hand_eye(*words, "--free-lens", "-o", tmp_path / "cell")
+    assert status == 0, told["verdict"]
+    assert "lens-contradicted" in codes(told)
+    found = read_lens(tmp_path / "cell" / "lens.yaml").lens
+    assert abs(found.numbers[0] - 1050) < 3 * found.sigma["fx"] < 20
+    assert np.abs(off_by(told, made)).max() < 4
+
+
+def test_pairs_by_time(tmp_path):
+    """Names of images are their times in ns; the robot's poses come every 0.1 s, and views without one nearby are left out."""
+    made = world(6, count=10)
+    times = 1700000000 + np.arange(10) * 2.0
+    made_poses = Path(poses(tmp_path, made.told))
+    lines = made_poses.read_text().splitlines()
+    made_poses.write_text(
+        "\n".join(["time [s]," + lines[0], *(f"{t + 0.1:.3f},{r}" for t, r in zip(times, lines[1:], strict=True))])
+        + "\n"
+    )
+    views = Path(corners(tmp_path, made))
+    text = views.read_text()
+    for i, t in reversed(list(enumerate(times))):
+        text = text.replace(f"v{i + 1},board", f"{int(t * 1e9)},board")
+    views.write_text(text)
+    told, status = hand_eye(views, made_poses, "--lens", lens_file(tmp_path), "--image", IMAGE, "--pair", "time")
+    assert status == 0 and np.abs(off_by(told, made)).max() < 4
+    ran = robocal(
+        "vision",
+        "hand-eye",
+        str(views),
+        str(made_poses),
+        "--lens",
+        lens_file(tmp_path),
+        "--image",
+        IMAGE,
+        "--pair",
+        "time",
+    )
+    assert "read in ns" in ran.out
+    late = tmp_path / "late.csv"
+    late.write_text(made_poses.read_text().replace("17000000", "17900000"))
+    ran = robocal(
+        "vision", "hand-eye", str(views), str(late), "--lens", lens_file(tmp_path), "--image", IMAGE, "--pair", "time"
+    )
+    assert ran.status == 2 and "different times" in ran.err
+
+
+def test_markers_whose_places_are_unknown(tmp_path):
+    """Two markers on the table, each with a place of its own: both are found."""
+    made = world(7, count=14)
+    edge = 0.02 * SQUARE
+    points = np.concatenate([edge + [-0.05, 0.02, 0], edge + [0.05, -0.03, 0]])
+    uv = np.array([see(points @ y[:3, :3].T + y[:3, 3], LENS) for y in made.seen])
+    views = write(tmp_path / "markers.csv", marker_rows(uv, 0.1, np.random.default_rng(3), ("7", "9")))
+    words = (
+        views,
+        poses(tmp_path, made.told, names=named(made)),
+        "--lens",
+        lens_file(tmp_path),
+        "--image",
+        IMAGE,
+        "--size",
+        "40",
+    )
+    told, status = hand_eye(*words)
+    assert status == 0, told["verdict"]
+    assert [f["child"] for f in told["frames"]] == ["camera", "7", "9"]
+    apart = np.linalg.norm(np.array(told["frames"][1]["xyz"]) - told["frames"][2]["xyz"])
+    assert apart == pytest.approx(1e3 * np.hypot(0.1, 0.05), abs=1.5)
