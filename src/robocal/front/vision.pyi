@@ -101,7 +101,7 @@ def intrinsics(
     square: float | None = None,
     checker: str | None = None,
     sheet: _Path | None = None,
-    image: str | None = None,
+    image: str | tuple[int, int] | None = None,
     images: str | Sequence[str] = (),
     exclude: str | Sequence[str] = (),
     output: _Path | None = None,
@@ -122,7 +122,7 @@ def intrinsics(
     checker: Squares of a checkerboard whose corners have numbers, but no places.
     sheet: sheet.yaml of robocal vision sheet: where its markers are.
     image: Size of the images in pixels.  [default: that in the JSON beside the corners]
-    images: Images of the corners, as for detect: markers are fitted again in them, with the lens.
+    images: Images of the corners, as for detect: corners are fitted again in them, with the lens.
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     output: Write the lens here, and a document and a page beside it.
     force: Replace files that exist.
@@ -141,7 +141,7 @@ def map(
     without: str | Sequence[str] = (),
     fix: str | Sequence[str] = (),
     loss: str = 'huber',
-    image: str | None = None,
+    image: str | tuple[int, int] | None = None,
     exclude: str | Sequence[str] = (),
     output: _Path | None = None,
     force: bool = False,
@@ -187,7 +187,7 @@ def hand_eye(
     square: float | None = None,
     checker: str | None = None,
     sheet: _Path | None = None,
-    image: str | None = None,
+    image: str | tuple[int, int] | None = None,
     exclude: str | Sequence[str] = (),
     folds: int | None = None,
     output: _Path | None = None,

@@ -18,7 +18,7 @@ __all__ = ["judge_layout"]
 LEAST, MOST = 3, 20  # grid: squares along a side of boards that are tried
 SHARE = 0.5  # of a square: middles of markers do not ask for it
 CLEARLY = 0.5  # tolerance: of boards with as many columns the smallest is named, unless another fits so much better
-POINTS = 6  # markers of an image that tell: a homography fits four
+POINTS = 6  # tolerance: markers of an image that tell: a homography fits four
 
 
 def judge_layout(found: Sequence[MarkersInImage], family: str, squares: tuple[int, int], legacy: bool) -> Remark | None:
