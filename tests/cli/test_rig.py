@@ -114,3 +114,18 @@ def test_half_turns_of_a_target_that_has_none_are_refused(tmp_path, rng):
     assert (
         ran.status == 2 and "no half turns to undo" in ran.said and "cam0.yaml" in ran.said and "half_turns" in ran.said
     )
+
+
+def test_what_a_rig_lacks_is_said_in_its_own_words(tmp_path, rng):
+    """One camera alone has nothing to find; and a rig has no pulleys that could explain what is left."""
+    robot, left, right = write_pair(tmp_path, rng)
+    alone = robocal("identify", robot, left)
+    assert alone.status == 2 and "frame.free" in alone.said and "calibrate" not in alone.said
+    table = tmp_path / "cam1.csv"
+    head, *rows = table.read_text().splitlines(True)
+    table.write_text(
+        head + "".join(row.replace(row.split(",")[0], f"p{(int(row[1 : row.index(',')]) + 1) % 30}", 1) for row in rows)
+    )
+    shifted = robocal("identify", robot, left, right, "--verbose")
+    assert shifted.status == 3 and "1 view below their configurations" in shifted.said
+    assert "pulleys" not in shifted.said and "images of different moments" in shifted.said

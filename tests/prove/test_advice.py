@@ -82,6 +82,10 @@ OTHER = {
     "views-exchanged": "diagnose/test_views.py",
 }
 OTHER |= dict.fromkeys(
+    "poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved".split(),
+    "cli/test_hand_eye_advice.py",
+)
+OTHER |= dict.fromkeys(
     "image-turned video-ends-early image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "
     "dictionary-unsure board-found size-not-stated two-of-one-number mirrored-image markers-apart markers-at-border image-overexposed "
     "motion-blur image-blurred edges-alone marker-dropped image-hardly-covered".split(),

@@ -84,8 +84,8 @@ def test_wrong_views_are_named_by_each_camera_and_by_all(k, source, tmp_path):
     named = {(o["group"], int(o["configuration"][1:])) for o in told["outliers"] if o["rows"] == 63}
     cameras = range(4) if k == 4 else (k,)
     assert named == {(f"eye{c}", i) for c in cameras for i in (*EXCHANGED, *FOREIGN.get(c, ()))}
-    # A fifth of the rows of camera 4 alone are of other moments: it is refused until they are left out.
-    assert told["verdict"]["status"] == ("refused" if k == 3 else "located")
+    # A fifth of the rows of camera 4 alone are of other moments: it is refused until they are left out. Camera 3 alone leaves 2 px.
+    assert told["verdict"]["status"] == {3: "refused", 2: "not_improved"}.get(k, "located")
 
 
 @pytest.mark.parametrize(("k", "most"), [(0, 0.65), (1, 0.80), (3, 0.86)])
@@ -97,6 +97,16 @@ def test_one_camera_is_placed_to_a_pixel(k, most, source, tmp_path):
     found = (residuals["all_rows"] or residuals)["k_fold"]
     assert found["n"] == 63 * (33 if k == 3 else 40)
     assert found["rms"] < most  # of the distance; per axis it is this over sqrt 2
+
+
+def test_a_lens_that_is_free_meets_the_pixels_and_loses_the_place(source, tmp_path):
+    """The robot's own errors go into the numbers of the lens, and the camera is where nobody knows: it is told."""
+    files = write_cell(tmp_path, source, exchange=True, leave_out=FOREIGN, more=LABELS)
+    text = files[1].read_text()
+    files[1].write_text(text.replace("camera: {", "camera: {sigma: {fx: 5, fy: 5, cx: 5, cy: 5}, "))
+    told = robocal(*free(files, 0), "--hold-out", "group", "--folds", 4, "--json").document
+    assert told["residuals"]["k_fold"]["rms"] < 0.57
+    assert told["verdict"]["status"] == "not_improved" and coded(told, "frames-loose")
 
 
 def test_four_cameras_share_one_board(source, tmp_path):

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import numpy as np
 import pytest
 from cli.runs import robocal
 from hand_eye_world import FORMS, IMAGE, codes, corners, hand_eye, lens_file, named, off_by, poses, world
+from lens_world import LENS, SQUARE, marker_rows, see, write
 from ruamel.yaml import YAML
 from scipy.spatial.transform import Rotation
 
@@ -106,3 +108,65 @@ def test_a_lens_that_is_found_beside_the_camera(tmp_path):
     found = read_lens(tmp_path / "cell" / "lens.yaml").lens
     assert abs(found.numbers[0] - 1050) < 3 * found.sigma["fx"] < 20
     assert np.abs(off_by(told, made)).max() < 4
+
+
+def test_pairs_by_time(tmp_path):
+    """Names of images are their times in ns; the robot's poses come every 0.1 s, and views without one nearby are left out."""
+    made = world(6, count=10)
+    times = 1700000000 + np.arange(10) * 2.0
+    made_poses = Path(poses(tmp_path, made.told))
+    lines = made_poses.read_text().splitlines()
+    made_poses.write_text(
+        "\n".join(["time [s]," + lines[0], *(f"{t + 0.1:.3f},{r}" for t, r in zip(times, lines[1:], strict=True))])
+        + "\n"
+    )
+    views = Path(corners(tmp_path, made))
+    text = views.read_text()
+    for i, t in reversed(list(enumerate(times))):
+        text = text.replace(f"v{i + 1},board", f"{int(t * 1e9)},board")
+    views.write_text(text)
+    told, status = hand_eye(views, made_poses, "--lens", lens_file(tmp_path), "--image", IMAGE, "--pair", "time")
+    assert status == 0 and np.abs(off_by(told, made)).max() < 4
+    ran = robocal(
+        "vision",
+        "hand-eye",
+        str(views),
+        str(made_poses),
+        "--lens",
+        lens_file(tmp_path),
+        "--image",
+        IMAGE,
+        "--pair",
+        "time",
+    )
+    assert "read in ns" in ran.out
+    late = tmp_path / "late.csv"
+    late.write_text(made_poses.read_text().replace("17000000", "17900000"))
+    ran = robocal(
+        "vision", "hand-eye", str(views), str(late), "--lens", lens_file(tmp_path), "--image", IMAGE, "--pair", "time"
+    )
+    assert ran.status == 2 and "different times" in ran.err
+
+
+def test_markers_whose_places_are_unknown(tmp_path):
+    """Two markers on the table, each with a place of its own: both are found."""
+    made = world(7, count=14)
+    edge = 0.02 * SQUARE
+    points = np.concatenate([edge + [-0.05, 0.02, 0], edge + [0.05, -0.03, 0]])
+    uv = np.array([see(points @ y[:3, :3].T + y[:3, 3], LENS) for y in made.seen])
+    views = write(tmp_path / "markers.csv", marker_rows(uv, 0.1, np.random.default_rng(3), ("7", "9")))
+    words = (
+        views,
+        poses(tmp_path, made.told, names=named(made)),
+        "--lens",
+        lens_file(tmp_path),
+        "--image",
+        IMAGE,
+        "--size",
+        "40",
+    )
+    told, status = hand_eye(*words)
+    assert status == 0, told["verdict"]
+    assert [f["child"] for f in told["frames"]] == ["camera", "7", "9"]
+    apart = np.linalg.norm(np.array(told["frames"][1]["xyz"]) - told["frames"][2]["xyz"])
+    assert apart == pytest.approx(1e3 * np.hypot(0.1, 0.05), abs=1.5)

@@ -70,7 +70,7 @@ def test_scatter_is_along_the_axes_of_the_reference():
     found = compare_maps([known, replace(known, vector=vector)], "0")
     size = np.abs(found.scatter[0, 3]).max(axis=0)
     assert size[2] > 0.002 and size[:2].max() < 0.4 * size[2]
-    anchored, aligned = found.apart[1][0, 3], found.apart[0][0, 3]
+    anchored, aligned = found.pair_distances[1][0, 3], found.pair_distances[0][0, 3]
     assert anchored == pytest.approx(0.006, rel=1e-6) and aligned < anchored
 
 
@@ -128,7 +128,7 @@ def test_markers_that_are_not_in_all_maps(tmp_path):
     maps = maps_of(room(), np.random.default_rng(8), 2)
     made = run(Options(maps=write(tmp_path, [maps[0], take_markers(maps[1], maps[1].names[2:])])))
     assert codes(made) == ["maps-of-other-markers"] and made.remarks[0].numbers["names"] == ("0", "1")
-    assert made.result.found.reference == "2"
+    assert made.result.comparison.reference == "2"
     assert not codes(run(Options(maps=write(tmp_path, maps))))
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lens_world import LENS
 from held_map_world import draw_room, eye, lens_known, room, views_of_room, write_room
+from lens_world import LENS
 
 from robocal.errors import InputError
 from robocal.geometry import se3, so3
@@ -168,10 +168,10 @@ def test_another_lens_or_room_is_not_trusted(tmp_path):
 @pytest.mark.parametrize(
     ("change", "words", "key"),
     [
-        (lambda f: {"held": None}, "the map is not named", "--held"),
-        (lambda f: {"lens": None}, "placed through a lens", "--lens"),
+        (lambda f: {"lens": None}, "this option needs a value", "--lens"),
+        (lambda f: {"size": ("60",)}, "the map stays as it is", "--size"),
         (lambda f: {"image": "640x480"}, "images of another size", "--lens"),
-        (lambda f: {"output": f / "poses.yaml"}, "poses are a CSV", "--output"),
+        (lambda f: {"output": f / "poses.yaml"}, "has its own suffix", "--output"),
         (lambda f: {"held": f / "other.yaml"}, "no view shows a marker of the map", "marker"),
         (lambda f: {"corners": f / "lens.yaml"}, "no column names the view|columns", None),
     ],

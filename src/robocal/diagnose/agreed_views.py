@@ -30,25 +30,27 @@ def agreed_views(
         return None
     (obs,) = data.observations
     frame, known = obs.frame, nominal_poses(model, data.configurations)
-    one = obs.kind == "pose" and len(obs.targets) == 1 and obs.value.ndim == 2 and not obs.options.get("scale")
+    one = obs.kind == "pose" and len(obs.targets) == 1 and obs.value.ndim == 2
     if known is None or frame is None or not one:
         return None
     target, in_hand = obs.targets[0], frame.mount == "tool"
     if target.mount != ("base" if in_hand else "tool") or not all((*frame.free, *target.free)):
         return None
     at = [[problem.table.index[f"{f.name}.{s}"] for s in FRAME_SYMBOLS] for f in (frame, target)]
+    own = [problem.table.index[f"{owner}.scale"] for owner in (obs.options.get("scale"),) if owner]
     hand, away = (se3.from_vector(x[0, i]) for i in (at if in_hand else at[::-1]))
     measured, machine = se3.from_vector(obs.value), known[obs.configuration]
     if in_hand:
         measured, away = se3.inverse(measured), se3.inverse(away)
     chosen = np.isin(obs.configuration, configurations)
-    if views_near((away, hand), measured[chosen], machine[chosen]).all():
+    if views_near((away, hand, float(x[0, own[0]]) if own else 1.0), measured[chosen], machine[chosen]).all():
         return None
-    found = agree(measured[chosen], machine[chosen])
+    found = agree(measured[chosen], machine[chosen], bool(own))
     if found is None:
         return None
-    away, hand = found
+    away, hand, scale = found
     out = np.array(x)
+    out[0, own] = scale
     for i, place in zip(at, (hand, se3.inverse(away)) if in_hand else (away, hand), strict=True):
         out[0, i] = se3.to_vector(place)
     return out, views_near(found, measured, machine)

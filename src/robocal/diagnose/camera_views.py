@@ -40,7 +40,15 @@ from robocal.measure.reach import reach
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
-__all__ = ["AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "carriers", "thin", "wrong_views"]
+__all__ = [
+    "AXES_EXCHANGED",
+    "IMAGE_MIRRORED",
+    "TARGET_TURNED",
+    "VIEWS_SHIFTED",
+    "carriers",
+    "subsample_views",
+    "wrong_views",
+]
 
 AXES_EXCHANGED = declare(
     "axes-exchanged",
@@ -197,7 +205,7 @@ class _ViewSearch:
         seen = np.unique(np.concatenate([self.data.observations[i].configuration for i in self.cameras]))
         views, points = (VIEWS, POINTS) if robust or not freedom_of(self.model) else ROUGH
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
-        part = DataSet(self.data.configurations, tuple(thin(o, where, points) for o in read)).take(where)
+        part = DataSet(self.data.configurations, tuple(subsample_views(o, where, points) for o in read)).take(where)
         if len(part.observations) != len(read):
             return _ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):
@@ -305,7 +313,7 @@ def _merge(found: Sequence[Finding]) -> list[Finding]:
     return [refuse(str(key[0]), **numbers) for key, numbers in out.items() if isinstance(key, tuple)]
 
 
-def thin(obs: Observations, where: Ints, points: int) -> Observations:
+def subsample_views(obs: Observations, where: Ints, points: int) -> Observations:
     """Some rows of some configurations of one instrument."""
     order = np.lexsort((np.arange(len(obs)), obs.configuration))
     c = obs.configuration[order]

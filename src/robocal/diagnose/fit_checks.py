@@ -117,14 +117,16 @@ def noise_findings(context: Context[Model]) -> Iterator[Finding]:
 
 def _remedy(context: Context[Model], group: NoiseGroup) -> dict[str, str | None]:
     """What may explain it: of an arm what lies beyond geometry, or its geometry where that was held; of a cable robot numbers that are
-    fixed, or parts that are left out. So much that no machine errs by it is a mistake in the data."""
-    said: dict[str, str | None] = dict.fromkeys(("option", "choice", "free", "beyond", "wrong"))
+    fixed, or parts that are left out; of a rig its lenses. So much that no machine errs by it is a mistake in the data."""
+    said: dict[str, str | None] = dict.fromkeys(("option", "choice", "free", "beyond", "wrong", "target"))
     arm, moving = bool(joints_of(context.model)), context.model.mechanism
     if not arm and (line := names_to_free(context)):
         return said | {"free": line}
     size = {"m": 0.0 if moving is None else size_of(moving), "rad": 1.0}.get(group.unit, 0.0)
     if size > 0 and max(group.sigma, group.rms) > limits.LEFT_SHARE * size:
         return said | {"wrong": "targets" if arm else "cables"}
+    if not context.model.table.rows:
+        return said | {"target": "target"}
     if not arm:
         return said | {"beyond": "sag"}
     held = not set(context.need_fit.identifiability.names) & set(context.model.geometric)

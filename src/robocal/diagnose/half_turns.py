@@ -18,7 +18,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array, Bools
 from robocal.diagnose.camera_changes import ViewPoses, half_turn, half_turns_open, turn_views, turned_views, view_poses
-from robocal.diagnose.camera_views import carriers, thin
+from robocal.diagnose.camera_views import carriers, subsample_views
 from robocal.fit.baseline import fit_baseline
 from robocal.geometry import se3
 from robocal.measure.base import predict_rows
@@ -93,9 +93,9 @@ class _Labels:
             # A free tool would take the turn of a target that hangs on it.
             model = model.with_table(model.table.with_free(()))
         where = np.unique(self.obs.configuration)
-        few = DataSet(data.configurations, (thin(turn_views(self.obs, self.turn, self.turned), where, POINTS),)).take(
-            where
-        )
+        few = DataSet(
+            data.configurations, (subsample_views(turn_views(self.obs, self.turn, self.turned), where, POINTS),)
+        ).take(where)
         obs, every = few.observations[0], np.ones(len(where), dtype=np.bool_)
         with np.errstate(all="ignore"):
             base = fit_baseline(model, few, np.arange(len(where)), "tukey")

@@ -248,6 +248,10 @@ HAND_EYE_ASK = limit(0.02, "of the distance of the target, and rad",
 HAND_EYE_LEFT = limit(3.0, "times what is normal", "An arm that nobody calibrated leaves no more; something else moves or is wrong.")
 HAND_TURNS = limit(math.radians(5.0), "rad (standard deviation)",
     "About a second axis: with less, a robot's millimetre puts a frame a centimetre off.", "tests/prove/test_frames_alone.py")
+FRAME_PLACE = limit(0.03, "m (standard deviation)",
+    "A camera that may be off by 6 cm guides no hand.", "tests/session/test_pose_pairs.py")
+FRAME_TURN = limit(math.radians(3.0), "rad (standard deviation)",
+    "At half a metre these are 3 cm as well.", "tests/session/test_pose_pairs.py")
 ARM_EXPLAINS = limit(4.8, "of the log likelihood",
     "By chance errors of a robot explain noise so well once in a thousand.", "chi2, one degree of freedom")
 FRAME_SEEN = limit(10.0, "times what is expected", "A direction of a frame that all rows see is seen beyond doubt.")

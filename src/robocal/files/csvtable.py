@@ -193,7 +193,7 @@ class CsvTable:
                 raise self._two_meanings(at)
             try:
                 if not self.style.plain:
-                    cells = tuple(map(self.style.translate, cells))
+                    cells = self.style.translate_all(cells)
                 if "_" in "".join(cells):
                     raise ValueError
                 out[:, i] = np.fromiter(map(float, cells), float, len(cells))
@@ -227,7 +227,7 @@ class CsvTable:
         cells = [self.cells[self.find(c)] for c in columns]
         if not cells:
             return np.empty((len(self), 0))
-        return last_digits(cells if self.style.plain else [[self.style.translate(v) for v in c] for c in cells])
+        return last_digits(cells if self.style.plain else list(map(self.style.translate_all, cells)))
 
     def _bad_cell(self, at: int) -> FormatError:
         """The error for the first cell of a column that is not a finite number."""

@@ -66,9 +66,16 @@ class Numbers:
             whole, point, rest = cell.partition(self.decimal)
             if _thousands(self.thousands).fullmatch(whole) and self.thousands not in rest:
                 cell = whole.replace(self.thousands, "") + point + rest
-        if self.decimal == ".":
-            return cell
-        return cell.replace(".", "?").replace(self.decimal, ".")
+        return cell if self.decimal == "." else cell.replace(".", "?").replace(self.decimal, ".")
+
+    def translate_all(self, cells: Sequence[str]) -> tuple[str, ...]:
+        """The cells of a column, translated at once where no sign between thousands stands in them."""
+        text = "\n".join(cells)
+        if text.count("\n") != len(cells) - 1 or (self.thousands and self.thousands in text):
+            return tuple(map(self.translate, cells))
+        if self.decimal != ".":
+            text = text.replace(".", "?").replace(self.decimal, ".")
+        return tuple(map(str.strip, text.split("\n")))
 
 
 PLAIN = Numbers()
@@ -147,8 +154,7 @@ def find_numbers(cells: Iterable[str], decimal: str | None, thousands: str | Non
         decimal = "," if thousands == "." else "."  # a sign cannot be both
     if decimal is not None and thousands is not None:
         return Numbers(decimal, thousands)
-    seen = [cell.strip() for cell in cells]
-    seen = [cell for cell in seen if cell and _NUMBER.fullmatch(cell)]
+    seen = list(filter(_NUMBER.fullmatch, map(str.strip, cells)))
     found = decimal or _decimal(seen)
     between = _between(seen, found) if thousands is None else thousands
     return Numbers(found, between)
@@ -182,7 +188,11 @@ def _decimal(cells: Sequence[str]) -> str:
     """The decimal comma where some cell can mean nothing else and none has a decimal point; else the point. Of two commas in a number
     neither is the decimal one, nor of two dots."""
     comma = any(("," in c and _ends(c, ",")) or _parts(c, ".") for c in cells)
-    return "," if comma and not any(("." in c and _ends(c, ".")) or _parts(c, ",") for c in cells) else "."
+    return (
+        ","
+        if comma and not any(_ends(c, ".") or _parts(c, ",") for c in cells if "." in c or c.count(",") > 1)
+        else "."
+    )
 
 
 def _parts(cell: str, sign: str) -> bool:
@@ -202,11 +212,11 @@ def _ends(cell: str, sign: str) -> bool:
 
 def _between(cells: Sequence[str], decimal: str) -> str:
     """The sign between thousands: one that stands before a decimal sign in some cell, or can be nothing else."""
-    for sign in THOUSANDS:
-        if sign != decimal and any(sign in c for c in cells):
-            whole = re.compile(rf"{_thousands(sign).pattern}{re.escape(decimal)}\d+")
-            if any(whole.fullmatch(c) or _parts(c, sign) for c in cells):
-                return sign
+    there = set("".join(cells))
+    for sign in [s for s in THOUSANDS if s != decimal and s in there]:
+        whole = re.compile(rf"{_thousands(sign).pattern}{re.escape(decimal)}\d+")
+        if any(whole.fullmatch(c) or _parts(c, sign) for c in cells):
+            return sign
     return ""
 
 

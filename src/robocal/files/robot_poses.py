@@ -17,7 +17,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal._types import Array, Bools
 from robocal.errors import ModelError
 from robocal.files import orientation
@@ -92,7 +92,7 @@ def read_robot_poses(
     ):
         expected = "three axes: ZYX about the axes as turned so far, zyx about the fixed ones"
         raise ModelError("no order of three axes", key="--euler", found=euler, expected=expected)
-    source = FolderSource.read(place) if place.is_dir() else TableSource(read_csv(place))
+    source = FolderSource.read(place) if place.is_dir() else TableSource(replace(read_csv(place), alone=True))
     length, angle = _stated(units)
     return _Reader(source, MAKERS.get(maker or ""), maker or "", euler, length, angle, quaternion, vector).read()
 

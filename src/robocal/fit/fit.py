@@ -143,7 +143,10 @@ def fit(
 
     candidate, names = first, first.free
     if not names:
-        raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
+        own = bool(model.table.rows)
+        expected = "at least one parameter" if own else "a frame of a data file whose place is to be found"
+        key = "calibrate.free" if own else "frame.free"
+        raise ModelError("nothing is free to be identified", key=key, expected=expected)
     method = estimator(options.method, options.loss)
     if method.blind:
         found = method.run(candidate, start, options, watch)

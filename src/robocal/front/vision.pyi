@@ -5,12 +5,12 @@ from typing import Any
 
 from robocal.front.arrays import Measurements
 from robocal.front.verb_result import Found
+from robocal.session.vision.detection import Detected as _detect_Detected
 from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_eye_HandEyeCalibration
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
+from robocal.session.vision.map_repeats import ComparedMaps as _compare_ComparedMaps
 from robocal.session.vision.map_result import MarkersFound as _map_MarkersFound
-from robocal.verbs.vision.compare.result import ComparedMaps as _compare_ComparedMaps
-from robocal.verbs.vision.detect.result import Detected as _detect_Detected
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
 _Path = str | os.PathLike[str]
@@ -137,6 +137,7 @@ def map(
     lens: _Path,
     held: _Path | None = None,
     size: str | Sequence[str] = (),
+    prior: _Path | None = None,
     origin: str | None = None,
     without: str | Sequence[str] = (),
     fix: str | Sequence[str] = (),
@@ -156,6 +157,7 @@ def map(
     lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     held: Find the camera in this map: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
     size: Edge of the markers' black squares in mm, as measured; of some alone as 7=120.
+    prior: What is known of the markers beforehand: surveyed tags, boards, the map of last month.
     origin: Marker in which the coordinates begin, with its axes.  [default: the one that most views show]
     without: Markers that are left out.
     fix: Numbers of the lens that stay as they are: k3, p1,p2.
@@ -183,6 +185,8 @@ def hand_eye(
     inverse: bool = False,
     pair: str | None = None,
     target_units: str | None = None,
+    dictionary: str | None = None,
+    charuco: str | None = None,
     size: float | None = None,
     square: float | None = None,
     checker: str | None = None,
@@ -199,7 +203,7 @@ def hand_eye(
     A target stands on the table before a camera in the hand, or hangs on the flange before a camera that stands. Take 15 to 30
     views; turn the hand by 30 deg or more between them, about two axes.
 
-    corners: corners.csv of robocal vision detect, or a CSV of poses of a target: x, y, z, qx, qy, qz, qw.
+    corners: A folder of images, corners.csv of robocal vision detect, or a CSV of poses of a target: x, y, z, qx, qy, qz, qw.
     robot: The robot's poses, flange in base: a CSV, or a folder with a YAML file for each.
     camera: Where the camera is: in the hand, or fixed beside the robot.
     lens: The lens of the images: lens.yaml, or a file of OpenCV, ROS or Kalibr.
@@ -211,9 +215,11 @@ def hand_eye(
     inverse: The poses are of the base in the flange, not of the flange in the base.
     pair: How views and poses belong together: name, order, time.  [default: name, else order]
     target_units: Units of poses of a target, as mm,deg; they count before those of headers.  [default: those of headers; m,rad]
+    dictionary: Dictionary of the markers in images, as for detect.
+    charuco: A ChArUco board of so many squares in images.
     size: Edge of a marker's black square, as measured on the print [mm], above 0.
     square: Edge of a square of a board, as measured on the print [mm], above 0.
-    checker: Squares of a checkerboard whose corners have numbers, but no places.
+    checker: A checkerboard of so many squares: in images, or of corners that have no places.
     sheet: sheet.yaml of robocal vision sheet: where its markers are.
     image: Size of the images in pixels.  [default: that in the JSON beside the corners]
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.

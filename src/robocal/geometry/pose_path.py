@@ -11,10 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._record import record
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.geometry import se3, so3
 
-__all__ = ["PosePath", "turn_speed"]
+__all__ = ["PosePath"]
 
 WINDOW = 0.02  # grid: s; a machine's acceleration hardly changes in that time
 LEAST, MOST = 1, 10  # grid: records on each side
@@ -27,7 +27,7 @@ class PosePath:
     time: Array
     poses: Array
 
-    def inside(self, time: Array) -> Array:
+    def inside(self, time: Array) -> Bools:
         """Which times (m,) lie within the records."""
         return np.asarray((time >= self.time[0]) & (time <= self.time[-1]))
 
@@ -53,8 +53,3 @@ class PosePath:
         pose = se3.compose(r @ so3.exp(place[:, 3:]), centre[:, :3, 3] + (r @ place[:, :3, None])[..., 0])
         v, w = (r @ speed[:, :3, None])[..., 0], (r @ speed[:, 3:, None])[..., 0]
         return pose, np.concatenate([v - np.cross(w, pose[:, :3, 3]), w], axis=1)
-
-
-def turn_speed(poses: Array) -> Array:
-    """The angles (m - 1,) between neighbours of poses (m, 4, 4), rad: equal for everything on one body, whichever way it is seen."""
-    return np.asarray(np.linalg.norm(so3.log(np.swapaxes(poses[:-1, :3, :3], 1, 2) @ poses[1:, :3, :3]), axis=1))

@@ -12,14 +12,16 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._record import record
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.geometry import se3, so3
 
 __all__ = ["NextPose", "next_poses"]
 
 TILTS = np.radians([0.0, 20.0, 40.0])  # grid: of the target against most views
 AZIMUTHS = np.radians(np.arange(0, 360, 45))  # grid: towards which it is tilted
-ROLLS = np.radians([-90, -45, 0, 45, 90])  # grid: about the line of sight
+ROLLS = np.radians([-60, -30, 0, 30, 60])  # grid: about the line of sight
+ROOM = 0.2  # grid: of the distance of the target: so far beyond the places of the flange that there are
+ENOUGH = 12  # grid: candidates, be they farther away
 HELD = np.array(
     [10.0] * 3 + [3.0] * 3
 )  # grid: m and rad: what is known of the frames without views, so that there is an inverse
@@ -52,11 +54,13 @@ def next_poses(
     every = rows_of(machine)
     h = np.diag(np.tile(HELD, 2) ** -2.0) + np.einsum("mki,mkj->ij", every, every)
     some = _candidates(a, b, machine, point)
+    flange, there = (se3.inverse(m) if inhand else m for m in (machine, some))
+    some = some[_near(flange, there, (a @ machine @ b)[:, :3, 3])]
     rows = rows_of(some)
     looks = np.concatenate([_columns(a, machine), _columns(a, some)])
     shown = a @ np.concatenate([machine, some]) @ b
-    there = shown[:, :3, :3] @ point + shown[:, :3, 3]
-    looks = looks[:, :3] - so3.skew(there) @ looks[:, 3:]
+    place = shown[:, :3, :3] @ point + shown[:, :3, 3]
+    looks = looks[:, :3] - so3.skew(place) @ looks[:, 3:]
     middle = so3.project(machine[:, :3, :3].mean(axis=0))
 
     def sure(h: Array) -> Array:
@@ -64,11 +68,12 @@ def next_poses(
         c = np.linalg.inv(h)
         return np.asarray(np.sqrt(np.einsum("mki,...ij,mkj->...", looks, c, looks) / len(looks)))
 
-    now, out = float(sure(h)), []
-    for _ in range(count):
-        told = sure(h + np.einsum("mki,mkj->mij", rows, rows))
+    now, out, taken = float(sure(h)), [], np.zeros(len(some))
+    for _ in range(min(count, len(some))):
+        told = sure(h + np.einsum("mki,mkj->mij", rows, rows)) + taken
         best = int(np.argmin(told))
         h = h + rows[best].T @ rows[best]
+        taken[best] = np.inf
         turn = so3.log(middle.T @ some[best, :3, :3])
         angle = float(np.linalg.norm(turn))
         out.append(NextPose(some[best], angle, turn / max(angle, 1e-12), float(told[best])))
@@ -88,6 +93,16 @@ def _candidates(a: Array, b: Array, machine: Array, point: Array) -> Array:
     r = np.stack(turns)
     views = se3.compose(r, middle - r @ point)
     return np.asarray(se3.inverse(a) @ views @ se3.inverse(b))
+
+
+def _near(flange: Array, some: Array, seen: Array) -> Ints:
+    """Candidates (k, 4, 4) whose flange stands where it stood, or not far from there."""
+    room = ROOM * float(np.median(np.linalg.norm(seen, axis=1)))
+    place = flange[:, :3, 3]
+    inside = np.clip(some[:, :3, 3], place.min(axis=0) - room, place.max(axis=0) + room)
+    away = np.linalg.norm(some[:, :3, 3] - inside, axis=1)
+    order = np.argsort(away, kind="stable")
+    return np.sort(order[: max(ENOUGH, int((away == 0).sum()))])
 
 
 def _columns(a: Array, machine: Array) -> Array:

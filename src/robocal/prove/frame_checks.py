@@ -19,6 +19,7 @@ from robocal.diagnose.check_registry import Finding, Given, When, check, note, q
 from robocal.geometry import so3
 from robocal.measure.machine import Model
 from robocal.measure.reach import reach
+from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.bands import mean_conditions
 from robocal.prove.decision import Decision
 from robocal.remarks.english import declare
@@ -46,6 +47,13 @@ OPEN = declare(
     "frames-open",
     "these measurements do not tell {names} of the frames",
     "Turn the hand about two axes at least 30 deg apart, measure orientations too, or fix what is known.",
+)
+
+
+LOOSE = declare(
+    "frames-loose",
+    "{name} may be off by {place:.3g} and {turn:.2g} (standard deviation): these measurements hardly place it",
+    "Add poses in which the hand turns by 30 deg or more, about two axes that are at least 30 deg apart.",
 )
 
 
@@ -111,3 +119,21 @@ def frames_open(context: Decision[Model]) -> Iterator[Finding]:
         missed = tuple(c.name for c in context.need_fit.identifiability.combinations if c.partners)
         if missed:
             yield qualify(OPEN, names=missed)
+
+
+@check("frames-loose", When.PROOF, order=56, given=Given.GAIN, needs=("proven",))
+def frames_loose(context: Decision[Model]) -> Iterator[Finding]:
+    """A camera or its target, alone to be found, that may be centimetres off."""
+    if not _both_sides(context):
+        return
+    names, covariance = context.spread
+    own = dict(zip(names, np.diag(covariance), strict=True))
+    size = {}
+    for owner in dict.fromkeys(n.rpartition(".")[0] for n in names):
+        parts = (FRAME_SYMBOLS[:3], FRAME_SYMBOLS[3:])
+        size[owner] = [float(np.sqrt(sum(own.get(f"{owner}.{s}", 0.0) for s in part))) for part in parts]
+    name, (place, turn) = max(
+        size.items(), key=lambda item: max(item[1][0] / limits.FRAME_PLACE, item[1][1] / limits.FRAME_TURN)
+    )
+    if place > limits.FRAME_PLACE or turn > limits.FRAME_TURN:
+        yield qualify(LOOSE, name=name, place=Quantity(place, "m"), turn=Quantity(turn, "rad"))

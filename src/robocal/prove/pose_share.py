@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import ARM_EXPLAINS, ROBOT_PLACE, ROBOT_TURN
 from robocal.estimate.elimination import reweight
@@ -28,6 +28,7 @@ __all__ = ["PoseShare", "pose_share"]
 
 RATIOS = np.concatenate([[0.0], np.logspace(-6, 6, 97)])  # grid: of p^2 and q^2 to v^2
 SWEEPS = 4  # grid: over one ratio, then over the other
+ALL = (0, 1, 2, 3, 4, 5)
 RANK = 1e-10  # tolerance: of the largest singular value: a direction that no row tells
 
 
@@ -42,11 +43,13 @@ class PoseShare:
     errors: tuple[float, float] | None
 
 
-def pose_share(fit: Fit) -> PoseShare:
-    """Of a fit to poses that are given, in which frames alone are free."""
+def pose_share(rig: Rig, fit: Fit) -> PoseShare:
+    """Of a fit to poses that are given, in which frames alone are free, and a delay of the `rig`."""
     problem, x = fit.problem, fit.solution.x
     values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
-    every = build(Rig(), fit.data, values=values).with_weights(problem.weights).with_free(problem.free)
+    every = (
+        build(replace(rig, freedom=ALL), fit.data, values=values).with_weights(problem.weights).with_free(problem.free)
+    )
     lin = reweight(every.linearize(every.start), every)
     now = np.column_stack([np.eye(every.n), every.difference(every.start)[0]])
     held = every.prior_root @ now * np.append(every.scales, 1.0)

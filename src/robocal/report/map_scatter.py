@@ -19,7 +19,7 @@ AIR = 1.05  # of what is drawn
 
 def draw_distances(found: MapComparison) -> str:
     """How far the middles of one marker are from one another in every two maps, over its distance from the reference marker."""
-    aligned, anchored = (1e3 * v for v in found.apart)
+    aligned, anchored = (1e3 * v for v in found.pair_distances)
     x = _across(found)
     y = AxisScale(0.0, AIR * float(max(aligned.max(), anchored.max(), 1e-6)), HIGH - 44, 34.0)
     at = np.broadcast_to(found.distance, aligned.shape)
@@ -33,7 +33,7 @@ def draw_distances(found: MapComparison) -> str:
         label(WIDE - 142, 20, "aligned on all markers", "name"),
     ]
     text = f"{len(found.names)} markers in {len(found.maps)} maps: up to {significant(float(aligned.max()))} mm apart."
-    return figure("scatter", WIDE, HIGH, parts, title="Scatter over distance", text=text)
+    return figure("map scatter", WIDE, HIGH, parts, title="Scatter over distance", text=text)
 
 
 def draw_axes(found: MapComparison) -> str:
@@ -58,7 +58,7 @@ def draw_axes(found: MapComparison) -> str:
         parts.append(line(x.start, y(0.0), x.end, y(0.0), "axis"))
     sizes = ", ".join(f"{a} {significant(float(np.abs(scatter[..., k]).max()))}" for k, a in enumerate("xyz"))
     text = f"Corners of {len(found.names)} markers in {len(found.maps)} maps: at most {sizes} mm off their mean."
-    return figure("scatter", WIDE, 3 * PANEL + 12, parts, title="Scatter along the axes", text=text)
+    return figure("map scatter", WIDE, 3 * PANEL + 12, parts, title="Scatter along the axes", text=text)
 
 
 def _across(found: MapComparison, reach: Array | None = None) -> AxisScale:

@@ -26,6 +26,7 @@ UNSEEN = re.compile("[\x00-\x08\x0b-\x1f]")
 IDENTIFIER = re.compile(r'((?:\bid|\baria-labelledby)=")([^"]*)"')
 SPECIALIST = "For the specialist: every number, and how it was found"
 # Scripts, each of these files, with what a page holds that needs it: something folded, pictures that can be turned.
+STYLES = {"cable/cable.css": 'class="picture cable', "map.css": 'class="picture cable map'}
 SCRIPTS = {
     ("page.js",): "<details",
     ("scene.js", "viewer.js"): 'id="arrow-data"',
@@ -108,7 +109,8 @@ def _ways(sections: Sequence[Section], body: str) -> str:
 
 def _style(body: str) -> str:
     """The style of what a body holds."""
-    return _asset("style.css") + (_asset("cable/cable.css") if 'class="picture cable' in body else "")
+    names = [name for name, sign in STYLES.items() if sign in body]
+    return "".join(map(_asset, ("style.css", *names)))
 
 
 def _asset(name: str) -> str:

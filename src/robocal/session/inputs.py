@@ -46,7 +46,7 @@ def _cable(name: Name, base: str | None, tip: str | None) -> Opened[Any]:
 
 
 def _rig(name: Name, base: str | None, tip: str | None) -> Opened[Any]:
-    from robocal.session.rig import open_rig
+    from robocal.session.opened_rig import open_rig
 
     return open_rig(name)
 

@@ -66,7 +66,7 @@ class MapComparison:
         return np.asarray(self.corners.mean(axis=2).std(axis=0, ddof=1))
 
     @property
-    def apart(self) -> tuple[Array, Array]:
+    def pair_distances(self) -> tuple[Array, Array]:
         """How far the middles of one marker are from one another in every two maps, (P, M) m: aligned on all markers, and on the
         reference marker alone."""
         i, j = np.triu_indices(len(self.maps), 1)

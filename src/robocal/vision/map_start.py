@@ -26,6 +26,8 @@ SAME = 0.1  # tolerance: rad: poses of a marker whose normals are nearer than th
 VOTERS = 12  # grid: views that are asked of a pair of markers
 ROUNDS = 3  # grid: steps of views and markers after each growth; the fit does the rest
 LAST = 10  # grid: such steps in the end
+WEAK = 0.03  # tolerance: of a sight's extent: errors beyond pull less and less; a map that is torn shall heal
+REVISIONS = 4  # grid: how often views and markers are asked again, all together
 
 
 @record(eq=False)
@@ -153,6 +155,25 @@ class _Growth:
             return 1
         return count
 
+    def revise(self) -> bool:
+        """Views, then markers, where all that is known now speaks for another pose; whether any did."""
+        s, moved = self.sights, False
+        for v in np.flatnonzero(self.located):
+            some = self.of_view[v][self.placed[s.marker[self.of_view[v]]]]
+            held = self.marker[s.marker[some]]
+            ways = np.concatenate([self.view[[v]], (s.poses[some] @ se3.inverse(held)[:, None]).reshape(-1, 4, 4)])
+            cost = np.square(self.errors(some, ways[:, None] @ held)).mean(axis=1)
+            if cost.min() < cost[0] / SURE**2:
+                self.view[v], moved = ways[int(cost.argmin())], True
+        for m in np.flatnonzero(self.placed):
+            some = self.of_marker[m][self.located[s.view[self.of_marker[m]]]]
+            by = self.view[s.view[some]]
+            ways = np.concatenate([self.marker[[m]], (se3.inverse(by)[:, None] @ s.poses[some]).reshape(-1, 4, 4)])
+            cost = np.square(self.errors(some, by @ ways[:, None])).mean(axis=1)
+            if cost.min() < cost[0] / SURE**2:
+                self.marker[m], moved = ways[int(cost.argmin())], True
+        return moved
+
     def adjust(self, rounds: int) -> None:
         """Views, then markers, a step of Gauss and Newton each, by what sights leave that are near."""
         s = self.sights
@@ -165,9 +186,9 @@ class _Growth:
                 uv, by, _ = project(lever + t[:, None, :3, 3], self.lens)
             left = (uv - s.corners[use]) / self.extent[use, None, None]
             size = np.sqrt(np.square(left).sum(axis=2).mean(axis=1))
-            scale = max(3 * float(np.median(size)), 1e-9)
+            scale = max(3 * float(np.median(size)), WEAK)
             good = np.isfinite(size) & ((lever[:, :, 2] + t[:, None, 2, 3]) > 0).all(axis=1)
-            weight = np.where(good, 1 / (1 + (np.where(good, size, 0.0) / scale) ** 2) ** 2, 0.0)
+            weight = np.where(good, 1 / (1 + (np.where(good, size, 0.0) / scale) ** 2), 0.0)
             if not of_view:  # motions in map axes
                 turned = self.view[s.view[use]][:, :3, :3]
                 lever = np.einsum("sji,skj->ski", turned, lever)
@@ -216,7 +237,10 @@ def grow_map(sights: Sights, lens: Array, views: int, markers: int) -> MapStart:
         elif anyhow:
             break
         anyhow = not moved
-    grown.adjust(LAST)
+    for _ in range(REVISIONS):
+        grown.adjust(LAST)
+        if not grown.revise():
+            break
     some = np.arange(len(sights.view))
     errors = grown.errors(some, grown.view[sights.view] @ grown.marker[sights.marker])
     return MapStart(grown.view, grown.marker, errors)

@@ -13,69 +13,85 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._types import Array, Bools
-from robocal.fit.starts.frames import hand_eye
+from robocal.fit.starts.frames import hand_eye, metre
 from robocal.geometry import se3, so3
 
 __all__ = ["agree", "find_flips", "other_pose", "views_near"]
 
-SETS, KEPT, AGAIN = 80, 4, 3  # grid: sets of three, of which so many are fitted again, so often
+SETS, KEPT, AGAIN = 80, 4, 3  # grid: sets of views, of which so many are fitted again, so often
 SHARE = 0.4  # grid: of the views, that must agree: half of them may be wrong
 MOST = 300  # grid: views that are looked at
+LEAST = 3  # views that tell both frames; one more, and a metre too
 FEWEST = 6  # views: of fewer, three that agree by chance are half
 FAR = 6.0  # tolerance: times what views that agree miss: no noise goes so far
 UNLIKE = 0.05  # tolerance: rad: no camera is off by so much at most views
 NEARER = 0.25  # tolerance: of the turn of a view as it was given
 
 
-def agree(measured: Array, machine: Array, seed: int = 0) -> tuple[Array, Array] | None:
-    """T_t and X with Y_i = T_t T_i X of views that agree; Y and T (m, 4, 4); None of few views."""
+def shorten(measured: Array, scale: float) -> Array:
+    """Poses (m, 4, 4) of which a metre was read as `scale`."""
+    out = np.array(measured)
+    out[:, :3, 3] /= scale
+    return out
+
+
+Found = tuple[Array, Array, float]
+
+
+def _fit(measured: Array, machine: Array, scaled: bool) -> Found:
+    """T_t, X and what a metre is read as, of some views."""
+    scale = metre(measured, machine) if scaled else 1.0
+    return *hand_eye(shorten(measured, scale) if scaled else measured, machine), scale
+
+
+def agree(measured: Array, machine: Array, scaled: bool = False) -> Found | None:
+    """T_t and X with Y_i = T_t T_i X of views that agree, and what a metre is read as, which is to be found where `scaled`; Y and T
+    (m, 4, 4); None of few views."""
     m = len(measured)
     if m < FEWEST:
         return None
     if m > MOST:
         some = np.linspace(0, m - 1, MOST).astype(np.int64)
         measured, machine, m = measured[some], machine[some], MOST
-    rng = np.random.default_rng(seed)
-    count = max(3, int(np.ceil(SHARE * m)))
+    rng = np.random.default_rng(0)
+    count = max(LEAST, int(np.ceil(SHARE * m)))
     found = []
     for _ in range(SETS):
-        three = rng.choice(m, 3, replace=False)
-        pair = hand_eye(measured[three], machine[three])
-        found.append((_spread(*pair, measured, machine)[0], *pair))
+        few = rng.choice(m, LEAST + scaled, replace=False)
+        one = _fit(measured[few], machine[few], scaled)
+        found.append((_spread(one, measured, machine)[0], one))
     found.sort(key=lambda f: f[0])
     best = found[:KEPT]
     for _ in range(AGAIN):
-        best = [_again(pair, measured, machine, count) for _, *pair in best]
-    _, away, hand = min(best, key=lambda f: f[0])
-    return away, hand
+        for k, (_, one) in enumerate(best):
+            near = np.argsort(_spread(one, measured, machine)[1], kind="stable")[:count]
+            again = _fit(measured[near], machine[near], scaled)
+            best[k] = _spread(again, measured, machine)[0], again
+    return min(best, key=lambda f: f[0])[1]
 
 
-def _again(pair: list[Array], measured: Array, machine: Array, count: int) -> tuple[float, Array, Array]:
-    """A fit to the views that are nearest to another one, with the spread of the nearest of all."""
-    near = np.argsort(_spread(pair[0], pair[1], measured, machine)[1], kind="stable")[:count]
-    made = hand_eye(measured[near], machine[near])
-    return _spread(*made, measured, machine)[0], *made
-
-
-def _spread(away: Array, hand: Array, measured: Array, machine: Array) -> tuple[float, Array]:
+def _spread(found: Found, measured: Array, machine: Array) -> tuple[float, Array]:
     """q_1 q_2, and d^2 (m,)."""
-    shift, turn = missed(away, hand, measured, machine)
+    shift, turn = missed(found, measured, machine)
     q = [max(float(np.quantile(v, SHARE)), 1e-12) for v in (shift, turn)]
     return q[0] * q[1], (shift / q[0]) ** 2 + (turn / q[1]) ** 2
 
 
-def missed(away: Array, hand: Array, measured: Array, machine: Array) -> tuple[Array, Array]:
+def missed(found: Found, measured: Array, machine: Array) -> tuple[Array, Array]:
     """How far T_t T_i X is from Y_i: shift (m,) in m, turn (m,) in rad."""
+    away, hand, scale = found
     predicted = away @ machine @ hand
-    shift = np.linalg.norm(predicted[:, :3, 3] - measured[:, :3, 3], axis=1)
+    shift = np.linalg.norm(predicted[:, :3, 3] - measured[:, :3, 3] / scale, axis=1)
     turn = np.linalg.norm(so3.log(predicted[:, :3, :3] @ np.swapaxes(measured[:, :3, :3], 1, 2)), axis=1)
     return shift, turn
 
 
-def views_near(found: tuple[Array, Array], measured: Array, machine: Array) -> Bools:
+def views_near(found: Found, measured: Array, machine: Array) -> Bools:
     """Which views (m,) are as near to T_t T_i X as noise goes; none where most turn by more than a camera's noise."""
-    both = [(v, float(np.quantile(v, SHARE))) for v in missed(*found, measured, machine)]
-    return np.all([(v <= FAR * q) & (both[1][1] < UNLIKE) for v, q in both], axis=0)
+    both = [(v, float(np.quantile(v, SHARE))) for v in missed(found, measured, machine)]
+    (shift, far), (turn, turned) = both
+    near: Bools = (shift <= FAR * far) & (turn <= FAR * turned) & (turned < UNLIKE)
+    return near
 
 
 def other_pose(seen: Array) -> Array:
@@ -99,6 +115,7 @@ def find_flips(seen: Array, machine: Array, in_hand: bool) -> Bools:
     found = agree(measured, machine)
     if found is None:
         return out
-    turn, mirrored = (missed(*found, y, machine)[1] for y in (measured, other))
-    out[:] = (turn > FAR * np.quantile(turn, SHARE)) & (mirrored < NEARER * turn)
+    turn, mirrored = (missed(found, y, machine)[1] for y in (measured, other))
+    usual = float(np.quantile(turn, SHARE))
+    out[:] = (usual < UNLIKE) & (turn > FAR * usual) & (mirrored < NEARER * turn)
     return out

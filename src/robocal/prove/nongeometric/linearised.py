@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from robocal._record import record, replace
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Residuals
 from robocal.fit.fit import Fit
@@ -78,11 +78,13 @@ class Linearised:
         """Errors of held-out observations in a unit, and their configurations; `columns` gives those of each round. Every column is
         held by `noise` (n,), where it is told one by one, around the value from which it is `off` (n,)."""
         noise, off = (np.broadcast_to(v, len(self.names)) for v in (noise, off))
-        r = self.rows[:, -1].copy()
         turn = self.split.round_of[self.configuration]
+        step = np.zeros((len(self.names) + 1, len(self.split)))
         for k in range(len(self.split)):
-            own, chosen = turn == k, columns(k)
-            r[own] += self.rows[np.ix_(own, chosen)] @ ridge(self.rounds[k], chosen, noise[chosen], off[chosen])
+            chosen = columns(k)
+            step[chosen, k] = ridge(self.rounds[k], chosen, noise[chosen], off[chosen])
+        # All columns times steps of which most are zero: the product is quicker than a copy of those that are chosen.
+        r = self.rows[:, -1] + np.where(turn < 0, 0.0, (self.rows @ step)[np.arange(len(turn)), turn])
         r /= np.sqrt(self.problem.first_weight[self.configuration])
         parts, first = [], 0
         for term in self._terms:
@@ -119,15 +121,27 @@ def linearise_fit(model: Model, part: Fit, added: Sequence[str], split: Split) -
         if name in made.table:
             x[0, made.table.index[name]] = value
     names = tuple(n for n in made.table.names if n in {*part.problem.free, *added})
-    blocks = []
+    rows = np.empty((0, len(names) + 1))
     for first in range(0, len(names), CHUNK):
         some = made.with_free(names[first : first + CHUNK])
         line = some.linearize(x)
-        blocks.append(line.j * some.scales)
-    rows = np.column_stack([*blocks, line.r])
-    grams = []
-    whole = rows.T @ rows
-    for k in range(len(split)):
-        out = rows[~split.fit[k][line.configuration]]
-        grams.append(whole - out.T @ out)
-    return Linearised(made, x, names, rows, line.configuration, split, whole, np.array(grams))
+        if not first:
+            rows = np.empty((len(line.r), len(names) + 1))
+            rows[:, -1] = line.r
+        np.multiply(line.j, some.scales, out=rows[:, first : first + CHUNK][:, : some.n])
+    return Linearised(made, x, names, rows, line.configuration, split, *_grams(rows, split.fit[:, line.configuration]))
+
+
+def _grams(rows: Array, fit: Bools) -> tuple[Array, Array]:
+    """The Gram matrix of all rows, and those of the rows that each round (K, N) may learn from. Rows of which the same rounds may learn
+    are multiplied once."""
+    fitted, alike = np.unique(fit, axis=1, return_inverse=True)
+    whole, own = np.zeros((2, rows.shape[1], rows.shape[1]))
+    rounds = np.zeros((len(fit), *whole.shape))  # what each may not learn from
+    for i, learns in enumerate(fitted.T):
+        some = rows[alike.ravel() == i]
+        np.matmul(some.T, some, out=own)
+        whole += own
+        for k in np.flatnonzero(~learns):
+            rounds[k] += own
+    return whole, np.subtract(whole, rounds, out=rounds)

@@ -30,7 +30,8 @@ class IdentificationRemarks:
         "{group}: the residual is {left:.3g} per axis, the stated noise {stated:.3g}; uncertainties are those of the fit",
         "[{option}, or the stated sigma is too small.][Numbers that are fixed "
         "explain much of the rest: free them too (--free {free}).][What is left out (pulleys, elasticity, {beyond}, the gain of drums) "
-        "may explain the rest, or the stated sigma is too small.][The robot itself may explain the rest: identify it too (leave out "
+        "may explain the rest, or the stated sigma is too small.][The lenses, the print of the {target} or images of different moments may "
+        "explain the rest, or the stated sigma is too small.][The robot itself may explain the rest: identify it too (leave out "
         "{choice}).][No machine errs by so much: look for wrong names of {wrong}, exchanged rows or columns, and numbers of the robot's "
         "file that are far off.]",
     )

@@ -73,8 +73,12 @@ class MapRemarks:
         "the maps differ {times:.2g} times as much as their sigma predicts",
         "Take the scatter of the maps for their error, and give every map the same lens and the same size of markers.",
     )
+    MARKER_MOVED_SINCE = Phrase(
+        "{file}: marker {name} stands {distance} elsewhere now[; it may be marker {other} instead]",
+        "Leave marker {name} out of the map that is given beforehand, or put it back.",
+    )
     MARKER_MOVED_BETWEEN = Phrase(
-        "marker {name} stands {distance} elsewhere in {file}[; it may be marker {other} instead]",
+        "{file}: marker {name} stands {distance} elsewhere than in the first map[; it may be marker {other} instead]",
         "Leave marker {name} out of the maps, or put it back.",
     )
     MAPS_OF_OTHER_MARKERS = Phrase(
@@ -97,6 +101,10 @@ class MapRemarks:
     VIEWS_WITHOUT_POSE = Phrase(
         "{count} views have no pose of the robot, and are left out: {views}",
         "Add their poses to the file of the robot, or leave the images out.",
+    )
+    VIEWS_FLIPPED = Phrase(
+        "{count} of {total} views have the other pose of a flat target, which looks almost the same, and are left out: {views}",
+        "Give its corners in place of its poses, or look at the target from 30 deg or more beside its normal, and from nearer.",
     )
     LENS_CONTRADICTED = Phrase(
         "these views contradict the lens that was given: {names} ({z:.0f} sigma)",

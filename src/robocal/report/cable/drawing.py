@@ -14,6 +14,7 @@ __all__ = ["bar", "brief", "clean", "figure", "tint"]
 # Blue, teal, green, amber, orange, red: equally dark all the way, so that each stands out on white and on black.
 RAMP = ("#2b7bd6", "#17989a", "#5c9a3a", "#c98a10", "#dd5f1b", "#d0263e")
 STEPS = 40  # of a colour bar
+MORE = {"map": ("map.css",)}  # kinds of pictures, and the styles that they need besides
 
 
 def clean(text: str) -> str:
@@ -27,8 +28,9 @@ def figure(
 ) -> str:
     """A whole picture that stands alone, in light and dark; what it shows makes the identifiers that a page needs."""
     body = "".join(parts)
-    key = f"{kind}-{zlib.crc32((title + text + body).encode('utf-8', 'replace')):08x}"
-    style = files("robocal.report.cable").joinpath("cable.css").read_text(encoding="utf-8").replace("\n", "")
+    key = f"{kind.split()[0]}-{zlib.crc32((title + text + body).encode('utf-8', 'replace')):08x}"
+    names = ("cable/cable.css", *MORE.get(kind.split()[0], ()))
+    style = "".join(files("robocal.report").joinpath(n).read_text(encoding="utf-8").replace("\n", "") for n in names)
     cls = f"cable {kind}"
     return clean(drawing(width, height, [body], title=title, text=text, key=key, cls=cls, style=style, more=more))
 

@@ -17,8 +17,8 @@ __all__ = ["CornerErrors", "corner_errors"]
 
 @record(eq=False)
 class CornerErrors:
-    """What is left of corners (n, 2), the error (n,) of each when its view was left out, NaN where it was not, (px), and which were
-    not set aside (n,); `noise` is what a corner is off by (px, both axes together): a fit leaves less, much less where a view has few corners."""
+    """What is left of corners (n, 2) and the error (n,) of each when its view was left out, NaN where it was not, px; which were not set
+    aside (n,); `noise` is what a corner is off by (px, both axes together), of which a fit leaves less where a view has few corners."""
 
     left: Array
     missed: Array

@@ -12,16 +12,21 @@ from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.diagnose.camera_changes import view_poses
 from robocal.diagnose.limits import LENS_CENTRE_PRIOR, LENS_DISTORTION_PRIOR
-from robocal.errors import FormatError, ModelError
+from robocal.errors import ModelError
 from robocal.files.csvtable import read_csv
 from robocal.files.lens import read_lens
 from robocal.files.robot_poses import RobotPoses, read_robot_poses
 from robocal.files.text import InputFile
+from robocal.fit.starts.consensus import find_flips
 from robocal.geometry import se3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Rig
+from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
+from robocal.session.vision.detection import Detected
+from robocal.session.vision.hand_eye_images import LENS_EXPECTED, detect_corners, is_table
 from robocal.session.vision.hand_eye_pair import Pairs, pair_views
+from robocal.session.vision.pose_pairs import tell_flips
 from robocal.vision.camera import MODELS
 from robocal.vision.lenses import Lens
 
@@ -47,6 +52,7 @@ class HandEyeData:
     lens: Lens | None
     named: str
     table: CornerTable | None
+    detected: Detected | None
     files: tuple[InputFile, ...]
     remarks: tuple[Any, ...]
 
@@ -81,21 +87,28 @@ class HandEyeData:
         return found.configuration, found.pose
 
 
-def open_hand_eye(o: Any) -> HandEyeData:
+def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
     """Reads corners or poses of a target, the robot's poses and the lens, and pairs views with poses. Raises InputError."""
     robot = read_robot_poses(o.robot, maker=o.maker, euler=o.euler, units=o.units, quaternion=o.quaternion)
-    if _has_corners(o.corners):
+    detected = None
+    if not is_table(o.corners):
+        detected, table = detect_corners(o, watch)
+    elif _has_corners(o.corners):
+        o.refuse(("dictionary", "charuco"), "the corners were detected already", "images, or corners alone")
         table = read_corners(
             o.corners, size=o.size, square=o.square, checker=o.checker, sheet=o.sheet, image=o.image, exclude=o.exclude
         )
+    else:
+        table = None
+    if table is not None:
         views, obs = table.data.configurations.ids, table.pixels
         lens, named, files = _lens(o, table.size)
         options = {**obs.options, "camera": CAMERA, "intrinsics": lens.numbers, **_knowledge(o, lens)}
         obs = replace(obs, options=options)
-        files = (*table.files, *files)
-        said = table.remarks
+        files = (*(table.files if detected is None else detected.inputs), *files)
+        said = (*(() if detected is None else detected.remarks), *table.remarks)
     else:
-        for name in ("lens", "size", "square", "checker", "sheet", "image"):
+        for name in ("lens", "size", "square", "checker", "sheet", "image", "dictionary", "charuco"):
             if getattr(o, name) is not None:
                 raise ModelError(
                     "measured poses need no lens and no target",
@@ -122,21 +135,34 @@ def open_hand_eye(o: Any) -> HandEyeData:
     inhand = o.camera == "hand"
     obs = _frames(obs, inhand)
     whole = DataSet(Configurations(tuple(views)), (obs,)).take(pairs.view)
+    flipped = _flipped(whole, flange, inhand)
+    if len(flipped):
+        names = [whole.configurations.ids[i] for i in flipped.tolist()]
+        said = (*said, *tell_flips(names, len(flange)))
+        kept = np.setdiff1d(np.arange(len(flange)), flipped)
+        pairs, flange, whole = (
+            replace(pairs, view=pairs.view[kept], pose=pairs.pose[kept]),
+            flange[kept],
+            whole.take(kept),
+        )
     where = replace(whole.configurations, joints=None, digits=None, start=se3.to_vector(flange))
     data = replace(whole, configurations=where)
     return HandEyeData(
         data=data, robot=robot, pairs=pairs, flange=flange, inhand=inhand, inverse=o.inverse, lens=lens, named=named, table=table,
+        detected=detected,
         files=(*files, *robot.files), remarks=said,
     )  # fmt: skip
 
 
+def _flipped(data: DataSet, flange: Array, inhand: bool) -> Ints:
+    """The configurations whose measured pose is the other one of a flat target; none of corners, which say it themselves."""
+    (obs,) = data.observations
+    if obs.kind != "pose":
+        return np.zeros(0, dtype=np.int64)
+    return np.unique(obs.configuration[find_flips(se3.from_vector(obs.value), flange[obs.configuration], inhand)])
+
+
 def _has_corners(place: Path) -> bool:
-    if place.suffix.lower() not in (".csv", ".txt", ".tsv"):
-        raise FormatError(
-            "neither corners nor poses",
-            file=place,
-            expected="corners.csv of robocal vision detect, or a CSV of poses of a target",
-        )
     table = read_csv(place)
     return table.has("u") and table.has("v")
 
@@ -156,8 +182,7 @@ def _frames(obs: Observations, inhand: bool) -> Observations:
 def _lens(o: Any, size: tuple[int, int]) -> tuple[Lens, str, tuple[InputFile, ...]]:
     """The lens of the images, in words, and its file."""
     if o.lens is None:
-        expected = "--lens lens.yaml of robocal vision intrinsics, or a file of OpenCV, ROS or Kalibr"
-        raise ModelError("corners say where a camera is only with its lens", key="--lens", expected=expected)
+        raise ModelError("corners say where a camera is only with its lens", key="--lens", expected=LENS_EXPECTED)
     read = read_lens(o.lens)
     lens = read.lens
     if lens.size is not None and lens.size != size:

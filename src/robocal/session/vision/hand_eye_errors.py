@@ -96,6 +96,8 @@ def _at_target(made: Decision[Rig], proof: Proof, flange: Array, target: str, mi
     """The error (V,) in m of every view that was left out, by the frames of its round and its own pose."""
     out = np.full(len(flange), np.nan)
     ends = proof.after.x
+    if ends is None and len(proof.split) == 1:  # one round: the fit that saw nothing of what was held out
+        ends = made.proven.part.solution.x
     if ends is None:
         return out
     table = made.need_fit.problem.table

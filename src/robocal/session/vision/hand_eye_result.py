@@ -12,7 +12,7 @@ from robocal._record import record, replace
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When
 from robocal.diagnose.check_registry import run as run_checks
 from robocal.diagnose.limits import HAND_EYE_LEFT, ROBOT_PLACE, ROBOT_TURN
-from robocal.files.display import to_display
+from robocal.files.display import listing_text, to_display
 from robocal.files.hand_eye_forms import easy_handeye_text, static_transform_text, urdf_joint_text
 from robocal.files.lens import lens_text
 from robocal.files.orientation import to_form
@@ -40,9 +40,10 @@ from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, r
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 
-__all__ = ["FILES", "HandEyeCalibration", "HandEyeDocument", "find_hand_eye"]
+__all__ = ["CORNERS", "FILES", "HandEyeCalibration", "HandEyeDocument", "find_hand_eye"]
 
 FILES = ("hand_eye.json", "hand_eye.yaml", "hand_eye.urdf", "static_transform.sh", "lens.yaml", "hand_eye.html")
+CORNERS = ("corners.csv", "corners.json")  # of images
 TO_ADD = 3  # poses that are always told
 LEAST = 0.1  # grid: of the usual errors of a robot
 READINGS = 4  # grid: of the robot's poses, that are told
@@ -220,6 +221,9 @@ class HandEyeCalibration(VerdictResult):
             "hand_eye.json": json_text(self.document), "hand_eye.yaml": easy_handeye_text(camera, self.opened.inhand),
             "hand_eye.urdf": urdf_joint_text(camera), "static_transform.sh": static_transform_text(camera),
         }  # fmt: skip
+        found = self.opened.detected
+        if found is not None and CORNERS[0] in self.files:
+            made |= {CORNERS[0]: listing_text(found.listing), CORNERS[1]: json_text(found.document)}
         return made | ({"lens.yaml": lens_text(lens)} if "lens.yaml" in self.files and lens is not None else {})
 
 
@@ -256,7 +260,7 @@ def find_hand_eye(
     """Reads views and poses, finds the frames, and judges them. Raises InputError."""
     if watch:
         watch({"stage": "read"})
-    opened = open_hand_eye(o)
+    opened = open_hand_eye(o, watch)
     with computable(o.corners, o.robot):
         readings = read_otherwise(opened)
         made = decide(

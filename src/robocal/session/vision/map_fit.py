@@ -7,10 +7,13 @@ decoder guessed pulls no more than its neighbours. One marker is held while the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
+from robocal.diagnose.limits import FOLDS, HOLD_OUT_PLACES
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.options import Options
 from robocal.fit.scale import without_scales
@@ -21,9 +24,12 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
+from robocal.session.vision.displaced import DisplacedMarker, with_map_prior
+from robocal.session.vision.map_moved import refuse_moved
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import move_map, project_covariance
+from robocal.vision.map_start import MapStart, Sights
 from robocal.vision.maps import MarkerMap
 
 __all__ = ["LOSS", "MapFit", "fit_map"]
@@ -35,12 +41,14 @@ JOINED = "views that show markers of both groups"
 
 @record(eq=False)
 class MapFit:
-    """What was decided, the map with its covariance, where each view's camera was, T_map_camera (V, 4, 4), and the lens as it was found."""
+    """What was decided, the map with its covariance, where each view's camera was, T_map_camera (V, 4, 4), the lens as it was found, and
+    markers that contradict what was known of them before."""
 
     decision: Decision[Rig]
     map: MarkerMap
     cameras: Array
     lens: Lens
+    displaced: tuple[DisplacedMarker, ...] = ()
 
 
 def fit_map(
@@ -50,11 +58,25 @@ def fit_map(
     origin: str | None = None,
     source: str = "",
     watch: Watch | None = None,
+    prior: Sequence[MarkerMap] = (),
 ) -> MapFit:
-    """The map that views through a lens show, whose covariance is its prior. Raises ModelError."""
+    """The map that views through a lens show, whose covariance is its prior; `prior` are maps of markers that were known before. Raises
+    ModelError."""
     model = Rig("map")
-    begun = place_markers(table.with_prior(lens), JOINED)
-    made = decide(model, place_configurations(model, begun.data), Options(loss=loss), watch)
+    ids, names = table.data.configurations.ids, [t.name for t in table.pixels.targets]
+
+    def look(sights: Sights, start: MapStart) -> None:
+        refuse_moved(sights, start, lens.intrinsics, ids, names)
+
+    begun = place_markers(table.with_prior(lens), JOINED, look)
+    displaced: tuple[DisplacedMarker, ...] = ()
+    if prior:
+        begun, displaced = with_map_prior(begun, prior, loss)
+    # Of many views each is left out with others: one by one they would take as many fits of the whole map.
+    options = Options(loss=loss)
+    if len(ids) > HOLD_OUT_PLACES:
+        options = replace(options, folds=FOLDS, leave_one_out=False)
+    made = decide(model, place_configurations(model, begun.data), options, watch)
     fit = made.need_fit
     ended = least_squares(fit.problem, fit.solution.x, cost_tolerance=EXACT)
     made = replace(made, fit=replace(fit, solution=replace(fit.solution, x=ended.x, cost=ended.cost)))
@@ -63,7 +85,7 @@ def fit_map(
     seen = np.bincount(begun.pixels.target if begun.pixels.target is not None else (), minlength=len(known.names))
     first = known.names.index(origin) if origin is not None else int(seen.argmax())
     move = se3.inverse(known.poses[first])
-    return MapFit(made, move_map(known, move), move @ views, _lens_of(made, lens))
+    return MapFit(made, move_map(known, move), move @ views, _lens_of(made, lens), displaced)
 
 
 def _map_of(made: Decision[Rig], table: CornerTable, source: str) -> MarkerMap:

@@ -25,9 +25,12 @@ from robocal.parameters import FRAME_SYMBOLS, Together
 from robocal.vision.map_gauge import move_map, rigid_motions, take_markers
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["FIXED", "LOOSE", "MapPrior", "MarkerChange", "chance_of", "find_moved", "prior_targets"]
+__all__ = ["FIXED", "LOOSE", "MapPrior", "MarkerChange", "chance_of", "find_contradictions", "prior_targets"]
 
-LOOSE = 1.0, 0.1  # tolerance: m and rad of a whole map: far more than a start is off by
+LOOSE = (
+    0.3,
+    0.05,
+)  # tolerance: m and rad of a whole map: far more than a start is off by, and little enough to be believed
 FIXED = 1e-6, 1e-6  # tolerance: m and rad of a whole map: far less than any map is known to
 FINEST = 3e-6  # tolerance: m and rad of a single marker: a prior that is exact in some direction has no inverse
 
@@ -94,9 +97,8 @@ def widen(known: MarkerMap, whole: tuple[float, float]) -> Array:
     return np.asarray(known.covariance + g @ g.T + finest)
 
 
-def find_moved(prior: MapPrior, found: MarkerMap, noise: float = 1.0) -> tuple[MarkerChange, ...]:
-    """Markers that contradict what a prior said of them, by more than chance; the worst first. `found` is the map of a fit with the prior;
-    `noise`: variances are so many times those that were stated.
+def find_contradictions(prior: MapPrior, found: MarkerMap) -> tuple[MarkerChange, ...]:
+    """Markers that contradict what a prior said of them, by more than chance; the worst first. `found` is the map of a fit with the prior.
 
     With P = C^-1 of the prior, the result moved by e, with covariance D: w = P e has covariance S = P - P D P. For each marker
 
@@ -121,7 +123,7 @@ def find_moved(prior: MapPrior, found: MarkerMap, noise: float = 1.0) -> tuple[M
         for i, name in enumerate(names):
             own = slice(6 * i, 6 * i + 6)
             out.append(_change(name, w[own], spread[own, own], np.diag(information[own, own])))
-    worst = (replace(m, chance=chance_of(m, noise)) for m in out)
+    worst = (replace(m, chance=chance_of(m, 1.0)) for m in out)
     some = [m for m in worst if m.chance * len(out) <= MARKER_MOVED_CHANCE]
     return tuple(sorted(some, key=lambda m: -m.chi2))
 

@@ -15,7 +15,7 @@ from robocal.diagnose.limits import MAP_WEAK
 from robocal.errors import ModelError
 from robocal.files.display import to_display
 from robocal.files.lens import read_lens
-from robocal.files.map import map_covariance_text, map_text
+from robocal.files.map import MapFile, map_covariance_text, map_text, read_map
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
 from robocal.files.result import Verdict as VerdictPart
@@ -24,7 +24,8 @@ from robocal.progress import Watch
 from robocal.prove.statistics import Statistic
 from robocal.prove.verdict import Verdict
 from robocal.quantities import Column, Listing
-from robocal.remarks.remark import sentences
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_errors import CornerErrors, corner_errors
@@ -243,20 +244,35 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
     given = lens_with_prior(
         Lens.of(read.lens.model, read.lens.numbers, table.size, read.lens.known, _matrix(read.lens)), o.fix
     )
+    before = None if o.prior is None else read_map(o.prior)
+    if before is not None and not set(table.marker) & {n for m in before.maps for n in m.names}:
+        names, expected = ", ".join(before.maps[0].names[:8]), "a map of some of these markers"
+        raise ModelError(
+            "the prior has none of the markers that are seen", key="--prior", found=names, expected=expected
+        )
     source = f"{len(table.data.configurations)} views, {Path(o.corners).name}"
     with computable(o.corners):
-        fit = fit_map(table, given, o.loss, o.origin, source, watch)
+        fit = fit_map(table, given, o.loss, o.origin, source, watch, before.maps if before else ())
         off = corner_errors(fit.decision)
         moved = tuple(_moved(table, fit, off))
         ids = table.data.configurations.ids
         verdict = judge_map(fit.decision, off, moved, table.size[0], ids)
         found = MarkersFound(
             fit=fit, given=given, stated=bool(read.lens.known), table=table, off=off, verdict=verdict, moved=moved, loss=o.loss,
-            files=files, reasons=verdict.reasons, inputs=(*table.files, read.file), command=command,
+            files=files, reasons=verdict.reasons, inputs=(*table.files, read.file, *([before.file] if before else [])), command=command,
         )  # fmt: skip
         few = [n for n, k in zip(fit.map.names, found.many.tolist(), strict=True) if k < MAP_WEAK]
         beside = told_beside(fit.decision, given, fit.lens, few)
+    if before is not None:
+        beside = [*before.file.remarks, *_displaced(fit, before), *beside]
     return replace(found, warnings=(*table.remarks, *beside))
+
+
+def _displaced(fit: MapFit, before: MapFile) -> Iterator[Remark]:
+    for m in fit.displaced:
+        away = Quantity(m.change.distance, "m")
+        facts: dict[str, Any] = {"distance": away, "other": m.other or None}
+        yield Remark.of(Code.MARKER_MOVED_SINCE, file=before.file.file.name, name=m.change.name, **facts)
 
 
 def _matrix(lens: Lens) -> Array:

@@ -5,6 +5,8 @@ The map grows (see `vision.map_start`); the marker that most views show stays wh
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from robocal._record import replace
@@ -14,46 +16,47 @@ from robocal.geometry import se3
 from robocal.measure.data import Frame
 from robocal.measure.pixels import rays
 from robocal.session.vision.corner_table import CornerTable
-from robocal.vision.map_start import Sights, grow_map
+from robocal.vision.map_start import MapStart, Sights, grow_map
 from robocal.vision.sightings import find_islands
 
-__all__ = ["place_markers"]
+__all__ = ["place_markers", "whole_sights"]
 
+Look = Callable[[Sights, MapStart], None]
 EXPECTED = 0.2, 1.0  # of a marker's place where views show it, m and rad
 WHOLE = 4  # grid: corners of a marker that is seen whole
 WANTED = "views that show markers of both groups, or --sheet, which says where all of them are"
 SHOWN = 8  # grid: markers that a sentence names
 
 
-def place_markers(table: CornerTable, wanted: str = WANTED) -> CornerTable:
+def place_markers(table: CornerTable, wanted: str = WANTED, look: Look | None = None) -> CornerTable:
     """The same with a start for every view, and for the place of every marker beside the one that most views show. Raises ModelError where
-    no views join them: `wanted` says what would."""
+    no views join them: `wanted` says what would. `look` is shown the start, and may object."""
     obs = table.pixels
     if not obs.targets:
         return table
-    assert obs.target is not None
     sights = whole_sights(table)
     seen = np.zeros((len(table.data.configurations), len(obs.targets)), dtype=bool)
     seen[sights.view, sights.marker] = True
     islands = find_islands(seen)
     if len(islands) > 1:
-        apart = "; ".join(", ".join(obs.targets[i].name for i in island[:SHOWN].tolist()) for island in islands[:SHOWN])
+        apart = "; ".join(_names([obs.targets[i].name for i in island.tolist()]) for island in islands[:SHOWN])
         raise ModelError("no view joins some markers to the others", key="marker", found=apart, expected=wanted)
-    lens = np.array(obs.options["intrinsics"])
-    start = grow_map(sights, lens, *seen.shape)
+    start = grow_map(sights, np.array(obs.options["intrinsics"]), *seen.shape)
+    if look is not None:
+        look(sights, start)
     first = int(seen.sum(axis=0).argmax())
     places = se3.inverse(start.markers[first]) @ start.markers
     targets = tuple(
         Frame(f.name, tuple(se3.to_vector(places[i]).tolist()), (i != first,) * 6, "tool", EXPECTED)
         for i, f in enumerate(obs.targets)
     )
-    views = se3.to_vector(start.views @ start.markers[first])
-    data = replace(
-        table.data,
-        observations=(replace(obs, targets=targets),),
-        configurations=replace(table.data.configurations, start=views),
-    )
-    return replace(table, data=data)
+    views = replace(table.data.configurations, start=se3.to_vector(start.views @ start.markers[first]))
+    return replace(table, data=replace(table.data, observations=(replace(obs, targets=targets),), configurations=views))
+
+
+def _names(names: list[str]) -> str:
+    some = sorted(names, key=lambda n: (len(n), n))
+    return ", ".join(some[:SHOWN]) + (f" and {len(some) - SHOWN} more" if len(some) > SHOWN else "")
 
 
 def whole_sights(table: CornerTable) -> Sights:

@@ -11,14 +11,14 @@ is where the search for the other one begins.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.gross import sift
-from robocal.diagnose.limits import MARKER_MOVED_CHANCE, POSE_RIVAL
+from robocal.diagnose.limits import POSE_RIVAL
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -27,14 +27,15 @@ from robocal.fit.noise import assess, tau_of, under
 from robocal.fit.starts.cameras import resect, resect_sights
 from robocal.geometry import se3, so3
 from robocal.geometry.fits import plane
+from robocal.measure.base import Rows
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Rig
 from robocal.measure.pixels import rays
-from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable
-from robocal.session.vision.map_prior import FIXED, MapPrior, chance_of, find_moved, prior_targets
+from robocal.session.vision.displaced import exclude_markers, find_displaced
+from robocal.session.vision.map_prior import FIXED, MapPrior, prior_targets
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import take_markers
 from robocal.vision.maps import MarkerMap
@@ -97,8 +98,8 @@ def locate_views(table: CornerTable, known: MarkerMap, lens: Lens, watch: Watch 
     data = _begin(data, map_of)
     every = np.arange(len(data.configurations))
     clean = sift(Rig(CAMERA), data, every, watch).data
-    moved = _contradict(clean, prior, map_of)
-    clean = _without(clean, [*moved])
+    moved = {m.change.name: m.other for m in find_displaced(clean, prior)}
+    clean = exclude_markers(clean, [*moved])
     noisy, x = _fit(clean)
     covariance = _local_covariance(noisy, x)
     inward = se3.from_vector(noisy.values_of(0, x)[0])
@@ -131,41 +132,6 @@ def _fit(clean: DataSet) -> tuple[Problem, Array]:
             return noisy, x
         noisy = under(made, clean, tau)
     return noisy, least_squares(noisy, x).x
-
-
-def _contradict(clean: DataSet, prior: MapPrior, known: MarkerMap) -> dict[str, str]:
-    """Markers that stand elsewhere, each with another that explains as much where there is one: found one by one under the stated noise,
-    for a large contradiction passes for noise otherwise. Each has to contradict by more than the noise that is left without it."""
-    out: dict[str, str] = {}
-    while prior.together:
-        made = build(Rig(CAMERA), _without(clean, [*out]))
-        x = least_squares(made, made.start).x
-        rest = [m for m in find_moved(prior, _found(made, x, known)) if m.name not in out]
-        if not rest:
-            break
-        less = build(Rig(CAMERA), _without(clean, [*out, rest[0].name]))
-        left = uncertainty(less, least_squares(less, x).x)
-        if chance_of(rest[0], left.chi2 / max(left.dof, 1)) * len(known.names) > MARKER_MOVED_CHANCE:
-            break
-        alike = [m.name for m in rest[1:] if m.chi2 > rest[0].chi2 + 2 * np.log(POSE_RIVAL)]
-        out[rest[0].name] = alike[0] if alike else ""
-    return out
-
-
-def _found(problem: Problem, x: Array, known: MarkerMap) -> MarkerMap:
-    """The markers as the fit has them."""
-    table, names = problem.table, [f"{n}.{s}" for n in known.names for s in FRAME_SYMBOLS]
-    vector = x[0, [table.index[n] for n in names]].reshape(-1, 6)
-    rows = [problem.free.index(n) for n in names]
-    return replace(known, vector=vector, covariance=uncertainty(problem, x).covariance[np.ix_(rows, rows)])
-
-
-def _without(data: DataSet, names: Sequence[str]) -> DataSet:
-    """The data with the corners of some markers set aside."""
-    (obs,) = data.observations
-    assert obs.target is not None
-    gone = np.isin(obs.target, [i for i, t in enumerate(obs.targets) if t.name in names])
-    return replace(data, observations=(replace(obs, used=~gone if obs.used is None else obs.used & ~gone),))
 
 
 def _data(
@@ -252,7 +218,8 @@ def _residual(problem: Problem, x: Array, count: int) -> Array:
     """What is left of every corner (n, 2), px, in the order of the rows."""
     out = np.zeros((count, 2))
     for term, r in zip(problem.terms, problem.residuals(x), strict=True):
-        out[term.index] = r.value  # type: ignore[attr-defined]
+        assert isinstance(term, Rows)
+        out[term.index] = r.value
     return out
 
 

@@ -2,14 +2,13 @@
 
 The robot is a machine whose poses are known, and the two frames are all that is free: gross views, noise, hold-out and verdict are those
 of every identification. A camera that does not know how long a metre is has a scale, one with a clock of its own a delay.
-
-    sigma_g^2 = (sum r_g^2 + PRIOR sigma^2) / (n_g N / (N - p) + PRIOR)        g: across the view, along it, tilt, roll
-
-Noise that nobody stated is not the same in every direction of a camera. It is read off the residuals r of a first fit of N numbers and
-p unknowns, of each group of n_g numbers as far as they tell it, and weighs the second one.
+Noise that nobody states is read off the residuals of a first fit (`view_noise`), and weighs the second one. A camera without a target
+of known size drifts: then changes from pose to pose are what is fitted.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -25,16 +24,18 @@ from robocal.measure.machine import Rig
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 from robocal.session.vision.delay_start import start_delay
+from robocal.session.vision.view_noise import read_noise
 
-__all__ = ["CAMERA", "TARGET", "HandEye", "PosePairs", "locate_camera", "pair_data"]
+__all__ = ["CAMERA", "TARGET", "HandEye", "PosePairs", "locate_camera", "pair_data", "tell_flips"]
 
 CAMERA, TARGET = "camera", "board"
 DELAY = f"{CAMERA}.delay"
 FREE = (True,) * 6
-GROUPS = ((0, 1), (2,), (3, 4), (5,))  # across the view, along it, tilt, roll
-PRIOR = 10.0  # grid: numbers that a group's own noise must outweigh
 ROUNDS = 8  # grid: the delay doubles its digits in each
+STEP, TURN = 0.05, 0.1  # grid: m, rad, of a change that is compared
 DRIFT = 0.5  # tolerance: of the correlation of neighbours: half of it adds up
 SETTLED = 0.05  # tolerance: of the delay's sigma
 
@@ -75,6 +76,7 @@ class HandEye:
     target: Array
     delay: tuple[float, float] | None = None
     flipped: tuple[int, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
 
 def pair_data(pairs: PosePairs, machine: Array, twist: Array | None = None) -> DataSet:
@@ -97,14 +99,22 @@ def pair_data(pairs: PosePairs, machine: Array, twist: Array | None = None) -> D
 
 
 def changes_alone(data: DataSet, in_hand: bool) -> DataSet:
-    """The same data as changes from each pose to the next: of what drifts, these have errors of their own."""
+    """The same data as changes from each pose to the next that is far enough: of what drifts, these have errors of their own. With less
+    way between them the robot's own noise would be most of it, and a metre seem shorter than it is."""
     (seen,) = data.observations
-    away = se3.from_vector(seen.value)
+    way = se3.from_vector(data.configurations.starts)
+    kept = [0]
+    for i, pose in enumerate(way):
+        shift, turn = se3.displacement(way[kept[-1]], pose)
+        if np.linalg.norm(shift) > STEP or np.linalg.norm(turn) > TURN:
+            kept.append(i)
+    stops = np.array(kept)
+    away = se3.from_vector(seen.value[stops])
     away = away if in_hand else se3.inverse(away)
     own = seen.frame if in_hand else seen.targets[0]
-    first = np.arange(len(away) - 1)
+    assert own is not None
     moved = replace(
-        seen.take(first), kind="relative_pose", value=se3.to_vector(away[:-1] @ se3.inverse(away[1:])), second=first + 1,
+        seen.take(stops[:-1]), kind="relative_pose", value=se3.to_vector(away[:-1] @ se3.inverse(away[1:])), second=stops[1:],
         frame=None, targets=(own,), sigma=None, used=None, group=CAMERA,
     )  # fmt: skip
     return replace(data, observations=(moved,))
@@ -131,7 +141,16 @@ def locate_camera(pairs: PosePairs, options: Options | None = None, watch: Watch
         places[TARGET] = machine[0] @ places[CAMERA] @ pairs.seen[0]
     elif CAMERA not in places:
         places[CAMERA] = machine[0] @ places[TARGET] @ se3.inverse(pairs.seen[0])
-    return HandEye(found, places[CAMERA], places[TARGET], delay, tuple(flipped.tolist()))
+    out = tuple(flipped.tolist())
+    said = tell_flips([str(i + 1) for i in out], len(kept) + len(out))
+    return HandEye(found, places[CAMERA], places[TARGET], delay, out, said)
+
+
+def tell_flips(views: Sequence[str], total: int) -> tuple[Remark, ...]:
+    """The remark on views that were left out, for they show the other pose of a flat target."""
+    if not views:
+        return ()
+    return (Remark.of(Code.VIEWS_FLIPPED, count=len(views), total=total, views=tuple(views)),)
 
 
 def _flipped(pairs: PosePairs) -> Ints:
@@ -178,7 +197,7 @@ def _decide(pairs: PosePairs, data: DataSet, options: Options, watch: Watch | No
         data = changes_alone(data, pairs.in_hand)
         found = decide(rig, data, options, watch)
     (seen,) = data.observations
-    weighed = replace(seen, sigma=np.broadcast_to(read_noise(found), seen.value.shape))
+    weighed = replace(seen, sigma=read_noise(found.need_fit, DELAY if late else None))
     return decide(rig, replace(data, observations=(weighed,)), options, watch)
 
 
@@ -186,16 +205,3 @@ def _drift(found: Decision[Rig]) -> float:
     """How alike residuals of neighbours are: 0 of noise, 1 of what adds up on the way."""
     left = np.concatenate([r.value / r.value.std(axis=0) for r in found.residuals])
     return float((left[1:] * left[:-1]).mean())
-
-
-def read_noise(found: Decision[Rig]) -> Array:
-    """The noise (6,) of a measured pose, as the residuals of a first fit show it."""
-    fit = found.need_fit
-    used = np.concatenate([r.value[r.used] for r in fit.problem.residuals(fit.solution.x)])
-    more = used.size / max(used.size - fit.problem.n, 1)
-    out = np.empty(6)
-    for group in GROUPS:
-        unit = slice(0, 3) if group[0] < 3 else slice(3, 6)
-        own, common = used[:, group] ** 2, float(np.mean(used[:, unit] ** 2))
-        out[list(group)] = np.sqrt(more * (own.sum() + PRIOR * common) / (own.size + PRIOR))
-    return out

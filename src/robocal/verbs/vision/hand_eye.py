@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "run", "sections"]
 
-VIEWS = Arg("VIEWS", "corners.csv of robocal vision detect, or a CSV of poses of a target: x, y, z, qx, qy, qz, qw.")
+VIEWS = Arg(
+    "VIEWS",
+    "A folder of images, corners.csv of robocal vision detect, or a CSV of poses of a target: x, y, z, qx, qy, qz, qw.",
+)
 ROBOT = Arg("POSES", "The robot's poses, flange in base: a CSV, or a folder with a YAML file for each.")
 
 
@@ -29,8 +32,8 @@ class Options(BaseOptions):
     views; turn the hand by 30 deg or more between them, about two axes.
 
     \b
-    robocal vision detect images --sheet sheet.yaml -o corners.csv
-    robocal vision hand-eye corners.csv poses.csv --lens lens.yaml -o cell
+    robocal vision hand-eye images poses.csv --sheet sheet.yaml --lens lens.yaml -o cell
+    robocal vision hand-eye corners.csv poses.csv --lens lens.yaml
     robocal vision hand-eye corners.csv poses.csv --lens lens.yaml --camera fixed --maker ur
     robocal vision hand-eye marker_poses.csv poses.csv --units mm,deg --euler ZYX
 
@@ -84,6 +87,8 @@ class Options(BaseOptions):
         "UNITS",
         otherwise="those of headers; m,rad",
     )
+    dictionary: str | None = option(None, "Dictionary of the markers in images, as for detect", "NAME")
+    charuco: str | None = option(None, "A ChArUco board of so many squares in images", "COLUMNSxROWS")
     size: float | None = option(
         None, "Edge of a marker's black square, as measured on the print", "MM", unit="mm", above=0
     )
@@ -91,7 +96,7 @@ class Options(BaseOptions):
         None, "Edge of a square of a board, as measured on the print", "MM", unit="mm", above=0
     )
     checker: str | None = option(
-        None, "Squares of a checkerboard whose corners have numbers, but no places", "COLUMNSxROWS"
+        None, "A checkerboard of so many squares: in images, or of corners that have no places", "COLUMNSxROWS"
     )
     sheet: Path | None = option(None, "sheet.yaml of robocal vision sheet: where its markers are", "FILE")
     image: str | None = option(
@@ -107,9 +112,13 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[HandEyeCalibration]:
     """Finds camera and target; a folder gets hand_eye.json, .yaml, .urdf, .html and static_transform.sh. Raises InputError."""
-    from robocal.session.vision.hand_eye_result import FILES, find_hand_eye
+    from robocal.session.vision.hand_eye_images import is_table
+    from robocal.session.vision.hand_eye_result import CORNERS, FILES, find_hand_eye
 
-    files = () if o.output is None else tuple(f for f in FILES if f != "lens.yaml" or o.free_lens)
+    files: tuple[str, ...] = ()
+    if o.output is not None:
+        files = tuple(f for f in FILES if f != "lens.yaml" or o.free_lens)
+        files = files if is_table(o.corners) else (*CORNERS, *files)
     return run_verb(o, files, lambda: find_hand_eye(o, watch, command, files), sections)
 
 

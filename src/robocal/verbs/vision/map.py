@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "details", "run", "sections"]
 
-OF_A_NEW_MAP = ("size", "origin", "without", "fix")
+OF_A_NEW_MAP = ("size", "origin", "without", "fix", "prior")
 CORNERS = Arg("CORNERS", "corners.csv of robocal vision detect, or a table with view, marker, corner, u, v.")
 
 
@@ -34,6 +34,7 @@ class Options(BaseOptions):
     robocal vision detect images --dictionary 36h11 --size 60 -o corners.csv
     robocal vision map corners.csv --lens lens.yaml --size 60 -o map.yaml
     robocal vision map corners.csv --lens lens.yaml --size 60 --size 7=120 --origin 7 -o map.yaml
+    robocal vision map corners.csv --lens lens.yaml --size 60 --prior march.yaml -o june.yaml
     robocal vision map corners.csv --lens lens.yaml --held map.yaml -o poses.csv
 
     The lens stays free within what lens.yaml says of it. A file of OpenCV, ROS or Kalibr says nothing: then f and c may
@@ -42,6 +43,9 @@ class Options(BaseOptions):
     "Located" means that views which were left out are met as well as the noise of corners allows. The origin of the
     coordinates is a marker; what the map may be off by is counted without a reference. With -o map.yaml, the covariance,
     map.json and map.html are written beside it.
+
+    With --prior markers are believed to stand to one another as the file says, within its sigma; the file may be a TagSLAM
+    file with boards. A marker that moved since is named with its distance, and nothing is believed of it.
 
     With --held the map stays as it is, and the list has where the camera was in each image. Sigma of a pose holds the
     noise of its corners, the covariance of the map and that of the lens. An image with two poses that fit alike is not in
@@ -57,6 +61,9 @@ class Options(BaseOptions):
     )
     size: tuple[str, ...] = option(
         (), "Edge of the markers' black squares in mm, as measured; of some alone as 7=120", "[ID=]MM", listed=True
+    )
+    prior: Path | None = option(
+        None, "What is known of the markers beforehand: surveyed tags, boards, the map of last month", "FILE"
     )
     origin: str | None = option(
         None, "Marker in which the coordinates begin, with its axes", "ID", otherwise="the one that most views show"

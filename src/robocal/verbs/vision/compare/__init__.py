@@ -13,7 +13,7 @@ from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
-    from robocal.verbs.vision.compare.result import ComparedMaps
+    from robocal.session.vision.map_repeats import ComparedMaps
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -46,13 +46,13 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[ComparedMaps]:
     """Compares maps; a folder gets the document, a table, two pictures and a page. Raises InputError."""
-    from robocal.verbs.vision.compare.result import find_scatter
+    from robocal.session.vision.map_repeats import find_scatter
 
     return run_verb(o, FILES, lambda: find_scatter(o, command), sections, details)
 
 
 def sections(made: Outcome[ComparedMaps]) -> Iterator[Section]:
     """How the maps scatter, and which markers moved."""
-    from robocal.verbs.vision.compare.page import compare_sections
+    from robocal.report.repeats_page import compare_sections
 
     yield from compare_sections(made.result, made.written)

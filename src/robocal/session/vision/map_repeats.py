@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +23,6 @@ from robocal.session.verb_base import VerbResult
 from robocal.vision.map_comparison import MapComparison, ShiftTest, compare_maps, find_shifts
 from robocal.vision.map_gauge import take_markers
 from robocal.vision.maps import MarkerMap
-
-if TYPE_CHECKING:
-    from robocal.verbs.vision.compare import Options
 
 __all__ = ["ComparedMaps", "MapsDocument", "find_scatter"]
 
@@ -48,7 +45,7 @@ class MapsDocument(Document):
 
 
 @record
-class MovedMarker:
+class MarkerShift:
     """A marker that stands elsewhere in one map than in the first."""
 
     file: str
@@ -61,8 +58,8 @@ class ComparedMaps(VerbResult):
     """Maps that were compared, and the markers that moved."""
 
     files: tuple[MapFile, ...]
-    found: MapComparison
-    moved: tuple[MovedMarker, ...]
+    comparison: MapComparison
+    moved: tuple[MarkerShift, ...]
 
     @property
     def names(self) -> list[str]:
@@ -72,9 +69,9 @@ class ComparedMaps(VerbResult):
     @cached_property
     def markers(self) -> Listing:
         """A row for each marker, by its distance from the reference."""
-        found = self.found
+        found = self.comparison
         order = np.argsort(found.distance, kind="stable")
-        deviation, (aligned, anchored) = 1e3 * found.deviation[order], found.apart
+        deviation, (aligned, anchored) = 1e3 * found.deviation[order], found.pair_distances
         columns = [
             Column("marker", "", [found.names[i] for i in order.tolist()]),
             Column("distance", "mm", 1e3 * found.distance[order], digits=6, figures=4),
@@ -105,13 +102,13 @@ class ComparedMaps(VerbResult):
     @property
     def head(self) -> dict[str, Any]:
         """What stands at the head of its page."""
-        facts = (("Maps", ", ".join(self.names)), ("Markers", f"{len(self.found.names)} in all maps"))
+        facts = (("Maps", ", ".join(self.names)), ("Markers", f"{len(self.comparison.names)} in all maps"))
         return {"title": "Maps of the same markers", "kind": "Repeatability", "facts": facts}
 
     @property
     def document(self) -> MapsDocument:
         """What --json says."""
-        found = self.found
+        found = self.comparison
         return self.document_of(
             MapsDocument, maps=self.names, scale=found.scale.tolist(), reference=found.reference, markers=self.markers, chi2=found.chi2,
             dof=found.dof, moved=self.shifts,
@@ -122,18 +119,20 @@ class ComparedMaps(VerbResult):
         from robocal.report.map_scatter import draw_axes, draw_distances
 
         return {
-            "maps.json": json_text(self.document), "markers.csv": listing_text(self.markers), "distance.svg": draw_distances(self.found),
-            "axes.svg": draw_axes(self.found),
-        }  # fmt: skip
+            "maps.json": json_text(self.document),
+            "markers.csv": listing_text(self.markers),
+            "distance.svg": draw_distances(self.comparison),
+            "axes.svg": draw_axes(self.comparison),
+        }
 
     def details(self) -> Iterator[Section]:
         """The pictures."""
-        from robocal.verbs.vision.compare.page import compare_pictures
+        from robocal.report.repeats_page import compare_pictures
 
         yield from compare_pictures(self)
 
 
-def find_scatter(o: Options, command: str = "") -> ComparedMaps:
+def find_scatter(o: Any, command: str = "") -> ComparedMaps:
     """Reads the maps and compares them. Raises InputError."""
     files = tuple(read_map(place) for place in o.maps)
     maps = [f.map for f in files]
@@ -145,7 +144,7 @@ def find_scatter(o: Options, command: str = "") -> ComparedMaps:
     said += _remarks(files, maps, found, moved)
     return ComparedMaps(
         files=files,
-        found=found,
+        comparison=found,
         moved=moved,
         warnings=tuple(said),
         inputs=tuple(f.file for f in files),
@@ -153,9 +152,9 @@ def find_scatter(o: Options, command: str = "") -> ComparedMaps:
     )
 
 
-def _moved(file: MapFile, first: MarkerMap, other: MarkerMap) -> list[MovedMarker]:
+def _moved(file: MapFile, first: MarkerMap, other: MarkerMap) -> list[MarkerShift]:
     """Markers that moved from the first map to another, one by one: each by more than the others differ without it."""
-    out: list[MovedMarker] = []
+    out: list[MarkerShift] = []
     names = list(first.names)
     while len(names) > FEWEST and first.covariance is not None and other.covariance is not None:
         tests = sorted(find_shifts(take_markers(first, names), take_markers(other, names)), key=lambda t: -t.chi2)
@@ -165,13 +164,13 @@ def _moved(file: MapFile, first: MarkerMap, other: MarkerMap) -> list[MovedMarke
         if scipy.special.chdtrc(worst.dof, worst.chi2 / noise) * len(first.names) > MARKER_MOVED_CHANCE:
             break
         alike = [t.name for t in tests[1:] if t.chi2 > worst.chi2 + 2 * noise * np.log(POSE_RIVAL)]
-        out.append(MovedMarker(file.file.file.name, worst, alike[0] if alike else ""))
+        out.append(MarkerShift(file.file.file.name, worst, alike[0] if alike else ""))
         names = rest
     return out
 
 
 def _remarks(
-    files: Sequence[MapFile], maps: Sequence[MarkerMap], found: MapComparison, moved: Sequence[MovedMarker]
+    files: Sequence[MapFile], maps: Sequence[MarkerMap], found: MapComparison, moved: Sequence[MarkerShift]
 ) -> Iterator[Remark]:
     for m in moved:
         away = Quantity(m.test.distance, "m")

@@ -14,7 +14,7 @@ from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
-    from robocal.verbs.vision.detect.result import Detected
+    from robocal.session.vision.detection import Detected
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -63,7 +63,7 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Detected]:
     """Finds and fits corners; FILE.csv gets FILE.json and FILE.html beside it. Raises InputError."""
-    from robocal.verbs.vision.detect.result import detect
+    from robocal.session.vision.detection import detect
 
     if o.output is None:
         return run_verb(o, (), lambda: detect(o, watch, command))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -13,18 +13,15 @@ from robocal.report.map_scatter import draw_axes, draw_distances
 from robocal.report.map_scene import draw_map
 from robocal.report.sections import Figure, Section, Text, ends, figure, listing_table, quiet
 
-if TYPE_CHECKING:
-    from robocal.verbs.vision.compare.result import ComparedMaps
-
 __all__ = ["compare_pictures", "compare_sections"]
 
 BRIEF = 12  # markers that a terminal lists
 SHORT = 5  # columns for which it has room
 
 
-def compare_sections(made: ComparedMaps, written: Sequence[Path]) -> Iterator[Section]:
+def compare_sections(made: Any, written: Sequence[Path]) -> Iterator[Section]:
     """The scatter as a whole, marker by marker, and markers that moved."""
-    found = made.found
+    found = made.comparison
     each = 1e3 * np.sqrt(np.mean(np.square(found.deviation), axis=0))
     words = ", ".join(f"{a} {figure(float(v), 3)}" for a, v in zip("xyz", each, strict=True))
     yield Section.of(
@@ -46,8 +43,8 @@ def compare_sections(made: ComparedMaps, written: Sequence[Path]) -> Iterator[Se
     yield from ends(made.remarks, written)
 
 
-def _prediction(made: ComparedMaps) -> Iterator[Text]:
-    found = made.found
+def _prediction(made: Any) -> Iterator[Text]:
+    found = made.comparison
     if found.chi2 is not None and found.dof:
         times = float(np.sqrt(found.chi2 / found.dof))
         yield Text.of(
@@ -55,9 +52,9 @@ def _prediction(made: ComparedMaps) -> Iterator[Text]:
         )
 
 
-def compare_pictures(made: ComparedMaps) -> Iterator[Section]:
+def compare_pictures(made: Any) -> Iterator[Section]:
     """Scatter against distance, along the axes, and on the map."""
-    found = made.found
+    found = made.comparison
     caption = "Between every two maps, the middle of each marker. Red: maps aligned on the reference marker alone; blue: on all markers."
     yield Section.of("Distance from the reference", Figure(draw_distances(found), caption), key="distance")
     caption = "Corners, and what each map has them off the mean, along the axes of the reference marker. Grey: two sigma as predicted."

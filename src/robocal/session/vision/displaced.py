@@ -1,0 +1,93 @@
+"""Markers that stand elsewhere than a prior has them, in corners: found one by one, so that one does not accuse its neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robocal._record import record, replace
+from robocal._types import Array
+from robocal.diagnose.limits import MARKER_MOVED_CHANCE, POSE_RIVAL
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
+from robocal.estimate.uncertainty import uncertainty
+from robocal.geometry import se3
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Rig
+from robocal.parameters import FRAME_SYMBOLS
+from robocal.session.vision.corner_table import CAMERA, CornerTable
+from robocal.session.vision.map_prior import MapPrior, MarkerChange, chance_of, find_contradictions, prior_targets
+from robocal.vision.map_gauge import take_markers
+from robocal.vision.maps import MarkerMap
+
+__all__ = ["DisplacedMarker", "exclude_markers", "find_displaced", "with_map_prior"]
+
+
+@record
+class DisplacedMarker:
+    """A marker that contradicts its prior, and another that explains as much where there is one."""
+
+    change: MarkerChange
+    other: str
+
+
+def find_displaced(data: DataSet, prior: MapPrior, loss: str = "none") -> tuple[DisplacedMarker, ...]:
+    """Under the stated noise, for a large contradiction passes for noise otherwise; each has to contradict by more than the noise that is
+    left without it. `data` have the targets of the prior, and what these share."""
+    out: list[DisplacedMarker] = []
+    names = [t.name for t in prior.targets if t.prior is not None]
+    gone: list[str] = []
+    while prior.together and len(gone) < len(names):
+        made = build(Rig(CAMERA), exclude_markers(data, gone)).with_loss(loss)
+        x = least_squares(made, made.start).x
+        rest = [m for m in find_contradictions(prior, _map_of(made, x, names)) if m.name not in gone]
+        if not rest:
+            break
+        less = build(Rig(CAMERA), exclude_markers(data, [*gone, rest[0].name])).with_loss(loss)
+        left = uncertainty(less, least_squares(less, x).x)
+        if chance_of(rest[0], left.chi2 / max(left.dof, 1)) * len(names) > MARKER_MOVED_CHANCE:
+            break
+        alike = [m.name for m in rest[1:] if m.chi2 > rest[0].chi2 + 2 * np.log(POSE_RIVAL)]
+        out.append(DisplacedMarker(rest[0], alike[0] if alike else ""))
+        gone.append(rest[0].name)
+    return tuple(out)
+
+
+def _map_of(problem: Problem, x: Array, names: Sequence[str]) -> MarkerMap:
+    """The markers as a fit has them, with their covariance."""
+    own = [f"{n}.{s}" for n in names for s in FRAME_SYMBOLS]
+    vector = x[0, [problem.table.index[n] for n in own]].reshape(-1, 6)
+    rows = [problem.free.index(n) for n in own]
+    covariance = uncertainty(problem, x).covariance[np.ix_(rows, rows)]
+    return MarkerMap(tuple(names), np.ones(len(names)), se3.to_vector(se3.from_vector(vector)), covariance)
+
+
+def exclude_markers(data: DataSet, names: Sequence[str]) -> DataSet:
+    """The data with the corners of some markers set aside."""
+    (obs,) = data.observations
+    assert obs.target is not None
+    gone = np.isin(obs.target, [i for i, t in enumerate(obs.targets) if t.name in names])
+    return replace(data, observations=(replace(obs, used=~gone if obs.used is None else obs.used & ~gone),))
+
+
+def with_map_prior(
+    table: CornerTable, maps: Sequence[MarkerMap], loss: str
+) -> tuple[CornerTable, tuple[DisplacedMarker, ...]]:
+    """Corners whose markers have a start, with what maps say of these beforehand; and markers that contradict it, of which nothing is
+    taken. Raises ModelError."""
+    data, prior = _believe(table.data, maps)
+    displaced = find_displaced(data, prior, loss)
+    if displaced:
+        gone = {m.change.name for m in displaced}
+        rest = [[n for n in m.names if n not in gone] for m in maps]
+        data, _ = _believe(table.data, [take_markers(m, names) for m, names in zip(maps, rest, strict=True) if names])
+    return replace(table, data=data), displaced
+
+
+def _believe(data: DataSet, maps: Sequence[MarkerMap]) -> tuple[DataSet, MapPrior]:
+    (obs,) = data.observations
+    prior = prior_targets(maps, obs.targets)
+    options = {**obs.options, "together": prior.together}
+    return replace(data, observations=(replace(obs, targets=prior.targets, options=options),)), prior

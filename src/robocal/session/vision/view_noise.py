@@ -1,0 +1,93 @@
+"""How large the noise of a measured pose is where nobody states it, as the residuals r of a first fit show it.
+
+    sigma_g^2 = f (sum r_g^2 + PRIOR sigma^2) / (n_g (N - p) / N + PRIOR)        g: across the view, along it, tilt, roll
+
+A camera is not as sure along its view as across it. Each group of n_g numbers has its own noise as far as these tell it, of N numbers and
+p unknowns in all. Where residuals follow one another, as errors of a robot do on its way, f is what that takes from them
+(`diagnose/serial`), else 1.
+
+Beside a moving robot the times of the views scatter as well. With v_i what a second does to the numbers of view i,
+
+    t_i = v_i' S^-1 r_i / v_i' S^-1 v_i,    var t_i = q + 1 / v_i' S^-1 v_i,    sigma_ic^2 = sigma_c^2 + m_i q v_ic^2
+
+and m_i = (sum w)^2 / sum w^2, w = v_ic^2 / sigma_c^2, is as how many numbers one late view counts. q and S are found in turns, by the
+mean of t_i^2 as that of noise. Source: Paule and Mandel, J. Res. NBS 87 (1982).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robocal._types import Array
+from robocal.diagnose.serial import correlation_factor
+from robocal.fit.fit import Fit
+
+__all__ = ["read_noise"]
+
+GROUPS = ((0, 1), (2,), (3, 4), (5,))  # across the view, along it, tilt, roll
+PRIOR = 10.0  # grid: numbers that a group's own noise must outweigh
+CLEAR = 4.0  # tolerance: standard deviations of a correlation of neighbours, beyond chance
+TURNS, HALVINGS = 8, 60  # grid: of q and S in turns, and of an interval
+LATEST = 1.0  # grid: s, by which times of views may scatter
+
+
+def read_noise(fit: Fit, late: str | None = None) -> Array:
+    """The noise (k, 6) of measured poses; `late` names the delay of their clock, where they were taken on the way."""
+    residuals = fit.problem.residuals(fit.solution.x)
+    left, used = (np.concatenate([getattr(r, n) for r in residuals]) for n in ("value", "used"))
+    more = used.sum() * 6 / max(used.sum() * 6 - fit.problem.n, 1)
+    if late is None or late not in fit.problem.free:
+        return np.broadcast_to(_by_group(left[used], more), left.shape)
+    speed = _speeds(fit, late)
+    own, r, v = _by_group(left[used], more), left[used], speed[used]
+    q = 0.0
+    for _ in range(TURNS):
+        told = np.sum((v / own) ** 2, axis=1)
+        late_by = np.sum(v * r / own**2, axis=1) / np.maximum(told, 1e-12)
+        q = _scatter(late_by, told)
+        share = q * told / (1 + q * told)
+        rest = r - v * (late_by * share)[:, None]
+        own = _by_group(rest, more * r.size / (r.size - share.sum()))
+    weight = (speed / own) ** 2
+    count = weight.sum(axis=1) ** 2 / np.maximum(np.sum(weight**2, axis=1), 1e-12)
+    return np.asarray(np.sqrt(own**2 + q * count[:, None] * speed**2))
+
+
+def _by_group(left: Array, more: float) -> Array:
+    """The noise (6,) of residuals (k, 6), whose squares are `more` than they seem."""
+    out = np.empty(6)
+    for group in GROUPS:
+        unit = slice(0, 3) if group[0] < 3 else slice(3, 6)
+        own, common = left[:, group] ** 2, float(np.mean(left[:, unit] ** 2))
+        size = np.sqrt(more * _repeated(left[:, group]) * (own.sum() + PRIOR * common) / (own.size + PRIOR))
+        out[list(group)] = max(float(size), np.finfo(float).tiny)
+    return out
+
+
+def _repeated(left: Array) -> float:
+    """By how much residuals (k, g) that follow one another say less than as many of noise."""
+    white = left / np.maximum(np.sqrt(np.mean(left**2, axis=0)), np.finfo(float).tiny)
+    alike = float((white[1:] * white[:-1]).mean()) * np.sqrt(white[1:].size)
+    return correlation_factor(white) if alike > CLEAR else 1.0
+
+
+def _speeds(fit: Fit, late: str) -> Array:
+    """What a second does to the numbers of every row, (k, 6)."""
+    alone, x = fit.problem.with_free((late,)), fit.solution.x
+    parts = []
+    for term in alone.bound_terms:
+        j = term.evaluate(x, np.zeros(1, dtype=np.int64), 0, len(term.configuration))[1]
+        parts.append(j[0][..., term.columns >= 0].sum(axis=-1))
+    return np.concatenate(parts)
+
+
+def _scatter(late_by: Array, told: Array) -> float:
+    """q with mean of t^2 / (q + 1 / told) one, by bisection; nought where noise explains t (k,) alone."""
+    low, high = 0.0, LATEST**2
+    noise = 1 / np.maximum(told, 1e-12)
+    if np.mean(late_by**2 / noise) <= 1:
+        return 0.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if np.mean(late_by**2 / (middle + noise)) > 1 else (low, middle)
+    return high

@@ -1,0 +1,212 @@
+"""`vision map`: markers that the tests know, seen by formulas of their own."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from cli.runs import robocal as run
+from lens_world import LENS, SIZE, turn, write
+from map_world import EDGE, PLACES, cameras, map_rows, room, sightings
+
+from robocal.files.map import read_map
+from robocal.geometry import se3
+from robocal.vision.map_gauge import rigid_projector
+
+NOISE = 0.1
+
+
+@pytest.fixture
+def lens(tmp_path):
+    numbers = ", ".join(f"{k}: {v}" for k, v in LENS.items())
+    image = f"[{SIZE[0]}, {SIZE[1]}]"
+    (tmp_path / "lens.yaml").write_text(
+        f"robocal: 1\nkind: lens\nmodel: brown\nimage: {image}\nnumbers: {{{numbers}}}\nsigma: {{fx: 2, fy: 2, cx: 2, cy: 2, k1: 0.01}}\n"
+    )
+    return str(tmp_path / "lens.yaml")
+
+
+def world(seed=1, count=12, edges=None):
+    rng = np.random.default_rng(seed)
+    poses, views = room(rng), cameras(rng, count)
+    return rng, poses, views, np.full(len(poses), EDGE) if edges is None else edges
+
+
+def corners(tmp_path, rows, name="corners.csv"):
+    return write(tmp_path / name, rows)
+
+
+def usual(tmp_path, **how):
+    rng, poses, views, edges = world(**how)
+    return corners(tmp_path, map_rows(sightings(poses, views, edges), NOISE, rng)), poses
+
+
+def find(lens, *words):
+    ran = run("vision", "map", *words, "--lens", lens, "--json")
+    assert ran.status in (0, 3), ran.err
+    return json.loads(ran.out), ran.status
+
+
+def codes(document):
+    return {r["code"] for r in (*document["remarks"], *document["verdict"]["remarks"])}
+
+
+def column(listing, name):
+    return next(c["values"] for c in listing["columns"] if c["name"] == name)
+
+
+def test_the_map_is_found_and_told(tmp_path, lens):
+    place, poses = usual(tmp_path)
+    ran = run("vision", "map", place, "--lens", lens, "--size", "60", "-o", str(tmp_path / "map.yaml"))
+    assert ran.status == 0 and "LOCATED" in ran.out, ran.said
+    known = read_map(tmp_path / "map.yaml").map
+    told = json.loads((tmp_path / "map.json").read_text())
+    first = known.names.index(told["origin"])
+    assert np.allclose(known.vector[first], 0, atol=1e-9)
+    true = poses[[int(n) for n in known.names]]
+    off = np.concatenate(se3.displacement(known.poses, se3.inverse(true[first]) @ true), axis=1).ravel()
+    sigma = np.sqrt(np.diag(known.covariance))
+    assert np.abs(rigid_projector(known) @ off / sigma).max() < 4.5 and sigma.reshape(-1, 6)[:, :3].max() < 2e-4
+    assert told["errors"]["fitted"]["rms"] == pytest.approx(NOISE * np.sqrt(2), rel=0.1)
+    assert told["errors"]["left_out"]["rms"] < 1.4 * told["errors"]["fitted"]["rms"]
+    page = (tmp_path / "map.html").read_text()
+    assert page.count("<svg") >= 1 and "least sure first" in page
+    again = run("vision", "map", place, "--lens", lens, "--size", "60", "-o", str(tmp_path / "map.yaml"))
+    assert again.status == 2 and "map.yaml" in again.err
+
+
+def test_sizes_by_number_and_the_origin(tmp_path, lens):
+    edges = np.full(len(PLACES), EDGE)
+    edges[7] = 0.09
+    place, poses = usual(tmp_path, edges=edges)
+    told, status = find(lens, place, "--size", "60", "--size", "7=90", "--origin", "5")
+    assert status == 0 and told["origin"] == "5"
+    at = dict(zip(column(told["markers"], "marker"), column(told["markers"], "size"), strict=True))
+    assert at["7"] == pytest.approx(90) and at["6"] == pytest.approx(60)
+    where = {n: [column(told["markers"], a)[i] for a in "xyz"] for i, n in enumerate(column(told["markers"], "marker"))}
+    way = se3.inverse(poses[5]) @ poses[7]
+    assert np.allclose(where["7"], 1e3 * way[:3, 3], atol=0.5)
+    wrong, status = find(lens, place, "--size", "60")
+    assert status == 3 and "map-misses" in codes(wrong)  # obeys: map-misses
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--size", "60", "--size", "70"), "told twice"),
+        (("--size", "sixty"), "not an edge"),
+        (("--size", "7=60"), "without a size"),
+        (("--size", "60", "--size", "99=60"), "99"),
+        (("--size", "60", "--origin", "99"), "--origin"),
+        (("--size", "60", "--without", "99"), "--without"),
+        (("--size", "60", "--image", "1920x1080"), "another size"),
+        ((), "--size"),
+    ],
+)
+def test_wrong_options_are_named(tmp_path, lens, words, said):
+    place, _ = usual(tmp_path, count=3)
+    ran = run("vision", "map", place, "--lens", lens, *words)
+    assert ran.status == 2 and said in ran.err, ran.said
+
+
+def test_islands_are_named(tmp_path, lens):
+    rng, poses, views, edges = world()
+    seen = [s for s in sightings(poses, views, edges) if (s[1] < 4) == (s[0] % 2 == 0)]
+    ran = run("vision", "map", corners(tmp_path, map_rows(seen, NOISE, rng)), "--lens", lens, "--size", "60")
+    assert ran.status == 2 and "no view joins" in ran.err and "0, 1, 2, 3" in ran.err, ran.said
+
+
+def test_markers_that_are_seen_once_are_no_map(tmp_path, lens):
+    rng, poses, views, edges = world()
+    seen = [s for s in sightings(poses, views[:6], edges) if s[1] % 6 == s[0]]
+    ran = run("vision", "map", corners(tmp_path, map_rows(seen, NOISE, rng)), "--lens", lens, "--size", "60")
+    assert ran.status == 2 and "no marker is seen in two views" in ran.err, ran.said
+    seen = list(sightings(poses, views[:2], edges))
+    ran = run("vision", "map", corners(tmp_path, map_rows(seen, NOISE, rng)), "--lens", lens, "--size", "60")
+    assert ran.status == 2 and "too few views" in ran.err, ran.said
+    seen = [s for s in sightings(poses, views, edges) if s[1] == 3]
+    ran = run("vision", "map", corners(tmp_path, map_rows(seen, NOISE, rng)), "--lens", lens, "--size", "60")
+    assert ran.status == 2 and "one marker is no map" in ran.err, ran.said
+
+
+def test_a_number_twice_in_one_view_is_named(tmp_path, lens):
+    rng, poses, views, edges = world()
+    names = list(range(len(poses)))
+    names[6] = 3
+    rows = map_rows(sightings(poses, views, edges), NOISE, rng, names)
+    ran = run("vision", "map", corners(tmp_path, rows), "--lens", lens, "--size", "60")
+    assert ran.status == 2 and "marker 3 in view v1" in ran.err, ran.said
+
+
+def test_two_markers_of_one_number_in_views_of_their_own_are_named(tmp_path, lens):
+    rng, poses, views, edges = world(count=20)
+    seen = [
+        (v, 3 if m == 6 else m, uv)
+        for v, m, uv in sightings(poses, views, edges)
+        if not (m == 3 and v % 2) and not (m == 6 and v % 2 == 0)
+    ]
+    place = corners(tmp_path, map_rows(seen, NOISE, rng))
+    ran = run("vision", "map", place, "--lens", lens, "--size", "60")
+    assert ran.status == 2 and "marker 3; " in ran.err and "two places" in ran.err, ran.said
+    told, status = find(lens, place, "--size", "60", "--without", "3")
+    assert status == 0 and "marker-moved" not in codes(told)
+
+
+@pytest.mark.parametrize("far", [0.003, 0.05])
+def test_a_marker_that_moves_half_way_is_named(tmp_path, lens, far):
+    rng, poses, views, edges = world(count=20)
+    other = poses.copy()
+    other[4, :3, 3] += [far, -far / 2, 0.0]
+    other[4, :3, :3] = turn(np.array([0, 0, 3 * far])) @ other[4, :3, :3]
+    seen = [
+        *sightings(poses, views[:10], edges),
+        *((v + 10, m, uv) for v, m, uv in sightings(other, views[10:], edges)),
+    ]
+    place = corners(tmp_path, map_rows(seen, NOISE, rng))
+    told, status = find(lens, place, "--size", "60")
+    moved = [r for r in told["verdict"]["remarks"] if r["code"] == "marker-moved"]
+    assert status == 3 and [r["numbers"]["marker"] for r in moved] == ["4"], told["verdict"]
+    told, status = find(lens, place, "--size", "60", "--without", "4")
+    assert status == 0 and "marker-moved" not in codes(told)  # obeys: marker-moved
+    assert moved[0]["numbers"]["first"] == "v11" and "before view v11" in moved[0]["sentence"]
+
+
+def test_a_lens_of_another_camera_is_contradicted(tmp_path, lens):
+    rng, poses, views, edges = world(count=15)
+    other = LENS | {"cx": LENS["cx"] + 25, "fx": 1075.0, "fy": 1080.0}
+    place = corners(tmp_path, map_rows(sightings(poses, views, edges, other), NOISE, rng))
+    told, _ = find(lens, place, "--size", "60")
+    assert "lens-prior-contradicted" in codes(told)
+    place, _ = usual(tmp_path, count=15)
+    assert "lens-prior-contradicted" not in codes(
+        find(lens, place, "--size", "60")[0]
+    )  # obeys: lens-prior-contradicted
+
+
+def test_corners_outside_the_image_are_told(tmp_path, lens):
+    rng, poses, views, edges = world()
+    rows = map_rows(sightings(poses, views, edges), NOISE, rng)
+    bad = [dict(r) for r in rows]
+    bad[8]["u [px]"] = "-2.5"
+    told, status = find(lens, corners(tmp_path, bad), "--size", "60")
+    said = [r for r in told["remarks"] if r["code"] == "corners-outside"]
+    assert status == 0 and said[0]["numbers"]["count"] == 1
+    told, _ = find(lens, corners(tmp_path, [*bad[:8], *bad[9:]], "less.csv"), "--size", "60")
+    assert "corners-outside" not in codes(told)  # obeys: corners-outside
+    for r in rows:
+        r["u [px]"], r["v [px]"] = r["v [px]"], r["u [px]"]
+    ran = run("vision", "map", corners(tmp_path, rows, "turned.csv"), "--lens", lens, "--size", "60")
+    assert ran.status == 2 and "exchanged" in ran.err, ran.said
+
+
+def test_a_marker_in_few_views_is_told(tmp_path, lens):
+    rng, poses, views, edges = world()
+    seen = list(sightings(poses, views, edges))
+    mine = [s[0] for s in seen if s[1] == 2][:2]
+    some = [s for s in seen if s[1] != 2 or s[0] in mine]
+    told, _ = find(lens, corners(tmp_path, map_rows(some, NOISE, rng)), "--size", "60")
+    said = [r for r in told["remarks"] if r["code"] == "markers-in-few-views"]
+    assert said and said[0]["numbers"]["markers"] == ["2"]
+    told, _ = find(lens, corners(tmp_path, map_rows(seen, NOISE, rng), "more.csv"), "--size", "60")
+    assert "markers-in-few-views" not in codes(told)  # obeys: markers-in-few-views
