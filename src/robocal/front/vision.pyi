@@ -10,7 +10,8 @@ from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_e
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
 from robocal.session.vision.map_repeats import ComparedMaps as _compare_ComparedMaps
-from robocal.session.vision.map_result import MarkersFound as _map_MarkersFound
+from robocal.session.vision.map_result import MarkerMapResult as _map_MarkerMapResult
+from robocal.session.vision.other_formats import ExportedText as _export_ExportedText
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
 _Path = str | os.PathLike[str]
@@ -101,7 +102,7 @@ def intrinsics(
     square: float | None = None,
     checker: str | None = None,
     sheet: _Path | None = None,
-    image: str | None = None,
+    image: str | tuple[int, int] | None = None,
     images: str | Sequence[str] = (),
     exclude: str | Sequence[str] = (),
     output: _Path | None = None,
@@ -142,12 +143,12 @@ def map(
     without: str | Sequence[str] = (),
     fix: str | Sequence[str] = (),
     loss: str = 'huber',
-    image: str | None = None,
+    image: str | tuple[int, int] | None = None,
     exclude: str | Sequence[str] = (),
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found[_map_MarkersFound | _map_MapPlaces]:
+) -> Found[_map_MarkerMapResult | _map_MapPlaces]:
     """Find where markers are to one another from images of them, with what the map may be off by. No robot is needed.
 
     Put markers of different numbers anywhere, and take 20 to 100 images from different sides. Every image should show
@@ -193,7 +194,7 @@ def hand_eye(
     square: float | None = None,
     checker: str | None = None,
     sheet: _Path | None = None,
-    image: str | None = None,
+    image: str | tuple[int, int] | None = None,
     exclude: str | Sequence[str] = (),
     folds: int | None = None,
     output: _Path | None = None,
@@ -251,6 +252,29 @@ def compare(
     maps: Maps of the same markers: map.yaml, or files of TagSLAM, MarkerMapper, PLY; two or more.
     reference: The marker whose axes are taken, and from which distances count.  [default: the first of the first map]
     output: Write maps.json, markers.csv, distance.svg, axes.svg and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def export(
+    file: _Given,
+    *,
+    form: str | None = None,
+    camera: str | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_export_ExportedText]:
+    """Write a map of markers, or a lens, in the format of another program; or read one of theirs.
+
+    Formats of maps: robocal, json, tagslam, markermapper (ArUco), ply. Formats of lenses: robocal, opencv, ros, kalibr.
+
+    file: A map or a lens in any of these formats.
+    form: The format to write.  [default: by the suffix: .yaml, .json, .ply]
+    camera: Of a file with several cameras the one to read, and its name in the output.
+    output: Write here, not to the terminal.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
