@@ -243,6 +243,7 @@ def test_few_views_of_few_markers_are_not_enough(tmp_path, lens):
     assert found["map-unproven", 3] == (True, 3) and found["map-unproven", 12] == (False, 0)  # obeys: map-unproven
 
 
+@pytest.mark.slow
 def test_images_serve_as_well(tmp_path, lens):
     """Markers on a table, drawn and detected: where they were drawn, by what is told."""
     cv2 = pytest.importorskip("cv2")
