@@ -62,6 +62,7 @@ OTHER = {
     "maps-apart": "session/test_map_compare.py",
     "maps-of-other-markers": "session/test_map_compare.py",
     "maps-scaled": "session/test_map_compare.py",
+    "marker-moved-since": "session/test_known_markers.py",
     "marker-moved-between": "session/test_map_compare.py",
     "map-without-sigma": "session/test_map_places.py",
     "lens-without-sigma": "session/test_map_places.py",
@@ -90,7 +91,7 @@ OTHER = {
     "views-exchanged": "diagnose/test_views.py",
 }
 OTHER |= dict.fromkeys(
-    "poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved".split(),
+    "labels-turned poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved".split(),
     "cli/test_hand_eye_advice.py",
 )
 OTHER |= dict.fromkeys(

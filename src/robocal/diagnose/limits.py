@@ -314,6 +314,8 @@ IMAGE_WHITE = limit(0.5, "of the bright pixels", "Half of what is white around t
 IMAGE_COVERAGE = limit(0.4, "of 8 x 6 parts", "A lens is known where corners were, and here most of it is not.")
 VIDEO_FRAMES = limit(0.95, "of the frames that a video states", "Some files state their frames from length and rate, a little wrong.")
 IMAGE_VIEWS = limit(5, "images", "Of fewer, nobody expects that they cover the image.")
+BOARD_MISFIT = limit(0.15, "of a square", "Lenses and paper move markers by hundredths of a square; another board has them farther away.",
+    "tests/cli/test_detect_sheets.py")
 CORNER_AT_REST = limit(0.005, "px", "A third of what corners of a good image are off by; the next round moves them a tenth of it.")
 MARKER_MOVED_CHANCE = limit(1e-3, "chance", "A marker that stands where it stood is named once in a thousand maps.")
 MAPS_CHANCE = limit(1e-3, "chance", "Maps whose sigma holds are said to differ by more once in a thousand comparisons.")

@@ -74,6 +74,7 @@ class MapRemarks:
         "the maps differ {times:.2g} times as much as their sigma predicts",
         "Take the scatter of the maps for their error, and give every map the same lens and the same size of markers.",
     )
+    FORMAT_LACKS = Phrase("the format {form} cannot hold the {what}, and the file has none")
     MARKER_MOVED_SINCE = Phrase(
         "{file}: marker {name} stands {distance} elsewhere now[; it may be marker {other} instead]",
         "Leave marker {name} out of the map that is given beforehand, or put it back.",
@@ -94,6 +95,11 @@ class MapRemarks:
         "the robot's poses, as stated, miss what most views see by {before:.3g} and {before_turn:.2g}; read as {reading}, by "
         "{after:.2g} and {after_turn:.2g}",
         "Say so: {option}.",
+    )
+    LABELS_TURNED = Phrase(
+        "in {count} of {total} views the board is labelled from its other end ({views}): with half a turn there, the error of most points "
+        "falls from {stated:.3g} to {left:.3g}",
+        "Undo it: --undo-half-turns. A board whose number of corners is odd one way and even the other does not look the same.",
     )
     PAIRED_IN_ORDER = Phrase(
         "views and poses are paired in the order of their files: {first} with the first pose, {last} with the last",
