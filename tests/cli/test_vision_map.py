@@ -11,9 +11,12 @@ from cli.runs import robocal as run
 from lens_world import LENS, SIZE, turn, write
 from map_world import EDGE, PLACES, cameras, map_rows, room, sightings
 
+from robocal.files.images import family_cells
 from robocal.files.map import read_map
 from robocal.geometry import se3
+from robocal.simulation.images import render
 from robocal.vision.map_gauge import rigid_projector
+from robocal.vision.sheets import Marker, Sheet
 
 NOISE = 0.1
 
@@ -238,3 +241,29 @@ def test_few_views_of_few_markers_are_not_enough(tmp_path, lens):
         0,
     )  # obeys: map-overfitted
     assert found["map-unproven", 3] == (True, 3) and found["map-unproven", 12] == (False, 0)  # obeys: map-unproven
+
+
+@pytest.mark.slow
+def test_images_serve_as_well(tmp_path, lens):
+    """Markers on a table, drawn and detected: where they were drawn, by what is told."""
+    cv2 = pytest.importorskip("cv2")
+    rng = np.random.default_rng(5)
+    numbers = (3, 8, 11, 20)
+    cells = family_cells("36h11", list(numbers))
+    sheet = Sheet("table", 0.3, 0.3, tuple(
+        Marker("36h11", n, c, x, y, EDGE)
+        for n, c, (x, y) in zip(numbers, cells, ((-0.08, 0.08), (0.08, 0.08), (0.08, -0.08), (-0.08, -0.08)), strict=True)
+    ))  # fmt: skip
+    for k in range(7):
+        r = turn(np.array([*rng.uniform(-0.5, 0.5, 2), rng.uniform(-1, 1)])) @ np.diag([1.0, -1, -1])
+        pose = se3.compose(r, np.array([0.0, 0.0, 0.42]))
+        image = render([(sheet, pose)], np.array(list(LENS.values())), SIZE, rng=rng)
+        (tmp_path / "images").mkdir(exist_ok=True)
+        cv2.imwrite(str(tmp_path / "images" / f"v{k}.png"), image)
+    words = (str(tmp_path / "images"), "--dictionary", "36h11", "--size", "60", "--origin", "3")
+    told, status = find(lens, *words)
+    assert status == 0, told["verdict"]
+    where = {n: [column(told["markers"], a)[i] for a in "xyz"] for i, n in enumerate(column(told["markers"], "marker"))}
+    assert np.allclose(where["11"], [160, -160, 0], atol=0.3) and "size-not-stated" not in codes(told)
+    ran = run("vision", "map", usual(tmp_path)[0], "--lens", lens, "--size", "60", "--dictionary", "36h11")
+    assert ran.status == 2 and "detected already" in ran.err

@@ -139,6 +139,7 @@ def map(
     held: _Path | None = None,
     size: str | Sequence[str] = (),
     prior: _Path | None = None,
+    dictionary: str | None = None,
     origin: str | None = None,
     without: str | Sequence[str] = (),
     fix: str | Sequence[str] = (),
@@ -154,11 +155,12 @@ def map(
     Put markers of different numbers anywhere, and take 20 to 100 images from different sides. Every image should show
     several markers, and every marker should be in three images or more.
 
-    corners: corners.csv of robocal vision detect, or a table with view, marker, corner, u, v.
+    corners: corners.csv of robocal vision detect, a table with view, marker, corner, u, v, or a folder of images.
     lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     held: Find the camera in this map: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
     size: Edge of the markers' black squares in mm, as measured; of some alone as 7=120.
     prior: What is known of the markers beforehand: surveyed tags, boards, the map of last month.
+    dictionary: Dictionary of the markers in images: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
     origin: Marker in which the coordinates begin, with its axes.  [default: the one that most views show]
     without: Markers that are left out.
     fix: Numbers of the lens that stay as they are: k3, p1,p2.

@@ -32,9 +32,9 @@ from robocal.session.vision.corner_errors import CornerErrors, corner_errors
 from robocal.session.vision.corner_table import CornerTable
 from robocal.session.vision.lens_prior import lens_with_prior
 from robocal.session.vision.map_fit import MapFit, fit_map
+from robocal.session.vision.map_images import open_corners
 from robocal.session.vision.map_judge import judge_map, remarks_of_map
 from robocal.session.vision.map_moved import MarkerMotion, find_moved
-from robocal.session.vision.map_table import read_map_table, sizes_of
 from robocal.session.vision.marker_places import whole_sights
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
@@ -234,9 +234,8 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
         raise ModelError("a map is a YAML", key="--output", found=files[0], expected="a name that ends in .yaml")
     if watch:
         watch({"stage": "read"})
-    sizes = sizes_of(o.size)
     read = read_lens(o.lens)
-    table = read_map_table(o.corners, read.lens, sizes, o.image, o.exclude, o.without)
+    table = open_corners(o, read.lens, watch)
     if o.origin is not None and o.origin not in table.marker:
         raise ModelError(
             "no marker of this number is seen", key="--origin", found=o.origin, expected="one of the markers"

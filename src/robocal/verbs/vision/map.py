@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "details", "run", "sections"]
 
-OF_A_NEW_MAP = ("size", "origin", "without", "fix", "prior")
-CORNERS = Arg("CORNERS", "corners.csv of robocal vision detect, or a table with view, marker, corner, u, v.")
+OF_A_NEW_MAP = ("size", "dictionary", "origin", "without", "fix", "prior")
+CORNERS = Arg(
+    "CORNERS", "corners.csv of robocal vision detect, a table with view, marker, corner, u, v, or a folder of images."
+)
 
 
 @record
@@ -33,6 +35,7 @@ class Options(BaseOptions):
     \b
     robocal vision detect images --dictionary 36h11 --size 60 -o corners.csv
     robocal vision map corners.csv --lens lens.yaml --size 60 -o map.yaml
+    robocal vision map images --dictionary 36h11 --lens lens.yaml --size 60 -o map.yaml
     robocal vision map corners.csv --lens lens.yaml --size 60 --size 7=120 --origin 7 -o map.yaml
     robocal vision map corners.csv --lens lens.yaml --size 60 --prior march.yaml -o june.yaml
     robocal vision map corners.csv --lens lens.yaml --held map.yaml -o poses.csv
@@ -64,6 +67,11 @@ class Options(BaseOptions):
     )
     prior: Path | None = option(
         None, "What is known of the markers beforehand: surveyed tags, boards, the map of last month", "FILE"
+    )
+    dictionary: str | None = option(
+        None,
+        "Dictionary of the markers in images: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original",
+        "NAME",
     )
     origin: str | None = option(
         None, "Marker in which the coordinates begin, with its axes", "ID", otherwise="the one that most views show"
