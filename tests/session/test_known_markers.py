@@ -50,6 +50,7 @@ def distance(found, true):
     return 2 * float(np.sqrt(np.mean(np.sum(scatter[0].mean(axis=1) ** 2, axis=-1))))
 
 
+@pytest.mark.slow
 def test_a_map_of_few_views_is_better(tmp_path, known):
     """Nearer to the truth than what was known before and than what the views alone say, and its sigma holds."""
     true = draw_room(known, np.random.default_rng(4))
@@ -64,6 +65,7 @@ def test_a_map_of_few_views_is_better(tmp_path, known):
 
 
 # obeys: marker-moved-since
+@pytest.mark.slow
 def test_a_marker_that_moved_since_is_named_and_not_believed(tmp_path, known):
     true = draw_room(known, np.random.default_rng(4))
     vector = true.vector.copy()

@@ -25,6 +25,7 @@ from robocal.vision.maps import MarkerMap
 
 __all__ = ["DisplacedMarker", "exclude_markers", "find_displaced", "with_map_prior"]
 
+FEW, SHARE = 3, 8  # grid: markers that are looked for, or one in so many: of more it is the prior that is wrong
 SAME_SIZE = 0.02  # tolerance: of the edge: printers scale by less
 
 
@@ -36,13 +37,13 @@ class DisplacedMarker:
     other: str
 
 
-def find_displaced(data: DataSet, prior: MapPrior, loss: str = "none") -> tuple[DisplacedMarker, ...]:
+def find_displaced(data: DataSet, prior: MapPrior, loss: str) -> tuple[DisplacedMarker, ...]:
     """Under the stated noise, for a large contradiction passes for noise otherwise; each has to contradict by more than the noise that is
     left without it. `data` have the targets of the prior, and what these share."""
     out: list[DisplacedMarker] = []
     names = [t.name for t in prior.targets if t.prior is not None]
     gone: list[str] = []
-    while prior.together and len(gone) < len(names):
+    while prior.together and len(gone) < max(FEW, len(names) // SHARE):
         made = build(Rig(CAMERA), exclude_markers(data, gone)).with_loss(loss)
         x = least_squares(made, made.start).x
         rest = [m for m in find_contradictions(prior, _map_of(made, x, names)) if m.name not in gone]
