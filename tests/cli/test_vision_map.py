@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -88,7 +89,7 @@ def test_sizes_by_number_and_the_origin(tmp_path, lens):
     way = se3.inverse(poses[5]) @ poses[7]
     assert np.allclose(where["7"], 1e3 * way[:3, 3], atol=0.5)
     wrong, status = find(lens, place, "--size", "60")
-    assert status == 3 and "map-misses" in codes(wrong)  # obeys: map-misses
+    assert status == 3 and "map-misses" in codes(wrong) and "map-misses" not in codes(told)  # obeys: map-misses
 
 
 @pytest.mark.parametrize(
@@ -210,3 +211,30 @@ def test_a_marker_in_few_views_is_told(tmp_path, lens):
     assert said and said[0]["numbers"]["markers"] == ["2"]
     told, _ = find(lens, corners(tmp_path, map_rows(seen, NOISE, rng), "more.csv"), "--size", "60")
     assert "markers-in-few-views" not in codes(told)  # obeys: markers-in-few-views
+
+
+def test_views_that_fit_nothing_are_told(tmp_path, lens):
+    rng, poses, views, edges = world()
+    seen = [(v, m, uv + rng.normal(0, 8, uv.shape) if v < 2 else uv) for v, m, uv in sightings(poses, views, edges)]
+    place = corners(tmp_path, map_rows(seen, NOISE, rng))
+    told, status = find(lens, place, "--size", "60")
+    assert status == 3 and "map-aside" in codes(told)
+    told, status = find(lens, place, "--size", "60", "--exclude", "v1,v2")
+    assert status == 0 and "map-aside" not in codes(told)  # obeys: map-aside
+
+
+def test_few_views_of_few_markers_are_not_enough(tmp_path, lens):
+    found = {}
+    text = Path(lens).read_text().splitlines()
+    Path(lens).write_text("\n".join(line for line in text if not line.startswith("sigma")))
+    for seed, code in ((0, "map-overfitted"), (3, "map-unproven")):
+        for count in (3, 12):
+            rng, poses, views, edges = world(seed=seed, count=count)
+            few = [s for s in sightings(poses, views, edges) if s[1] in (2, 5, 9) or count > 3]
+            told, status = find(lens, corners(tmp_path, map_rows(few, 0.3, rng), f"{seed}{count}.csv"), "--size", "60")
+            found[code, count] = code in codes(told), status
+    assert found["map-overfitted", 3] == (True, 3) and found["map-overfitted", 12] == (
+        False,
+        0,
+    )  # obeys: map-overfitted
+    assert found["map-unproven", 3] == (True, 3) and found["map-unproven", 12] == (False, 0)  # obeys: map-unproven

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from robocal.geometry.pose_path import PosePath
-from robocal.measure.late_rig import late_rig
+from robocal.measure.clock_rig import clock_rig
 from robocal.prove.verdict import verdict_of
 from robocal.session.vision.pose_pairs import CAMERA, TARGET, PosePairs, locate_camera
 from robocal.session.vision.view_noise import read_noise
@@ -240,9 +240,9 @@ def test_a_path_is_smooth_between_its_records():
     assert (PosePath(clock, told).at(when)[0][:, :3, 3] - at(when)[:, :3, 3]).std() < 0.8e-3
 
 
-def test_a_late_rig_has_its_columns():
+def test_a_clock_rig_has_its_columns():
     """Its delay is free, and its elements ask for the rates of a configuration."""
-    rig = late_rig("eye")
+    rig = clock_rig("eye")
     assert rig.table.free == ("eye.delay",) and rig.freedom == ()
     assert {t.column for e in rig.elements for t in e.terms} == {
         f"rate.{a}" for a in ("tx", "ty", "tz", "rx", "ry", "rz")

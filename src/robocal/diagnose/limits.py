@@ -332,7 +332,6 @@ MAP_MISSES = limit(3.0, "times what corners are known to", "Flat markers and a l
 MAP_UNSEEN = limit(2.0, "times", "A map that misses other views by so much has learnt the views that it was fitted to.")
 MAP_ASIDE = limit(0.05, "of the corners", "Of good images one corner in a hundred is gross; more have a cause.")
 MAP_WEAK = limit(3, "views", "Of two views one is left out, and nothing checks what the other says of a marker.")
-LENS_PRIOR = limit(4.0, "standard deviations", "Of nine numbers one is beyond three by chance now and then.")
 LENS_VIEW_LEFT = limit(0.3, "of the size of a view",
     "A fisheye bends a plane by a tenth; corners of wrong numbers leave two thirds.", "tests/cli/test_vision_intrinsics.py")
 TARGET_LEAST = limit(0.005, "m", "Nobody prints a target of several corners so small; metres that were taken for millimetres are.")

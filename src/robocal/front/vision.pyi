@@ -11,6 +11,7 @@ from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrins
 from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
 from robocal.session.vision.map_repeats import ComparedMaps as _compare_ComparedMaps
 from robocal.session.vision.map_result import MarkersFound as _map_MarkersFound
+from robocal.session.vision.other_formats import ExportedText as _export_ExportedText
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
 _Path = str | os.PathLike[str]
@@ -182,8 +183,10 @@ def hand_eye(
     euler: str | None = None,
     units: str | None = None,
     quaternion: str | None = None,
+    arm: str | None = None,
     inverse: bool = False,
     pair: str | None = None,
+    undo_half_turns: bool = False,
     target_units: str | None = None,
     dictionary: str | None = None,
     charuco: str | None = None,
@@ -212,8 +215,10 @@ def hand_eye(
     euler: Three angles: ZYX about the axes as turned so far, zyx about the fixed ones.
     units: Units of the robot's poses, as mm,deg; they count before those of headers.  [default: those of headers or maker; m,rad]
     quaternion: The order in which quaternions stand: xyzw, wxyz.  [default: as their columns are named]
+    arm: POSES are joint values of this arm: robot.yaml, a URDF, or a name from the catalogue.
     inverse: The poses are of the base in the flange, not of the flange in the base.
     pair: How views and poses belong together: name, order, time.  [default: name, else order]
+    undo_half_turns: A board that looks the same after half a turn: label its corners from one end in all views.
     target_units: Units of poses of a target, as mm,deg; they count before those of headers.  [default: those of headers; m,rad]
     dictionary: Dictionary of the markers in images, as for detect.
     charuco: A ChArUco board of so many squares in images.
@@ -247,6 +252,29 @@ def compare(
     maps: Maps of the same markers: map.yaml, or files of TagSLAM, MarkerMapper, PLY; two or more.
     reference: The marker whose axes are taken, and from which distances count.  [default: the first of the first map]
     output: Write maps.json, markers.csv, distance.svg, axes.svg and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def export(
+    file: _Given,
+    *,
+    form: str | None = None,
+    camera: str | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_export_ExportedText]:
+    """Write a map of markers, or a lens, in the format of another program; or read one of theirs.
+
+    Formats of maps: robocal, json, tagslam, markermapper (ArUco), ply. Formats of lenses: robocal, opencv, ros, kalibr.
+
+    file: A map or a lens in any of these formats.
+    form: The format to write.  [default: by the suffix: .yaml, .json, .ply]
+    camera: Of a file with several cameras the one to read, and its name in the output.
+    output: Write here, not to the terminal.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

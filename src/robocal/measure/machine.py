@@ -10,7 +10,7 @@ none (known beforehand). Nothing above asks which of them it has.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol, Self, TypeVar
+from typing import Any, Protocol, Self, TypeVar, cast
 
 from numpy.typing import ArrayLike
 
@@ -21,7 +21,7 @@ from robocal.geometry.path.unjointed import Unjointed
 from robocal.parameters import ParameterTable
 from robocal.remarks.remark import Remark
 
-__all__ = ["Mechanism", "Model", "Rig", "freedom_of", "joints_of", "sensor_zeros"]
+__all__ = ["Mechanism", "Model", "Rig", "find_poses", "freedom_of", "joints_of", "sensor_zeros"]
 
 P = TypeVar("P")
 
@@ -153,3 +153,9 @@ class Rig(Unjointed):
     def with_table(self, table: ParameterTable) -> Self:
         """The same rig with another table."""
         return replace(self, table=table)
+
+
+def find_poses(model: Model) -> Model:
+    """A machine whose poses are known, as one whose poses are to be found."""
+    made: Model = replace(cast("Any", model), freedom=Rig.freedom)
+    return made

@@ -27,7 +27,7 @@ from robocal.diagnose.limits import ARM_EXPLAINS, FRAMES_LEFT
 from robocal.estimate.elimination import beside_blocks, reweight, triangle
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.fit.fit import Fit
-from robocal.measure.machine import Model, Rig, freedom_of
+from robocal.measure.machine import Model, freedom_of
 from robocal.prove.bands import row_bands
 from robocal.prove.evidence import Evidence, Gain
 from robocal.prove.pose_share import pose_share
@@ -56,7 +56,7 @@ def robot_share(model: Model, fit: Fit) -> RobotShare:
     problem, x = fit.problem, fit.solution.x
     noise = sum(g.n * ((g.stated or 0.0) / g.sigma) ** 2 for g in fit.groups if g.sigma > 0)
     # Where changes alone were seen, errors of poses that follow one another leave them as they were.
-    if isinstance(model, Rig) and freedom_of(model) == () and all(o.second is None for o in fit.data.observations):
+    if freedom_of(model) == () and all(o.second is None for o in fit.data.observations):
         share = pose_share(model, fit)
         allowed = share.robot + noise
         return RobotShare(

@@ -15,20 +15,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from robocal._record import record, replace
+from robocal._record import record
 from robocal._types import Array
 from robocal.diagnose.limits import ARM_EXPLAINS, ROBOT_PLACE, ROBOT_TURN
 from robocal.estimate.elimination import reweight
 from robocal.estimate.terms import Linear
 from robocal.fit.fit import Fit
 from robocal.measure.base import problem as build
-from robocal.measure.machine import Rig
+from robocal.measure.machine import Model, find_poses
 
 __all__ = ["PoseShare", "pose_share"]
 
 RATIOS = np.concatenate([[0.0], np.logspace(-6, 6, 97)])  # grid: of p^2 and q^2 to v^2
 SWEEPS = 4  # grid: over one ratio, then over the other
-ALL = (0, 1, 2, 3, 4, 5)
 RANK = 1e-10  # tolerance: of the largest singular value: a direction that no row tells
 
 
@@ -43,12 +42,12 @@ class PoseShare:
     errors: tuple[float, float] | None
 
 
-def pose_share(rig: Rig, fit: Fit) -> PoseShare:
-    """Of a fit to poses that are given, in which frames alone are free, and a delay of the `rig`."""
+def pose_share(model: Model, fit: Fit) -> PoseShare:
+    """Of a fit to poses that are given, in which frames alone are free, and what else the model has."""
     problem, x = fit.problem, fit.solution.x
     values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
     every = (
-        build(replace(rig, freedom=ALL), fit.data, values=values).with_weights(problem.weights).with_free(problem.free)
+        build(find_poses(model), fit.data, values=values).with_weights(problem.weights).with_free(problem.free)
     )
     lin = reweight(every.linearize(every.start), every)
     now = np.column_stack([np.eye(every.n), every.difference(every.start)[0]])

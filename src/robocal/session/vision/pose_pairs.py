@@ -19,7 +19,7 @@ from robocal.fit.starts.consensus import find_flips
 from robocal.geometry import se3
 from robocal.geometry.pose_path import PosePath
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
-from robocal.measure.late_rig import late_rig, rate_columns
+from robocal.measure.clock_rig import clock_rig, rate_columns
 from robocal.measure.machine import Rig
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
 from robocal.progress import Watch
@@ -46,7 +46,7 @@ class PosePairs:
     the camera's. `in_hand`: the camera is on the flange and the target on the base, else the other way round. `metric`: it knows how
     long a metre is. `sigma` (m, 6) as kind pose has it."""
 
-    seen: Array
+    views: Array
     in_hand: bool
     machine: Array | PosePath
     time: Array | None = None
@@ -62,7 +62,7 @@ class PosePairs:
         """Some of the views."""
         machine = self.machine if isinstance(self.machine, PosePath) else self.machine[views]
         time, sigma = (None if v is None else v[views] for v in (self.time, self.sigma))
-        return replace(self, seen=self.seen[views], machine=machine, time=time, sigma=sigma)
+        return replace(self, views=self.views[index], machine=machine, time=time, sigma=sigma)
 
 
 @record(eq=False)
@@ -88,7 +88,7 @@ def pair_data(pairs: PosePairs, machine: Array, twist: Array | None = None) -> D
     seen = Observations(
         "pose",
         np.arange(count),
-        se3.to_vector(pairs.seen),
+        se3.to_vector(pairs.views),
         pairs.sigma,
         frame=Frame(CAMERA, free=FREE, mount=hand),
         targets=(Frame(TARGET, free=FREE, mount=base),),
@@ -125,7 +125,7 @@ def locate_camera(pairs: PosePairs, options: Options | None = None, watch: Watch
     options = options or Options()
     delay, machine = None, pairs.machine
     flipped = _flipped(pairs)
-    kept = np.setdiff1d(np.arange(len(pairs.seen)), flipped)
+    kept = np.setdiff1d(np.arange(len(pairs.views)), flipped)
     pairs = pairs.take(kept)
     machine = pairs.machine
     if isinstance(machine, PosePath):
@@ -138,9 +138,9 @@ def locate_camera(pairs: PosePairs, options: Options | None = None, watch: Watch
         places[CAMERA] = se3.inverse(places[CAMERA])
     # Changes alone do not tell where the other one is: it is where it was seen first.
     if TARGET not in places:
-        places[TARGET] = machine[0] @ places[CAMERA] @ pairs.seen[0]
+        places[TARGET] = machine[0] @ places[CAMERA] @ pairs.views[0]
     elif CAMERA not in places:
-        places[CAMERA] = machine[0] @ places[TARGET] @ se3.inverse(pairs.seen[0])
+        places[CAMERA] = machine[0] @ places[TARGET] @ se3.inverse(pairs.views[0])
     out = tuple(flipped.tolist())
     said = tell_flips([str(i + 1) for i in out], len(kept) + len(out))
     return HandEye(found, places[CAMERA], places[TARGET], delay, out, said)
@@ -158,12 +158,12 @@ def _flipped(pairs: PosePairs) -> Ints:
     if not pairs.metric:
         return np.zeros(0, dtype=np.int64)
     if not isinstance(pairs.machine, PosePath):
-        return np.flatnonzero(find_flips(pairs.seen, pairs.machine, pairs.in_hand))
+        return np.flatnonzero(find_flips(pairs.views, pairs.machine, pairs.in_hand))
     assert pairs.time is not None
-    when = pairs.time - start_delay(pairs.machine, pairs.time, pairs.seen)
+    when = pairs.time - start_delay(pairs.machine, pairs.time, pairs.views)
     inside = np.flatnonzero(pairs.machine.inside(when))
     machine = pairs.machine.at(when[inside])[0]
-    return inside[find_flips(pairs.seen[inside], machine, pairs.in_hand)]
+    return inside[find_flips(pairs.views[inside], machine, pairs.in_hand)]
 
 
 def _locate_late(
@@ -171,7 +171,7 @@ def _locate_late(
 ) -> tuple[Decision[Rig], tuple[float, float], PosePairs, Array]:
     """The decision and the delay with its sigma, and the pairs with the poses of the path beside them."""
     assert pairs.time is not None
-    delay = start_delay(path, pairs.time, pairs.seen)
+    delay = start_delay(path, pairs.time, pairs.views)
     for _ in range(ROUNDS):
         near = pairs.at(delay)
         assert near.time is not None
@@ -189,7 +189,7 @@ def _locate_late(
 def _decide(pairs: PosePairs, data: DataSet, options: Options, watch: Watch | None) -> Decision[Rig]:
     """The decision, under noise of every direction's own where none is stated; of a camera that drifts, by changes alone."""
     late = bool(data.configurations.columns)
-    rig: Rig = late_rig(CAMERA) if late else Rig(CAMERA, ParameterTable(), ())
+    rig: Rig = clock_rig(CAMERA) if late else Rig(CAMERA, ParameterTable(), ())
     found = decide(rig, data, options, watch)
     if pairs.sigma is not None:
         return found

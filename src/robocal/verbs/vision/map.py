@@ -15,7 +15,7 @@ from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
     from robocal.session.vision.map_places import MapPlaces
-    from robocal.session.vision.map_result import MarkersFound
+    from robocal.session.vision.map_result import MarkerMapResult
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -86,7 +86,7 @@ class Options(BaseOptions):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[MarkersFound | MapPlaces]:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[MarkerMapResult | MapPlaces]:
     """Finds a map, FILE.yaml with FILE.covariance.csv, FILE.json and FILE.html beside it; or the camera in a map, FILE.csv with FILE.json
     and FILE.html. Raises InputError."""
     ends = (".csv", ".json", ".html") if o.held else (".yaml", ".covariance.csv", ".json", ".html")
@@ -100,7 +100,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ma
     place = None if o.output is None else o.output.parent
     files = () if o.output is None else tuple(o.output.with_suffix(end).name for end in ends)
 
-    def find() -> MarkersFound | MapPlaces:
+    def find() -> MarkerMapResult | MapPlaces:
         if o.held:
             from robocal.session.vision.map_places import find_places
 
@@ -112,7 +112,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ma
     return run_verb(replace(o, output=place), files, find, sections, *([details] if files else []))
 
 
-def sections(made: Outcome[MarkersFound | MapPlaces]) -> Iterator[Section]:
+def sections(made: Outcome[MarkerMapResult | MapPlaces]) -> Iterator[Section]:
     """The verdict, how well views are met, and each marker; or the poses."""
     from robocal.session.vision.map_places import MapPlaces
 

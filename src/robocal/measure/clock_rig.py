@@ -19,7 +19,7 @@ from robocal.geometry.path.program import Element, Program, Term
 from robocal.measure.machine import Rig
 from robocal.parameters import Parameter, ParameterTable
 
-__all__ = ["late_rig", "rate_columns"]
+__all__ = ["clock_rig", "rate_columns"]
 
 EXPECTED = 0.02  # s, between two clocks on one network
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz")
@@ -27,7 +27,7 @@ RATES = tuple(f"rate.{axis}" for axis in AXES)
 
 
 @record
-class LateRig(Rig):
+class ClockRig(Rig):
     """A rig at known poses on its way, and the elements by which its delay moves them."""
 
     freedom: tuple[int, ...] = ()
@@ -41,12 +41,12 @@ class LateRig(Rig):
         return np.column_stack([np.asarray((extra or {})[n], dtype=float) for n in names])
 
 
-def late_rig(instrument: str) -> LateRig:
+def clock_rig(instrument: str) -> ClockRig:
     """The rig that an instrument sees; free is its parameter `instrument.delay` (s)."""
     delay = f"{instrument}.delay"
     table = ParameterTable((Parameter(delay, 0.0, "s", True, expected=EXPECTED),))
     elements = tuple(Element(axis, (Term(delay, rate),)) for axis, rate in zip(AXES, RATES, strict=True))
-    return LateRig(instrument, table, elements=elements)
+    return ClockRig(instrument, table, elements=elements)
 
 
 def rate_columns(twist: Array) -> Mapping[str, Array]:
