@@ -10,7 +10,7 @@ from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_e
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
 from robocal.session.vision.map_repeats import ComparedMaps as _compare_ComparedMaps
-from robocal.session.vision.map_result import MarkersFound as _map_MarkersFound
+from robocal.session.vision.map_result import MarkerMapResult as _map_MarkerMapResult
 from robocal.session.vision.other_formats import ExportedText as _export_ExportedText
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
@@ -148,7 +148,7 @@ def map(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found[_map_MarkersFound | _map_MapPlaces]:
+) -> Found[_map_MarkerMapResult | _map_MapPlaces]:
     """Find where markers are to one another from images of them, with what the map may be off by. No robot is needed.
 
     Put markers of different numbers anywhere, and take 20 to 100 images from different sides. Every image should show
