@@ -46,9 +46,7 @@ def pose_share(model: Model, fit: Fit) -> PoseShare:
     """Of a fit to poses that are given, in which frames alone are free, and what else the model has."""
     problem, x = fit.problem, fit.solution.x
     values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
-    every = (
-        build(find_poses(model), fit.data, values=values).with_weights(problem.weights).with_free(problem.free)
-    )
+    every = build(find_poses(model), fit.data, values=values).with_weights(problem.weights).with_free(problem.free)
     lin = reweight(every.linearize(every.start), every)
     now = np.column_stack([np.eye(every.n), every.difference(every.start)[0]])
     held = every.prior_root @ now * np.append(every.scales, 1.0)

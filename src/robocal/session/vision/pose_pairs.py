@@ -42,7 +42,7 @@ SETTLED = 0.05  # tolerance: of the delay's sigma
 
 @record(eq=False)
 class PosePairs:
-    """What was seen, T_camera_target (m, 4, 4), and T_base_flange beside it: `machine` (m, 4, 4), or a path and `time` (m,) on a clock of
+    """The `views`, T_camera_target (m, 4, 4), and T_base_flange beside them: `machine` (m, 4, 4), or a path and `time` (m,) on a clock of
     the camera's. `in_hand`: the camera is on the flange and the target on the base, else the other way round. `metric`: it knows how
     long a metre is. `sigma` (m, 6) as kind pose has it."""
 
@@ -58,10 +58,10 @@ class PosePairs:
         assert isinstance(self.machine, PosePath) and self.time is not None
         return self.take(np.flatnonzero(self.machine.inside(self.time - delay)))
 
-    def take(self, views: Ints) -> PosePairs:
+    def take(self, index: Ints) -> PosePairs:
         """Some of the views."""
-        machine = self.machine if isinstance(self.machine, PosePath) else self.machine[views]
-        time, sigma = (None if v is None else v[views] for v in (self.time, self.sigma))
+        machine = self.machine if isinstance(self.machine, PosePath) else self.machine[index]
+        time, sigma = (None if v is None else v[index] for v in (self.time, self.sigma))
         return replace(self, views=self.views[index], machine=machine, time=time, sigma=sigma)
 
 
