@@ -38,7 +38,8 @@ MADE = {
 }
 RUNS = {"few": "few/robot.yaml few/data.yaml"} | {
     # Without anything free of the robot there would be nothing to compare.
-    name: f"{name}/robot.yaml {name}/lengths.yaml {name}/pose.yaml --free ax,ay,az,l0" for name in ("cables", "cables-later")
+    name: f"{name}/robot.yaml {name}/lengths.yaml {name}/pose.yaml --free ax,ay,az,l0"
+    for name in ("cables", "cables-later")
 }
 # Columns of a folder's table that a file of its own has.
 CUT = {

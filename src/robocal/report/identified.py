@@ -20,7 +20,7 @@ from robocal.report.brief import changes, first_remarks, omissions, range_senten
 from robocal.report.compared import comparison, groups, layer, linear
 from robocal.report.error_tables import errors, outlier_blocks, tiles
 from robocal.report.fitted import fit_sections, recipe
-from robocal.report.frames import frames, place_of
+from robocal.report.frame_table import frames, place_of
 from robocal.report.heat import heat
 from robocal.report.page import page
 from robocal.report.parameter_tables import change_text, hidden, largest_changes, parameters
