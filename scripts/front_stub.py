@@ -14,7 +14,7 @@ from importlib import import_module
 from pathlib import Path
 
 import robocal
-from robocal.front.calls import docstring_of
+from robocal.front.calls import SIZE, docstring_of
 from robocal.verbs.option import Arg, OptionField, entries
 from robocal.verbs.registry import GROUPS
 
@@ -71,6 +71,8 @@ def _parameter(entry: OptionField) -> str:
     plain = "_Given" if isinstance(entry.facts, Arg) else "_Path" if entry.kind is Path else entry.kind.__name__
     if entry.numeric:
         plain = "str | float"
+    if getattr(entry.facts, "metavar", "") == SIZE:
+        plain = "str | tuple[int, int]"
     if entry.several:
         plain = f"{plain} | Sequence[{plain}]"
     default = (

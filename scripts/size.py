@@ -50,7 +50,7 @@ TERMS = re.compile(
 )
 # The field's own terms (the floor that a robot stands on), keys of documents, names of options and of the Python front.
 OWN_TERMS = frozenset({
-    *("Found", "Result.beyond", "Region.floor", "Options.floor", "Surroundings.floor"),
+    *("Found", "Result.beyond", "Region.floor", "Options.floor", "Options.held", "Surroundings.floor"),
     *("GridPart.held", "Spot.held", "RaysPart.seen_share", "IdentifiabilityPart.kept", "Agreed.apart"),
 })  # fmt: skip
 TRACED = """

@@ -73,6 +73,7 @@ FACTS = {
         Code.BELOW_SCATTER,
         Code.ERRORS_CANCEL,
     ),
+    Code.FORMAT_LACKS,
     Code.MAP_LOCATED,
     *(Code.FREE_IN_ONE, Code.TRUTH_MET, Code.NOT_COMPARED, Code.NOT_LINEAR, Code.BAND_PROFILED),
 }

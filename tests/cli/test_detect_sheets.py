@@ -161,3 +161,16 @@ def test_what_was_looked_for_is_a_sentence(tmp_path):
     ):
         told = run("vision", "detect", str(tmp_path), *words.split())
         assert told.status == 3 and f"{said} looked for" in told.said
+
+
+# obeys: board-other
+def test_another_board_than_the_one_that_was_named(tmp_path):
+    """Of 4 x 4 squares: the markers of 5 x 5 would be elsewhere; with as many columns more rows are no contradiction."""
+    photographs(tmp_path / "a", "--pattern charuco --paper 130x140 --columns 4 --rows 4 --dictionary 4x4_50")
+    words = ("--dictionary", "4x4_50", "--square", 24, "--size", 16)
+    ran = run("vision", "detect", str(tmp_path / "a" / "images"), "--charuco", "5x5", *words, "--json")
+    (said,) = [r for r in json.loads(ran.out)["remarks"] if r["code"] == "board-other"]
+    assert "not where a board of 5 x 5 squares has them, but where one of 4 x 4 has them" in said["sentence"]
+    for squares in ("4x4", "4x5"):
+        ran = run("vision", "detect", str(tmp_path / "a" / "images"), "--charuco", squares, *words, "--json")
+        assert "board-other" not in ran.out

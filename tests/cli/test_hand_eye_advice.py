@@ -6,6 +6,7 @@
 # obeys: lens-contradicted
 # obeys: hand-eye-far
 # obeys: view-moved
+# obeys: labels-turned
 
 from __future__ import annotations
 
@@ -200,3 +201,26 @@ def test_errors_of_words(tmp_path):
     ):
         ran = robocal("vision", "hand-eye", *words)
         assert ran.status == 2 and told in ran.err, (words, ran.err)
+
+
+def test_a_board_labelled_from_its_other_end(tmp_path):
+    made = world(25, count=14)
+    pixels = np.array(made.pixels)
+    pixels[[2, 5, 9, 11]] = pixels[[2, 5, 9, 11]][:, ::-1]
+    words = cell(tmp_path, made, pixels=pixels)
+    told, status = hand_eye(*words)
+    (reason,) = refused(told, "labels-turned")
+    assert status == 3 and reason["numbers"]["count"] == 4 and "--undo-half-turns" in reason["advice"]
+    told, status = hand_eye(*words, "--undo-half-turns")
+    assert status == 0 and np.abs(off_by(told, made)).max() < 4, told["verdict"]
+
+
+def test_images_that_are_mirrored_or_exchanged(tmp_path):
+    """Said alone: nothing is doubted of the lens or of the robot."""
+    made = world(26, count=14)
+    for code, pixels in (
+        ("axes-exchanged", made.pixels[..., ::-1]),
+        ("image-mirrored", [1279.0, 0] - made.pixels * [1, -1]),
+    ):
+        told, status = hand_eye(*cell(tmp_path, made, pixels=np.array(pixels)))
+        assert status == 3 and {r["code"] for r in told["verdict"]["remarks"]} == {code}, told["verdict"]

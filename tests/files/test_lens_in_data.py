@@ -167,6 +167,8 @@ def test_a_camchain_has_several(tmp_path):
         ("{fx: 1, fy: 1, cx: 0, cy: 0, sigma: {fx: 0}}", "", "camera.sigma.fx", "not a standard deviation"),
         ("{fx: 1, fy: 1, cx: 0, cy: 0, sigma: {fx: 1}, correlation: [[1, 0]]}", "", "camera.correlation[0]", "wrong number"),
         ("{name: left, file: lens.yaml}", "image: [1280]", "image", "wrong number of values"),
+        ("{name: left, fx: 1400, fy: 1400, cx: 1280.5, cy: 480}", "image: [1280, 960]", "camera.cx", "centre lies outside"),
+        ("{name: left, fx: 1400, fy: 1400, cx: 640, cy: -3}", "image: [1280, 960]", "camera.cy", "centre lies outside"),
         ("{name: left, file: lens.yaml}", "image: [0, 10]", "image[0]", "greater than 0"),
     ],
 )  # fmt: skip

@@ -131,3 +131,42 @@ def test_rows_without_covariances_are_taken_one_by_one(tmp_path):
     assert np.allclose(seen.white[first], (seen.value * seen.scale)[first])
     assert not np.allclose(seen.white[~first], (seen.value * seen.scale)[~first])
     assert least_squares(problem, problem.start).cost[0] > 0
+
+
+def test_markers_with_places_of_their_own_are_summed_view_by_view(tmp_path):
+    """Several targets of one view, whose places are free too: the short way to the normal equations says what the rows say."""
+    made, _, _ = rows(7)
+    write(tmp_path / "m.csv", [{k: v for k, v in row.items() if not k.startswith("point")} for row in made])
+    table = read_corners(
+        tmp_path / "m.csv", size=30.0, square=None, checker=None, sheet=None, image="1280x960", exclude=()
+    )
+    problem = fit_lens(table, plain_lens(SIZE, "brown")).need_fit.problem.with_priors(False)
+    assert len(problem.terms) == 4 and len(problem._summed) == 1
+    x = problem.start
+    lin, normal = problem.linearize(x), problem.normal(x)
+    lower = np.tril(normal.a[0])
+    assert np.allclose(np.tril(lin.j.T @ lin.j), lower, rtol=1e-7, atol=1e-7 * np.abs(lower).max())
+    assert np.allclose(lin.j.T @ lin.r, normal.g[0], rtol=1e-7, atol=1e-7 * np.abs(normal.g[0]).max())
+    assert 2 * normal.cost[0] == pytest.approx(lin.r @ lin.r, rel=1e-9)
+    assert 2 * normal.cost[0] == pytest.approx(sum((r.white**2).sum() for r in problem.residuals(x)), rel=1e-9)
+
+
+@pytest.mark.parametrize("loss", ["huber", "cauchy"])
+def test_a_robust_loss_weighs_independent_numbers(tmp_path, loss):
+    """Of the short way, against rows one by one."""
+    made, _, _ = rows(8)
+    problem = fit_lens(read(tmp_path, made), plain_lens(SIZE, "brown")).need_fit.problem.with_loss(loss)
+    x = problem.start
+    normal = problem.normal(x)
+    (seen,) = problem.residuals(x)
+    square = (seen.white**2).sum(axis=1)
+    step = np.zeros(len(x[0]))
+    at = problem.table.index["lens.fx"]
+    step[at] = 1e-3
+    low, high = (problem.normal(x + s * step).cost[0] for s in (-1, 1))
+    column = list(problem.free).index("lens.fx")
+    assert (high - low) / 2e-3 == pytest.approx(normal.g[0, column], rel=1e-5)
+    lin = problem.linearize(x)
+    weight = problem.slopes(lin.r**2, lin)
+    assert (lin.j[:, column] * weight) @ lin.r == pytest.approx(normal.g[0, column], rel=1e-8)
+    assert square.max() > 1

@@ -47,6 +47,14 @@ OTHER = {
     "lens-overfitted": "cli/test_vision_intrinsics.py",
     "little-turn": "prove/test_frames_alone.py",
     "marker-has-two-poses": "cli/test_vision_detect.py",
+    "corners-outside": "cli/test_vision_map.py",
+    "lens-prior-contradicted": "cli/test_vision_map.py",
+    "map-aside": "cli/test_vision_map.py",
+    "map-misses": "cli/test_vision_map.py",
+    "map-overfitted": "cli/test_vision_map.py",
+    "map-unproven": "cli/test_vision_map.py",
+    "marker-moved": "cli/test_vision_map.py",
+    "markers-in-few-views": "cli/test_vision_map.py",
     "map-covariance-missing": "files/test_maps.py",
     "map-corners-excluded": "session/test_map_places.py",
     "map-marker-moved": "session/test_map_places.py",
@@ -54,6 +62,7 @@ OTHER = {
     "maps-apart": "session/test_map_compare.py",
     "maps-of-other-markers": "session/test_map_compare.py",
     "maps-scaled": "session/test_map_compare.py",
+    "marker-moved-since": "session/test_known_markers.py",
     "marker-moved-between": "session/test_map_compare.py",
     "map-without-sigma": "session/test_map_places.py",
     "lens-without-sigma": "session/test_map_places.py",
@@ -82,7 +91,7 @@ OTHER = {
     "views-exchanged": "diagnose/test_views.py",
 }
 OTHER |= dict.fromkeys(
-    "poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved".split(),
+    "labels-turned poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved".split(),
     "cli/test_hand_eye_advice.py",
 )
 OTHER |= dict.fromkeys(

@@ -170,3 +170,28 @@ def test_markers_whose_places_are_unknown(tmp_path):
     assert [f["child"] for f in told["frames"]] == ["camera", "7", "9"]
     apart = np.linalg.norm(np.array(told["frames"][1]["xyz"]) - told["frames"][2]["xyz"])
     assert apart == pytest.approx(1e3 * np.hypot(0.1, 0.05), abs=1.5)
+
+
+def test_joints_of_a_known_robot(tmp_path):
+    """The frames and their sigma are those of `identify --free camera,board`; the camera on the wrong side is told."""
+    folder = Path(__file__).parents[2] / "examples" / "hand-eye"
+    rows = [line.split(",") for line in (folder / "data.csv").read_text().splitlines()]
+    head = ["image", *rows[0][:6]]
+    text = "\n".join(",".join(r) for r in [head, *([f"{i + 1:02d}", *r[:6]] for i, r in enumerate(rows[1:]))])
+    (tmp_path / "joints.csv").write_text(text + "\n")
+    words = (folder / "marker.csv", tmp_path / "joints.csv", "--arm", folder / "robot.yaml")
+    told, status = hand_eye(*words)
+    ran = robocal("identify", str(folder / "robot.yaml"), str(folder / "data.yaml"), "--free", "camera,board", "--json")
+    other = json.loads(ran.out)["frames"]
+    assert status == 0 and told["frames"][0]["parent"] == "tool"
+    for mine, theirs in zip(told["frames"], other, strict=True):
+        place = theirs["pose"]["position"]
+        # Identify was given the noise of the camera, which is estimated here.
+        assert np.allclose(mine["xyz"], place["xyz"], atol=0.02)
+        assert np.allclose(np.sqrt(np.diag(mine["covariance"]))[:3], place["sigma"], rtol=0.1)
+    told, status = hand_eye(*words, "--camera", "fixed")
+    assert status == 3
+    assert {"--camera hand"} == {
+        r["numbers"]["option"] for r in told["verdict"]["remarks"] if r["code"] == "poses-read-otherwise"
+    }
+    assert robocal("vision", "hand-eye", *map(str, words), "--maker", "ur").status == 2

@@ -147,7 +147,7 @@ def is_worse(ran, nominal, true, rng):
 @pytest.mark.slow
 def test_wrong_data_are_not_improved(tmp_path):
     """At most 2 % of wrong sets end with status 0 and a model worse than the nominal one."""
-    false, count = [], size(220, 44)
+    false, count = [], size(220, 22)
     for i, (machine, kind) in enumerate(islice(cycle(WRONG), count)):
         rng = np.random.default_rng([i, 5])
         ran, nominal, true = identify(tmp_path, machine, kind, rng)
@@ -159,7 +159,7 @@ def test_wrong_data_are_not_improved(tmp_path):
 @pytest.mark.slow
 def test_right_data_are_improved(tmp_path):
     """At most 3 % of right sets lose their verdict."""
-    lost, count = [], size(300, 64)
+    lost, count = [], size(300, 32)
     for i, (machine, kind) in enumerate(islice(cycle(RIGHT), count)):
         rng = np.random.default_rng([i, 4])
         ran, nominal, true = identify(tmp_path, machine, kind, rng)

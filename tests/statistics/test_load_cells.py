@@ -45,7 +45,7 @@ def held(robot, rng, poses):
 def test_mass_and_centre_are_as_sure_as_they_say():
     truth = replace(published("laval"), mass=5.0, com=COM)
     off, chi2 = [], []
-    for seed in range(size(20, 5)):
+    for seed in range(size(20, 3)):
         rng = np.random.default_rng(seed)
         data, tension = held(truth, rng, 60)
         nominal = cable_robot(

@@ -238,13 +238,15 @@ def _choose(found: Array, cost: Array, noisy: bool, meant: bool, m: int, floor: 
     """Of all ends of one search (k, s), the one to trust, how many distinct ones explain the lengths as well, and the
     best of the others."""
     worst = np.where(np.isnan(cost), np.inf, cost)
+    solutions, rival = np.isfinite(worst).any(axis=1).astype(np.int64), np.full((len(found), 4, 4), np.nan)
+    if cost.shape[1] == 1:
+        return np.zeros(len(found), dtype=np.int64), solutions, rival
     least = worst.min(axis=1, keepdims=True)
     rounding = 2 * np.sqrt(m * least) * floor + m * floor**2
     good = np.isfinite(worst) & (worst <= least + np.maximum(CHANCE if noisy else 0.0, rounding))
     # The caller's own start is kept when no other is better, ours when rounding alone would decide.
     first = good[:, 0] if meant else (worst <= least + rounding)[:, 0]
     best = np.where(first, 0, worst.argmin(axis=1))
-    solutions, rival = np.isfinite(least[:, 0]).astype(np.int64), np.full((len(found), 4, 4), np.nan)
     mine = found[np.arange(len(found)), best]
     others = good & _differ(found, mine[:, None])
     for i in np.flatnonzero(others.any(axis=1)):
@@ -282,8 +284,9 @@ def _inverses(normal: Array) -> Array:
         doubt = np.flatnonzero(~(sizes[0] * sizes[1] < WELL**2))
     except np.linalg.LinAlgError:
         out, doubt = np.full_like(normal, np.nan), np.arange(len(normal))
-    spread = np.linalg.eigvalsh(normal[doubt])
-    seen = spread[:, 0] > ROUNDED * spread[:, -1]
-    out[doubt[~seen]] = np.nan
-    out[doubt[seen]] = np.linalg.inv(normal[doubt[seen]])
+    if len(doubt):
+        spread = np.linalg.eigvalsh(normal[doubt])
+        seen = spread[:, 0] > ROUNDED * spread[:, -1]
+        out[doubt[~seen]] = np.nan
+        out[doubt[seen]] = np.linalg.inv(normal[doubt[seen]])
     return np.asarray(out)

@@ -314,6 +314,8 @@ IMAGE_WHITE = limit(0.5, "of the bright pixels", "Half of what is white around t
 IMAGE_COVERAGE = limit(0.4, "of 8 x 6 parts", "A lens is known where corners were, and here most of it is not.")
 VIDEO_FRAMES = limit(0.95, "of the frames that a video states", "Some files state their frames from length and rate, a little wrong.")
 IMAGE_VIEWS = limit(5, "images", "Of fewer, nobody expects that they cover the image.")
+BOARD_MISFIT = limit(0.15, "of a square", "Lenses and paper move markers by hundredths of a square; another board has them farther away.",
+    "tests/cli/test_detect_sheets.py")
 CORNER_AT_REST = limit(0.005, "px", "A third of what corners of a good image are off by; the next round moves them a tenth of it.")
 MARKER_MOVED_CHANCE = limit(1e-3, "chance", "A marker that stands where it stood is named once in a thousand maps.")
 MAPS_CHANCE = limit(1e-3, "chance", "Maps whose sigma holds are said to differ by more once in a thousand comparisons.")
@@ -330,7 +332,6 @@ MAP_MISSES = limit(3.0, "times what corners are known to", "Flat markers and a l
 MAP_UNSEEN = limit(2.0, "times", "A map that misses other views by so much has learnt the views that it was fitted to.")
 MAP_ASIDE = limit(0.05, "of the corners", "Of good images one corner in a hundred is gross; more have a cause.")
 MAP_WEAK = limit(3, "views", "Of two views one is left out, and nothing checks what the other says of a marker.")
-LENS_PRIOR = limit(4.0, "standard deviations", "Of nine numbers one is beyond three by chance now and then.")
 LENS_VIEW_LEFT = limit(0.3, "of the size of a view",
     "A fisheye bends a plane by a tenth; corners of wrong numbers leave two thirds.", "tests/cli/test_vision_intrinsics.py")
 TARGET_LEAST = limit(0.005, "m", "Nobody prints a target of several corners so small; metres that were taken for millimetres are.")

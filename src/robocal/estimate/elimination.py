@@ -17,6 +17,7 @@ __all__ = [
 ]  # fmt: skip
 
 # Exactly dependent to first order, in units of the largest singular value of a block.
+MANY = 4  # grid: times as many rows as columns of a block: whose whole square basis costs more than it saves
 STRUCTURAL = 1e-9
 RESOLUTION = 1e-13  # of a triangle of rows; half as many digits where it comes from normal equations
 SQUARED = 3e-7
@@ -95,6 +96,9 @@ def eliminate(lin: Linear) -> Array:
     both = np.hstack([lin.jm, lin.j]) if wide else lin.j
     parts = [both[lin.local < 0]]
     for _, rows, jl in _blocks(lin):
+        if jl.shape[1] == rows.shape[1] >= MANY * jl.shape[2]:
+            parts.append(_beside(jl, both[rows]))
+            continue
         u, s, _ = np.linalg.svd(jl, full_matrices=True)
         spans = np.zeros(jl.shape[:2], dtype=bool)
         spans[:, : s.shape[1]] = _spans(s)
@@ -103,6 +107,15 @@ def eliminate(lin: Linear) -> Array:
         parts.append(left[~spans])
     left = np.concatenate(parts)
     return _beside_second(lin, left[:, :wide], left[:, wide:]) if wide else left
+
+
+def _beside(jl: Array, j: Array) -> Array:
+    """(I - U U^T) J as rows, of blocks (b, k, l) with many rows and no prior, and J (b, k, n): as much as Q2^T J, without its square."""
+    u, s, _ = np.linalg.svd(jl, full_matrices=False)
+    own = u * _spans(s)[:, None, :]
+    for _ in range(2):
+        j = j - own @ (np.swapaxes(own, 1, 2) @ j)
+    return np.asarray(j.reshape(len(j) * j.shape[1], j.shape[2]))
 
 
 def _beside_second(lin: Linear, jm: Array, j: Array) -> Array:

@@ -13,7 +13,12 @@ from robocal.geometry import so3
 
 __all__ = ["LINKS", "ExportedFrame", "easy_handeye_text", "static_transform_text", "urdf_joint_text"]
 
-LINKS = {"flange": "tool0", "base": "base_link", "camera": "camera_optical_frame"}  # what ROS calls them
+LINKS = {
+    "flange": "tool0",
+    "tool": "tool0",
+    "base": "base_link",
+    "camera": "camera_optical_frame",
+}  # what ROS calls them
 
 
 @record(eq=False)

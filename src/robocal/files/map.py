@@ -40,7 +40,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["COVARIANCE_SUFFIX", "MAP_FORMS", "MapFile", "map_covariance_text", "map_text", "read_map"]
+__all__ = ["COVARIANCE_SUFFIX", "MAP_FORMS", "MapFile", "is_map", "map_covariance_text", "map_text", "read_map"]
 
 LIMIT = 32 << 20  # bytes
 COVARIANCE_SUFFIX = ".covariance.csv"
@@ -303,8 +303,28 @@ def read_map(path: str | os.PathLike[str]) -> MapFile:
     return MapFile(maps, replace(file, remarks=remarks), form)
 
 
+def is_map(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is a map by its form, however wrong it may be. Raises FileError, or FormatError for what is no document at all."""
+    source = read_text(path, limit=LIMIT)
+    if source.text.startswith(("ply", "<")):
+        return True
+    document, form = _parse(source)
+    return form in ("tagslam", "markermapper") or document.data.get("kind") == "map"
+
+
 def _open(source: Source) -> tuple[YamlDocument, str]:
     """The document and its format."""
+    document, form = _parse(source)
+    keys = document.data
+    if not form:
+        old = "static_objects" in keys
+        found = "an older TagSLAM's static_objects" if old else f"the keys {', '.join(list(keys)[:4])}"
+        document.fail("this is no map", (), found=found, expected=EXPECTED)
+    return document, form
+
+
+def _parse(source: Source) -> tuple[YamlDocument, str]:
+    """The document and its format, empty where it is none of them."""
     if source.text.lstrip().startswith("{"):
         try:
             data = json.loads(source.text)
@@ -325,8 +345,4 @@ def _open(source: Source) -> tuple[YamlDocument, str]:
         if "aruco_bc_markers" in keys
         else ""
     )
-    if not form:
-        old = "static_objects" in keys
-        found = "an older TagSLAM's static_objects" if old else f"the keys {', '.join(list(keys)[:4])}"
-        document.fail("this is no map", (), found=found, expected=EXPECTED)
     return document, form

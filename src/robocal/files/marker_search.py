@@ -23,6 +23,10 @@ __all__ = [
 ]  # fmt: skip
 
 ENLARGE = 1_500_000  # px: larger images are looked at once
+SMALL = (
+    7,
+    15,
+)  # px: windows of thresholds that find what is small, at twice its size; more find no more, and take as much time each
 TRIAL = 1_000_000  # px: dictionaries are tried on images of at most so many
 UNEVEN = (
     1.7  # tolerance: from step to step along a board: tilted views change by less, a line that is left out doubles one
@@ -69,7 +73,7 @@ def find_markers(grey: Array, family: str, border: int = 1, wanted: Sequence[int
         return first
     cv2 = opencv()
     twice = cv2.resize(grey, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
-    second = _look(twice, family, border, strict=False)
+    second = _look(twice, family, border, strict=False, windows=SMALL)
     return _join(first, MarkersInImage(second.ids, (second.corners - 0.5) / 2))
 
 
@@ -113,7 +117,9 @@ def largest_family(family: str) -> str:
     return f"{stem}_{SIZES[-1]}" if size.isdigit() else family
 
 
-def _look(grey: Array, family: str, border: int, *, strict: bool) -> MarkersInImage:
+def _look(
+    grey: Array, family: str, border: int, *, strict: bool, windows: tuple[int, int] | None = None
+) -> MarkersInImage:
     cv2 = opencv()
     aruco = cv2.aruco
     how = aruco.DetectorParameters()
@@ -121,6 +127,9 @@ def _look(grey: Array, family: str, border: int, *, strict: bool) -> MarkersInIm
     how.perspectiveRemovePixelPerCell = 8
     how.markerBorderBits = border
     how.minMarkerPerimeterRate = 0.01
+    if windows is not None:
+        how.adaptiveThreshWinSizeMin, how.adaptiveThreshWinSizeMax = windows
+        how.adaptiveThreshWinSizeStep = windows[1] - windows[0]
     if strict:
         how.errorCorrectionRate = 0.0
     search = aruco.ArucoDetector(aruco.getPredefinedDictionary(getattr(aruco, FAMILIES[family])), how)

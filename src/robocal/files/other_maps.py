@@ -37,7 +37,7 @@ def spaced(text: str) -> str:
     """A FileStorage as YAML of today: its first line and tags are none, and it writes {id:0}; lines stay."""
     if not text.startswith("%YAML:"):
         return text
-    text = re.sub(r"^%YAML:[^\n]*", "#", text)
+    text = re.sub(r"^%YAML:[^\n]*", "#", text).replace("!!opencv-matrix", "")
     return re.sub(r"([{,]\s*)(\w+):(?=\S)", r"\1\2: ", text)
 
 

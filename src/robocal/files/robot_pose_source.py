@@ -16,9 +16,10 @@ from robocal.files.headers import IDS, matrices
 from robocal.files.text import InputFile
 from robocal.files.yamlio import YamlDocument, load
 
-__all__ = ["FolderSource", "TableSource"]
+__all__ = ["TIMES", "FolderSource", "TableSource"]
 
 NAMES = ("image", "view", "file", "name", *IDS)  # columns that name what belongs to a pose
+TIMES = ("time", "timestamp", "stamp", "t")
 NESTED = 4  # grid: levels of keys in a YAML file of one pose
 
 

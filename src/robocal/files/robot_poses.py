@@ -22,14 +22,13 @@ from robocal._types import Array, Bools
 from robocal.errors import ModelError
 from robocal.files import orientation
 from robocal.files.csvtable import read_csv
-from robocal.files.robot_pose_source import FolderSource, TableSource
+from robocal.files.robot_pose_source import TIMES, FolderSource, TableSource
 from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Unit, parse_unit
 from robocal.geometry import se3, so3
 
-__all__ = ["MAKERS", "RobotPoses", "read_robot_poses"]
+__all__ = ["MAKERS", "RobotPoses", "read_robot_poses", "stated_units"]
 
-TIMES = ("time", "timestamp", "stamp", "t")
 PLACES = (("x", "y", "z"), ("px", "py", "pz"), ("tx", "ty", "tz"))
 ANGLES = (("rx", "ry", "rz"), ("roll", "pitch", "yaw"), ("a", "b", "c"), ("w", "p", "r"))
 QUATERNION, WXYZ = ("qx", "qy", "qz", "qw"), ("q1", "q2", "q3", "q4")
@@ -93,11 +92,12 @@ def read_robot_poses(
         expected = "three axes: ZYX about the axes as turned so far, zyx about the fixed ones"
         raise ModelError("no order of three axes", key="--euler", found=euler, expected=expected)
     source = FolderSource.read(place) if place.is_dir() else TableSource(replace(read_csv(place), alone=True))
-    length, angle = _stated(units)
+    length, angle = stated_units(units)
     return _Reader(source, MAKERS.get(maker or ""), maker or "", euler, length, angle, quaternion, vector).read()
 
 
-def _stated(units: str | None) -> tuple[Unit | None, Unit | None]:
+def stated_units(units: str | None) -> tuple[Unit | None, Unit | None]:
+    """The units of length and angle of an option such as mm,deg. Raises ModelError."""
     found: dict[str, Unit] = {}
     for word in (units or "").split(","):
         if word.strip():

@@ -10,7 +10,8 @@ from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_e
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
 from robocal.session.vision.map_repeats import ComparedMaps as _compare_ComparedMaps
-from robocal.session.vision.map_result import MarkersFound as _map_MarkersFound
+from robocal.session.vision.map_result import MarkerMapResult as _map_MarkerMapResult
+from robocal.session.vision.other_formats import ExportedText as _export_ExportedText
 from robocal.verbs.vision.sheet.result import Printed as _sheet_Printed
 
 _Path = str | os.PathLike[str]
@@ -101,7 +102,7 @@ def intrinsics(
     square: float | None = None,
     checker: str | None = None,
     sheet: _Path | None = None,
-    image: str | None = None,
+    image: str | tuple[int, int] | None = None,
     images: str | Sequence[str] = (),
     exclude: str | Sequence[str] = (),
     output: _Path | None = None,
@@ -138,26 +139,28 @@ def map(
     held: _Path | None = None,
     size: str | Sequence[str] = (),
     prior: _Path | None = None,
+    dictionary: str | None = None,
     origin: str | None = None,
     without: str | Sequence[str] = (),
     fix: str | Sequence[str] = (),
     loss: str = 'huber',
-    image: str | None = None,
+    image: str | tuple[int, int] | None = None,
     exclude: str | Sequence[str] = (),
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found[_map_MarkersFound | _map_MapPlaces]:
+) -> Found[_map_MarkerMapResult | _map_MapPlaces]:
     """Find where markers are to one another from images of them, with what the map may be off by. No robot is needed.
 
     Put markers of different numbers anywhere, and take 20 to 100 images from different sides. Every image should show
     several markers, and every marker should be in three images or more.
 
-    corners: corners.csv of robocal vision detect, or a table with view, marker, corner, u, v.
+    corners: corners.csv of robocal vision detect, a table with view, marker, corner, u, v, or a folder of images.
     lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     held: Find the camera in this map: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
     size: Edge of the markers' black squares in mm, as measured; of some alone as 7=120.
     prior: What is known of the markers beforehand: surveyed tags, boards, the map of last month.
+    dictionary: Dictionary of the markers in images: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
     origin: Marker in which the coordinates begin, with its axes.  [default: the one that most views show]
     without: Markers that are left out.
     fix: Numbers of the lens that stay as they are: k3, p1,p2.
@@ -182,8 +185,10 @@ def hand_eye(
     euler: str | None = None,
     units: str | None = None,
     quaternion: str | None = None,
+    arm: str | None = None,
     inverse: bool = False,
     pair: str | None = None,
+    undo_half_turns: bool = False,
     target_units: str | None = None,
     dictionary: str | None = None,
     charuco: str | None = None,
@@ -191,7 +196,7 @@ def hand_eye(
     square: float | None = None,
     checker: str | None = None,
     sheet: _Path | None = None,
-    image: str | None = None,
+    image: str | tuple[int, int] | None = None,
     exclude: str | Sequence[str] = (),
     folds: int | None = None,
     output: _Path | None = None,
@@ -212,8 +217,10 @@ def hand_eye(
     euler: Three angles: ZYX about the axes as turned so far, zyx about the fixed ones.
     units: Units of the robot's poses, as mm,deg; they count before those of headers.  [default: those of headers or maker; m,rad]
     quaternion: The order in which quaternions stand: xyzw, wxyz.  [default: as their columns are named]
+    arm: POSES are joint values of this arm: robot.yaml, a URDF, or a name from the catalogue.
     inverse: The poses are of the base in the flange, not of the flange in the base.
     pair: How views and poses belong together: name, order, time.  [default: name, else order]
+    undo_half_turns: A board that looks the same after half a turn: label its corners from one end in all views.
     target_units: Units of poses of a target, as mm,deg; they count before those of headers.  [default: those of headers; m,rad]
     dictionary: Dictionary of the markers in images, as for detect.
     charuco: A ChArUco board of so many squares in images.
@@ -247,6 +254,29 @@ def compare(
     maps: Maps of the same markers: map.yaml, or files of TagSLAM, MarkerMapper, PLY; two or more.
     reference: The marker whose axes are taken, and from which distances count.  [default: the first of the first map]
     output: Write maps.json, markers.csv, distance.svg, axes.svg and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def export(
+    file: _Given,
+    *,
+    form: str | None = None,
+    camera: str | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_export_ExportedText]:
+    """Write a map of markers, or a lens, in the format of another program; or read one of theirs.
+
+    Formats of maps: robocal, json, tagslam, markermapper (ArUco), ply. Formats of lenses: robocal, opencv, ros, kalibr.
+
+    file: A map or a lens in any of these formats.
+    form: The format to write.  [default: by the suffix: .yaml, .json, .ply]
+    camera: Of a file with several cameras the one to read, and its name in the output.
+    output: Write here, not to the terminal.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

@@ -18,7 +18,7 @@ from robocal._types import Array, Bools, Ints
 from robocal.geometry import se3
 from robocal.vision.camera import image_of, project
 
-__all__ = ["MapStart", "Sights", "grow_map"]
+__all__ = ["MapStart", "MarkerSights", "grow_map"]
 
 CAP = 0.25  # tolerance: of a sight's extent: a worse error counts as this one
 SURE = 1.5  # tolerance: how many times worse the second best has to be
@@ -31,7 +31,7 @@ REVISIONS = 4  # grid: how often views and markers are asked again, all together
 
 
 @record(eq=False)
-class Sights:
+class MarkerSights:
     """Whole markers in views: number of view and marker (S,), corners (S, 4, 2) in px, their places on the marker (S, 4, 3) in m, and two
     poses T_camera_marker (S, 2, 4, 4), the better one first, the same twice where there is one."""
 
@@ -62,7 +62,7 @@ class MapStart:
 class _Growth:
     """The state of a map that grows."""
 
-    def __init__(self, sights: Sights, lens: Array, views: int, markers: int) -> None:
+    def __init__(self, sights: MarkerSights, lens: Array, views: int, markers: int) -> None:
         self.sights, self.lens, self.extent = sights, lens, sights.extent
         self.view = np.full((views, 4, 4), np.nan)
         self.marker = np.full((markers, 4, 4), np.nan)
@@ -128,8 +128,8 @@ class _Growth:
             else:
                 waiting.append((sure, int(v), ways[best]))
         if anyhow and not count and waiting:
-            _, v, way = max(waiting, key=lambda w: w[0])
-            self.view[v] = way
+            _, view, way = max(waiting, key=lambda w: w[0])
+            self.view[view] = way
             return 1
         return count
 
@@ -150,8 +150,8 @@ class _Growth:
             else:
                 waiting.append((len(some), sure, int(m), ways[best]))
         if anyhow and not count and waiting:
-            _, _, m, way = max(waiting, key=lambda w: w[:2])
-            self.marker[m] = way
+            _, _, marker, way = max(waiting, key=lambda w: w[:2])
+            self.marker[marker] = way
             return 1
         return count
 
@@ -225,7 +225,7 @@ def _best(cost: Array, ways: Array, axis: Array | None) -> tuple[int, float]:
     return best, float(cost[apart].min() / max(cost[best], 1e-18)) if apart.any() else np.inf
 
 
-def grow_map(sights: Sights, lens: Array, views: int, markers: int) -> MapStart:
+def grow_map(sights: MarkerSights, lens: Array, views: int, markers: int) -> MapStart:
     """Views and markers of sights through a lens (n,), beside the marker that most others are seen with."""
     grown = _Growth(sights, lens, views, markers)
     grown.begin()

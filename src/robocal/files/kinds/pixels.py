@@ -108,6 +108,8 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
     sigma = given.sigma.columns if isinstance(given.sigma, SigmaModel) else None
     extra = corner_covariances(table, sigma, values.sigma)
     values = replace(values, options=options, files=files, extra=extra)
+    if not files and size is not None:
+        _insist_inside(lens, size, document)
     if (model.points is None) == (model.corners is None):
         expected = "points: {columns: [...], unit: mm}, or corners"
         document.fail("the measured points are not specified", ("points",), expected=expected)
@@ -146,6 +148,15 @@ def read_camera(
     ):
         _refuse_size(camera, size, found.lens, document)
     return lens, (found.file,)
+
+
+def _insist_inside(lens: Lens, size: tuple[int, int], document: YamlDocument) -> None:
+    """Raises FormatError for a centre outside the image: that of another size of images, or exchanged."""
+    for symbol, value, most in zip(PINHOLE[2:], lens.numbers[2:4], size, strict=True):
+        expected = f"0 to {most}, in images of {size[0]} x {size[1]} px"
+        document.insist(
+            0 <= value <= most, "the centre lies outside the image", ("camera", symbol), found=value, expected=expected
+        )
 
 
 def _refuse_size(camera: CameraModel, size: tuple[int, int], lens: Lens, document: YamlDocument) -> None:

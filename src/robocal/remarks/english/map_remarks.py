@@ -13,8 +13,9 @@ class MapRemarks:
     MAP_LOCATED = Phrase(
         "corners of views that were left out are met within {unseen:.3g} rms; their noise is {noise:.3g}, both axes together"
     )
-    MAP_NOT_ENDED = Phrase(
-        "the fit of the map came to no end", "Take more views that show several markers each, from different sides."
+    MAP_UNPROVEN = Phrase(
+        "no view could be left out: without it some of its markers are nowhere",
+        "Take more views, each with several markers.",
     )
     MARKER_MOVED = Phrase(
         "marker {marker} is at two places, {apart:.3g} and {turned:.2g} apart:[ it moved before view {first}][ views {views} see another "
@@ -32,7 +33,7 @@ class MapRemarks:
     )
     MAP_ASIDE = Phrase(
         "{share:.0%} of the corners do not fit the map, and are not counted",
-        "Look at the views and markers that are worst: a wrong size, a marker that moves, or a blurred image leave so much.",
+        "Look at the views and markers that are worst, and leave them out (--exclude, --without): blurred images, markers that move.",
     )
     MAP_COVARIANCE_MISSING = Phrase(
         "{file} names {table}, which is not beside it: its markers are taken as known independently of one another",
@@ -73,6 +74,7 @@ class MapRemarks:
         "the maps differ {times:.2g} times as much as their sigma predicts",
         "Take the scatter of the maps for their error, and give every map the same lens and the same size of markers.",
     )
+    FORMAT_LACKS = Phrase("the format {form} cannot hold the {what}, and the file has none")
     MARKER_MOVED_SINCE = Phrase(
         "{file}: marker {name} stands {distance} elsewhere now[; it may be marker {other} instead]",
         "Leave marker {name} out of the map that is given beforehand, or put it back.",
@@ -93,6 +95,11 @@ class MapRemarks:
         "the robot's poses, as stated, miss what most views see by {before:.3g} and {before_turn:.2g}; read as {reading}, by "
         "{after:.2g} and {after_turn:.2g}",
         "Say so: {option}.",
+    )
+    LABELS_TURNED = Phrase(
+        "in {count} of {total} views the board is labelled from its other end ({views}): with half a turn there, the error of most points "
+        "falls from {stated:.3g} to {left:.3g}",
+        "Undo it: --undo-half-turns. A board whose number of corners is odd one way and even the other does not look the same.",
     )
     PAIRED_IN_ORDER = Phrase(
         "views and poses are paired in the order of their files: {first} with the first pose, {last} with the last",

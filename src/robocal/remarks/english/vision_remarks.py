@@ -57,6 +57,10 @@ class VisionRemarks:
         "a board of {columns} x {rows} squares looks the same turned by half: views may number its corners from either end",
         "Where the board's direction matters, on a robot, print one with an odd and an even number of squares, as 6 x 9.",
     )
+    BOARD_OTHER = Phrase(
+        "the markers are not where a board of {columns} x {rows} squares has them[, but where one of {wide} x {high} has them]",
+        "Count the squares of the board, columns first: --charuco.",
+    )
     SIZE_NOT_STATED = Phrase(
         "the size of the {what} is not stated: without it corners have no places on the target",
         "Measure the print and give {option}.",

@@ -30,8 +30,8 @@ from robocal.vision.sightings import BOARD, METHODS, coverage_of, find_islands
 
 __all__ = ["DetectDocument", "Detected", "detect"]
 
-PICTURES = 24  # on a page; of more images an even selection, and as many of those that lack something
-MIRRORS = 3  # images without a marker, mirrored or not, after which no more are looked at mirrored
+PICTURES = 24  # grid: on a page; of more images an even selection, and as many of those that lack something
+MIRRORS = 3  # grid: images without a marker, mirrored or not, after which no more are looked at mirrored
 
 
 @record(kw_only=True)

@@ -9,6 +9,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import MARKER_MOVED_CHANCE, POSE_RIVAL
+from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import uncertainty
@@ -24,6 +25,9 @@ from robocal.vision.maps import MarkerMap
 
 __all__ = ["DisplacedMarker", "exclude_markers", "find_displaced", "with_map_prior"]
 
+FEW, SHARE = 3, 8  # grid: markers that are looked for, or one in so many: of more it is the prior that is wrong
+SAME_SIZE = 0.02  # tolerance: of the edge: printers scale by less
+
 
 @record
 class DisplacedMarker:
@@ -33,13 +37,13 @@ class DisplacedMarker:
     other: str
 
 
-def find_displaced(data: DataSet, prior: MapPrior, loss: str = "none") -> tuple[DisplacedMarker, ...]:
+def find_displaced(data: DataSet, prior: MapPrior, loss: str) -> tuple[DisplacedMarker, ...]:
     """Under the stated noise, for a large contradiction passes for noise otherwise; each has to contradict by more than the noise that is
     left without it. `data` have the targets of the prior, and what these share."""
     out: list[DisplacedMarker] = []
     names = [t.name for t in prior.targets if t.prior is not None]
     gone: list[str] = []
-    while prior.together and len(gone) < len(names):
+    while prior.together and len(gone) < max(FEW, len(names) // SHARE):
         made = build(Rig(CAMERA), exclude_markers(data, gone)).with_loss(loss)
         x = least_squares(made, made.start).x
         rest = [m for m in find_contradictions(prior, _map_of(made, x, names)) if m.name not in gone]
@@ -77,6 +81,7 @@ def with_map_prior(
 ) -> tuple[CornerTable, tuple[DisplacedMarker, ...]]:
     """Corners whose markers have a start, with what maps say of these beforehand; and markers that contradict it, of which nothing is
     taken. Raises ModelError."""
+    _refuse_others(table, maps)
     data, prior = _believe(table.data, maps)
     displaced = find_displaced(data, prior, loss)
     if displaced:
@@ -84,6 +89,23 @@ def with_map_prior(
         rest = [[n for n in m.names if n not in gone] for m in maps]
         data, _ = _believe(table.data, [take_markers(m, names) for m, names in zip(maps, rest, strict=True) if names])
     return replace(table, data=data), displaced
+
+
+def _refuse_others(table: CornerTable, maps: Sequence[MarkerMap]) -> None:
+    """Raises ModelError for markers of another size or dictionary than those that are seen."""
+    obs = table.pixels
+    assert obs.target is not None
+    seen = {t.name: 2 * float(np.abs(obs.extra["point"][obs.target == i, 0]).max()) for i, t in enumerate(obs.targets)}
+    for m in maps:
+        if None not in (m.family, table.family) and m.family != table.family:
+            raise ModelError("a prior of another dictionary", key="--prior", found=m.family, expected=table.family)
+        for name, edge in zip(m.names, m.size.tolist(), strict=True):
+            if name in seen and abs(edge - seen[name]) > SAME_SIZE * edge:
+                found, expected = (
+                    f"{1e3 * seen[name]:g} mm for marker {name}",
+                    f"{1e3 * edge:g} mm, as the prior has it",
+                )
+                raise ModelError("another size than that of the prior", key="--size", found=found, expected=expected)
 
 
 def _believe(data: DataSet, maps: Sequence[MarkerMap]) -> tuple[DataSet, MapPrior]:

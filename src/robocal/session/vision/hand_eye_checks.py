@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._record import replace
+from robocal.diagnose.camera_views import AXES_EXCHANGED, IMAGE_MIRRORED, TARGET_TURNED, VIEWS_SHIFTED
 from robocal.diagnose.limits import LENS_CONTRADICTED, LENS_MATERIAL
 from robocal.diagnose.segments.find import find_segments
 from robocal.estimate.least_squares import least_squares
@@ -22,10 +23,12 @@ from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.hand_eye_data import HandEyeData
 
-__all__ = ["contradict_lens", "find_moves"]
+__all__ = ["OF_VIEWS", "contradict_lens", "find_moves", "restate"]
 
 PIXELS = ("fx", "fy", "cx", "cy")
 FEWEST = 5  # grid: views that tell a lens
+LENS_FACTOR = "lens-factor"  # the code of a lens of images of another size
+OF_VIEWS = (AXES_EXCHANGED, IMAGE_MIRRORED, TARGET_TURNED, VIEWS_SHIFTED)  # what explains all views
 EVEN = ("k3", "k4", "k5", "k6")  # powers that stay as they are: few views tell them
 
 
@@ -50,6 +53,30 @@ def contradict_lens(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
     distance = float(np.median(np.linalg.norm(opened.target_views()[1][:, :3, 3], axis=1)))
     most = max((abs(found[s][0] - given[s]) * distance / given["fx"] for s in off if s in PIXELS), default=0.0)
     return Remark.of(Code.LENS_CONTRADICTED, names=names, z=max(off.values())), alone and most > LENS_MATERIAL * normal
+
+
+def restate(said: Remark, opened: HandEyeData) -> Remark:
+    """What another verb would write into a data file, by the options of this one."""
+    numbers = said.numbers
+    if said.code == Code.NUMBER_WRONG:
+        symbol = str(numbers["name"]).rpartition(".")[2]
+        change = f"{symbol} {_plain(numbers['stated'])} given, {_plain(numbers['there'])} found"
+        return Remark.of(Code.LENS_CONTRADICTED, names=(change,), z=numbers["z"])
+    if said.code == LENS_FACTOR:
+        change = f"{numbers['name']}: {_plain(numbers['factor'])} times what was given found"
+        return Remark.of(Code.LENS_CONTRADICTED, names=(change,), z=numbers["z"])
+    if said.code == TARGET_TURNED:
+        asked = {k: numbers[k] for k in ("count", "total", "views", "stated", "left")}
+        return Remark.of(Code.LABELS_TURNED, **asked)
+    if said.code == AXES_EXCHANGED:
+        return Remark.of(said.code, **{**numbers, "line": "u is v, and v is u"})
+    return said
+
+
+def _plain(value: object) -> str:
+    """A number without its unit."""
+    number = value.value if isinstance(value, Quantity) else value
+    return f"{number:.5g}" if isinstance(number, int | float) else str(number)
 
 
 def _by_views(opened: HandEyeData, made: Decision[Rig]) -> dict[str, tuple[float, float]]:

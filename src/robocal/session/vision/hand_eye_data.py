@@ -10,7 +10,8 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Ints
-from robocal.diagnose.camera_changes import view_poses
+from robocal.diagnose.camera_changes import half_turns_open, view_poses
+from robocal.diagnose.half_turns import undo_half_turns
 from robocal.diagnose.limits import LENS_CENTRE_PRIOR, LENS_DISTORTION_PRIOR
 from robocal.errors import ModelError
 from robocal.files.csvtable import read_csv
@@ -21,10 +22,14 @@ from robocal.fit.starts.consensus import find_flips
 from robocal.geometry import se3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Rig
+from robocal.measure.pixels import HALF_TURNS
 from robocal.progress import Watch
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
 from robocal.session.vision.detection import Detected
 from robocal.session.vision.hand_eye_images import LENS_EXPECTED, detect_corners, is_table
+from robocal.session.vision.hand_eye_joints import read_joint_poses
 from robocal.session.vision.hand_eye_pair import Pairs, pair_views
 from robocal.session.vision.pose_pairs import tell_flips
 from robocal.vision.camera import MODELS
@@ -53,13 +58,19 @@ class HandEyeData:
     named: str
     table: CornerTable | None
     detected: Detected | None
+    arm: Any
     files: tuple[InputFile, ...]
     remarks: tuple[Any, ...]
 
     @property
-    def machine(self) -> Rig:
-        """The robot, whose flange is where it says."""
-        return Rig("robot", freedom=())
+    def machine(self) -> Any:
+        """The arm whose joints were read, or the robot whose flange is where it says."""
+        return Rig("robot", freedom=()) if self.arm is None else self.arm
+
+    @property
+    def hand(self) -> str:
+        """What the robot's poses are of."""
+        return "flange" if self.arm is None else "tool"
 
     @property
     def observations(self) -> Observations:
@@ -89,7 +100,12 @@ class HandEyeData:
 
 def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
     """Reads corners or poses of a target, the robot's poses and the lens, and pairs views with poses. Raises InputError."""
-    robot = read_robot_poses(o.robot, maker=o.maker, euler=o.euler, units=o.units, quaternion=o.quaternion)
+    arm, joints = None, None
+    if o.arm is None:
+        robot = read_robot_poses(o.robot, maker=o.maker, euler=o.euler, units=o.units, quaternion=o.quaternion)
+    else:
+        o.refuse(("maker", "euler", "quaternion", "inverse"), "joint values are no poses", "--arm alone")
+        robot, arm, joints = read_joint_poses(o.robot, o.arm, o.units)
     detected = None
     if not is_table(o.corners):
         detected, table = detect_corners(o, watch)
@@ -145,10 +161,14 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
             flange[kept],
             whole.take(kept),
         )
-    where = replace(whole.configurations, joints=None, digits=None, start=se3.to_vector(flange))
+    joints = None if joints is None else joints[pairs.pose]
+    where = replace(whole.configurations, joints=joints, digits=None, start=se3.to_vector(flange))
     data = replace(whole, configurations=where)
+    if o.undo_half_turns:
+        data, undone = _undo(Rig("robot", freedom=()) if arm is None else arm, data)
+        said = (*said, *undone)
     return HandEyeData(
-        data=data, robot=robot, pairs=pairs, flange=flange, inhand=inhand, inverse=o.inverse, lens=lens, named=named, table=table,
+        data=data, robot=robot, pairs=pairs, flange=flange, inhand=inhand, inverse=o.inverse, lens=lens, named=named, table=table, arm=arm,
         detected=detected,
         files=(*files, *robot.files), remarks=said,
     )  # fmt: skip
@@ -177,6 +197,23 @@ def _frames(obs: Observations, inhand: bool) -> Observations:
     which = np.zeros(len(obs), dtype=np.int64) if obs.target is None else obs.target
     frame = Frame(EYE, free=(True,) * 6, mount=camera, expected=PLACE)
     return replace(obs, frame=frame, targets=targets, target=which)
+
+
+def _undo(machine: Any, data: DataSet) -> tuple[DataSet, tuple[Remark, ...]]:
+    """The data where views are labelled from one end of the board, and in how many they were not."""
+    (obs,) = data.observations
+    if obs.kind != "pixels":
+        raise ModelError("measured poses have no labels", key="--undo-half-turns", expected="corners of a board")
+    asked = replace(data, observations=(replace(obs, options={**obs.options, HALF_TURNS: True}),))
+    if not half_turns_open(asked.observations[0]):
+        raise ModelError(
+            "this target does not look the same after half a turn", key="--undo-half-turns", expected="without it"
+        )
+    done, turned = undo_half_turns(machine, asked)
+    own = replace(done.observations[0], options=obs.options)
+    count = sum(int(t.sum()) for t in turned.values())
+    said = Remark.of(Code.HALF_TURNS_UNDONE, count=count, total=len(data.configurations), instruments=(obs.label,))
+    return replace(done, observations=(own,)), (said,)
 
 
 def _lens(o: Any, size: tuple[int, int]) -> tuple[Lens, str, tuple[InputFile, ...]]:

@@ -59,8 +59,8 @@ class PlacedFrame:
         return PlacedFrame(self.child, self.parent, se3.inverse(self.pose), back @ self.covariance @ back.T)
 
 
-def place_frames(made: Decision[Rig], inhand: bool) -> tuple[PlacedFrame, ...]:
-    """The camera first, then the targets."""
+def place_frames(made: Decision[Rig], inhand: bool, hand: str) -> tuple[PlacedFrame, ...]:
+    """The camera first, then the targets; `hand`: what the robot carries them on."""
     obs = made.need_data.observations[0]
     names, covariance = made.spread
     out = []
@@ -70,7 +70,7 @@ def place_frames(made: Decision[Rig], inhand: bool) -> tuple[PlacedFrame, ...]:
         own = [f"{frame.name}.{s}" for s in FRAME_SYMBOLS]
         at = [i for i, n in enumerate(own) if n in names]
         c[np.ix_(at, at)] = covariance[np.ix_(*[[names.index(own[i]) for i in at]] * 2)]
-        on = "flange" if frame.mount == "tool" else "base"
+        on = hand if frame.mount == "tool" else "base"
         if frame is obs.frame and not inhand:  # stored the other way round
             out.append(PlacedFrame(frame.name, on, frame_of(made, frame.name), c).inverse)
         else:

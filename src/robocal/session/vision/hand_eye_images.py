@@ -16,7 +16,7 @@ from robocal.remarks.remark import Remark
 from robocal.session.vision.corner_table import CornerTable, read_corners
 from robocal.session.vision.detection import Detected, detect
 
-__all__ = ["LENS_EXPECTED", "detect_corners", "is_table"]
+__all__ = ["DOCUMENT", "EVERY", "LENS_EXPECTED", "LIST", "detect_corners", "is_table"]
 
 TABLES = (".csv", ".tsv", ".dat")
 EVERY = 10  # grid: frames of a video, as for detect

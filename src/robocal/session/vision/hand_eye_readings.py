@@ -27,7 +27,7 @@ __all__ = ["PoseReading", "doubt_poses", "read_otherwise"]
 
 ROUNDS, FAR = 4, 3.0  # grid: of fits without views that are so many medians off
 FEWEST = 4  # grid: views of which the middle says anything
-SHIFTS = (1, -1)
+SHIFTS = {1: "later", -1: "earlier"}
 KILO = 1e3  # from m to mm
 DEGREES = 180 / np.pi
 ORDERS = (("ZYX", True), ("XYZ", False), ("XYZ", True), ("ZYX", False), ("ZYZ", True))
@@ -98,39 +98,36 @@ def _readings(opened: HandEyeData, where: Ints, seen: Array) -> Iterator[Row]:
     """Name, option, poses of the robot (V, 4, 4) and of the target (V, 4, 4)."""
     pose = opened.flange[where]
     yield "as stated", "", pose, seen
-    other = "hand" if not opened.inhand else "fixed"
-    direction = "base-flange" if opened.inverse else "flange-base"
-    place = "in the hand" if other == "hand" else "beside the robot"
-    words = f"the other direction (T_{direction.replace('-', '_')}, or the camera {place})"
-    yield words, f"{'without ' if opened.inverse else ''}--inverse, or --camera {other}", se3.inverse(pose), seen
+    camera, place = ("fixed", "beside the robot") if opened.inhand else ("hand", "in the hand")
+    if opened.arm is not None:  # joint values have one direction
+        yield f"of a camera {place}", f"--camera {camera}", se3.inverse(pose), seen
+    else:
+        symbol, option = ("T_base_flange", "without --inverse") if opened.inverse else ("T_flange_base", "--inverse")
+        other = f"{option}, or --camera {camera}"
+        yield f"the other direction ({symbol}, or the camera {place})", other, se3.inverse(pose), seen
+        yield from _forms(opened, where, seen, other)
+    for shift, word in SHIFTS.items():
+        some = np.arange(max(0, -shift), len(pose) - max(0, shift))
+        name, option = f"every view with the pose one {word}", "the image in a column `image` beside the poses"
+        yield name, option, pose[some + shift], seen[some]
+
+
+def _forms(opened: HandEyeData, where: Ints, seen: Array, other: str) -> Iterator[Row]:
+    """Numbers that mean other turns, in both directions, and other lengths."""
+
+    def in_direction(t: Array, inverse: bool) -> Array:
+        return se3.inverse(t) if inverse else t
+
     raw = opened.robot.pose[opened.pairs.pose][where]
     for name, option, turn in _turns(opened.robot, opened.pairs.pose[where]):
-        for inverse in (opened.inverse, not opened.inverse):
-            made = se3.compose(turn, raw[:, :3, 3])
-            more = "" if inverse == opened.inverse else " and the other direction"
-            say = (
-                ""
-                if inverse == opened.inverse
-                else f", and {'--inverse' if inverse else 'without --inverse'}, or --camera {other}"
-            )
-            yield name + more, option + say, se3.inverse(made) if inverse else made, seen
+        made = se3.compose(turn, raw[:, :3, 3])
+        yield name, option, in_direction(made, opened.inverse), seen
+        both = f"{name} and the other direction", f"{option}, and {other}"
+        yield *both, in_direction(made, not opened.inverse), seen
     for factor, name in ((1 / KILO, "mm"), (KILO, "m")):
         made = np.array(raw)
         made[:, :3, 3] *= factor
-        words = (
-            f"lengths of the robot's poses in {name}" if factor < 1 else "lengths of the robot's poses in a larger unit"
-        )
-        yield words, f"--units {name if factor < 1 else 'm'}", se3.inverse(made) if opened.inverse else made, seen
-    for shift in SHIFTS:
-        first, last = max(0, -shift), len(pose) - max(0, shift)
-        some = np.arange(first, last)
-        where_to = "later" if shift > 0 else "earlier"
-        yield (
-            f"every view with the pose one {where_to}",
-            "the image in a column `image` beside the poses",
-            pose[some + shift],
-            seen[some],
-        )
+        yield f"lengths of the robot's poses in {name}", f"--units {name}", in_direction(made, opened.inverse), seen
 
 
 def _turns(robot: RobotPoses, rows: Ints) -> Iterator[tuple[str, str, Array]]:

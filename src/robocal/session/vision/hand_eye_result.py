@@ -32,7 +32,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_table import CAMERA
-from robocal.session.vision.hand_eye_checks import contradict_lens, find_moves
+from robocal.session.vision.hand_eye_checks import OF_VIEWS, contradict_lens, find_moves, restate
 from robocal.session.vision.hand_eye_data import EYE, HandEyeData, open_hand_eye
 from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find_errors, frame_of, middle_of
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
@@ -49,7 +49,8 @@ LEAST = 0.1  # grid: of the usual errors of a robot
 READINGS = 4  # grid: of the robot's poses, that are told
 # Checks that ask for what this verb tells by itself, or that mean nothing of frames alone.
 SILENT = ("coverage", "place", "few-numbers")
-LENS_LINES = (Code.NUMBER_WRONG, Code.NUMBER_DOUBTED, "lens-factor", "lens-factor-doubted")
+# The robot's own errors are said in mm, and the views alone say what the lens is.
+HIDDEN = (Code.ABOVE_STATED_NOISE, Code.NUMBER_DOUBTED, "lens-factor-doubted")
 
 
 @record(kw_only=True)
@@ -268,7 +269,7 @@ def find_hand_eye(
         )
         errors = find_errors(made, opened.flange, opened.inhand)
         verdict, said = _judge(opened, made, errors, readings)
-        frames = place_frames(made, opened.inhand)
+        frames = place_frames(made, opened.inhand, opened.hand)
     return HandEyeCalibration(
         opened=opened, decision=made, verdict=verdict, errors=errors, frames=frames, alternatives=readings, files=files,
         warnings=tuple(dict.fromkeys((*opened.remarks, *said))), reasons=verdict.reasons, inputs=opened.files, command=command,
@@ -278,21 +279,22 @@ def find_hand_eye(
 def _judge(
     opened: HandEyeData, made: Decision[Rig], errors: HandEyeErrors, readings: tuple[PoseReading, ...]
 ) -> tuple[Verdict, list[Remark]]:
-    """The verdict of every identification, and what is said of poses, pairs and lens besides."""
-    verdict = verdict_of(made)
-    verdict = replace(verdict, reasons=tuple(map(_in_words, verdict.reasons)))
-    doubts = doubt_poses(readings)
-    moves = [] if doubts else find_moves(opened, made)
-    if doubts or moves:
-        verdict = verdict.instead("refused", *doubts, *moves)
+    """The verdict of every identification, and what is said of poses, pairs and lens besides. What explains everything is said alone."""
     said: list[Remark] = []
     pairs, views = opened.pairs, opened.views
     if pairs.method == "order":
         said.append(Remark.of(Code.PAIRED_IN_ORDER, first=views[0], last=views[-1]))
     if pairs.views_alone:
         said.append(Remark.of(Code.VIEWS_WITHOUT_POSE, count=len(pairs.views_alone), views=pairs.views_alone))
+    given, doubts = verdict_of(made), doubt_poses(readings)
+    explained = [*doubts, *(restate(r, opened) for r in given.reasons if r.code in OF_VIEWS)]
+    if explained:
+        return Verdict("refused", tuple(explained)), said
+    verdict = replace(given, reasons=tuple(dict.fromkeys(restate(r, opened) for r in given.reasons)))
+    if moves := find_moves(opened, made):
+        verdict = verdict.instead("refused", *moves)
     left = errors.left_out
-    if left is not None and left.rms > HAND_EYE_LEFT * errors.normal and not doubts:
+    if left is not None and left.rms > HAND_EYE_LEFT * errors.normal:
         said.append(Remark.of(Code.HAND_EYE_FAR, left=Quantity(left.rms), times=left.rms / errors.normal))
     lens, material = contradict_lens(opened, made, errors.normal)
     if lens is not None and material:
@@ -304,13 +306,4 @@ def _judge(
         for when in (When.DATA, When.FIT)
         for f in run_checks(when, made, DIAGNOSE, PROVE, skip=(*made.silent, *SILENT))
     ]
-    hidden = (Code.ABOVE_STATED_NOISE,)  # the robot's own errors: said in mm
-    said += [_in_words(f.remark) for f in findings if f.code not in hidden]
-    return verdict, said
-
-
-def _in_words(said: Remark) -> Remark:
-    """What another verb would write into a data file is an option here."""
-    if said.code not in LENS_LINES:
-        return said
-    return Remark.of(said.code, **{**said.numbers, "line": "--free-lens"})
+    return verdict, [*said, *(f.remark for f in findings if f.code not in HIDDEN)]

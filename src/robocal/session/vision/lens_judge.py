@@ -29,7 +29,7 @@ from robocal.vision.camera import fold_mask, unproject
 from robocal.vision.lens_start import FlatViews
 from robocal.vision.lenses import Lens
 
-__all__ = ["judge_lens", "names_of", "outside_image", "refuse_outside", "refuse_strange", "refuse_views"]
+__all__ = ["check_inside", "check_sights", "judge_lens", "names_of", "outside_image", "refuse_views"]
 
 UNSTATED = 0.1  # px: of a corner, where nobody states it
 SURE = 2.0  # tolerance: standard deviations
@@ -47,12 +47,12 @@ def refuse_views(table: CornerTable, seen: FlatViews | None) -> None:
             f"{LENS_VIEWS:g} at least, better 15 to 40: tilted by 20 to 45 deg in different directions, near and far"
         )
         raise ModelError("too few views tell no lens", key="view", found=f"{full} with four corners", expected=expected)
-    refuse_outside(uv, width, height)
+    check_inside(uv, width, height)
     if seen is not None:
-        refuse_strange(table, seen)
+        check_sights(table, seen)
 
 
-def refuse_outside(uv: Array, width: int, height: int) -> None:
+def check_inside(uv: Array, width: int, height: int) -> None:
     """Raises ModelError where corners lie outside the image."""
     outside = outside_image(uv, width, height)
     if outside.any():
@@ -66,7 +66,7 @@ def refuse_outside(uv: Array, width: int, height: int) -> None:
         )
 
 
-def refuse_strange(table: CornerTable, seen: FlatViews) -> None:
+def check_sights(table: CornerTable, seen: FlatViews) -> None:
     """Raises ModelError where no camera sees corners so, or sees the target from behind."""
     ids, known = table.data.configurations.ids, seen.known
     _refuse_bent(ids, seen)

@@ -29,12 +29,11 @@ from robocal.session.vision.map_moved import refuse_moved
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import move_map, project_covariance
-from robocal.vision.map_start import MapStart, Sights
+from robocal.vision.map_start import MapStart, MarkerSights
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["LOSS", "MapFit", "fit_map"]
+__all__ = ["MapFit", "fit_map"]
 
-LOSS = "huber"
 EXACT = 1e-16  # tolerance: of the cost; two programs shall agree to a millionth of the noise
 JOINED = "views that show markers of both groups"
 
@@ -54,7 +53,7 @@ class MapFit:
 def fit_map(
     table: CornerTable,
     lens: Lens,
-    loss: str = LOSS,
+    loss: str,
     origin: str | None = None,
     source: str = "",
     watch: Watch | None = None,
@@ -65,7 +64,7 @@ def fit_map(
     model = Rig("map")
     ids, names = table.data.configurations.ids, [t.name for t in table.pixels.targets]
 
-    def look(sights: Sights, start: MapStart) -> None:
+    def look(sights: MarkerSights, start: MapStart) -> None:
         refuse_moved(sights, start, lens.intrinsics, ids, names)
 
     begun = place_markers(table.with_prior(lens), JOINED, look)

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When, doubt, qualify, refuse
+from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When, doubt, qualify
 from robocal.diagnose.check_registry import run as run_checks
-from robocal.diagnose.limits import LENS_MISSES, LENS_PRIOR, MAP_ASIDE, MAP_MISSES, MAP_UNSEEN, MAP_WEAK
+from robocal.diagnose.limits import LENS_CONTRADICTED, LENS_MISSES, MAP_ASIDE, MAP_MISSES, MAP_UNSEEN, MAP_WEAK
 from robocal.measure.machine import Rig
 from robocal.prove.decision import REGION, Decision
 from robocal.prove.evidence import Gain
@@ -19,10 +19,10 @@ from robocal.prove.verdict import Verdict, fold
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_errors import CornerErrors
-from robocal.session.vision.map_moved import MovedMarker
+from robocal.session.vision.map_moved import MarkerMotion
 from robocal.vision.lenses import Lens
 
-__all__ = ["judge_map", "told_beside"]
+__all__ = ["judge_map", "remarks_of_map"]
 
 UNSTATED = 0.1  # px: of a corner, where nobody states it
 SILENT = ("place", "coverage", REGION)  # checks that ask where the base of a machine is: here nothing has one
@@ -31,7 +31,7 @@ OWN = (Code.FRAMES_NOT_EXPLAINED, Code.ABOVE_STATED_NOISE)
 
 
 def judge_map(
-    made: Decision[Rig], off: CornerErrors, moved: Sequence[MovedMarker], width: int, ids: Sequence[str]
+    made: Decision[Rig], off: CornerErrors, moved: Sequence[MarkerMotion], width: int, ids: Sequence[str]
 ) -> Verdict:
     """The verdict: located where the fit ended, no check refuses the data, and corners of views that were left out are met."""
     unseen = run_checks(When.UNSEEN, made, DIAGNOSE, PROVE)
@@ -48,29 +48,29 @@ def judge_map(
 
 
 def _against(
-    made: Decision[Rig], off: CornerErrors, moved: Sequence[MovedMarker], width: int, ids: Sequence[str]
+    made: Decision[Rig], off: CornerErrors, moved: Sequence[MarkerMotion], width: int, ids: Sequence[str]
 ) -> Iterator[Finding]:
     obs = made.need_data.observations[0]
-    if not made.need_fit.solution.reasons[0].converged:
-        yield refuse(Code.MAP_NOT_ENDED)
     for m in moved:
         views = tuple(ids[v] for v in m.views)
         first = views[0] if m.later else None
         yield qualify(
-            Code.MARKER_MOVED, marker=obs.targets[m.marker].name, apart=Quantity(m.apart, "m"), turned=Quantity(m.turned, "rad"),
+            Code.MARKER_MOVED, marker=obs.targets[m.marker].name, apart=Quantity(m.distance, "m"), turned=Quantity(m.turned, "rad"),
             first=first, views=None if m.later else views[:SHOWN], count=len(views),
         )  # fmt: skip
     axis, singly = off.noise / np.sqrt(2.0), off.left_out
     stated = UNSTATED if obs.sigma is None else float(np.sqrt(np.mean(np.square(obs.sigma))))
     if axis > LENS_MISSES * width and axis > MAP_MISSES * stated:
         yield qualify(Code.MAP_MISSES, left=Quantity(axis, "px"), times=axis / stated)
-    if singly is not None and singly.rms > MAP_UNSEEN * off.noise:
+    if singly is None:
+        yield qualify(Code.MAP_UNPROVEN)
+    elif singly.rms > MAP_UNSEEN * off.noise:
         yield qualify(Code.MAP_OVERFITTED, unseen=singly.rms, seen=off.noise, times=singly.rms / off.noise)
     if (share := float(np.mean(~off.used))) > MAP_ASIDE:
         yield qualify(Code.MAP_ASIDE, share=share)
 
 
-def told_beside(made: Decision[Rig], given: Lens, found: Lens, few: Sequence[str]) -> list[Remark]:
+def remarks_of_map(made: Decision[Rig], given: Lens, found: Lens, few: Sequence[str]) -> list[Remark]:
     """What else is to be said: of the data, of the fit, of the lens, and of markers that `few` views show."""
     out = [
         f.remark
@@ -85,7 +85,7 @@ def told_beside(made: Decision[Rig], given: Lens, found: Lens, few: Sequence[str
         if s in sigma
     }
     worst = max(away, key=lambda s: away[s]) if away else ""
-    if away and away[worst] > LENS_PRIOR:
+    if away and away[worst] > LENS_CONTRADICTED:
         at = given.kind.symbols.index(worst)
         finding = doubt(
             Code.LENS_PRIOR_CONTRADICTED,

@@ -18,9 +18,9 @@ from robocal._types import Array
 from robocal.diagnose.limits import MARKER_MOVED, MARKER_MOVED_VIEWS
 from robocal.errors import ModelError
 from robocal.vision.camera import project
-from robocal.vision.map_start import MapStart, Sights
+from robocal.vision.map_start import MapStart, MarkerSights
 
-__all__ = ["MovedMarker", "find_moved", "refuse_moved"]
+__all__ = ["MarkerMotion", "find_moved", "refuse_moved"]
 
 TWICE = 2.0  # tolerance: times, that another order has to explain more
 TYPICAL = 50.0  # tolerance: of chi2: one gross view gains more than all others together, and is no motion
@@ -31,18 +31,18 @@ SHOWN = 6  # grid: views that a sentence names
 
 
 @record
-class MovedMarker:
+class MarkerMotion:
     """The number of a marker, the views (numbers) that see it at another place, whether these are all views from one on, and how far that
     place is (m, rad)."""
 
     marker: int
     views: tuple[int, ...]
     later: bool
-    apart: float
+    distance: float
     turned: float
 
 
-def find_moved(sights: Sights, lens: Array, views: Array, markers: Array, sigma: float) -> list[MovedMarker]:
+def find_moved(sights: MarkerSights, lens: Array, views: Array, markers: Array, sigma: float) -> list[MarkerMotion]:
     """Of sights through a lens, with T_camera_map (V, 4, 4), T_map_marker (M, 4, 4), and sigma (px) of a coordinate."""
     a, b, alone, left = _squares(sights, lens, views, markers, sigma)
     out = []
@@ -64,11 +64,11 @@ def find_moved(sights: Sights, lens: Array, views: Array, markers: Array, sigma:
             k = found.first
             some = own[k:] if later or left[own[k:]].mean() > left[own[:k]].mean() else own[:k]
             apart, turned = (float(np.linalg.norm(v)) for v in (found.step[:3], found.step[3:]))
-            out.append(MovedMarker(m, tuple(np.sort(sights.view[some]).tolist()), later, apart, turned))
+            out.append(MarkerMotion(m, tuple(np.sort(sights.view[some]).tolist()), later, apart, turned))
     return out
 
 
-def refuse_moved(sights: Sights, start: MapStart, lens: Array, ids: Sequence[str], names: Sequence[str]) -> None:
+def refuse_moved(sights: MarkerSights, start: MapStart, lens: Array, ids: Sequence[str], names: Sequence[str]) -> None:
     """Raises ModelError where a marker begins at two places that are further apart than it is large: no fit is worth its time."""
     if not np.isfinite(start.views[sights.view]).all() or not np.isfinite(start.markers).all():
         return
@@ -79,7 +79,7 @@ def refuse_moved(sights: Sights, start: MapStart, lens: Array, ids: Sequence[str
         far = start.errors[(sights.marker == m.marker) & np.isin(sights.view, m.views)]
         others = start.errors[(sights.marker != m.marker) & np.isin(sights.view, m.views)]
         # A map that begins torn is off by whole groups of markers, and the fit mends it.
-        if m.apart > edge and np.median(far) > FAR and np.mean(others > FAR) < ALONE:
+        if m.distance > edge and np.median(far) > FAR and np.mean(others > FAR) < ALONE:
             shown = ", ".join(ids[v] for v in m.views[:SHOWN])
             told = f"marker {names[m.marker]}; {len(m.views)} views, as {shown}, see it elsewhere than the others"
             raise ModelError(
@@ -89,7 +89,7 @@ def refuse_moved(sights: Sights, start: MapStart, lens: Array, ids: Sequence[str
 
 
 def _squares(
-    sights: Sights, lens: Array, views: Array, markers: Array, sigma: float
+    sights: MarkerSights, lens: Array, views: Array, markers: Array, sigma: float
 ) -> tuple[Array, Array, Array, Array]:
     """A (S, 6, 6), b (S, 6), the motion (S, 6) of the marker that each sight alone would like, in map axes, and r^T r (S,)."""
     seen = views[sights.view]

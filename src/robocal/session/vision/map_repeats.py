@@ -26,7 +26,7 @@ from robocal.vision.maps import MarkerMap
 
 __all__ = ["ComparedMaps", "MapsDocument", "find_scatter"]
 
-FEWEST = 3  # markers that make a map
+FEWEST = 3  # grid: markers that make a map
 
 
 @record(kw_only=True)

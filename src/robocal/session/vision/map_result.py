@@ -31,16 +31,16 @@ from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_errors import CornerErrors, corner_errors
 from robocal.session.vision.corner_table import CornerTable
 from robocal.session.vision.lens_prior import lens_with_prior
-from robocal.session.vision.map_fit import LOSS, MapFit, fit_map
-from robocal.session.vision.map_judge import judge_map, told_beside
-from robocal.session.vision.map_moved import MovedMarker, find_moved
-from robocal.session.vision.map_table import read_map_table, sizes_of
+from robocal.session.vision.map_fit import MapFit, fit_map
+from robocal.session.vision.map_images import open_corners
+from robocal.session.vision.map_judge import judge_map, remarks_of_map
+from robocal.session.vision.map_moved import MarkerMotion, find_moved
 from robocal.session.vision.marker_places import whole_sights
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["MapDocument", "MarkersFound", "find_map"]
+__all__ = ["MapDocument", "MarkerMapResult", "find_map"]
 
 
 @record(kw_only=True)
@@ -72,7 +72,7 @@ class MapDocument(Document):
 
 
 @record(kw_only=True, eq=False)
-class MarkersFound(VerdictResult):
+class MarkerMapResult(VerdictResult):
     """A map of markers from corners, with everything that its page shows."""
 
     fit: MapFit
@@ -81,8 +81,8 @@ class MarkersFound(VerdictResult):
     table: CornerTable
     off: CornerErrors
     verdict: Verdict
-    moved: tuple[MovedMarker, ...] = ()
-    loss: str = LOSS
+    moved: tuple[MarkerMotion, ...] = ()
+    loss: str
     files: tuple[str, ...] = ()
 
     @property
@@ -228,15 +228,14 @@ class MarkersFound(VerdictResult):
         yield from map_pictures(self)
 
 
-def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> MarkersFound:
+def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> MarkerMapResult:
     """Reads corners, finds the map, and judges it. Raises InputError."""
     if len(set(files)) < len(files):
         raise ModelError("a map is a YAML", key="--output", found=files[0], expected="a name that ends in .yaml")
     if watch:
         watch({"stage": "read"})
-    sizes = sizes_of(o.size)
     read = read_lens(o.lens)
-    table = read_map_table(o.corners, read.lens, sizes, o.image, o.exclude, o.without)
+    table = open_corners(o, read.lens, watch)
     if o.origin is not None and o.origin not in table.marker:
         raise ModelError(
             "no marker of this number is seen", key="--origin", found=o.origin, expected="one of the markers"
@@ -257,12 +256,12 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
         moved = tuple(_moved(table, fit, off))
         ids = table.data.configurations.ids
         verdict = judge_map(fit.decision, off, moved, table.size[0], ids)
-        found = MarkersFound(
+        found = MarkerMapResult(
             fit=fit, given=given, stated=bool(read.lens.known), table=table, off=off, verdict=verdict, moved=moved, loss=o.loss,
             files=files, reasons=verdict.reasons, inputs=(*table.files, read.file, *([before.file] if before else [])), command=command,
         )  # fmt: skip
         few = [n for n, k in zip(fit.map.names, found.many.tolist(), strict=True) if k < MAP_WEAK]
-        beside = told_beside(fit.decision, given, fit.lens, few)
+        beside = remarks_of_map(fit.decision, given, fit.lens, few)
     if before is not None:
         beside = [*before.file.remarks, *_displaced(fit, before), *beside]
     return replace(found, warnings=(*table.remarks, *beside))
@@ -279,7 +278,7 @@ def _matrix(lens: Lens) -> Array:
     return np.array(lens.covariance).reshape(len(lens.known), len(lens.known))
 
 
-def _moved(table: CornerTable, fit: MapFit, off: CornerErrors) -> list[MovedMarker]:
+def _moved(table: CornerTable, fit: MapFit, off: CornerErrors) -> list[MarkerMotion]:
     """Markers that are at two places, as seen through the lens that was found."""
     views = se3.inverse(fit.cameras)
     sights = whole_sights(table.with_prior(fit.lens))

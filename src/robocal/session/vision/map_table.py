@@ -15,7 +15,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.vision.corner_table import CornerTable, read_corners
 from robocal.session.vision.lens_fit import look_at_views
-from robocal.session.vision.lens_judge import names_of, outside_image, refuse_outside, refuse_strange
+from robocal.session.vision.lens_judge import check_inside, check_sights, names_of, outside_image
 from robocal.vision.lenses import Lens
 
 __all__ = ["read_map_table", "sizes_of"]
@@ -67,7 +67,7 @@ def read_map_table(
     table = _inside(table)
     seen = None if lens.model == "fisheye" else look_at_views(table)
     if seen is not None:
-        refuse_strange(table, seen)
+        check_sights(table, seen)
     return _joined(table)
 
 
@@ -130,7 +130,7 @@ def _inside(table: CornerTable) -> CornerTable:
     if not outside.any():
         return table
     if outside.mean() > CORNERS_OUTSIDE:
-        refuse_outside(obs.value, width, height)
+        check_inside(obs.value, width, height)
     views = names_of(table.data.configurations.ids, obs.configuration[outside])
     said = Remark.of(Code.CORNERS_OUTSIDE, count=int(outside.sum()), total=len(obs), views=views)
     return replace(table.keep(~outside), remarks=(*table.remarks, said))

@@ -16,19 +16,19 @@ from robocal.geometry import se3
 from robocal.measure.data import Frame
 from robocal.measure.pixels import rays
 from robocal.session.vision.corner_table import CornerTable
-from robocal.vision.map_start import MapStart, Sights, grow_map
+from robocal.vision.map_start import MapStart, MarkerSights, grow_map
 from robocal.vision.sightings import find_islands
 
 __all__ = ["place_markers", "whole_sights"]
 
-Look = Callable[[Sights, MapStart], None]
+Look = Callable[[MarkerSights, MapStart], None]
 EXPECTED = 0.2, 1.0  # of a marker's place where views show it, m and rad
 WHOLE = 4  # grid: corners of a marker that is seen whole
 WANTED = "views that show markers of both groups, or --sheet, which says where all of them are"
 SHOWN = 8  # grid: markers that a sentence names
 
 
-def place_markers(table: CornerTable, wanted: str = WANTED, look: Look | None = None) -> CornerTable:
+def place_markers(table: CornerTable, wanted: str = "", look: Look | None = None) -> CornerTable:
     """The same with a start for every view, and for the place of every marker beside the one that most views show. Raises ModelError where
     no views join them: `wanted` says what would. `look` is shown the start, and may object."""
     obs = table.pixels
@@ -40,7 +40,9 @@ def place_markers(table: CornerTable, wanted: str = WANTED, look: Look | None = 
     islands = find_islands(seen)
     if len(islands) > 1:
         apart = "; ".join(_names([obs.targets[i].name for i in island.tolist()]) for island in islands[:SHOWN])
-        raise ModelError("no view joins some markers to the others", key="marker", found=apart, expected=wanted)
+        raise ModelError(
+            "no view joins some markers to the others", key="marker", found=apart, expected=wanted or WANTED
+        )
     start = grow_map(sights, np.array(obs.options["intrinsics"]), *seen.shape)
     if look is not None:
         look(sights, start)
@@ -59,7 +61,7 @@ def _names(names: list[str]) -> str:
     return ", ".join(some[:SHOWN]) + (f" and {len(some) - SHOWN} more" if len(some) > SHOWN else "")
 
 
-def whole_sights(table: CornerTable) -> Sights:
+def whole_sights(table: CornerTable) -> MarkerSights:
     """Each marker in each view that shows it whole, with both poses that its four corners allow."""
     obs = table.pixels
     assert obs.target is not None
@@ -74,4 +76,4 @@ def whole_sights(table: CornerTable) -> Sights:
     )
     poses = np.stack([np.stack([some[0], some[-1]]) for some in found])
     view, marker = np.divmod(kinds[whole], len(obs.targets))
-    return Sights(view, marker, obs.value[rows], obs.extra["point"][rows], poses)
+    return MarkerSights(view, marker, obs.value[rows], obs.extra["point"][rows], poses)

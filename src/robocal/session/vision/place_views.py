@@ -98,7 +98,7 @@ def locate_views(table: CornerTable, known: MarkerMap, lens: Lens, watch: Watch 
     data = _begin(data, map_of)
     every = np.arange(len(data.configurations))
     clean = sift(Rig(CAMERA), data, every, watch).data
-    moved = {m.change.name: m.other for m in find_displaced(clean, prior)}
+    moved = {m.change.name: m.other for m in find_displaced(clean, prior, "none")}
     clean = exclude_markers(clean, [*moved])
     noisy, x = _fit(clean)
     covariance = _local_covariance(noisy, x)

@@ -30,6 +30,7 @@ from robocal.files.sheet import read_sheet
 from robocal.progress import Watch, tell
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
+from robocal.session.vision.board_layout import judge_layout
 from robocal.vision.checker.crossing import fit_saddles
 from robocal.vision.sheets import SQUARE, Sheet, inner_corners, marker_corners
 from robocal.vision.sightings import BOARD, METHODS, Sighting, fit_sighting
@@ -285,7 +286,8 @@ def _check(
     family = wanted.family
     if family is None:
         return wanted, []
-    count = sum(len(find_markers(i.grey, family, wanted.border)) for i in some)
+    found = [find_markers(i.grey, family, wanted.border) for i in some]
+    count = sum(map(len, found))
     if wanted.squares is not None and wanted.sheet is None:
         finds = {
             legacy: sum(
@@ -294,6 +296,8 @@ def _check(
             for legacy in (True, False)
         }
         wanted = replace(wanted, legacy=finds[True] > finds[False])
+        if (other := judge_layout(found, family, wanted.squares or (0, 0), wanted.legacy)) is not None:
+            return wanted, [other]
     largest = largest_family(family)
     if count < len(some):
         trial = choose_family([i.grey for i in some])

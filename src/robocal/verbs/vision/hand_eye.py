@@ -73,6 +73,9 @@ class Options(BaseOptions):
         choices=("xyzw", "wxyz"),
         otherwise="as their columns are named",
     )
+    arm: str | None = option(
+        None, "POSES are joint values of this arm: robot.yaml, a URDF, or a name from the catalogue", "ROBOT"
+    )
     inverse: bool = option(False, "The poses are of the base in the flange, not of the flange in the base")
     pair: str | None = option(
         None,
@@ -80,6 +83,9 @@ class Options(BaseOptions):
         "HOW",
         choices=("name", "order", "time"),
         otherwise="name, else order",
+    )
+    undo_half_turns: bool = option(
+        False, "A board that looks the same after half a turn: label its corners from one end in all views"
     )
     target_units: str | None = option(
         None,

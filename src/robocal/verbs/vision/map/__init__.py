@@ -15,12 +15,14 @@ from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
     from robocal.session.vision.map_places import MapPlaces
-    from robocal.session.vision.map_result import MarkersFound
+    from robocal.session.vision.map_result import MarkerMapResult
 
 __all__ = ["Options", "details", "run", "sections"]
 
-OF_A_NEW_MAP = ("size", "origin", "without", "fix", "prior")
-CORNERS = Arg("CORNERS", "corners.csv of robocal vision detect, or a table with view, marker, corner, u, v.")
+OF_A_NEW_MAP = ("size", "dictionary", "origin", "without", "fix", "prior")
+CORNERS = Arg(
+    "CORNERS", "corners.csv of robocal vision detect, a table with view, marker, corner, u, v, or a folder of images."
+)
 
 
 @record
@@ -33,6 +35,7 @@ class Options(BaseOptions):
     \b
     robocal vision detect images --dictionary 36h11 --size 60 -o corners.csv
     robocal vision map corners.csv --lens lens.yaml --size 60 -o map.yaml
+    robocal vision map images --dictionary 36h11 --lens lens.yaml --size 60 -o map.yaml
     robocal vision map corners.csv --lens lens.yaml --size 60 --size 7=120 --origin 7 -o map.yaml
     robocal vision map corners.csv --lens lens.yaml --size 60 --prior march.yaml -o june.yaml
     robocal vision map corners.csv --lens lens.yaml --held map.yaml -o poses.csv
@@ -65,6 +68,11 @@ class Options(BaseOptions):
     prior: Path | None = option(
         None, "What is known of the markers beforehand: surveyed tags, boards, the map of last month", "FILE"
     )
+    dictionary: str | None = option(
+        None,
+        "Dictionary of the markers in images: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original",
+        "NAME",
+    )
     origin: str | None = option(
         None, "Marker in which the coordinates begin, with its axes", "ID", otherwise="the one that most views show"
     )
@@ -86,7 +94,7 @@ class Options(BaseOptions):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[MarkersFound | MapPlaces]:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[MarkerMapResult | MapPlaces]:
     """Finds a map, FILE.yaml with FILE.covariance.csv, FILE.json and FILE.html beside it; or the camera in a map, FILE.csv with FILE.json
     and FILE.html. Raises InputError."""
     ends = (".csv", ".json", ".html") if o.held else (".yaml", ".covariance.csv", ".json", ".html")
@@ -100,7 +108,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ma
     place = None if o.output is None else o.output.parent
     files = () if o.output is None else tuple(o.output.with_suffix(end).name for end in ends)
 
-    def find() -> MarkersFound | MapPlaces:
+    def find() -> MarkerMapResult | MapPlaces:
         if o.held:
             from robocal.session.vision.map_places import find_places
 
@@ -112,7 +120,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ma
     return run_verb(replace(o, output=place), files, find, sections, *([details] if files else []))
 
 
-def sections(made: Outcome[MarkersFound | MapPlaces]) -> Iterator[Section]:
+def sections(made: Outcome[MarkerMapResult | MapPlaces]) -> Iterator[Section]:
     """The verdict, how well views are met, and each marker; or the poses."""
     from robocal.session.vision.map_places import MapPlaces
 
