@@ -18,8 +18,8 @@ from robocal.fit.options import Options
 from robocal.fit.starts.consensus import find_flips
 from robocal.geometry import se3
 from robocal.geometry.pose_path import PosePath
-from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.clock_rig import clock_rig, rate_columns
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Rig
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
 from robocal.progress import Watch
