@@ -1,6 +1,6 @@
 """What views say of a lens that was given, without the robot; and whether camera or target moved while views were taken.
 
-Y_i free, lens free:    z = |number - given| / sigma,    material where |change| d / f exceeds half of what is normal
+Y_i free, lens free:    z = |number - given| / sigma of both,    material where |change| d / f exceeds half of what is normal
 """
 
 from __future__ import annotations
@@ -44,6 +44,8 @@ def contradict_lens(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
     alone = not found
     if alone:
         found = _by_views(opened, made)
+    # A lens whose file states sigma may be off by it.
+    found = {s: (v, float(np.hypot(e, opened.lens.sigma.get(s, 0.0)))) for s, (v, e) in found.items()}
     off = {
         s: abs(v - given[s]) / e for s, (v, e) in found.items() if e > 0 and abs(v - given[s]) >= LENS_CONTRADICTED * e
     }
