@@ -238,7 +238,8 @@ def _choose(found: Array, cost: Array, noisy: bool, meant: bool, m: int, floor: 
     """Of all ends of one search (k, s), the one to trust, how many distinct ones explain the lengths as well, and the
     best of the others."""
     worst = np.where(np.isnan(cost), np.inf, cost)
-    solutions, rival = np.isfinite(worst).any(axis=1).astype(np.int64), np.full((len(found), 4, 4), np.nan)
+    solutions: Ints = np.asarray(np.isfinite(worst).any(axis=1), dtype=np.int64)
+    rival: Array = np.full((len(found), 4, 4), np.nan)
     if cost.shape[1] == 1:
         return np.zeros(len(found), dtype=np.int64), solutions, rival
     least = worst.min(axis=1, keepdims=True)
