@@ -32,6 +32,9 @@ QUICK = (
 OTHER = {
     "band-blind": "unit/test_total.py",
     "board-turns": "cli/test_detect_sheets.py",
+    "board-other": "cli/test_detect_sheets.py",
+    "frames-loose": "session/test_pose_pairs.py",
+    "views-flipped": "session/test_pose_pairs.py",
     "markers-off-sheet": "cli/test_detect_sheets.py",
     "baselines-apart": "prove/test_baselines.py",
     "no-change-found": "session/test_own_machines.py",

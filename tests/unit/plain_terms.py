@@ -29,6 +29,10 @@ class Plain:
         self.columns = np.empty(0, dtype=np.int64)
         self.rows = self.columns
 
+    @property
+    def plain(self):
+        return self
+
     def bind(self, column_of):
         other = object.__new__(Plain)
         other.__dict__.update(self.__dict__)
