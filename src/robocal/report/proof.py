@@ -121,7 +121,8 @@ def proof(residuals: Any, praise: bool = True) -> str:
         return f"{head}is {show(held)}{rest}."
     folded, folded_before = mean("k_fold"), mean("k_fold_before")
     if folded is not None:
-        text = f"Everything was held out once, in {len(residuals.folds)} folds, "
+        rounds = f"in {len(residuals.folds)} folds, " if residuals.folds else ""  # of frames alone they are not listed
+        text = f"Everything was held out once, {rounds}"
         text += "and predicted by a model that was fitted to the others: "
         factor = times_smaller(folded_before, folded)
         went = f"the mean error went from {show(folded_before)} to" if factor else "the mean error is"
