@@ -71,8 +71,8 @@ def _against(
         )  # fmt: skip
     for size in sizes:
         yield qualify(
-            Code.MARKER_SIZE_CONTRADICTED, marker=obs.targets[size.marker].name, told=Quantity(size.told, "m"),
-            found=Quantity(size.found, "m"),
+            Code.MARKER_SIZE_CONTRADICTED, marker=obs.targets[size.marker].name, told=Quantity(size.size, "m"),
+            found=Quantity(size.apparent, "m"),
         )  # fmt: skip
     axis, singly = off.noise / np.sqrt(2.0), off.left_out
     stated = UNSTATED if obs.sigma is None else float(np.sqrt(np.mean(np.square(obs.sigma))))

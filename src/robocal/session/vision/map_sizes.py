@@ -21,11 +21,11 @@ __all__ = ["MarkerSize", "find_sizes"]
 
 @record
 class MarkerSize:
-    """The number of a marker, its edge as told and as it looks (m), and by how much chi2 falls with the latter."""
+    """The number of a marker, its edge in --size and beside the others (m), and by how much chi2 falls with the latter."""
 
     marker: int
-    told: float
-    found: float
+    size: float
+    apparent: float
     gain: float
 
 
