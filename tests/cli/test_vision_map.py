@@ -100,6 +100,7 @@ def test_sizes_by_number_and_the_origin(tmp_path, lens):
     [
         (("--size", "60", "--size", "70"), "told twice"),
         (("--size", "sixty"), "not an edge"),
+        (("--size", "60 70"), "not an edge"),
         (("--size", "7=60"), "without a size"),
         (("--size", "60", "--size", "99=60"), "99"),
         (("--size", "60", "--origin", "99"), "--origin"),
@@ -174,6 +175,18 @@ def test_a_marker_that_moves_half_way_is_named(tmp_path, lens, far):
     told, status = find(lens, place, "--size", "60", "--without", "4")
     assert status == 0 and "marker-moved" not in codes(told)  # obeys: marker-moved
     assert moved[0]["numbers"]["first"] == "v11" and "before view v11" in moved[0]["sentence"]
+
+
+@pytest.mark.parametrize("times", [1.01, 1.1])
+def test_a_marker_of_another_size_is_named(tmp_path, lens, times):
+    rng, poses, views, edges = world(count=20)
+    place = corners(tmp_path, map_rows(sightings(poses, views, edges), NOISE, rng))
+    told, status = find(lens, place, "--size", "60", "--size", f"7={60 * times}")
+    named = [r for r in told["verdict"]["remarks"] if r["code"] in ("marker-size-contradicted", "marker-moved")]
+    assert status == 3 and [r["code"] for r in named] == ["marker-size-contradicted"], told["verdict"]
+    assert named[0]["numbers"]["marker"] == "7" and " 60" in named[0]["sentence"].split("about")[1]
+    told, status = find(lens, place, "--size", "60", "--size", "7=60")
+    assert status == 0 and "marker-size-contradicted" not in codes(told)  # obeys: marker-size-contradicted
 
 
 def test_a_lens_of_another_camera_is_contradicted(tmp_path, lens):

@@ -56,6 +56,7 @@ OTHER = {
     "map-misses": "cli/test_vision_map.py",
     "map-overfitted": "cli/test_vision_map.py",
     "map-unproven": "cli/test_vision_map.py",
+    "marker-size-contradicted": "cli/test_vision_map.py",
     "marker-moved": "cli/test_vision_map.py",
     "markers-in-few-views": "cli/test_vision_map.py",
     "map-covariance-missing": "files/test_maps.py",

@@ -23,6 +23,10 @@ class MapRemarks:
         "Leave the marker out (--without), or the views in which it stood elsewhere (--exclude). Of two markers with one number cover "
         "one.",
     )
+    MARKER_SIZE_CONTRADICTED = Phrase(
+        "marker {marker} is {told:.4g} large by --size, and looks about {found:.4g} large beside the others",
+        "Measure the edge of marker {marker}, and give it its size (--size {marker}=MM), or leave it out (--without).",
+    )
     MAP_MISSES = Phrase(
         "the map leaves {left:.3g} per axis, {times:.2g} times what corners are known to",
         "Check that markers are flat, did not move and have the sizes that are told, and that the lens is of this camera.",

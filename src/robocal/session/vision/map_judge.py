@@ -20,6 +20,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_errors import CornerErrors
 from robocal.session.vision.map_moved import MarkerMotion
+from robocal.session.vision.map_sizes import MarkerSize
 from robocal.vision.lenses import Lens
 
 __all__ = ["judge_map", "remarks_of_map"]
@@ -31,14 +32,19 @@ OWN = (Code.FRAMES_NOT_EXPLAINED, Code.ABOVE_STATED_NOISE)
 
 
 def judge_map(
-    made: Decision[Rig], off: CornerErrors, moved: Sequence[MarkerMotion], width: int, ids: Sequence[str]
+    made: Decision[Rig],
+    off: CornerErrors,
+    moved: Sequence[MarkerMotion],
+    sizes: Sequence[MarkerSize],
+    width: int,
+    ids: Sequence[str],
 ) -> Verdict:
     """The verdict: located where the fit ended, no check refuses the data, and corners of views that were left out are met."""
     unseen = run_checks(When.UNSEEN, made, DIAGNOSE, PROVE)
     skip = (*made.silent, *SILENT)
     findings = [f for f in unseen if f.code not in OWN]
     findings += [f for f in run_checks(When.PROOF, made, DIAGNOSE, PROVE, found=unseen, skip=skip) if f.code not in OWN]
-    findings += _against(made, off, moved, width, ids)
+    findings += _against(made, off, moved, sizes, width, ids)
     singly = off.left_out
     gain = None
     if singly is not None and not unseen:
@@ -48,7 +54,12 @@ def judge_map(
 
 
 def _against(
-    made: Decision[Rig], off: CornerErrors, moved: Sequence[MarkerMotion], width: int, ids: Sequence[str]
+    made: Decision[Rig],
+    off: CornerErrors,
+    moved: Sequence[MarkerMotion],
+    sizes: Sequence[MarkerSize],
+    width: int,
+    ids: Sequence[str],
 ) -> Iterator[Finding]:
     obs = made.need_data.observations[0]
     for m in moved:
@@ -57,6 +68,11 @@ def _against(
         yield qualify(
             Code.MARKER_MOVED, marker=obs.targets[m.marker].name, apart=Quantity(m.distance, "m"), turned=Quantity(m.turned, "rad"),
             first=first, views=None if m.later else views[:SHOWN], count=len(views),
+        )  # fmt: skip
+    for size in sizes:
+        yield qualify(
+            Code.MARKER_SIZE_CONTRADICTED, marker=obs.targets[size.marker].name, told=Quantity(size.size, "m"),
+            found=Quantity(size.apparent, "m"),
         )  # fmt: skip
     axis, singly = off.noise / np.sqrt(2.0), off.left_out
     stated = UNSTATED if obs.sigma is None else float(np.sqrt(np.mean(np.square(obs.sigma))))

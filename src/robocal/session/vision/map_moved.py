@@ -20,7 +20,7 @@ from robocal.errors import ModelError
 from robocal.vision.camera import project
 from robocal.vision.map_start import MapStart, MarkerSights
 
-__all__ = ["MarkerMotion", "find_moved", "refuse_moved"]
+__all__ = ["MarkerMotion", "find_moved", "marker_columns", "refuse_moved"]
 
 TWICE = 2.0  # tolerance: times, that another order has to explain more
 TYPICAL = 50.0  # tolerance: of chi2: one gross view gains more than all others together, and is no motion
@@ -32,14 +32,15 @@ SHOWN = 6  # grid: views that a sentence names
 
 @record
 class MarkerMotion:
-    """The number of a marker, the views (numbers) that see it at another place, whether these are all views from one on, and how far that
-    place is (m, rad)."""
+    """The number of a marker, the views (numbers) that see it at another place, whether these are all views from one on, how far that
+    place is (m, rad), and by how much chi2 falls with it."""
 
     marker: int
     views: tuple[int, ...]
     later: bool
     distance: float
     turned: float
+    gain: float = 0.0
 
 
 def find_moved(sights: MarkerSights, lens: Array, views: Array, markers: Array, sigma: float) -> list[MarkerMotion]:
@@ -64,7 +65,7 @@ def find_moved(sights: MarkerSights, lens: Array, views: Array, markers: Array, 
             k = found.first
             some = own[k:] if later or left[own[k:]].mean() > left[own[:k]].mean() else own[:k]
             apart, turned = (float(np.linalg.norm(v)) for v in (found.step[:3], found.step[3:]))
-            out.append(MarkerMotion(m, tuple(np.sort(sights.view[some]).tolist()), later, apart, turned))
+            out.append(MarkerMotion(m, tuple(np.sort(sights.view[some]).tolist()), later, apart, turned, found.gain))
     return out
 
 
@@ -84,14 +85,15 @@ def refuse_moved(sights: MarkerSights, start: MapStart, lens: Array, ids: Sequen
             told = f"marker {names[m.marker]}; {len(m.views)} views, as {shown}, see it elsewhere than the others"
             raise ModelError(
                 "a marker is at two places", key="marker", found=told,
-                expected="numbers that are there once; --without this marker, or --exclude the views before it moved",
+                expected="numbers that are there once, and edges as in --size; --without this marker, or --exclude views before it moved",
             )  # fmt: skip
 
 
-def _squares(
+def marker_columns(
     sights: MarkerSights, lens: Array, views: Array, markers: Array, sigma: float
-) -> tuple[Array, Array, Array, Array]:
-    """A (S, 6, 6), b (S, 6), the motion (S, 6) of the marker that each sight alone would like, in map axes, and r^T r (S,)."""
+) -> tuple[Array, Array, Array]:
+    """Derivatives (S, 4, 2, 6) of corners by small motions of their markers in map axes, what is left of the corners (S, 8), both in
+    sigma, and the corners from the middles of their markers (S, 4, 3), in map axes."""
     seen = views[sights.view]
     t = seen @ markers[sights.marker]
     turned = np.einsum("sij,skj->ski", markers[sights.marker][:, :3, :3], sights.points)
@@ -100,8 +102,16 @@ def _squares(
     cross = np.zeros((*turned.shape, 3))
     cross[..., 0, 1], cross[..., 0, 2], cross[..., 1, 2] = turned[..., 2], -turned[..., 1], turned[..., 0]
     cross -= np.swapaxes(cross, -1, -2)
-    j = np.concatenate([by, by @ cross], axis=3).reshape(len(t), 8, 6) / sigma
-    r = (uv - sights.corners).reshape(len(t), 8) / sigma
+    j = np.concatenate([by, by @ cross], axis=3) / sigma
+    return j, (uv - sights.corners).reshape(len(t), 8) / sigma, turned
+
+
+def _squares(
+    sights: MarkerSights, lens: Array, views: Array, markers: Array, sigma: float
+) -> tuple[Array, Array, Array, Array]:
+    """A (S, 6, 6), b (S, 6), the motion (S, 6) of the marker that each sight alone would like, in map axes, and r^T r (S,)."""
+    j, r, _ = marker_columns(sights, lens, views, markers, sigma)
+    j = j.reshape(len(r), 8, 6)
     a, b = np.swapaxes(j, 1, 2) @ j, -np.einsum("sri,sr->si", j, r)
     scale = np.sqrt(np.einsum("sii->si", a))
     alone = np.linalg.solve(a / (scale[:, :, None] * scale[:, None]) + 1e-9 * np.eye(6), (b / scale)[..., None])[..., 0]

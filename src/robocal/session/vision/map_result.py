@@ -35,6 +35,7 @@ from robocal.session.vision.map_fit import MapFit, fit_map
 from robocal.session.vision.map_images import open_corners
 from robocal.session.vision.map_judge import judge_map, remarks_of_map
 from robocal.session.vision.map_moved import MarkerMotion, find_moved
+from robocal.session.vision.map_sizes import MarkerSize, find_sizes
 from robocal.session.vision.marker_places import whole_sights
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
@@ -255,7 +256,11 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
         off = corner_errors(fit.decision)
         moved = tuple(_moved(table, fit, off))
         ids = table.data.configurations.ids
-        verdict = judge_map(fit.decision, off, moved, table.size[0], ids)
+        sizes = _sizes(table, fit, off)
+        # A marker of another size scatters as if it moved.
+        gain = {s.marker: s.gain for s in sizes}
+        moved = tuple(m for m in moved if m.gain > gain.get(m.marker, 0.0))
+        verdict = judge_map(fit.decision, off, moved, sizes, table.size[0], ids)
         found = MarkerMapResult(
             fit=fit, given=given, stated=bool(read.lens.known), table=table, off=off, verdict=verdict, moved=moved, loss=o.loss,
             files=files, reasons=verdict.reasons, inputs=(*table.files, read.file, *([before.file] if before else [])), command=command,
@@ -276,6 +281,12 @@ def _displaced(fit: MapFit, before: MapFile) -> Iterator[Remark]:
 
 def _matrix(lens: Lens) -> Array:
     return np.array(lens.covariance).reshape(len(lens.known), len(lens.known))
+
+
+def _sizes(table: CornerTable, fit: MapFit, off: CornerErrors) -> list[MarkerSize]:
+    """Markers that look as if they had another size, through the lens that was found."""
+    sights = whole_sights(table.with_prior(fit.lens))
+    return find_sizes(sights, fit.lens.intrinsics, se3.inverse(fit.cameras), fit.map.poses, off.noise / np.sqrt(2.0))
 
 
 def _moved(table: CornerTable, fit: MapFit, off: CornerErrors) -> list[MarkerMotion]:

@@ -30,7 +30,7 @@ def sizes_of(words: Sequence[str]) -> tuple[float | None, Mapping[str, float]]:
     own: dict[str, float] = {}
     expected = "an edge in mm, or MARKER=MM: --size 60 --size 7=120"
     for word in words:
-        found = re.fullmatch(r"(?:(.+)=)?([0-9.eE+-]+)", word.replace(" ", ""))
+        found = re.fullmatch(r"(?:(.+?)\s*=)?\s*([0-9.eE+-]+)", word.strip())
         try:
             edge = float(found[2]) if found else np.nan
         except ValueError:
