@@ -4,6 +4,7 @@
 # obeys: paired-in-order
 # obeys: views-without-pose
 # obeys: lens-contradicted
+# obeys: target-size-contradicted
 # obeys: hand-eye-far
 # obeys: view-moved
 # obeys: labels-turned
@@ -16,7 +17,7 @@ import numpy as np
 import pytest
 from cli.runs import robocal
 from hand_eye_world import IMAGE, codes, corners, hand_eye, lens_file, named, off_by, poses, world
-from lens_world import LENS
+from lens_world import LENS, board_rows, write
 
 
 def cell(folder, made, told=None, **how):
@@ -163,6 +164,22 @@ def test_a_lens_of_another_focus(tmp_path):
     assert "lens-contradicted" in codes(told)
     told, status = hand_eye(views, place, "--lens", lens_file(tmp_path), "--image", IMAGE, "--free-lens")
     assert status == 0 and "lens-contradicted" not in codes(told)
+
+
+@pytest.mark.parametrize(("inhand", "factor"), [(True, 0.97), (False, 1.03)])
+def test_a_target_of_another_size(tmp_path, inhand, factor):
+    """A board stated three percent too large puts the camera off by a centimetre; its own size leaves nothing of that."""
+    made, camera = world(7, count=20, inhand=inhand), "hand" if inhand else "fixed"
+    words = [*cell(tmp_path, made), "--camera", camera]
+    rows = board_rows(made.pixels, 0.1, np.random.default_rng(2))
+    stated = [{k: factor * v if k.startswith("point") else v for k, v in row.items()} for row in rows]
+    told, status = hand_eye(write(tmp_path / "stated.csv", stated), *words[1:])
+    assert status == 3
+    (said,) = [r for r in told["verdict"]["remarks"] if r["code"] == "target-size-contradicted"]
+    assert "--square" in said["advice"]
+    assert abs(said["numbers"]["factor"] * factor - 1) < 0.004
+    told, status = hand_eye(*words)
+    assert status == 0 and "target-size-contradicted" not in codes(told)
 
 
 def test_a_robot_that_is_far_off(tmp_path):
