@@ -166,6 +166,21 @@ def test_a_lens_of_another_focus(tmp_path):
     assert status == 0 and "lens-contradicted" not in codes(told)
 
 
+def test_a_prior_of_the_lens_that_pulls_the_camera(tmp_path):
+    """A lens found half as long again as its file says is pulled by its prior: not located, until the file has what was found."""
+    made = world(8, count=20, tilt=0.4)
+    views, place, *_ = cell(tmp_path, made)
+    off, out = lens_file(tmp_path, LENS | {"fx": 1575.0, "fy": 1582.5}, "off.yaml"), tmp_path / "out"
+    words = (views, place, "--image", IMAGE, "--free-lens", "--lens")
+    told, status = hand_eye(*words, off, "-o", out)
+    assert status == 3
+    (said,) = [r for r in told["verdict"]["remarks"] if r["code"] == "lens-contradicted"]
+    assert "lens.yaml" in said["advice"]
+    told, _ = hand_eye(*words, out / "lens.yaml", "-o", out, "--force")  # what is found is nearer
+    told, status = hand_eye(*words, out / "lens.yaml")
+    assert status == 0 and np.abs(off_by(told, made)).max() < 4
+
+
 @pytest.mark.parametrize(("inhand", "factor"), [(True, 0.97), (False, 1.03)])
 def test_a_target_of_another_size(tmp_path, inhand, factor):
     """A board stated three percent too large puts the camera off by a centimetre; its own size leaves nothing of that."""

@@ -115,7 +115,8 @@ class MapRemarks:
     )
     LENS_CONTRADICTED = Phrase(
         "these views contradict the lens that was given: {names} ({z:.0f} sigma)",
-        "Find it too (--free-lens), or calibrate it again with images of the same focus: robocal vision intrinsics.",
+        "Find it too (--free-lens), or calibrate it again with images of the same focus: robocal vision intrinsics. Where it was "
+        "found here already, give lens.yaml of the result as --lens.",
     )
     TARGET_SIZE_CONTRADICTED = Phrase(
         "by the robot's poses the target is {factor:.4f} times as large as stated ({z:.0f} sigma), which puts it elsewhere by {shift:.2g}",

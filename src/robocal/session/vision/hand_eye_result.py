@@ -302,8 +302,11 @@ def _judge(
         verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", lens)
     elif lens is not None:
         said.append(lens)
-    if not material and (size := contradict_size(opened, made, errors.normal)) is not None:
+    size, far = (None, False) if material else contradict_size(opened, made, errors.normal)
+    if size is not None and far:
         verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", size)
+    elif size is not None:
+        said.append(size)
     findings: list[Finding] = [
         f
         for when in (When.DATA, When.FIT)
