@@ -166,6 +166,33 @@ def test_a_lens_of_another_focus(tmp_path):
     assert status == 0 and "lens-contradicted" not in codes(told)
 
 
+def test_a_target_whose_poses_are_in_another_unit(tmp_path):
+    """Poses of a target in mm without a unit: the option of the target's poses is told, and obeyed it locates."""
+    made = world(7, count=16)
+    words = [poses(tmp_path, made.seen, name="marker.csv", units=False), poses(tmp_path, made.told)]
+    told, status = hand_eye(*words)
+    assert status == 3 and any("--target-units mm" in r["advice"] for r in told["verdict"]["remarks"])
+    assert hand_eye(*words, "--target-units", "mm")[1] == 0
+
+
+def test_times_of_views_keep_their_fractions(tmp_path):
+    """Views named by times without an end of a file are not cut at the point."""
+    made = world(7, count=16)
+    when = [f"{1000 + 0.5 * i:.2f}" for i in range(16)]
+    views = write(
+        tmp_path / "timed.csv",
+        [
+            row | {"view": when[int(row["view"][1:]) - 1]}
+            for row in board_rows(made.pixels, 0.1, np.random.default_rng(2))
+        ],
+    )
+    lines = (tmp_path / "poses.csv").read_text().splitlines() if poses(tmp_path, made.told) else []
+    (tmp_path / "t.csv").write_text("\n".join(",".join(w) for w in zip(["time [s]", *when], lines, strict=True)) + "\n")
+    words = (views, tmp_path / "t.csv", "--lens", lens_file(tmp_path), "--image", IMAGE, "--pair", "time")
+    told, status = hand_eye(*words)
+    assert status == 0 and told["error"]["rms"] < 1
+
+
 def test_a_prior_of_the_lens_that_pulls_the_camera(tmp_path):
     """A lens found half as long again as its file says is pulled by its prior: not located, until the file has what was found."""
     made = world(8, count=20, tilt=0.4)

@@ -51,6 +51,8 @@ def contradict_size(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
         kept = good
     rows, over = columns[kept].reshape(-1, UNKNOWN), 3 * int(kept.sum()) - UNKNOWN
     noise = float((left[kept] ** 2).sum()) / over
+    if noise > normal**2:  # more is wrong than a size
+        return None, False
     sigma = float(np.sqrt(noise * np.linalg.pinv(rows.T @ rows)[0, 0]))
     size, distance = float(x[0]), float(np.median(np.linalg.norm(seen[:, :3, 3], axis=1)))
     shift = abs(size - 1) * distance
