@@ -4,6 +4,7 @@
 # obeys: paired-in-order
 # obeys: views-without-pose
 # obeys: lens-contradicted
+# obeys: target-size-contradicted
 # obeys: hand-eye-far
 # obeys: view-moved
 # obeys: labels-turned
@@ -16,7 +17,7 @@ import numpy as np
 import pytest
 from cli.runs import robocal
 from hand_eye_world import IMAGE, codes, corners, hand_eye, lens_file, named, off_by, poses, world
-from lens_world import LENS
+from lens_world import LENS, board_rows, write
 
 
 def cell(folder, made, told=None, **how):
@@ -163,6 +164,64 @@ def test_a_lens_of_another_focus(tmp_path):
     assert "lens-contradicted" in codes(told)
     told, status = hand_eye(views, place, "--lens", lens_file(tmp_path), "--image", IMAGE, "--free-lens")
     assert status == 0 and "lens-contradicted" not in codes(told)
+
+
+def test_a_target_whose_poses_are_in_another_unit(tmp_path):
+    """Poses of a target in mm without a unit: the option of the target's poses is told, and obeyed it locates."""
+    made = world(7, count=16)
+    words = [poses(tmp_path, made.seen, name="marker.csv", units=False), poses(tmp_path, made.told)]
+    told, status = hand_eye(*words)
+    assert status == 3 and any("--target-units mm" in r["advice"] for r in told["verdict"]["remarks"])
+    assert hand_eye(*words, "--target-units", "mm")[1] == 0
+
+
+def test_times_of_views_keep_their_fractions(tmp_path):
+    """Views named by times without an end of a file are not cut at the point."""
+    made = world(7, count=16)
+    when = [f"{1000 + 0.5 * i:.2f}" for i in range(16)]
+    views = write(
+        tmp_path / "timed.csv",
+        [
+            row | {"view": when[int(row["view"][1:]) - 1]}
+            for row in board_rows(made.pixels, 0.1, np.random.default_rng(2))
+        ],
+    )
+    lines = (tmp_path / "poses.csv").read_text().splitlines() if poses(tmp_path, made.told) else []
+    (tmp_path / "t.csv").write_text("\n".join(",".join(w) for w in zip(["time [s]", *when], lines, strict=True)) + "\n")
+    words = (views, tmp_path / "t.csv", "--lens", lens_file(tmp_path), "--image", IMAGE, "--pair", "time")
+    told, status = hand_eye(*words)
+    assert status == 0 and told["error"]["rms"] < 1
+
+
+def test_a_prior_of_the_lens_that_pulls_the_camera(tmp_path):
+    """A lens found half as long again as its file says is pulled by its prior: not located, until the file has what was found."""
+    made = world(8, count=20, tilt=0.4)
+    views, place, *_ = cell(tmp_path, made)
+    off, out = lens_file(tmp_path, LENS | {"fx": 1575.0, "fy": 1582.5}, "off.yaml"), tmp_path / "out"
+    words = (views, place, "--image", IMAGE, "--free-lens", "--lens")
+    told, status = hand_eye(*words, off, "-o", out)
+    assert status == 3
+    (said,) = [r for r in told["verdict"]["remarks"] if r["code"] == "lens-contradicted"]
+    assert "lens.yaml" in said["advice"]
+    told, _ = hand_eye(*words, out / "lens.yaml", "-o", out, "--force")  # what is found is nearer
+    told, status = hand_eye(*words, out / "lens.yaml")
+    assert status == 0 and np.abs(off_by(told, made)).max() < 4
+
+
+@pytest.mark.parametrize(("inhand", "factor"), [(True, 0.97), (False, 1.03)])
+def test_a_target_of_another_size(tmp_path, inhand, factor):
+    """A board stated three percent too large puts the camera off by a centimetre; its own size leaves nothing of that."""
+    made, camera = world(7, count=20, inhand=inhand), "hand" if inhand else "fixed"
+    words = [*cell(tmp_path, made), "--camera", camera]
+    rows = board_rows(made.pixels, 0.1, np.random.default_rng(2))
+    stated = [{k: factor * v if k.startswith("point") else v for k, v in row.items()} for row in rows]
+    told, status = hand_eye(write(tmp_path / "stated.csv", stated), *words[1:])
+    assert status == 3
+    (said,) = [r for r in told["verdict"]["remarks"] if r["code"] == "target-size-contradicted"]
+    assert "--square" in said["advice"]
+    assert abs(said["numbers"]["factor"] * factor - 1) < 0.004
+    told, status = hand_eye(*words)
+    assert status == 0 and "target-size-contradicted" not in codes(told)
 
 
 def test_a_robot_that_is_far_off(tmp_path):

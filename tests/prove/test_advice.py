@@ -95,7 +95,8 @@ OTHER = {
     "views-exchanged": "diagnose/test_views.py",
 }
 OTHER |= dict.fromkeys(
-    "labels-turned poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved".split(),
+    "labels-turned poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved "
+    "target-size-contradicted".split(),
     "cli/test_hand_eye_advice.py",
 )
 OTHER |= dict.fromkeys(

@@ -119,7 +119,13 @@ class MapRemarks:
     )
     LENS_CONTRADICTED = Phrase(
         "these views contradict the lens that was given: {names} ({z:.0f} sigma)",
-        "Find it too (--free-lens), or calibrate it again with images of the same focus: robocal vision intrinsics.",
+        "Find it too (--free-lens), or calibrate it again with images of the same focus: robocal vision intrinsics. Where it was "
+        "found here already, give lens.yaml of the result as --lens.",
+    )
+    TARGET_SIZE_CONTRADICTED = Phrase(
+        "by the robot's poses the target is {factor:.4f} times as large as stated ({z:.0f} sigma), which puts it elsewhere by {shift:.2g}",
+        "Measure the target again and state its size (--size, --square, scale in sheet.yaml). Check the focal length of the lens, and the "
+        "unit of the robot's poses.",
     )
     HAND_EYE_FAR = Phrase(
         "views that were left out are missed by {left:.2g} at the target (rms), {times:.2g} times what is normal for an arm that nobody "

@@ -9,7 +9,7 @@ import numpy as np
 
 from robocal._record import replace
 from robocal.diagnose.camera_views import AXES_EXCHANGED, IMAGE_MIRRORED, TARGET_TURNED, VIEWS_SHIFTED
-from robocal.diagnose.limits import LENS_CONTRADICTED, LENS_MATERIAL
+from robocal.diagnose.limits import LENS_CONTRADICTED, LENS_MATERIAL, LENS_PULL
 from robocal.diagnose.segments.find import find_segments
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import uncertainty
@@ -54,7 +54,27 @@ def contradict_lens(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
     names = tuple(f"{s} {given[s]:.5g} given, {found[s][0]:.5g} found" for s in off)
     distance = float(np.median(np.linalg.norm(opened.target_views()[1][:, :3, 3], axis=1)))
     most = max((abs(found[s][0] - given[s]) * distance / given["fx"] for s in off if s in PIXELS), default=0.0)
-    return Remark.of(Code.LENS_CONTRADICTED, names=names, z=max(off.values())), alone and most > LENS_MATERIAL * normal
+    material = most > LENS_MATERIAL * normal if alone else _pull(opened, made) > LENS_PULL
+    return Remark.of(Code.LENS_CONTRADICTED, names=names, z=max(off.values())), material
+
+
+def _pull(opened: HandEyeData, made: Decision[Rig]) -> float:
+    """How far a prior of the lens that views contradict pulls frames, in their sigma: C P^-1 (found - given)."""
+    options, (names, covariance) = opened.observations.options, made.spread
+    given = dict(zip(opened.lens.kind.symbols, opened.lens.numbers, strict=True)) if opened.lens is not None else {}
+    stated = options.get("known", ())
+    assert isinstance(stated, tuple)
+    known = [s for s in stated if f"{CAMERA}.{s}" in names]
+    if not known:
+        return 0.0
+    kept = [stated.index(s) for s in known]
+    prior = np.array(options["covariance"], dtype=float)[np.ix_(kept, kept)]
+    at = [names.index(f"{CAMERA}.{s}") for s in known]
+    placed = [i for i, n in enumerate(names) if i not in at]
+    change = np.array([made.values[f"{CAMERA}.{s}"] - given[s] for s in known])
+    pull = covariance[np.ix_(placed, at)] @ np.linalg.solve(prior, change)
+    sigma = np.sqrt(np.diag(covariance)[placed])
+    return float(np.max(np.abs(pull)[sigma > 0] / sigma[sigma > 0], initial=0.0))
 
 
 def restate(said: Remark, opened: HandEyeData) -> Remark:

@@ -86,7 +86,8 @@ def _whole(name: str) -> str:
 
 
 def _stem(name: str) -> str:
-    return PurePath(_whole(name)).stem
+    path = PurePath(_whole(name))
+    return path.name if path.suffix[1:].isdigit() else path.stem  # 1700000000.25 is a time, not a file of kind 25
 
 
 def _by_time(views: Sequence[str], poses: RobotPoses) -> Pairs:

@@ -55,13 +55,13 @@ def read_otherwise(opened: HandEyeData) -> tuple[PoseReading, ...]:
     where, seen = opened.target_views()
     if len(where) < FEWEST:
         return ()
-    distance = float(np.median(np.linalg.norm(seen[:, :3, 3], axis=1)))
     out: list[PoseReading] = []
     for name, option, poses, views in _readings(opened, where, seen):
         if len(views) < FEWEST:
             continue
         machine = se3.inverse(poses) if opened.inhand else poses
         place, turn = _misfit(views, machine)
+        distance = float(np.median(np.linalg.norm(views[:, :3, 3], axis=1)))
         out.append(PoseReading(name, option, place, turn, distance, stated=not out))
     stated, reverse, *rest = out
     better = sorted((r for r in rest if r.share < stated.share), key=lambda r: r.share)
@@ -128,6 +128,10 @@ def _forms(opened: HandEyeData, where: Ints, seen: Array, other: str) -> Iterato
         made = np.array(raw)
         made[:, :3, 3] *= factor
         yield f"lengths of the robot's poses in {name}", f"--units {name}", in_direction(made, opened.inverse), seen
+        if opened.lens is None:  # poses of a target have units of their own
+            near = np.array(seen)
+            near[:, :3, 3] *= factor
+            yield f"lengths of the target's poses in {name}", f"--target-units {name}", opened.flange[where], near
 
 
 def _turns(robot: RobotPoses, rows: Ints) -> Iterator[tuple[str, str, Array]]:

@@ -37,6 +37,7 @@ from robocal.session.vision.hand_eye_data import EYE, HandEyeData, open_hand_eye
 from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find_errors, frame_of, middle_of
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
 from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, read_otherwise
+from robocal.session.vision.hand_eye_size import contradict_size
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 
@@ -301,6 +302,11 @@ def _judge(
         verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", lens)
     elif lens is not None:
         said.append(lens)
+    size, far = (None, False) if material else contradict_size(opened, made, errors.normal)
+    if size is not None and far:
+        verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", size)
+    elif size is not None:
+        said.append(size)
     findings: list[Finding] = [
         f
         for when in (When.DATA, When.FIT)
