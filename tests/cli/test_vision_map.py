@@ -280,3 +280,45 @@ def test_images_serve_as_well(tmp_path, lens):
     assert np.allclose(where["11"], [160, -160, 0], atol=0.3) and "size-not-stated" not in codes(told)
     ran = run("vision", "map", usual(tmp_path)[0], "--lens", lens, "--size", "60", "--dictionary", "36h11")
     assert ran.status == 2 and "detected already" in ran.err
+
+
+def test_views_from_one_place_are_no_map(tmp_path, lens):
+    rng, poses, views, edges = world()
+    same = corners(tmp_path, map_rows(sightings(poses, np.repeat(views[:1], 8, axis=0), edges), NOISE, rng), "same.csv")
+    told, status = find(lens, same, "--size", "60")
+    assert status == 3 and "views-from-one-place" in codes(told)
+    assert not any("joint" in r["advice"] for r in told["verdict"]["remarks"])
+    told, status = find(lens, usual(tmp_path)[0], "--size", "60")
+    assert status == 0 and "views-from-one-place" not in codes(told)  # obeys: views-from-one-place
+
+
+def test_a_lens_that_counts_as_exact_and_is_wrong_is_no_map(tmp_path, lens):
+    """A focal length 3 % off, without a sigma, bends the map by millimetres; with the sigma that it has, the map is right."""
+    place, _ = usual(tmp_path)
+    wrong = {k: v * (1.03 if k in ("fx", "fy") else 1) for k, v in LENS.items()}
+    text = (
+        Path(lens).read_text().replace(f"fx: {LENS['fx']}, fy: {LENS['fy']}", f"fx: {wrong['fx']}, fy: {wrong['fy']}")
+    )
+    (tmp_path / "exact.yaml").write_text(text.replace("fx: 2, fy: 2, cx: 2, cy: 2, ", ""))
+    told, status = find(str(tmp_path / "exact.yaml"), place, "--size", "60")
+    assert status == 3 and "map-misses" in codes(told)
+    (tmp_path / "free.yaml").write_text(text.replace("fx: 2, fy: 2", "fx: 30, fy: 30"))
+    told, status = find(str(tmp_path / "free.yaml"), place, "--size", "60")
+    assert status == 0 and "map-misses" not in codes(told)
+
+
+def test_a_marker_of_which_no_corner_fits_is_nowhere(tmp_path, lens):
+    """Two views show it, and neither as a square: all of its corners are set aside. Without it the map is right."""
+    rng, poses, views, edges = world()
+    seen = list(sightings(poses, views, edges))
+    alone = [i for i, (_, m, _) in enumerate(seen) if m == 7]
+    torn = np.random.default_rng(1).normal(0, 20, (len(seen), 4, 2))
+    rows = map_rows(
+        [(v, m, uv + (m == 7) * torn[i]) for i, (v, m, uv) in enumerate(seen) if i not in alone[2:]], NOISE, rng
+    )
+    place = corners(tmp_path, rows, "torn.csv")
+    told, status = find(lens, place, "--size", "60")
+    (said,) = [r for r in told["verdict"]["remarks"] if r["code"] == "markers-open"]
+    assert status == 3 and said["numbers"]["names"] == ["7"]
+    told, status = find(lens, place, "--size", "60", "--without", "7")
+    assert status == 0 and "markers-open" not in codes(told)  # obeys: markers-open

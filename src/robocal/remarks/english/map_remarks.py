@@ -29,7 +29,15 @@ class MapRemarks:
     )
     MAP_MISSES = Phrase(
         "the map leaves {left:.3g} per axis, {times:.2g} times what corners are known to",
-        "Check that markers are flat, did not move and have the sizes that are told, and that the lens is of this camera.",
+        "Check that markers are flat, did not move and have the sizes that are told, and that the lens is of this camera. Let its numbers "
+        "have sigma: none of them is exact.",
+    )
+    VIEWS_FROM_ONE_PLACE = Phrase(
+        "all views are from one place", "Move the camera: take images from places as far apart as the markers."
+    )
+    MARKERS_OPEN = Phrase(
+        "too few corners fit to say where these markers are ({count}): {names}",
+        "Take more images of these markers, each with neighbours, or leave them out (--without).",
     )
     MAP_OVERFITTED = Phrase(
         "views that were left out are missed by {unseen:.3g} px, {times:.2g} times the noise that the fit tells, {seen:.3g} px",

@@ -9,16 +9,19 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from robocal._record import replace
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When, doubt, qualify
 from robocal.diagnose.check_registry import run as run_checks
 from robocal.diagnose.limits import LENS_CONTRADICTED, LENS_MISSES, MAP_ASIDE, MAP_MISSES, MAP_UNSEEN, MAP_WEAK
 from robocal.measure.machine import Rig
 from robocal.prove.decision import REGION, Decision
 from robocal.prove.evidence import Gain
+from robocal.prove.frame_checks import OPEN
 from robocal.prove.verdict import Verdict, fold
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_errors import CornerErrors
+from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.map_moved import MarkerMotion
 from robocal.session.vision.map_sizes import MarkerSize
 from robocal.vision.lenses import Lens
@@ -28,7 +31,9 @@ __all__ = ["judge_map", "remarks_of_map"]
 UNSTATED = 0.1  # px: of a corner, where nobody states it
 SILENT = ("place", "coverage", REGION)  # checks that ask where the base of a machine is: here nothing has one
 SHOWN = 8  # grid: names in a sentence
+PLACED = 4  # tolerance: corners that place a marker: three have four answers
 OWN = (Code.FRAMES_NOT_EXPLAINED, Code.ABOVE_STATED_NOISE)
+SHAPE = ("fx", "fy", "cx", "cy", "k1")  # of a lens: where one of them counts as exact, what is left bends the map
 
 
 def judge_map(
@@ -42,8 +47,10 @@ def judge_map(
     """The verdict: located where the fit ended, no check refuses the data, and corners of views that were left out are met."""
     unseen = run_checks(When.UNSEEN, made, DIAGNOSE, PROVE)
     skip = (*made.silent, *SILENT)
-    findings = [f for f in unseen if f.code not in OWN]
-    findings += [f for f in run_checks(When.PROOF, made, DIAGNOSE, PROVE, found=unseen, skip=skip) if f.code not in OWN]
+    proof = run_checks(When.PROOF, made, DIAGNOSE, PROVE, found=unseen, skip=skip)
+    findings = [_of_map(f) for f in (*unseen, *proof) if f.code not in (*OWN, OPEN)]
+    if loose := _open_markers(made, off, (*unseen, *proof)):
+        findings.append(qualify(Code.MARKERS_OPEN, names=loose[:SHOWN], count=len(loose)))
     findings += _against(made, off, moved, sizes, width, ids)
     singly = off.left_out
     gain = None
@@ -74,10 +81,9 @@ def _against(
             Code.MARKER_SIZE_CONTRADICTED, marker=obs.targets[size.marker].name, told=Quantity(size.size, "m"),
             found=Quantity(size.apparent, "m"),
         )  # fmt: skip
-    axis, singly = off.noise / np.sqrt(2.0), off.left_out
-    stated = UNSTATED if obs.sigma is None else float(np.sqrt(np.mean(np.square(obs.sigma))))
-    if axis > LENS_MISSES * width and axis > MAP_MISSES * stated:
-        yield qualify(Code.MAP_MISSES, left=Quantity(axis, "px"), times=axis / stated)
+    missed, singly = _miss(made, off, width), off.left_out
+    if missed is not None and missed.level == "qualify":
+        yield missed
     if singly is None:
         yield qualify(Code.MAP_UNPROVEN)
     elif singly.rms > MAP_UNSEEN * off.noise:
@@ -86,7 +92,37 @@ def _against(
         yield qualify(Code.MAP_ASIDE, share=share)
 
 
-def remarks_of_map(made: Decision[Rig], given: Lens, found: Lens, few: Sequence[str]) -> list[Remark]:
+def _of_map(found: Finding) -> Finding:
+    """What is said of a robot and its joints, of views and markers."""
+    return replace(found, code=Code.VIEWS_FROM_ONE_PLACE) if found.code == Code.ONE_PLACE else found
+
+
+def _open_markers(made: Decision[Rig], off: CornerErrors, found: Sequence[Finding]) -> tuple[str, ...]:
+    """Markers that too few believed corners place, or that a check found to be open."""
+    obs = made.need_data.observations[0]
+    assert obs.target is not None
+    used = np.bincount(obs.target[off.used], minlength=len(obs.targets))
+    names = [t.name for t, count in zip(obs.targets, used.tolist(), strict=True) if count < PLACED]
+    names += [str(n).rpartition(".")[0] for f in found if f.code == OPEN for n in f.numbers["names"]]  # type: ignore[union-attr]
+    return tuple(dict.fromkeys(names))
+
+
+def _miss(made: Decision[Rig], off: CornerErrors, width: int) -> Finding | None:
+    """What a map leaves that is more than corners are known to: it counts against the map where it is much of the image, or where
+    numbers of the lens that shape the map count as exact."""
+    obs, axis = made.need_data.observations[0], off.noise / np.sqrt(2.0)
+    stated = UNSTATED if obs.sigma is None else float(np.sqrt(np.mean(np.square(obs.sigma))))
+    if axis <= MAP_MISSES * stated:
+        return None
+    free = made.proven.base.problem.table.free
+    exact = obs.sigma is not None and any(f"{CAMERA}.{s}" not in free for s in SHAPE)
+    level = qualify if exact or axis > LENS_MISSES * width else doubt
+    return level(Code.MAP_MISSES, left=Quantity(axis, "px"), times=axis / stated)
+
+
+def remarks_of_map(
+    made: Decision[Rig], off: CornerErrors, given: Lens, found: Lens, few: Sequence[str]
+) -> list[Remark]:
     """What else is to be said: of the data, of the fit, of the lens, and of markers that `few` views show."""
     out = [
         f.remark
@@ -94,6 +130,9 @@ def remarks_of_map(made: Decision[Rig], given: Lens, found: Lens, few: Sequence[
         for f in run_checks(when, made, DIAGNOSE, PROVE, skip=(*made.silent, *SILENT))
         if f.code not in OWN
     ]
+    missed = _miss(made, off, given.size[0]) if given.size else None
+    if missed is not None and missed.level == "doubt":
+        out.append(missed.remark)
     sigma = given.sigma
     away = {
         s: abs(b - a) / sigma[s]
