@@ -322,3 +322,14 @@ def test_a_marker_of_which_no_corner_fits_is_nowhere(tmp_path, lens):
     assert status == 3 and said["numbers"]["names"] == ["7"]
     told, status = find(lens, place, "--size", "60", "--without", "7")
     assert status == 0 and "markers-open" not in codes(told)  # obeys: markers-open
+
+
+def test_a_marker_that_is_never_whole_is_not_in_the_map(tmp_path, lens):
+    rng, poses, views, edges = world()
+    rows = map_rows(sightings(poses, views, edges), NOISE, rng)
+    half = [r for r in rows if r["marker"] != 7 or r["corner"] < 2]
+    told, status = find(lens, corners(tmp_path, half, "half.csv"), "--size", "60")
+    (said,) = [r for r in told["remarks"] if r["code"] == "markers-never-whole"]
+    assert said["numbers"]["names"] == ["7"] and "7" not in column(told["markers"], "marker") and status == 0
+    told, _ = find(lens, corners(tmp_path, rows, "all.csv"), "--size", "60")
+    assert "markers-never-whole" not in codes(told)  # obeys: markers-never-whole

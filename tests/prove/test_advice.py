@@ -54,6 +54,7 @@ OTHER = {
     "lens-prior-contradicted": "cli/test_vision_map.py",
     "map-aside": "cli/test_vision_map.py",
     "map-misses": "cli/test_vision_map.py",
+    "markers-never-whole": "cli/test_vision_map.py",
     "markers-open": "cli/test_vision_map.py",
     "views-from-one-place": "cli/test_vision_map.py",
     "map-overfitted": "cli/test_vision_map.py",

@@ -35,6 +35,10 @@ class MapRemarks:
     VIEWS_FROM_ONE_PLACE = Phrase(
         "all views are from one place", "Move the camera: take images from places as far apart as the markers."
     )
+    MARKERS_NEVER_WHOLE = Phrase(
+        "no view shows these markers whole, and they are not in the map ({count}): {names}",
+        "Take images that show them whole, each with neighbours.",
+    )
     MARKERS_OPEN = Phrase(
         "too few corners fit to say where these markers are ({count}): {names}",
         "Take more images of these markers, each with neighbours, or leave them out (--without).",

@@ -153,7 +153,7 @@ class VisionRemarks:
         "Calibrate the lens again (robocal vision intrinsics), or give that of this camera, focus and resolution.",
     )
     MARKERS_IN_FEW_VIEWS = Phrase(
-        "{count} markers are seen in fewer than {least} views: {markers}",
+        "fewer than {least} views show these markers ({count}): {markers}",
         "Take more images that show them, each with neighbours, from different sides.",
     )
     LENS_GAIN_PROVEN = Phrase(

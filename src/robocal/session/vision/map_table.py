@@ -159,4 +159,8 @@ def _joined(table: CornerTable) -> CornerTable:
             "too few views tell no map", key="view", found=f"{views} with two whole markers",
             expected=f"{MAP_VIEWS:g} at least, better 20 to 100, from different sides",
         )  # fmt: skip
-    return table if rows.all() else table.keep(rows)
+    if rows.all():
+        return table
+    part = [t.name for t, one in zip(obs.targets, whole.any(axis=0), strict=True) if not one]
+    said = [Remark.of(Code.MARKERS_NEVER_WHOLE, count=len(part), names=tuple(part[:SHOWN]))] if part else []
+    return replace(table.keep(rows), remarks=(*table.remarks, *said))
