@@ -17,9 +17,9 @@ from robocal.measure.carriers import Inverse
 from robocal.measure.data import Observations
 from robocal.measure.rows import Carriers, Kind, Number, Rows, per_target, register
 
-__all__ = ["ACROSS", "AT", "IMAGE", "NUMBERS", "PIXEL_SIZES", "PLANE_POINTS", "ROWS", "across"]
+__all__ = ["ACROSS", "AT", "IMAGE", "NAMED", "NUMBERS", "PIXEL_SIZES", "PLANE_POINTS", "ROWS", "across"]
 
-IMAGE, AT, ACROSS = "image", "at", "across"  # what rows have beside their value
+IMAGE, AT, ACROSS, NAMED = "image", "at", "across", "named"  # what rows have beside their value
 PIXEL_SIZES = ("su", "sv")
 NUMBERS = tuple(Number(IMAGE, s, value=1e-4, expected=1e-4) for s in PIXEL_SIZES)
 
@@ -69,5 +69,5 @@ def in_phantom(builder: Builder, obs: Observations, target: int, index: Ints) ->
 
 ROWS = per_target(ImagePointRows, in_phantom)
 PLANE_POINTS = register(
-    Kind("plane_points", 2, ROWS, parts=((0, 2, "m"),), owner=IMAGE, numbers=NUMBERS, views=True, factors=(PIXEL_SIZES,))
+    Kind("plane_points", 2, ROWS, parts=((0, 2, "m"),), owner=IMAGE, numbers=NUMBERS, views=True)
 )

@@ -17,6 +17,7 @@ from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, When, check, note, qualify, refuse
 from robocal.geometry import so3
+from robocal.measure.data import Frame
 from robocal.measure.machine import Model
 from robocal.measure.reach import reach
 from robocal.parameters import FRAME_SYMBOLS
@@ -93,9 +94,16 @@ def _both_sides(context: Decision[Model]) -> tuple[str, ...]:
         return ()
     free = dict.fromkeys(n.rpartition(".")[0] for n in context.proven.base.problem.table.free)
     owners = [n for n in free if n == "tool" or n in context.frames]  # a lens is no frame
+    owners = [n for n in owners if n == "tool" or not _known(context.frames[n])]
     mounts = {n: "tool" if n == "tool" else context.frames[n].mount for n in owners}
     changes = all(o.kind == "relative_pose" for o in context.need_data.observations)
     return tuple(owners) if changes or set(mounts.values()) == {"tool", "base"} else ()
+
+
+def _known(frame: Frame) -> bool:
+    """Whether a prior places a frame, as well as a result would have to."""
+    prior = frame.prior
+    return prior is not None and max(prior[:3]) <= limits.KNOWN_PLACE and max(prior[3:]) <= limits.FRAME_TURN
 
 
 def _turns(context: Decision[Model]) -> Array | None:

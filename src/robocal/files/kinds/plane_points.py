@@ -23,7 +23,7 @@ from robocal.files.schema import FileModel, Name, Triple, refuse
 from robocal.files.units import Units
 from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
-from robocal.measure.plane_points import ACROSS, AT, IMAGE, PIXEL_SIZES, across
+from robocal.measure.plane_points import ACROSS, AT, IMAGE, NAMED, PIXEL_SIZES, across
 
 __all__ = ["PLANE_POINTS"]
 
@@ -100,7 +100,7 @@ def parts(model: PlanePointsModel, values: Values, around: Around) -> Sequence[P
         expected = "targets: {phantom: {mount: base, xyz: [...], rotation_vector: [...]}}"
         document.fail("the place of the phantom is not stated", ("targets",), expected=expected)
     which = values.extra[WHICH].astype(int)
-    extra = {IMAGE: values.extra[IMAGE], "named": values.extra[WHICH]}
+    extra = {IMAGE: values.extra[IMAGE], NAMED: values.extra[WHICH]}
     if model.points:
         extra[AT] = unit.to_si(np.array(list(model.points.values())))[which]
     else:
