@@ -28,8 +28,8 @@ PARTS = {"CalibrationData": "calibration", "ValidationData": "validation"}
 RIGHT = 1e-2  # tolerance: matrices are written with six digits
 GOOD = "OK"
 HEADER = ("frame", "wire", "u", "v", "x", "y", "z", "rx", "ry", "rz")
-PHANTOM = (0.3, 0.2)  # mm, deg: how well a tracked stylus finds a phantom
-SIGMA = 0.3  # mm: of a point of an image from its wire
+PHANTOM = (0.3, 0.2)  # mm, deg: how well a tracked stylus finds a phantom where the file does not say
+FEWEST = 3  # landmarks that place a phantom
 
 
 @record
@@ -60,7 +60,8 @@ def read_plus(results: str | os.PathLike[str], configuration: str | os.PathLike[
     wires = dict(_wires(about[0]))
     if not wires:
         raise FormatError("the configuration has no wires", file=about[1].file, expected="<Wire Name, EndPointFront, EndPointBack>")
-    phantom = _rigid(_transform(about[0], "Phantom", "Reference"), "Matrix")
+    placed = _transform(about[0], "Phantom", "Reference")
+    phantom, known = _rigid(placed, "Matrix"), _phantom_prior(placed, about[0])
     seen = _transform(top[0], "Image", "Probe")
     image = _matrix(seen, "Matrix")
     if np.linalg.det(image[:3, :3]) <= 0:
@@ -75,7 +76,7 @@ def read_plus(results: str | os.PathLike[str], configuration: str | os.PathLike[
         images[part], left[part] = len(frames), len(every) - len(frames)
         points += sum(len(f.points) for f in frames)
         texts[f"{part}.csv"] = csv_text(HEADER, _rows(frames))
-        texts[f"{part}.yaml"] = _data(part, wires, phantom, pixel, Path(results).name)
+        texts[f"{part}.yaml"] = _data(part, wires, phantom, known, pixel, Path(results).name)
     if not images:
         raise FormatError("no image with segmented points and tracked poses", file=top[1].file, expected="<CalibrationData> with <Frame>")
     return ProbeFiles(texts, images, left, points, tuple(wires), (pixel[0], pixel[1]), (top[1], about[1]))
@@ -117,6 +118,19 @@ def _transform(top: Node, start: str, end: str) -> Node:
         if (node.attributes.get("From"), node.attributes.get("To")) == (start, end):
             return node
     top.fail("a transform is missing", key=f"Transform From={start} To={end}", expected="one with a Matrix")
+
+
+def _phantom_prior(placed: Node, top: Node) -> tuple[float, float]:
+    """How well a stylus found the phantom, mm and deg: the error of n landmarks / sqrt(n), at their distance from their middle."""
+    marks = np.array([_numbers(n, "Position", 3) for n in _all(top, "Landmark")])
+    if "Error" not in placed.attributes or len(marks) < FEWEST:
+        return PHANTOM
+    (error,) = _numbers(placed, "Error", 1)
+    spread = float(np.sqrt(((marks - marks.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    if error <= 0 or spread <= 0:
+        return PHANTOM
+    length = float(error) / len(marks) ** 0.5
+    return round(length, 3), round(float(np.degrees(length / spread)), 3)
 
 
 def _rigid(node: Node, name: str) -> Array:
@@ -176,7 +190,7 @@ def _rig(file: object) -> str:
     return f"robocal: 1\nkind: rig\nname: ultrasound probe\nposes: known    # a tracker states them\nunits: {{length: mm, angle: deg}}\nsource: {source}\n"
 
 
-def _data(part: str, wires: dict[str, tuple[Array, Array]], phantom: Array, pixel: Sequence[float], name: str) -> str:
+def _data(part: str, wires: dict[str, tuple[Array, Array]], phantom: Array, known: Sequence[float], pixel: Sequence[float], name: str) -> str:
     def triple(values: Array) -> str:
         return f"[{', '.join(number(round(float(v), 6)) for v in values)}]"
 
@@ -189,14 +203,14 @@ units: {{length: mm, angle: deg}}
 position: {{columns: [x, y, z], unit: mm}}    # the probe on the reference of the phantom, by the tracker
 orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: deg}}
 image: {{columns: [u, v], pixel: [{number(round(pixel[0], 6))}, {number(round(pixel[1], 6))}]}}    # mm; both are found
-distance: {{sigma: {SIGMA}}}    # how far a point is from its wire
+# distance: {{sigma: 0.2}}    # how far a point is from its wire in each direction; else it is estimated
 wire: wire
 wires:
 {each}
 frame: {{name: image, mount: tool}}    # T_probe_image is found
 targets:
-  # how well a stylus finds the phantom is assumed: state your own
-  phantom: {{mount: base, xyz: {triple(vector[:3])}, rotation_vector: {triple(np.degrees(vector[3:]))}, prior: {{length: {PHANTOM[0]}, angle: {PHANTOM[1]}}}}}
+  # how well a stylus found the phantom: the error of the landmarks by the root of their number
+  phantom: {{mount: base, xyz: {triple(vector[:3])}, rotation_vector: {triple(np.degrees(vector[3:]))}, prior: {{length: {number(known[0])}, angle: {number(known[1])}}}}}
 configuration: {{id: frame}}
 source: {quote(f"{name} of PLUS")}
 """

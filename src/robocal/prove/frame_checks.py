@@ -68,8 +68,10 @@ def frames_alike(context: Decision[Model]) -> Iterator[Finding]:
 @check("hand-turns", When.UNSEEN, order=5, given=Given.NOTHING, needs=("proven",))
 def hand_turns(context: Decision[Model]) -> Iterator[Finding]:
     """Frames in the hand and on the base, and a hand that does not turn about two axes."""
-    names = _both_sides(context)
-    turns = _turns(context) if names else None
+    names = tuple(n for n in _both_sides(context) if n == "tool" or not _known(context.frames[n]))
+    sides = {"tool" if n == "tool" else context.frames[n].mount for n in names}
+    changes = all(o.kind == "relative_pose" for o in context.need_data.observations)
+    turns = _turns(context) if changes or len(sides) > 1 else None
     if turns is None:
         return
     away = so3.log(np.swapaxes(so3.project(turns.mean(axis=0))[None], 1, 2) @ turns)
@@ -94,7 +96,6 @@ def _both_sides(context: Decision[Model]) -> tuple[str, ...]:
         return ()
     free = dict.fromkeys(n.rpartition(".")[0] for n in context.proven.base.problem.table.free)
     owners = [n for n in free if n == "tool" or n in context.frames]  # a lens is no frame
-    owners = [n for n in owners if n == "tool" or not _known(context.frames[n])]
     mounts = {n: "tool" if n == "tool" else context.frames[n].mount for n in owners}
     changes = all(o.kind == "relative_pose" for o in context.need_data.observations)
     return tuple(owners) if changes or set(mounts.values()) == {"tool", "base"} else ()
