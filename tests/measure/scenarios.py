@@ -342,7 +342,15 @@ def mixed(rng):
 
 def plane(kind, m, frame, targets, each=4):
     """Points of an image of some centimetres, against wires in all directions or against points."""
-    obs = observations(kind, m, 1e-3, frame, targets, each, options={"image": "image", "values": {"su": 1e-3, "sv": 2e-3}, "free": ("su", "sv")})
+    obs = observations(
+        kind,
+        m,
+        1e-3,
+        frame,
+        targets,
+        each,
+        options={"image": "image", "values": {"su": 1e-3, "sv": 2e-3}, "free": ("su", "sv")},
+    )
     rng = np.random.default_rng(8)
     extra = {"image": rng.uniform(50, 400, (len(obs), 2)), "at": rng.normal(scale=0.1, size=(len(obs), 3))}
     if kind == "plane_points":

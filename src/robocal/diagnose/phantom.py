@@ -1,4 +1,5 @@
-"""Mistakes in the list of a phantom, tried one by one: names exchanged, inches for millimetres, one axis mirrored; and pixels of another size.
+"""Mistakes in the list of a phantom, tried one by one: names exchanged, inches for millimetres, one axis mirrored. And pixels of another
+size than stated.
 
 Every list is tried with the best affine image plane (`fit.starts.image_planes`), which costs one linear system, on all rows.
 """
@@ -21,7 +22,7 @@ from robocal.measure.machine import Model
 from robocal.measure.plane_points import ACROSS, AT, IMAGE, NAMED, PIXEL_SIZES
 from robocal.measure.reach import nominal_poses
 from robocal.remarks.english import declare
-from robocal.remarks.remark import Quantity
+from robocal.remarks.remark import Number, Quantity
 
 __all__: list[str] = []
 
@@ -104,7 +105,7 @@ def _rows(context: Context[Model], obs: Observations) -> _Rows | None:
     return _Rows(np.broadcast_to(carried, (len(obs), 4, 4))[known], obs.extra[IMAGE][known], which.ravel(), at, across)
 
 
-def _others(rows: _Rows, obs: Observations) -> Iterator[tuple[_Rows, str, dict[str, object]]]:
+def _others(rows: _Rows, obs: Observations) -> Iterator[tuple[_Rows, str, dict[str, Number]]]:
     """Lists that somebody may have meant, with what is said of each."""
     every = obs.options["names"]
     assert isinstance(every, tuple)
@@ -112,7 +113,11 @@ def _others(rows: _Rows, obs: Observations) -> Iterator[tuple[_Rows, str, dict[s
     for i, j in combinations(range(len(rows.at)), 2):
         order = np.arange(len(rows.at))
         order[[i, j]] = j, i
-        yield replace(rows, at=rows.at[order], across=rows.across[order]), EXCHANGED, {"one": names[i], "other": names[j]}
+        yield (
+            replace(rows, at=rows.at[order], across=rows.across[order]),
+            EXCHANGED,
+            {"one": names[i], "other": names[j]},
+        )
     for factor in (INCH, 1 / INCH):
         yield replace(rows, at=rows.at / factor), OTHER_UNIT, {"factor": factor}
     for i, axis in enumerate("xyz"):
@@ -132,4 +137,6 @@ def pixel_sizes(context: Context[Model]) -> Iterator[Finding]:
         ratio = found / np.array([stated[s] for s in PIXEL_SIZES])
         factor = float(np.exp(np.log(np.abs(ratio)).mean()))
         if np.abs(np.log(np.abs(ratio))).max() > np.log1p(limits.PIXEL_FACTOR):
-            yield doubt(PIXELS, group=obs.label, u=Quantity(float(found[0])), v=Quantity(float(found[1])), factor=factor)
+            yield doubt(
+                PIXELS, group=obs.label, u=Quantity(float(found[0])), v=Quantity(float(found[1])), factor=factor
+            )

@@ -159,7 +159,9 @@ def _known_poses(reader: RowReader) -> Array | None:
         )  # fmt: skip
         return None
     expected = "position: {columns: [...], unit: mm} and orientation: {columns: [...], form: ...}"
-    reader.document.insist(stated, "this rig's poses are known, and the file does not state them", ("orientation",), expected=expected)
+    reader.document.insist(
+        stated, "this rig's poses are known, and the file does not state them", ("orientation",), expected=expected
+    )
     return read_pose(model, reader.table, reader.document).value
 
 

@@ -279,7 +279,9 @@ def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Fr
         expected = (0.01, 0.05) if given.given else (0.2, 3.0)
         mount = getattr(given, "mount", "tool")
         prior = given_prior(given)
-        known = None if prior is None else (*[units.length.to_si(prior.length)] * 3, *[units.angle.to_si(prior.angle)] * 3)
+        known = (
+            None if prior is None else (*[units.length.to_si(prior.length)] * 3, *[units.angle.to_si(prior.angle)] * 3)
+        )
         frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details, known))
     if cells is None:
         if len(frames) > 1:

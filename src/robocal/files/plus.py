@@ -56,16 +56,25 @@ class ProbeFiles:
 
 def read_plus(results: str | os.PathLike[str], configuration: str | os.PathLike[str]) -> ProbeFiles:
     """What robocal reads of the result and the configuration of fCal. Raises FileError or FormatError."""
-    top, about = (_open(name, tag) for name, tag in ((results, "ProbeCalibrationResult"), (configuration, "PlusConfiguration")))
+    top, about = (
+        _open(name, tag) for name, tag in ((results, "ProbeCalibrationResult"), (configuration, "PlusConfiguration"))
+    )
     wires = dict(_wires(about[0]))
     if not wires:
-        raise FormatError("the configuration has no wires", file=about[1].file, expected="<Wire Name, EndPointFront, EndPointBack>")
+        raise FormatError(
+            "the configuration has no wires", file=about[1].file, expected="<Wire Name, EndPointFront, EndPointBack>"
+        )
     placed = _transform(about[0], "Phantom", "Reference")
     phantom, known = _rigid(placed, "Matrix"), _phantom_prior(placed, about[0])
     seen = _transform(top[0], "Image", "Probe")
     image = _matrix(seen, "Matrix")
     if np.linalg.det(image[:3, :3]) <= 0:
-        seen.fail("the image plane is left-handed", key="Transform From=Image", found="a reflection", expected="u, v and the third column right-handed")
+        seen.fail(
+            "the image plane is left-handed",
+            key="Transform From=Image",
+            found="a reflection",
+            expected="u, v and the third column right-handed",
+        )
     pixel = tuple(float(v) for v in np.linalg.norm(image[:3, :2], axis=0))
     texts, images, left, points = {"robot.yaml": _rig(about[1].file)}, {}, {}, 0
     for tag, part in PARTS.items():
@@ -78,7 +87,11 @@ def read_plus(results: str | os.PathLike[str], configuration: str | os.PathLike[
         texts[f"{part}.csv"] = csv_text(HEADER, _rows(frames))
         texts[f"{part}.yaml"] = _data(part, wires, phantom, known, pixel, Path(results).name)
     if not images:
-        raise FormatError("no image with segmented points and tracked poses", file=top[1].file, expected="<CalibrationData> with <Frame>")
+        raise FormatError(
+            "no image with segmented points and tracked poses",
+            file=top[1].file,
+            expected="<CalibrationData> with <Frame>",
+        )
     return ProbeFiles(texts, images, left, points, tuple(wires), (pixel[0], pixel[1]), (top[1], about[1]))
 
 
@@ -88,8 +101,14 @@ def _open(name: str | os.PathLike[str], tag: str) -> tuple[Node, InputFile]:
         raise FormatError("this is not XML, but files of PLUS are", file=source.path, expected=f"<{tag}>")
     node = Node.parse(source.text, source.path)
     if node.tag != tag:
-        other = "the result comes first, then the configuration" if node.tag in ("PlusConfiguration", "ProbeCalibrationResult") else f"<{tag}>"
-        raise FormatError("another file of PLUS, or none", file=source.path, row=node.row, found=f"<{node.tag}>", expected=other)
+        other = (
+            "the result comes first, then the configuration"
+            if node.tag in ("PlusConfiguration", "ProbeCalibrationResult")
+            else f"<{tag}>"
+        )
+        raise FormatError(
+            "another file of PLUS, or none", file=source.path, row=node.row, found=f"<{node.tag}>", expected=other
+        )
     return node, InputFile(source.path, source.sha256)
 
 
@@ -138,7 +157,12 @@ def _rigid(node: Node, name: str) -> Array:
     t = _matrix(node, name)
     r = t[:3, :3]
     if np.abs(r @ r.T - np.eye(3)).max() > RIGHT or np.linalg.det(r) < 0:
-        node.fail("not a pose", key=node.attributes.get("Name", f"{node.tag} {name}"), found=node.attributes[name][:60], expected="a rotation and a translation")
+        node.fail(
+            "not a pose",
+            key=node.attributes.get("Name", f"{node.tag} {name}"),
+            found=node.attributes[name][:60],
+            expected="a rotation and a translation",
+        )
     return t
 
 
@@ -170,7 +194,12 @@ def _frame(node: Node, prefix: str, wires: dict[str, tuple[Array, Array]]) -> Pr
     for point in _all(own, "Point"):
         name = _plain(point.attributes.get("WireName", ""))
         if name not in wires:
-            point.fail("no wire of the configuration has this name", key="Point WireName", found=name, expected=", ".join(wires))
+            point.fail(
+                "no wire of the configuration has this name",
+                key="Point WireName",
+                found=name,
+                expected=", ".join(wires),
+            )
         u, v, _ = _numbers(point, "Position", 3)
         points[name] = (float(u), float(v))
     probe, reference = (_rigid(fields[n], "Value") for n in needed)
@@ -187,14 +216,24 @@ def _rows(frames: Sequence[ProbeFrame]) -> Iterator[Sequence[object]]:
 
 def _rig(file: object) -> str:
     source = quote(f"{Path(str(file)).name} of PLUS")
-    return f"robocal: 1\nkind: rig\nname: ultrasound probe\nposes: known    # a tracker states them\nunits: {{length: mm, angle: deg}}\nsource: {source}\n"
+    head = "robocal: 1\nkind: rig\nname: ultrasound probe\nposes: known    # a tracker states them\n"
+    return f"{head}units: {{length: mm, angle: deg}}\nsource: {source}\n"
 
 
-def _data(part: str, wires: dict[str, tuple[Array, Array]], phantom: Array, known: Sequence[float], pixel: Sequence[float], name: str) -> str:
+def _data(
+    part: str,
+    wires: dict[str, tuple[Array, Array]],
+    phantom: Array,
+    known: Sequence[float],
+    pixel: Sequence[float],
+    name: str,
+) -> str:
     def triple(values: Array) -> str:
         return f"[{', '.join(number(round(float(v), 6)) for v in values)}]"
 
     vector = se3.to_vector(phantom[None])[0]
+    phantom_keys = f"mount: base, xyz: {triple(vector[:3])}, rotation_vector: {triple(np.degrees(vector[3:]))}, "
+    phantom_keys += f"prior: {{length: {number(known[0])}, angle: {number(known[1])}}}"
     each = "\n".join(f"  {quote(n)}: {{front: {triple(a)}, back: {triple(b)}}}" for n, (a, b) in wires.items())
     return f"""robocal: 1
 kind: plane_points
@@ -210,7 +249,7 @@ wires:
 frame: {{name: image, mount: tool}}    # T_probe_image is found
 targets:
   # how well a stylus found the phantom: the error of the landmarks by the root of their number
-  phantom: {{mount: base, xyz: {triple(vector[:3])}, rotation_vector: {triple(np.degrees(vector[3:]))}, prior: {{length: {number(known[0])}, angle: {number(known[1])}}}}}
+  phantom: {{{phantom_keys}}}
 configuration: {{id: frame}}
 source: {quote(f"{name} of PLUS")}
 """

@@ -41,7 +41,8 @@ def read_rig(path: Path) -> Bare[Rig]:
     source = read_text(path, limit=ROBOT_LIMIT)
     document = parse(source)
     model = validate(RigModel, document)
+    freedom = () if model.poses == "known" else Rig.freedom
     return Bare(
-        Rig(model.name, freedom=() if model.poses == "known" else Rig.freedom), read_units(model.units, document), source.path, source.text, source.sha256, convention="rig",
+        Rig(model.name, freedom=freedom), read_units(model.units, document), source.path, source.text, source.sha256, convention="rig",
         source=model.source or "",
     )  # fmt: skip

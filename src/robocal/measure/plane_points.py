@@ -2,8 +2,8 @@
 
 T_phantom_image = (R, t), S (u, v) = (s_u u, s_v v, 0). extra["image"] (k, 2) in pixels is where the wire was seen; extra["at"] (k, 3) in m
 is a point a of it in the phantom's frame, extra["across"] (k, 2, 3) two unit vectors E across it. value y (k, 2) in m is normally 0.
-`options["image"]` names the image, whose parameters `NAME.su` and `NAME.sv` (m) are the sizes of a pixel. The frame is the image's: x along u,
-y along v, z away from the one who looks at x to the right and y down. Mounted on "tool" it is a probe that the machine moves.
+`options["image"]` names the image, whose parameters `NAME.su` and `NAME.sv` (m) are the sizes of a pixel. The frame is the image's: x along
+u, y along v, z away from the one who looks at x to the right and y down. Mounted on "tool" it is a probe that the machine moves.
 Source: Pagoulatos, Haynor and Kim, A fast calibration method for 3-D tracking of ultrasound images using a spatial localizer (2001).
 """
 
@@ -68,6 +68,4 @@ def in_phantom(builder: Builder, obs: Observations, target: int, index: Ints) ->
 
 
 ROWS = per_target(ImagePointRows, in_phantom)
-PLANE_POINTS = register(
-    Kind("plane_points", 2, ROWS, parts=((0, 2, "m"),), owner=IMAGE, numbers=NUMBERS, views=True)
-)
+PLANE_POINTS = register(Kind("plane_points", 2, ROWS, parts=((0, 2, "m"),), owner=IMAGE, numbers=NUMBERS, views=True))

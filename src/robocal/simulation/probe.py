@@ -1,6 +1,6 @@
 """What an ultrasound probe would see of a phantom of wires: where each wire crosses the image plane.
 
-    E^T (R S (u, v) + t - a) = noise,    (R, t) = T_phantom_image        two linear equations for u and v
+E^T (R S (u, v) + t - a) = noise,    (R, t) = T_phantom_image        two linear equations for u and v
 """
 
 from __future__ import annotations
@@ -36,7 +36,14 @@ def look_at_wires(probe: Probe, poses: Array, noise: Array | None = None) -> Arr
 
 
 def probe_data(
-    probe: Probe, poses: Array, uv: Array, names: tuple[str, ...], *, phantom: Frame, sigma: float | None = None, pixel: tuple[float, float] | None = None
+    probe: Probe,
+    poses: Array,
+    uv: Array,
+    names: tuple[str, ...],
+    *,
+    phantom: Frame,
+    sigma: float | None = None,
+    pixel: tuple[float, float] | None = None,
 ) -> DataSet:
     """The data of a rig at known poses, as a user would hand them in: `phantom` says where it is believed to be, `pixel` how large a
     pixel is believed to be."""

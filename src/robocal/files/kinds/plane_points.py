@@ -17,7 +17,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, FiniteFloat
 
 from robocal.errors import ModelError, one_of
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import ColumnModel, OrientationModel, PosedModel, Sigma, ValueModel, column_model
+from robocal.files.datamodel import ColumnModel, PosedModel, Sigma, ValueModel, column_model
 from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, QuantityColumns, Values
 from robocal.files.schema import FileModel, Name, Triple, refuse
 from robocal.files.units import Units
@@ -78,8 +78,12 @@ def read_points(model: PlanePointsModel, table: CsvTable, document: YamlDocument
     key = "points" if model.points else "wires"
     known = model.points or model.wires
     if model.points and model.wires:
-        document.fail("wires and points in one file", ("points",), expected="one of them; the others in a file of their own")
-    document.insist(bool(known), "a key is missing", ("wires",), expected="wires: {name: {front: [...], back: [...]}}, or points")
+        document.fail(
+            "wires and points in one file", ("points",), expected="one of them; the others in a file of their own"
+        )
+    document.insist(
+        bool(known), "a key is missing", ("wires",), expected="wires: {name: {front: [...], back: [...]}}, or points"
+    )
     asked: ColumnModel = (model.point if model.points else model.wire) or ColumnModel(column=key.removesuffix("s"))
     cells, order = table.texts(asked.column), {name: i for i, name in enumerate(known)}
     for row, cell in enumerate(cells):
@@ -107,7 +111,9 @@ def parts(model: PlanePointsModel, values: Values, around: Around) -> Sequence[P
         ends = unit.to_si(np.array([[w.front, w.back] for w in model.wires.values()]))
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         for name, size in zip(model.wires, length, strict=True):
-            document.insist(size > 0, "the two ends of a wire are one point", ("wires", name), expected="two points of the wire")
+            document.insist(
+                size > 0, "the two ends of a wire are one point", ("wires", name), expected="two points of the wire"
+            )
         extra |= {AT: ends[which, 0], ACROSS: across(ends[:, 1] - ends[:, 0])[which]}
     sigma = None
     if model.distance.sigma is not None:

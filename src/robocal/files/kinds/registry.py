@@ -29,7 +29,11 @@ OF_PARTS: dict[str, dict[str, str]] = {
 # Those that no arm is simulated with yet.
 NOT_SIMULATED = {"plane_points": "plane_points"}
 # Whatever else is a kind has a module of its own name.
-MODULES |= {name: name for name in NAMES if not any(name in own for own in (MODULES, NOT_SIMULATED, TOGETHER, *OF_PARTS.values()))}
+MODULES |= {
+    name: name
+    for name in NAMES
+    if not any(name in own for own in (MODULES, NOT_SIMULATED, TOGETHER, *OF_PARTS.values()))
+}
 
 
 class Readers(UserDict[str, Any]):
@@ -54,4 +58,6 @@ def readers_of(machine: Model) -> Readers:
 
 
 def _readers(parts: Iterable[str]) -> Readers:
-    return Readers({**MODULES, **NOT_SIMULATED, **{name: module for p in parts for name, module in OF_PARTS.get(p, {}).items()}})
+    return Readers(
+        {**MODULES, **NOT_SIMULATED, **{name: module for p in parts for name, module in OF_PARTS.get(p, {}).items()}}
+    )

@@ -33,7 +33,9 @@ class Options(BaseOptions):
     """
 
     results: Path = arg(..., "RESULT", "The result of fCal: <ProbeCalibrationResult>.")
-    configuration: Path = arg(..., "CONFIG", "Its configuration, with the wires and the place of the phantom: <PlusConfiguration>.")
+    configuration: Path = arg(
+        ..., "CONFIG", "Its configuration, with the wires and the place of the phantom: <PlusConfiguration>."
+    )
     output: Path = option(Path("."), "Folder for the files", "DIR", short="-o")
     force: w.Force = False
 
@@ -65,5 +67,7 @@ def sections(made: Outcome[ProbeFiles]) -> Iterator[Section]:
         "",
         Text.of(f"{found.points} points of {len(found.wires)} wires in images: {images}{left}"),
         *(Text.of(str(path), indent=2) for path in made.written),
-        Text.of(f"State how well the phantom is known in {data}, then: robocal identify {quote(str(robot))} {quote(str(data))}"),
+        Text.of(
+            f"State how well the phantom is known in {data}, then: robocal identify {quote(str(robot))} {quote(str(data))}"
+        ),
     )
