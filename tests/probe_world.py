@@ -8,7 +8,7 @@ from robocal.geometry import se3, so3
 from robocal.measure.data import Frame
 from robocal.measure.machine import Rig
 from robocal.parameters import ParameterTable
-from robocal.simulation.probe import Probe, look_at_wires, probe_data
+from robocal.simulation.wire_images import Probe, look_at_wires, probe_data
 
 RIG = Rig("probe", ParameterTable(), ())
 NAMES = ("G1", "L1", "M1", "G3", "H3", "M3", "H5", "L5", "M5")
@@ -47,7 +47,7 @@ def draw(seed=0, images=30, *, turn=0.25, sigma=SIGMA, prior=PRIOR, image=IMAGE,
         return _beads(probe, poses, rng, sigma)
     uv = look_at_wires(probe, poses, rng.normal(0, sigma, (images, len(WIRES), 2)))
     frame = Frame(
-        "phantom", tuple(PHANTOM), (True,) * 6, "base", (0.01, 0.05), prior=(*[prior[0]] * 3, *[prior[1]] * 3)
+        "phantom", tuple(place), (True,) * 6, "base", (0.01, 0.05), prior=(*[prior[0]] * 3, *[prior[1]] * 3)
     )
     return probe_data(probe, poses, uv, NAMES, phantom=frame), probe
 
@@ -91,7 +91,7 @@ def described(where, points=None, at=PHANTOM):
     known = "wire: wire\nwires:\n  " + "\n  ".join(listed)
     if points:
         known = "point: wire\npoints: {" + ", ".join(f"{n}: {list(p)}" for n, p in points.items()) + "}"
-    place, turn = (", ".join(f"{v * 1e3:.6f}" for v in PHANTOM[:3]), ", ".join(f"{v:.6f}" for v in np.degrees(at[3:])))
+    place, turn = (", ".join(f"{v * 1e3:.6f}" for v in at[:3]), ", ".join(f"{v:.6f}" for v in np.degrees(at[3:])))
     return DATA.replace("WHERE", where).replace("KNOWN", known).replace("PLACE", place).replace("TURN", turn)
 
 
@@ -135,7 +135,7 @@ def arm_over_phantom(folder):
         joints = (f"{v:.7f}" for v in np.degrees(reached.joints[c]))
         lines.append(",".join([f"f{c}", NAMES[int(n)], *(f"{v:.6f}" for v in uv), *joints]))
     (folder / "data.csv").write_text("\n".join(lines) + "\n")
-    text = describe(arm.with_table(arm.table.with_free(())), calibrate=False)
-    (folder / "robot.yaml").write_text(text)
+    text = describe(arm, calibrate=False).replace("[0, 0, 0], free: true", "[0, 0, 0], free: false")
+    (folder / "robot.yaml").write_text(text + "calibrate: {free: []}\n")
     (folder / "data.yaml").write_text(described("source: simulated", at=place))
     return folder / "robot.yaml", folder / "data.yaml"

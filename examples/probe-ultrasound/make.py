@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from robocal.geometry import se3, so3
-from robocal.simulation.probe import Probe, look_at_wires
+from robocal.simulation.wire_images import Probe, look_at_wires
 
 SEED, IMAGES, NOISE = 5, 40, 0.2  # mm: of a point across its wire
 NAMES = ("G1", "L1", "M1", "G3", "H3", "M3", "H5", "L5", "M5")

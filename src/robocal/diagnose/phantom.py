@@ -50,7 +50,7 @@ PIXELS = declare(
 
 
 @record
-class _Rows:
+class _PhantomRows:
     """What one image shows: T_phantom_probe (k, 4, 4), pixels (k, 2), which name (k,), and of each name a point and directions."""
 
     carried: Array
@@ -85,7 +85,7 @@ def phantom_causes(context: Context[Model]) -> Iterator[Finding]:
             yield refuse(code, **facts, group=obs.label, stated=Quantity(stated), left=Quantity(left))
 
 
-def _rows(context: Context[Model], obs: Observations) -> _Rows | None:
+def _rows(context: Context[Model], obs: Observations) -> _PhantomRows | None:
     frame, named = obs.frame, obs.extra.get(NAMED)
     if named is None or frame is None or len(obs.targets) != 1:
         return None
@@ -102,10 +102,12 @@ def _rows(context: Context[Model], obs: Observations) -> _Rows | None:
         return None
     at = obs.extra[AT][known][first]
     across = obs.extra[ACROSS][known][first] if ACROSS in obs.extra else np.broadcast_to(np.eye(3), (len(at), 3, 3))
-    return _Rows(np.broadcast_to(carried, (len(obs), 4, 4))[known], obs.extra[IMAGE][known], which.ravel(), at, across)
+    return _PhantomRows(
+        np.broadcast_to(carried, (len(obs), 4, 4))[known], obs.extra[IMAGE][known], which.ravel(), at, across
+    )
 
 
-def _others(rows: _Rows, obs: Observations) -> Iterator[tuple[_Rows, str, dict[str, Number]]]:
+def _others(rows: _PhantomRows, obs: Observations) -> Iterator[tuple[_PhantomRows, str, dict[str, Number]]]:
     """Lists that somebody may have meant, with what is said of each."""
     every = obs.options["names"]
     assert isinstance(every, tuple)

@@ -68,4 +68,6 @@ def in_phantom(builder: Builder, obs: Observations, target: int, index: Ints) ->
 
 
 ROWS = per_target(ImagePointRows, in_phantom)
-PLANE_POINTS = register(Kind("plane_points", 2, ROWS, parts=((0, 2, "m"),), owner=IMAGE, numbers=NUMBERS, views=True))
+PLANE_POINTS = register(
+    Kind("plane_points", 2, ROWS, parts=((0, 2, "m"),), owner=IMAGE, numbers=NUMBERS, views=True, placed=True)
+)

@@ -10,4 +10,4 @@ from robocal.measure.rows import Kind, register
 
 __all__ = ["PLANE_TARGETS"]
 
-PLANE_TARGETS = register(Kind("plane_targets", 3, ROWS, owner=IMAGE, numbers=NUMBERS, views=True))
+PLANE_TARGETS = register(Kind("plane_targets", 3, ROWS, owner=IMAGE, numbers=NUMBERS, views=True, placed=True))

@@ -50,7 +50,7 @@ class WireModel(FileModel):
     back: Triple
 
 
-class DistanceModel(FileModel):
+class PointNoiseModel(FileModel):
     """How far a point of the image may be off, as a length."""
 
     sigma: Sigma = None
@@ -61,7 +61,7 @@ class PlanePointsModel(PosedModel):
     """Points of a phantom in the image plane of a probe."""
 
     image: ImageModel = ImageModel.model_construct()
-    distance: DistanceModel = DistanceModel.model_construct()
+    distance: PointNoiseModel = PointNoiseModel.model_construct()
     wire: Annotated[Any, BeforeValidator(column_model)] = None
     wires: dict[Name, WireModel] = Field(default_factory=dict)
     point: Annotated[Any, BeforeValidator(column_model)] = None
