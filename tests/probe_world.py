@@ -46,9 +46,7 @@ def draw(seed=0, images=30, *, turn=0.25, sigma=SIGMA, prior=PRIOR, image=IMAGE,
     if not wires:
         return _beads(probe, poses, rng, sigma)
     uv = look_at_wires(probe, poses, rng.normal(0, sigma, (images, len(WIRES), 2)))
-    frame = Frame(
-        "phantom", tuple(place), (True,) * 6, "base", (0.01, 0.05), prior=(*[prior[0]] * 3, *[prior[1]] * 3)
-    )
+    frame = Frame("phantom", tuple(place), (True,) * 6, "base", (0.01, 0.05), prior=(*[prior[0]] * 3, *[prior[1]] * 3))
     return probe_data(probe, poses, uv, NAMES, phantom=frame), probe
 
 
