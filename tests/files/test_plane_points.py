@@ -127,3 +127,13 @@ def test_files_of_plus_are_read(tmp_path):
     assert again.status == 2 and "exist" in again.said
     assert se3.from_vector(PHANTOM).shape == (4, 4)
     assert robocal("check", tmp_path / "out" / "robot.yaml", tmp_path / "out" / "calibration.yaml").status == 0
+
+
+def test_a_rig_whose_poses_nobody_states_is_not_located(tmp_path):
+    """Every image may stand anywhere: nothing tells where it is on the probe, and no mistake of the phantom is made up for it."""
+    robot, data = files_of(tmp_path, draw(2))
+    robot.write_text(robot.read_text().replace("poses: known\n", ""))
+    text = data.read_text()
+    data.write_text("".join(x for x in text.splitlines(True) if not x.startswith(("position", "orientation"))))
+    ran = robocal("identify", robot, data)
+    assert ran.status == 3 and "of the phantom of" not in ran.said, ran.said

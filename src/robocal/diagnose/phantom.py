@@ -18,7 +18,7 @@ from robocal.diagnose.check_registry import Context, Finding, When, check, doubt
 from robocal.fit.starts.image_planes import affine_image
 from robocal.geometry import se3
 from robocal.measure.data import Observations
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, freedom_of
 from robocal.measure.plane_points import ACROSS, AT, IMAGE, NAMED, PIXEL_SIZES
 from robocal.measure.reach import nominal_poses
 from robocal.remarks.english import declare
@@ -87,7 +87,8 @@ def phantom_causes(context: Context[Model]) -> Iterator[Finding]:
 
 def _rows(context: Context[Model], obs: Observations) -> _PhantomRows | None:
     frame, named = obs.frame, obs.extra.get(NAMED)
-    if named is None or frame is None or len(obs.targets) != 1:
+    # Poses that are free say nothing of a phantom before the fit.
+    if named is None or frame is None or len(obs.targets) != 1 or freedom_of(context.model):
         return None
     machine = nominal_poses(context.model, context.need_data.configurations)
     if machine is None:
