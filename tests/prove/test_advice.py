@@ -40,6 +40,7 @@ OTHER = {
     "no-change-found": "session/test_own_machines.py",
     "frame-fixed": "prove/test_frames_alone.py",
     "frames-located": "prove/test_frames_alone.py",
+    "plan-too-coarse": "cli/test_vision_require.py",
     "lens-focal-open": "cli/test_vision_intrinsics.py",
     "lens-found-folds": "cli/test_vision_intrinsics.py",
     "lens-folds-outside": "cli/test_vision_intrinsics.py",

@@ -9,6 +9,7 @@ from robocal.session.vision.detection import Detected as _detect_Detected
 from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_eye_HandEyeCalibration
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
+from robocal.session.vision.map_plans import MapPlans as _require_MapPlans
 from robocal.session.vision.map_repeats import ComparedMaps as _compare_ComparedMaps
 from robocal.session.vision.map_result import MarkerMapResult as _map_MarkerMapResult
 from robocal.session.vision.other_formats import ExportedText as _export_ExportedText
@@ -254,6 +255,48 @@ def compare(
     maps: Maps of the same markers: map.yaml, or files of TagSLAM, MarkerMapper, PLY; two or more.
     reference: The marker whose axes are taken, and from which distances count.  [default: the first of the first map]
     output: Write maps.json, markers.csv, distance.svg, axes.svg and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def require(
+    poses: _Given,
+    *,
+    lens: _Path,
+    map: _Path | None = None,
+    grid: str | None = None,
+    field: str | None = None,
+    size: str | Sequence[str] = (),
+    height: str | Sequence[str] = (),
+    tilt: str | Sequence[str] = (),
+    survey: float | None = None,
+    sigma: float = 0.3,
+    accuracy: float | None = None,
+    image: str | tuple[int, int] | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_require_MapPlans]:
+    """Predict the errors of a map of markers, and of a camera in it, before anything is printed: along x and y, and along z.
+
+    Markers are those of --map, or a grid over --field. With several --size, --height or --tilt every combination is a row.
+    Every second marker is raised by --height. --survey says to what each marker's place is measured by other means.
+
+    poses: CSV of places of the camera in the frame of the map: x, y, z and rx, ry, rz, or qx to qw; z looks ahead.
+    lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
+    map: Where the markers will be: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
+    grid: Number of markers along x and y, in place of --map.
+    field: Width and depth of the grid in mm, between middles of markers.
+    size: Edge of the markers' black squares in mm.  [default: that of --map]
+    height: By how much every second marker is raised, in mm.  [default: 0]
+    tilt: By how much each marker is tilted, in deg.  [default: 0]
+    survey: Standard deviation to which each marker's place is measured by other means [mm], above 0.  [default: not measured]
+    sigma: Standard deviation of a corner in an image [px], above 0.
+    accuracy: The required error of the camera's place, rms of one axis [mm], above 0.
+    image: Size of the images in pixels.  [default: that of the lens]
+    output: Write require.json, markers.csv and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

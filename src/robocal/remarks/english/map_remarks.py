@@ -70,6 +70,12 @@ class MapRemarks:
     MARKERS_NOT_IN_MAP = Phrase(
         "{count} markers are not in the map, and do not help: {names}", "Make the map again with images that show them."
     )
+    PLAN_UNSEEN = Phrase("no pose shows {count} of the {total} markers of the first plan: they are not counted")
+    PLAN_BLIND = Phrase("{count} of the {total} poses show no marker of the first plan: they are not counted")
+    PLAN_TOO_COARSE = Phrase(
+        "no plan has the camera's place within {asked} rms along every axis: the best has {best}",
+        "Plan larger markers (--size), raised ones (--height), more poses, or markers that are surveyed (--survey).",
+    )
     MAP_WITHOUT_SIGMA = Phrase(
         "{file} states no sigma: the poses count its markers as known exactly",
         "Give map.yaml of robocal vision map, which has sigma and covariance.",

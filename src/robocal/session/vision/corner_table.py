@@ -27,7 +27,7 @@ from robocal.session.vision.target import read_squares
 from robocal.vision.lenses import Lens
 from robocal.vision.sheets import Checker, inner_corners
 
-__all__ = ["CAMERA", "CornerTable", "read_corners"]
+__all__ = ["CAMERA", "CORNERS", "CornerTable", "image_size", "read_corners"]
 
 CAMERA = "lens"  # the owner of its numbers
 CORNERS = "corners"  # who measured
@@ -97,7 +97,7 @@ def read_corners(
     """A list of corners, with the JSON that `vision detect` writes beside it. Lengths in mm. Raises FileError, FormatError, ModelError."""
     beside, known = _beside(place)
     table = read_csv(place)
-    width_height = _image_size(image, known.get("image"))
+    width_height = image_size(image, known.get("image"))
     view = next(filter(table.has, VIEWS), None)
     if view is None:
         raise FormatError(
@@ -259,7 +259,10 @@ def _beside(place: Path) -> tuple[InputFile | None, Mapping[str, Any]]:
     return (InputFile(other, source.sha256), said) if known else (None, {})
 
 
-def _image_size(word: str | None, known: Any) -> tuple[int, int]:
+def image_size(
+    word: str | None, known: Any, expected: str = "--image 1920x1080, or corners.json beside the list"
+) -> tuple[int, int]:
+    """The size of images (width, height) px as an option has it, else as it is `known`; `expected`: what would do. Raises ModelError."""
     if word is not None:
         found = re.fullmatch(r"\s*(\d+)\s*[xX×]\s*(\d+)\s*", word)
         if found is None or min(int(found[1]), int(found[2])) < 2:
@@ -268,11 +271,7 @@ def _image_size(word: str | None, known: Any) -> tuple[int, int]:
             )
         return int(found[1]), int(found[2])
     if known is None:
-        raise ModelError(
-            "the size of the images is not known",
-            key="--image",
-            expected="--image 1920x1080, or corners.json beside the list",
-        )
+        raise ModelError("the size of the images is not known", key="--image", expected=expected)
     return int(known[0]), int(known[1])
 
 

@@ -41,7 +41,7 @@ from robocal.vision.map_gauge import take_markers
 from robocal.vision.maps import MarkerMap
 from robocal.vision.sheets import SQUARE
 
-__all__ = ["Displaced", "LocatedViews", "Rival", "locate_views"]
+__all__ = ["Displaced", "LocatedViews", "Rival", "locate_views", "predict_views"]
 
 WHOLE = 4  # grid: corners that tell a pose
 ROUNDS = 4  # grid: of fit and noise
@@ -119,6 +119,16 @@ def locate_views(table: CornerTable, known: MarkerMap, lens: Lens, watch: Watch 
         left=float(np.sqrt(np.mean(np.square(residual[used])))),
         stated=None if obs.sigma is None else float(np.sqrt(np.mean(np.square(obs.sigma)))), moved=_moved(obs, used, poses, map_of, moved),
     )  # fmt: skip
+
+
+def predict_views(table: CornerTable, known: MarkerMap, lens: Lens, cameras: Array) -> Array:
+    """The covariance (U, 6, 6) that images in a map will have, (v, w) in map axes, of the views of a table at the truth T_map_camera
+    (U, 4, 4)."""
+    data, *_ = _data(table, known, lens)
+    start = se3.to_vector(se3.inverse(cameras))
+    problem = build(Rig(CAMERA), replace(data, configurations=replace(data.configurations, start=start)))
+    x = problem.start
+    return _outward(se3.from_vector(problem.values_of(0, x)[0]), _local_covariance(problem, x))[1]
 
 
 def _fit(clean: DataSet) -> tuple[Problem, Array]:
