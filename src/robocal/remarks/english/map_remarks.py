@@ -24,8 +24,14 @@ class MapRemarks:
         "one.",
     )
     MARKER_SIZE_CONTRADICTED = Phrase(
-        "marker {marker} is {told:.4g} large by --size, and looks about {found:.4g} large beside the others",
-        "Measure the edge of marker {marker}, and give it its size (--size {marker}=MM), or leave it out (--without).",
+        "marker {marker} is {told:.4g} large by --size, and looks about {found:.4g} large beside the others[; so do others, by number in "
+        "mm: {others}]",
+        "Measure the edges of the markers that are named, and give each its size (--size {marker}=MM), or leave them out (--without).",
+    )
+    MARKER_SIZES_SCATTER = Phrase(
+        "the edges of the markers scatter by {found:.2g} %, more than they were said to",
+        "Look at the prints, and at the numbers of the lens that have no sigma. Where edges are that unequal, say so: --size-scatter "
+        "{found:.2g}.",
     )
     MAP_MISSES = Phrase(
         "the map leaves {left:.3g} per axis, {times:.2g} times what corners are known to",

@@ -20,6 +20,7 @@ from robocal.measure.machine import Rig
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.session.vision.corner_table import CAMERA, CornerTable
 from robocal.session.vision.map_prior import MapPrior, MarkerChange, chance_of, find_contradictions, prior_targets
+from robocal.session.vision.map_sizes import EdgeErrors, with_edges
 from robocal.vision.map_gauge import take_markers
 from robocal.vision.maps import MarkerMap
 
@@ -77,13 +78,13 @@ def exclude_markers(data: DataSet, names: Sequence[str]) -> DataSet:
 
 
 def with_map_prior(
-    table: CornerTable, maps: Sequence[MarkerMap], loss: str
+    table: CornerTable, maps: Sequence[MarkerMap], loss: str, edges: EdgeErrors | None = None
 ) -> tuple[CornerTable, tuple[DisplacedMarker, ...]]:
     """Corners whose markers have a start, with what maps say of these beforehand; and markers that contradict it, of which nothing is
     taken. Raises ModelError."""
     _refuse_others(table, maps)
     data, prior = _believe(table.data, maps)
-    displaced = find_displaced(data, prior, loss)
+    displaced = find_displaced(with_edges(replace(table, data=data), edges).data, prior, loss)
     if displaced:
         gone = {m.change.name for m in displaced}
         rest = [[n for n in m.names if n not in gone] for m in maps]
