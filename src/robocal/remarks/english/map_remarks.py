@@ -88,6 +88,14 @@ class MapRemarks:
         "the map and the lens miss the corners by {left} in the images, {times:.2g} times what the corners are known to",
         "Check that map and lens belong to these images, and the size of the markers.",
     )
+    MAP_SIZES_UNLIKE = Phrase(
+        "the map has markers of {edge:.4g}, and beside its distances they look {seen:.4g} large",
+        "Make the map again with the size of its markers, or write the true sizes into it: one of both scales every pose.",
+    )
+    MAP_OF_OTHER_SIZE = Phrase(
+        "the map has markers of {edge:.4g}, and the corners say that they are {told:.4g} large",
+        "Measure the markers. Make the map again with that size, or detect the corners with the size of the map.",
+    )
     MAP_CORNERS_EXCLUDED = Phrase(
         "{share} of the corners do not fit the map, and are excluded",
         "Make the map again: more than single markers differ from it.",

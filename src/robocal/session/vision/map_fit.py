@@ -2,7 +2,8 @@
 
 The lens is free within what is known of it beforehand, and so are the edges of the markers (`map_sizes`).
 A robust loss (Huber) is the default: a marker that bends or a corner that a decoder guessed pulls no more than its neighbours.
-One marker is held while the fit runs; the map is told without it (see `vision.map_gauge`): the covariance counts no motion of all markers together.
+One marker is held while the fit runs; the map is told without it (see `vision.map_gauge`): the covariance
+counts no motion of all markers together.
 """
 
 from __future__ import annotations

@@ -30,9 +30,10 @@ from robocal.report.sections import Section
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_errors import CornerErrors, corner_errors
 from robocal.session.vision.corner_table import CornerTable
+from robocal.session.vision.hand_eye_images import is_table
 from robocal.session.vision.lens_prior import lens_with_prior
 from robocal.session.vision.map_fit import MapFit, fit_map
-from robocal.session.vision.map_images import open_corners
+from robocal.session.vision.map_images import fit_with_images, open_corners
 from robocal.session.vision.map_judge import judge_map, remarks_of_map
 from robocal.session.vision.map_moved import MarkerMotion, find_moved
 from robocal.session.vision.map_sizes import EdgeErrors, edges_of
@@ -253,13 +254,19 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
     source = f"{len(table.data.configurations)} views, {Path(o.corners).name}"
     with computable(o.corners):
         edges = EdgeErrors(1e-3 * o.size_sigma, 1e-2 * o.size_scatter)
-        fit = fit_map(table, given, o.loss, o.origin, source, watch, before.maps if before else (), edges)
+
+        def fit_of(corners: CornerTable) -> MapFit:
+            return fit_map(corners, given, o.loss, o.origin, source, watch, before.maps if before else (), edges)
+
+        table, fit = (
+            (table, fit_of(table)) if is_table(o.corners) else fit_with_images(table, given, o.corners, fit_of, watch)
+        )
         off = corner_errors(fit.decision)
         moved = tuple(_moved(table, fit, off))
         ids = table.data.configurations.ids
         # A marker of another size scatters as if it moved.
-        names = {s.name for s in fit.sizes.wrong}
-        moved = tuple(m for m in moved if fit.map.names[m.marker] not in names)
+        others = {s.name for s in fit.sizes.wrong}
+        moved = tuple(m for m in moved if fit.map.names[m.marker] not in others)
         verdict = judge_map(fit.decision, off, moved, fit.sizes, table.size[0], ids)
         found = MarkerMapResult(
             fit=fit, given=given, stated=bool(read.lens.known), table=table, off=off, verdict=verdict, moved=moved, loss=o.loss,

@@ -26,7 +26,7 @@ from robocal.measure.pixels import EDGE, GROWTH
 from robocal.parameters import Together
 from robocal.session.vision.corner_table import CornerTable
 
-__all__ = ["EdgeErrors", "MarkerSize", "SizesFound", "edges_of", "find_sizes", "with_edges"]
+__all__ = ["EdgeErrors", "MarkerSize", "SizesFound", "edges_of", "find_sizes", "size_of_all", "with_edges"]
 
 FINEST = 1e-6  # tolerance: m: no edge is known better, and a prior that is exact in some direction has no inverse
 SEEN = 1e-4  # tolerance: of the information: the size of all together, which no view tells
@@ -115,6 +115,17 @@ def find_sizes(names: Sequence[str], told: Array, off: Array, spread: Array, err
     e = now @ pull
     wrong = tuple(MarkerSize(names[k], float(told[k]), float(told[k] + e[k]), g) for k, g in gone.items())
     return SizesFound(wrong, _scatter(e, now, prior, told, errors))
+
+
+def size_of_all(told: Array, off: Array, spread: Array, errors: EdgeErrors) -> tuple[float, float]:
+    """By how much all edges (M,) together are larger than told beside distances that are known, of themselves, and the chance of as much;
+    of edges that were found to be off by (M,), with their covariance (M, M)."""
+    information = np.linalg.inv(errors.covariance(told))
+    pull = told @ information @ off
+    seen = told @ (information - information @ spread @ information) @ told
+    if seen <= SEEN * (told @ information @ told):
+        return 0.0, 1.0
+    return float(pull / seen), float(scipy.special.chdtrc(1, pull**2 / seen))
 
 
 def _scatter(e: Array, now: Array, prior: Array, told: Array, errors: EdgeErrors) -> float | None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "details", "run", "sections"]
 
-OF_A_NEW_MAP = ("size", "dictionary", "origin", "without", "fix", "prior")
+OF_A_NEW_MAP = ("size", "origin", "without", "fix", "prior")
 CORNERS = Arg(
     "CORNERS", "corners.csv of robocal vision detect, a table with view, marker, corner, u, v, or a folder of images."
 )
@@ -39,6 +39,7 @@ class Options(BaseOptions):
     robocal vision map corners.csv --lens lens.yaml --size 60 --size 7=120 --origin 7 -o map.yaml
     robocal vision map corners.csv --lens lens.yaml --size 60 --prior march.yaml -o june.yaml
     robocal vision map corners.csv --lens lens.yaml --held map.yaml -o poses.csv
+    robocal vision map photographs --lens lens.yaml --held map.yaml -o poses.csv
 
     The lens stays free within what lens.yaml says of it. A file of OpenCV, ROS or Kalibr says nothing: then f and c may
     be off by 10 px, distortion by 0.1 (p1 and p2 by 0.01). So are the edges in --size, within --size-sigma and
