@@ -60,6 +60,7 @@ OTHER = {
     "map-overfitted": "cli/test_vision_map.py",
     "map-unproven": "cli/test_vision_map.py",
     "marker-size-contradicted": "cli/test_vision_map.py",
+    "map-prior-scaled": "session/test_known_markers.py",
     "marker-sizes-scatter": "cli/test_vision_map.py",
     "map-sizes-unlike": "session/test_map_places.py",
     "map-of-other-size": "session/test_map_places.py",

@@ -28,6 +28,10 @@ class MapRemarks:
         "mm: {others}]",
         "Measure the edges of the markers that are named, and give each its size (--size {marker}=MM), or leave them out (--without).",
     )
+    MAP_PRIOR_SCALED = Phrase(
+        "beside the distances that are known beforehand the markers look {share:.2g} % {word} than --size says",
+        "Measure the markers, and one distance between two of them: --size or the file of --prior is wrong, or in another unit.",
+    )
     MARKER_SIZES_SCATTER = Phrase(
         "the edges of the markers scatter by {found:.2g} %, more than they were said to",
         "Look at the prints, and at the numbers of the lens that have no sigma. Where edges are that unequal, say so: --size-scatter "
@@ -35,8 +39,8 @@ class MapRemarks:
     )
     MAP_MISSES = Phrase(
         "the map leaves {left:.3g} per axis, {times:.2g} times what corners are known to",
-        "Check that markers are flat, did not move and have the sizes that are told, and that the lens is of this camera. Let its numbers "
-        "have sigma: none of them is exact.",
+        "Check that markers are flat, did not move and have the sizes that are told, and that the lens is of this camera. [Let {exact} of "
+        "the lens have sigma: none of them is exact.]",
     )
     VIEWS_FROM_ONE_PLACE = Phrase(
         "all views are from one place", "Move the camera: take images from places as far apart as the markers."

@@ -14,7 +14,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import FOLDS, HOLD_OUT_PLACES
+from robocal.diagnose.limits import FOLDS, HOLD_OUT_PLACES, MARKER_SIZE, MARKER_SIZE_CHANCE
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.options import Options
 from robocal.fit.scale import without_scales
@@ -28,7 +28,7 @@ from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
 from robocal.session.vision.displaced import DisplacedMarker, with_map_prior
 from robocal.session.vision.map_moved import refuse_moved
-from robocal.session.vision.map_sizes import EdgeErrors, SizesFound, edges_of, find_sizes, with_edges
+from robocal.session.vision.map_sizes import EdgeErrors, SizesFound, edges_of, find_sizes, size_of_all, with_edges
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import move_map, project_covariance
@@ -90,12 +90,12 @@ def fit_map(
     seen = np.bincount(begun.pixels.target if begun.pixels.target is not None else (), minlength=len(known.names))
     first = known.names.index(origin) if origin is not None else int(seen.argmax())
     move = se3.inverse(known.poses[first])
-    sizes = _sizes_of(made, begun, edges)
+    sizes = _sizes_of(made, begun, edges, bool(prior))
     return MapFit(made, move_map(known, move), move @ views, _lens_of(made, lens), displaced, sizes)
 
 
-def _sizes_of(made: Decision[Rig], table: CornerTable, edges: EdgeErrors | None) -> SizesFound:
-    """What edges look like beside one another."""
+def _sizes_of(made: Decision[Rig], table: CornerTable, edges: EdgeErrors | None, known: bool) -> SizesFound:
+    """What edges look like beside one another, and beside distances where some are `known`."""
     names = [t.name for t in table.pixels.targets]
     rows = [f"{n}.{EDGE}" for n in names]
     total = without_scales(made.need_fit.total)
@@ -103,7 +103,12 @@ def _sizes_of(made: Decision[Rig], table: CornerTable, edges: EdgeErrors | None)
         return SizesFound()
     at = [total.names.index(n) for n in rows]
     off = np.array([made.values[n] for n in rows])
-    return find_sizes(names, edges_of(table), off, total.covariance[np.ix_(at, at)], edges)
+    facts = edges_of(table), off, total.covariance[np.ix_(at, at)], edges
+    if known:  # distances that contradict sizes are no fault of single markers
+        larger, chance = size_of_all(*facts)
+        if chance < MARKER_SIZE_CHANCE and abs(larger) > MARKER_SIZE:
+            return SizesFound(larger=larger)
+    return find_sizes(names, *facts)
 
 
 def _map_of(made: Decision[Rig], table: CornerTable, source: str) -> MarkerMap:

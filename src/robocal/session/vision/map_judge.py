@@ -76,6 +76,10 @@ def _against(
             Code.MARKER_MOVED, marker=obs.targets[m.marker].name, apart=Quantity(m.distance, "m"), turned=Quantity(m.turned, "rad"),
             first=first, views=None if m.later else views[:SHOWN], count=len(views),
         )  # fmt: skip
+    if sizes.larger is not None:
+        yield qualify(
+            Code.MAP_PRIOR_SCALED, share=100 * abs(sizes.larger), word="larger" if sizes.larger > 0 else "smaller"
+        )
     if sizes.scatter is not None:
         yield qualify(Code.MARKER_SIZES_SCATTER, found=100 * sizes.scatter)
     if sizes.wrong:
@@ -118,9 +122,9 @@ def _miss(made: Decision[Rig], off: CornerErrors, width: int) -> Finding | None:
     if axis <= MAP_MISSES * stated:
         return None
     free = made.proven.base.problem.table.free
-    exact = obs.sigma is not None and any(f"{CAMERA}.{s}" not in free for s in SHAPE)
-    level = qualify if exact or axis > LENS_MISSES * width else doubt
-    return level(Code.MAP_MISSES, left=Quantity(axis, "px"), times=axis / stated)
+    exact = tuple(s for s in SHAPE if f"{CAMERA}.{s}" not in free)
+    level = qualify if (exact and obs.sigma is not None) or axis > LENS_MISSES * width else doubt
+    return level(Code.MAP_MISSES, left=Quantity(axis, "px"), times=axis / stated, exact=exact or None)
 
 
 def remarks_of_map(

@@ -49,10 +49,12 @@ class EdgeErrors:
 
 @record
 class SizesFound:
-    """Markers whose edges the others contradict, and by how much edges scatter (of themselves), where that is more than was told."""
+    """Markers whose edges the others contradict; by how much edges scatter (of themselves), where that is more than was told; and by how
+    much all are larger beside known distances (of themselves), where they are."""
 
     wrong: tuple[MarkerSize, ...] = ()
     scatter: float | None = None
+    larger: float | None = None
 
 
 @record
