@@ -332,7 +332,7 @@ MARKER_MOVED = limit(30.0, "standard deviations", "What a lens leaves looks like
     "tests/session/test_map_fit.py")
 MARKER_MOVED_VIEWS = limit(3, "views", "One or two views that disagree are gross, and set aside.")
 MARKER_SIZE = limit(5e-3, "of the edge", "Printers scale by some thousandths, and a lens that is nearly right looks like as much.")
-MARKER_SIZE_SURE = limit(10.0, "standard deviations", "What a lens leaves looks like a small size too, and grows with the views.")
+MARKER_SIZE_CHANCE = limit(1e-3, "chance", "A map whose edges scatter as told names one of them once in a thousand maps.")
 MAP_MISSES = limit(3.0, "times what corners are known to", "Flat markers and a lens of the right model leave no more.")
 MAP_UNSEEN = limit(2.0, "times", "A map that misses other views by so much has learnt the views that it was fitted to.")
 MAP_ASIDE = limit(0.05, "of the corners", "Of good images one corner in a hundred is gross; more have a cause.")

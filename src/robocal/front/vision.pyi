@@ -139,6 +139,8 @@ def map(
     lens: _Path,
     held: _Path | None = None,
     size: str | Sequence[str] = (),
+    size_sigma: float = 0.2,
+    size_scatter: float = 0.3,
     prior: _Path | None = None,
     dictionary: str | None = None,
     origin: str | None = None,
@@ -160,6 +162,8 @@ def map(
     lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     held: Find the camera in this map: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
     size: Edge of the markers' black squares in mm, as measured; of some alone as 7=120.
+    size_sigma: What all edges in --size together may be off by, in mm: ink, paper, gauge; 0: nothing, 0 or more.
+    size_scatter: By how much edges differ from marker to marker, in percent; 0: not at all, 0 or more.
     prior: What is known of the markers beforehand: surveyed tags, boards, the map of last month.
     dictionary: Dictionary of the markers in images: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
     origin: Marker in which the coordinates begin, with its axes.  [default: the one that most views show]

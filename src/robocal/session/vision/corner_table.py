@@ -52,6 +52,7 @@ class CornerTable:
     files: tuple[InputFile, ...]
     remarks: tuple[Any, ...]
     columns: int = 0  # of the inner corners of a board, where it is known
+    edge: float | None = None  # of its markers (m), where the corners say it
 
     @property
     def pixels(self) -> Observations:
@@ -119,12 +120,19 @@ def read_corners(
         corner=np.array(_cells(table, found, "corner", "0"), dtype=float).astype(np.int64),
         family=(known.get("target") or {}).get("dictionary"), upright=upright, files=files,
         remarks=(*_news(found), *_odd_size(obs)), columns=_columns(checker, known.get("target") or {}),
+        edge=_edge((known.get("target") or {}).get("size")),
     )  # fmt: skip
 
 
 def _columns(checker: str | None, target: Mapping[str, Any]) -> int:
     squares = read_squares(checker, "--checker") if checker is not None else target.get("squares")
     return int(squares[0]) - 1 if squares else 0
+
+
+def _edge(said: Any) -> float | None:
+    """The edge (m) of a target's markers as `vision detect` was told it."""
+    value = said.get("value") if isinstance(said, dict) else None
+    return 1e-3 * value if isinstance(value, int | float) and said.get("unit") == "mm" else None
 
 
 def _odd_size(obs: Observations) -> Iterator[Remark]:
