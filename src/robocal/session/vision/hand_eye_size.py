@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._record import replace
-from robocal.diagnose.limits import HAND_EYE_LEFT, TARGET_SIZE_MATERIAL, TARGET_SIZE_SIGMA
+from robocal.diagnose.limits import TARGET_SIZE_MATERIAL, TARGET_SIZE_SIGMA
 from robocal.geometry import se3, so3
 from robocal.measure.machine import Rig
 from robocal.prove.decision import Decision
@@ -28,12 +28,13 @@ UNKNOWN = 10  # numbers of the equations above
 FEWEST = 6  # grid: views that tell a size
 
 
-def contradict_size(opened: HandEyeData, made: Decision[Rig], normal: float) -> tuple[Remark | None, bool]:
-    """A target of another size than stated, where that puts it elsewhere by more than what is normal, m; and whether by so much that no
-    robot explains it."""
+def contradict_size(opened: HandEyeData, made: Decision[Rig], normal: float) -> Remark | None:
+    """A target of another size than stated, where that puts it elsewhere by more than what is normal, m: no error of a robot does."""
+    if opened.unknowns.with_size:
+        return None
     where, seen = _with_lens(opened, made).target_views()
     if len(where) < FEWEST:
-        return None, False
+        return None
     a, b = chain_of(frame_of(made, EYE), frame_of(made, middle_of(made)[0]), opened.inhand)
     flange = opened.flange[where]
     machine = se3.inverse(flange) if opened.inhand else flange
@@ -52,15 +53,14 @@ def contradict_size(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
     rows, over = columns[kept].reshape(-1, UNKNOWN), 3 * int(kept.sum()) - UNKNOWN
     noise = float((left[kept] ** 2).sum()) / over
     if noise > normal**2:  # more is wrong than a size
-        return None, False
+        return None
     sigma = float(np.sqrt(noise * np.linalg.pinv(rows.T @ rows)[0, 0]))
     size, distance = float(x[0]), float(np.median(np.linalg.norm(seen[:, :3, 3], axis=1)))
     shift = abs(size - 1) * distance
     if abs(size - 1) < TARGET_SIZE_SIGMA * sigma or shift < TARGET_SIZE_MATERIAL * normal:
-        return None, False
+        return None
     z = abs(size - 1) / max(sigma, np.finfo(float).eps)
-    said = Remark.of(Code.TARGET_SIZE_CONTRADICTED, factor=size, z=z, shift=Quantity(shift))
-    return said, shift > HAND_EYE_LEFT * normal
+    return Remark.of(Code.TARGET_SIZE_CONTRADICTED, factor=size, z=z, shift=Quantity(shift))
 
 
 def _with_lens(opened: HandEyeData, made: Decision[Rig]) -> HandEyeData:

@@ -51,6 +51,10 @@ class Options(BaseOptions):
     free_lens: bool = option(
         False, "Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand"
     )
+    free_delay: bool = option(
+        False, "Find how far the camera's clock is behind that of the robot too: poses with times, of a hand that moves"
+    )
+    free_size: bool = option(False, "Find the size of the target too: the robot's poses say how long a metre is")
     maker: str | None = option(
         None,
         "Whose poses these are: columns, units and turns as on the pendant",
@@ -82,7 +86,7 @@ class Options(BaseOptions):
         "How views and poses belong together",
         "HOW",
         choices=("name", "order", "time"),
-        otherwise="name, else order",
+        otherwise="time with --free-delay, else name, else order",
     )
     undo_half_turns: bool = option(
         False, "A board that looks the same after half a turn: label its corners from one end in all views"
@@ -92,6 +96,16 @@ class Options(BaseOptions):
         "Units of poses of a target, as mm,deg; they count before those of headers",
         "UNITS",
         otherwise="those of headers; m,rad",
+    )
+    target_quaternion: str | None = option(
+        None,
+        "The order in which quaternions of a target stand",
+        "ORDER",
+        choices=("xyzw", "wxyz"),
+        otherwise="as their columns are named",
+    )
+    target_inverse: bool = option(
+        False, "Poses of a target are of the camera in the target, not of the target in the camera"
     )
     dictionary: str | None = option(None, "Dictionary of the markers in images, as for detect", "NAME")
     charuco: str | None = option(None, "A ChArUco board of so many squares in images", "COLUMNSxROWS")
