@@ -236,6 +236,8 @@ FRAMES_LEFT = limit(3.0, "times what noise and making allow",
     "A robot that errs by more is no robot of that drawing, or its readings belong to other poses.", "tests/prove/test_frames_alone.py")
 LENS_CENTRE_PRIOR = limit(10.0, "px (standard deviation)",
     "So far the focal length and centre of a lens that is stated without a spread may be off.", "tests/real/test_charuco_arm.py")
+LENS_FACTORY_PRIOR = limit(5.0, "px (standard deviation)",
+    "So far the focal length and centre of a depth camera are off from what its maker stored.", "tests/files/test_factory_lens.py")
 LENS_DISTORTION_PRIOR = limit(0.1, "(standard deviation)", "So far its distortion may be off.", "tests/real/test_charuco_arm.py")
 LENS_CONTRADICTED = limit(4.0, "sigma", "Chance alone puts a number there once in ten thousand.")
 LENS_MATERIAL = limit(0.5, "of what is normal", "A lens that puts the target elsewhere by less is no reason to take no result.")

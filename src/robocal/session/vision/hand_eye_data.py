@@ -24,7 +24,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.vision.hand_eye_joints import read_joint_poses
 from robocal.session.vision.hand_eye_pair import Pairs, pair_views, some_names
-from robocal.session.vision.hand_eye_unknowns import Unknowns, path_of, restate, start_unknowns
+from robocal.session.vision.hand_eye_unknowns import HandEyeUnknowns, path_of, restate, start_unknowns
 from robocal.session.vision.hand_eye_views import HandEyeViews, read_views
 from robocal.session.vision.pose_pairs import tell_flips
 from robocal.vision.lenses import Lens
@@ -50,7 +50,7 @@ class HandEyeData:
     inverse: bool
     source: HandEyeViews
     arm: Any
-    unknowns: Unknowns
+    unknowns: HandEyeUnknowns
     files: tuple[InputFile, ...]
     remarks: tuple[Any, ...]
 
@@ -66,7 +66,7 @@ class HandEyeData:
         """The lens that was given; None of measured poses."""
         return self.source.lens
 
-    def restated(self, unknowns: Unknowns) -> HandEyeData:
+    def restated(self, unknowns: HandEyeUnknowns) -> HandEyeData:
         """The same at another delay of the camera's clock and another size of the target."""
         data, flange = restate(self.data, self.flange, self.unknowns, unknowns)
         return replace(self, data=data, flange=flange, unknowns=unknowns)
@@ -142,8 +142,8 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
         data, undone = _undo(Rig("robot", freedom=()) if arm is None else arm, data)
         said = (*said, *undone)
     opened = HandEyeData(
-        data=data, robot=robot, pairs=pairs, flange=flange, inhand=inhand, inverse=o.inverse, source=views, arm=arm, unknowns=Unknowns(),
-        files=(*views.files, *robot.files), remarks=said,
+        data=data, robot=robot, pairs=pairs, flange=flange, inhand=inhand, inverse=o.inverse, source=views, arm=arm,
+        unknowns=HandEyeUnknowns(), files=(*views.files, *robot.files), remarks=said,
     )  # fmt: skip
     path = None if pairs.time is None or arm is not None else path_of(robot, o.inverse)
     return opened if path is None and not (o.free_delay or o.free_size) else _with_unknowns(o, opened, path)
@@ -151,6 +151,11 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
 
 def _with_unknowns(o: Any, opened: HandEyeData, path: PosePath | None) -> HandEyeData:
     """The same with poses between those of the robot's path, and with what else is looked for at its start. Raises ModelError."""
+    if path is not None and opened.source.rolling:
+        found, expected = "a log of poses on the way, and shutter: rolling", "images of stops, or a global shutter"
+        raise ModelError(
+            "images of a rolling shutter in motion are not read", key="--lens", found=found, expected=expected
+        )
     where, seen = opened.target_views()
     time = opened.pairs.time
     unknowns = start_unknowns(o, path, time, seen, where)

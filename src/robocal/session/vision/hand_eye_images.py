@@ -20,7 +20,7 @@ __all__ = ["DOCUMENT", "EVERY", "LENS_EXPECTED", "LIST", "detect_corners", "is_t
 
 TABLES = (".csv", ".tsv", ".dat")
 EVERY = 10  # grid: frames of a video, as for detect
-LENS_EXPECTED = "--lens lens.yaml of robocal vision intrinsics, or a file of OpenCV, ROS or Kalibr"
+LENS_EXPECTED = "--lens lens.yaml of robocal vision intrinsics, or a file of OpenCV, ROS, Kalibr or a depth camera"
 LIST, DOCUMENT = "corners.csv", "corners.json"
 
 

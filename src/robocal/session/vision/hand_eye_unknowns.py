@@ -33,7 +33,7 @@ from robocal.session.vision.delay_start import start_delay
 __all__ = [
     "DELAY",
     "SHRINK",
-    "Unknowns",
+    "HandEyeUnknowns",
     "find_lateness",
     "flange_at",
     "locate_unknowns",
@@ -52,7 +52,7 @@ DELAY, SHRINK = f"{EYE}.delay", "target.shrink"
 
 
 @record(eq=False)
-class Unknowns:
+class HandEyeUnknowns:
     """Whether a delay and a size are looked for, and where they are: s, and times the stated size; the robot's path and the `time` (n,) of
     views on the camera's clock."""
 
@@ -114,7 +114,7 @@ def path_of(robot: RobotPoses, inverse: bool) -> PosePath | None:
     return PosePath(times, se3.inverse(poses) if inverse else poses)
 
 
-def start_unknowns(o: Any, path: PosePath | None, time: Array | None, seen: Array, where: Ints) -> Unknowns:
+def start_unknowns(o: Any, path: PosePath | None, time: Array | None, seen: Array, where: Ints) -> HandEyeUnknowns:
     """What is asked for, and where it starts: times (n,) of views, and poses (v, 4, 4) of the target in some, `where` (v,). Raises
     ModelError."""
     delay = 0.0
@@ -124,10 +124,10 @@ def start_unknowns(o: Any, path: PosePath | None, time: Array | None, seen: Arra
             expected = "poses recorded ten times a second or more, with a column time [s], while the hand moves"
             raise ModelError("a delay needs the robot's path", key="--free-delay", found=found, expected=expected)
         delay = start_delay(path, time[where], seen)
-    return Unknowns(o.free_delay, o.free_size, delay, 1.0, path, time)
+    return HandEyeUnknowns(o.free_delay, o.free_size, delay, 1.0, path, time)
 
 
-def find_lateness(unknowns: Unknowns, seen: Array, where: Ints) -> Remark | None:
+def find_lateness(unknowns: HandEyeUnknowns, seen: Array, where: Ints) -> Remark | None:
     """A delay that is not looked for and that the turns of the hand show: `seen` (v, 4, 4), poses of the target in the views `where`."""
     if unknowns.with_delay or unknowns.path is None or unknowns.time is None:
         return None
@@ -139,7 +139,7 @@ def locate_unknowns(opened: Any, solver: Solver, watch: Watch | None = None) -> 
     """What was opened, at what was found, and the decision. Raises ModelError."""
     for _ in range(ROUNDS):
         made = decide(opened.machine, opened.data, solver, watch)
-        unknowns: Unknowns = opened.unknowns
+        unknowns: HandEyeUnknowns = opened.unknowns
         if not unknowns.some:
             break
         change, shrink = made.values.get(DELAY, 0.0), made.values.get(SHRINK, 0.0)
@@ -152,7 +152,7 @@ def locate_unknowns(opened: Any, solver: Solver, watch: Watch | None = None) -> 
     return opened, made
 
 
-def restate(data: DataSet, flange: Array, old: Unknowns, new: Unknowns) -> tuple[DataSet, Array]:
+def restate(data: DataSet, flange: Array, old: HandEyeUnknowns, new: HandEyeUnknowns) -> tuple[DataSet, Array]:
     """The data and the poses of the flange (n, 4, 4) at another delay and size, with the columns by which these change them."""
     columns: dict[str, Array] = {}
     if new.path is not None and new.time is not None:

@@ -36,7 +36,7 @@ OF_POSES = ("target_units", "target_quaternion", "target_inverse")
 class HandEyeViews:
     """The `names` of views, which may be numbered rows only (`named`), their `times` (s) where a column has some, and the rows; the lens,
     and in words how it is known, or how poses were read; the table of corners; `target`: poses as they were read, and whether they were
-    of the camera in it; files, remarks."""
+    of the camera in it; whether the shutter rolls; files, remarks."""
 
     names: tuple[str, ...]
     named: bool
@@ -48,6 +48,7 @@ class HandEyeViews:
     detected: Detected | None
     target: RobotPoses | None
     target_inverse: bool = False
+    rolling: bool = False
     files: tuple[InputFile, ...]
     remarks: tuple[Any, ...]
 
@@ -66,12 +67,13 @@ def read_views(o: Any, watch: Watch | None = None) -> HandEyeViews:
         )
     else:
         return _measured(o)
-    lens, words, files = _lens(o, table.size)
+    lens, words, files, rolling = _lens(o, table.size)
     obs = table.pixels
     options = {**obs.options, "camera": CAMERA, "intrinsics": lens.numbers, **_knowledge(o, lens)}
     return HandEyeViews(
         names=table.data.configurations.ids, named=True, times=None, observations=replace(obs, options=options), lens=lens, words=words,
-        table=table, detected=detected, target=None, files=(*(table.files if detected is None else detected.inputs), *files),
+        table=table, detected=detected, target=None, rolling=rolling,
+        files=(*(table.files if detected is None else detected.inputs), *files),
         remarks=(*(() if detected is None else detected.remarks), *table.remarks),
     )  # fmt: skip
 
@@ -98,17 +100,17 @@ def _has_corners(place: Path) -> bool:
     return table.has("u") and table.has("v")
 
 
-def _lens(o: Any, size: tuple[int, int]) -> tuple[Lens, str, tuple[InputFile, ...]]:
-    """The lens of the images, in words, and its file."""
+def _lens(o: Any, size: tuple[int, int]) -> tuple[Lens, str, tuple[InputFile, ...], bool]:
+    """The lens of the images, in words, its file, and whether the shutter rolls."""
     if o.lens is None:
         raise ModelError("corners say where a camera is only with its lens", key="--lens", expected=LENS_EXPECTED)
-    read = read_lens(o.lens)
+    read = read_lens(o.lens, size=size)
     lens = read.lens
     if lens.size is not None and lens.size != size:
         found, expected = "{} x {}".format(*lens.size), "{} x {} px, as the corners".format(*size)
         raise ModelError("a lens of images of another size", key="--lens", found=found, expected=expected)
     how = "known to a prior" if o.free_lens or lens.known else "as it is"
-    return replace(lens, size=size), f"{o.lens.name}, {lens.model}, {how}", (read.file,)
+    return replace(lens, size=size), f"{o.lens.name}, {lens.model}, {how}", (read.file,), read.rolling
 
 
 def _knowledge(o: Any, lens: Lens) -> dict[str, object]:

@@ -47,7 +47,9 @@ class Options(BaseOptions):
     camera: str = option(
         "hand", "Where the camera is: in the hand, or fixed beside the robot", "WHERE", choices=("hand", "fixed")
     )
-    lens: Path | None = option(None, "The lens of the images: lens.yaml, or a file of OpenCV, ROS or Kalibr", "FILE")
+    lens: Path | None = option(
+        None, "The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera", "FILE"
+    )
     free_lens: bool = option(
         False, "Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand"
     )
