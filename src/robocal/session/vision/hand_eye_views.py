@@ -22,6 +22,7 @@ from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
 from robocal.session.vision.detection import Detected
 from robocal.session.vision.hand_eye_images import LENS_EXPECTED, detect_corners, is_table
+from robocal.session.vision.lens_fit import fit_lens, lens_of, plain_lens
 from robocal.vision.camera import MODELS
 from robocal.vision.lenses import Lens
 
@@ -67,7 +68,7 @@ def read_views(o: Any, watch: Watch | None = None) -> HandEyeViews:
         )
     else:
         return _measured(o)
-    lens, words, files, rolling = _lens(o, table.size)
+    lens, words, files, rolling = _lens(o, table, watch)
     obs = table.pixels
     options = {**obs.options, "camera": CAMERA, "intrinsics": lens.numbers, **_knowledge(o, lens)}
     return HandEyeViews(
@@ -100,8 +101,11 @@ def _has_corners(place: Path) -> bool:
     return table.has("u") and table.has("v")
 
 
-def _lens(o: Any, size: tuple[int, int]) -> tuple[Lens, str, tuple[InputFile, ...], bool]:
+def _lens(o: Any, table: CornerTable, watch: Watch | None) -> tuple[Lens, str, tuple[InputFile, ...], bool]:
     """The lens of the images, in words, its file, and whether the shutter rolls."""
+    size = table.size
+    if o.lens is None and o.free_lens:
+        return _lens_of_views(table, watch), "begun from these views alone, known to a prior", (), False
     if o.lens is None:
         raise ModelError("corners say where a camera is only with its lens", key="--lens", expected=LENS_EXPECTED)
     read = read_lens(o.lens, size=size)
@@ -111,6 +115,18 @@ def _lens(o: Any, size: tuple[int, int]) -> tuple[Lens, str, tuple[InputFile, ..
         raise ModelError("a lens of images of another size", key="--lens", found=found, expected=expected)
     how = "known to a prior" if o.free_lens or lens.known else "as it is"
     return replace(lens, size=size), f"{o.lens.name}, {lens.model}, {how}", (read.file,), read.rolling
+
+
+def _lens_of_views(table: CornerTable, watch: Watch | None) -> Lens:
+    """The lens that views tell without the robot. Raises ModelError where they hardly do."""
+    plain = plain_lens(table.size, "brown")
+    lens = lens_of(fit_lens(table, plain, (), False, watch), plain, table.size)
+    off = max(lens.sigma.get(s, np.inf) for s in PIXELS)
+    if not off < LENS_CENTRE_PRIOR:
+        found = f"focal length or centre known to {off:.3g} px"
+        expected = f"{LENS_CENTRE_PRIOR:g} px at most: tilt the target by 20 to 45 deg in many views; or --lens"
+        raise ModelError("these views do not tell a lens", key="--free-lens", found=found, expected=expected)
+    return replace(lens, known=(), covariance=())
 
 
 def _knowledge(o: Any, lens: Lens) -> dict[str, object]:

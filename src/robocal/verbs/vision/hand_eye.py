@@ -33,6 +33,7 @@ class Options(BaseOptions):
 
     \b
     robocal vision hand-eye images poses.csv --sheet sheet.yaml --lens lens.yaml -o cell
+    robocal vision hand-eye images poses.csv --sheet sheet.yaml --free-lens
     robocal vision hand-eye corners.csv poses.csv --lens lens.yaml
     robocal vision hand-eye corners.csv poses.csv --lens lens.yaml --camera fixed --maker ur
     robocal vision hand-eye marker_poses.csv poses.csv --units mm,deg --euler ZYX
@@ -51,7 +52,8 @@ class Options(BaseOptions):
         None, "The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera", "FILE"
     )
     free_lens: bool = option(
-        False, "Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand"
+        False,
+        "Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand, by --lens or by these views",
     )
     free_delay: bool = option(
         False, "Find how far the camera's clock is behind that of the robot too: poses with times, of a hand that moves"
