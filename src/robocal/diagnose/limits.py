@@ -245,6 +245,8 @@ LENS_PULL = limit(2.0, "sigma of a frame", "A prior that is right pulls a frame 
 TARGET_SIZE_SIGMA = limit(5.0, "sigma", "The errors of a robot are not those of chance, and look like a size up to here.")
 TARGET_SIZE_MATERIAL = limit(1.0, "of what is normal", "A size that puts the target elsewhere by less is within the errors of the robot.")
 CLOCK_LATE = limit(0.01, "s", "Turns tell a delay to some milliseconds; at 0.2 m/s it is 2 mm, as much as is normal.")
+TARGET_SIZE_LEFT = limit(1.5, "times the error that is told, or what is normal",
+    "A size that puts the target elsewhere by more makes the told error untrue.", "tests/cli/test_hand_eye_advice.py")
 HAND_STILL = limit(0.005, "rad (median)", "A hand that turns by less between views did not move; noise of poses is smaller.")
 ROBOT_PLACE = limit(1e-3, "m (standard deviation)",
     "So far a flange stands from the pose that its controller tells, of arms that nobody calibrated.", "ISO 9283 data sheets")

@@ -215,8 +215,8 @@ def hand_eye(
     corners: A folder of images, corners.csv of robocal vision detect, or a CSV of poses of a target: x, y, z, qx, qy, qz, qw.
     robot: The robot's poses, flange in base: a CSV, or a folder with a YAML file for each.
     camera: Where the camera is: in the hand, or fixed beside the robot.
-    lens: The lens of the images: lens.yaml, or a file of OpenCV, ROS or Kalibr.
-    free_lens: Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand.
+    lens: The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera.
+    free_lens: Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand, by --lens or by these views.
     free_delay: Find how far the camera's clock is behind that of the robot too: poses with times, of a hand that moves.
     free_size: Find the size of the target too: the robot's poses say how long a metre is.
     maker: Whose poses these are: columns, units and turns as on the pendant: ur, kuka, abb, fanuc.

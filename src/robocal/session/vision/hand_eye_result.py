@@ -321,13 +321,12 @@ def _judge(
         verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", lens)
     elif lens is not None:
         said.append(lens)
-    size = (
-        None
-        if material or HARDLY_TURNS & {r.code for r in given.reasons}
-        else contradict_size(opened, made, errors.normal)
-    )
-    if size is not None:
+    unsized = material or bool(HARDLY_TURNS & {r.code for r in given.reasons})
+    size, large = (None, False) if unsized else contradict_size(opened, made, errors)
+    if size is not None and large:
         verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", size)
+    elif size is not None:
+        said.append(size)
     findings: list[Finding] = [
         f
         for when in (When.DATA, When.FIT)

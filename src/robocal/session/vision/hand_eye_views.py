@@ -105,7 +105,7 @@ def _lens(o: Any, table: CornerTable, watch: Watch | None) -> tuple[Lens, str, t
     """The lens of the images, in words, its file, and whether the shutter rolls."""
     size = table.size
     if o.lens is None and o.free_lens:
-        return _lens_of_views(table, watch), "begun from these views alone, known to a prior", (), False
+        return _lens_of_views(table, watch), "by these views alone, known to a prior", (), False
     if o.lens is None:
         raise ModelError("corners say where a camera is only with its lens", key="--lens", expected=LENS_EXPECTED)
     read = read_lens(o.lens, size=size)
@@ -126,13 +126,14 @@ def _lens_of_views(table: CornerTable, watch: Watch | None) -> Lens:
         found = f"focal length or centre known to {off:.3g} px"
         expected = f"{LENS_CENTRE_PRIOR:g} px at most: tilt the target by 20 to 45 deg in many views; or --lens"
         raise ModelError("these views do not tell a lens", key="--free-lens", found=found, expected=expected)
-    return replace(lens, known=(), covariance=())
+    return lens
 
 
 def _knowledge(o: Any, lens: Lens) -> dict[str, object]:
-    """What is free of a lens, and how well it is known beforehand: by its file, else by the prior of --free-lens."""
+    """What is free of a lens, and how well it is known beforehand: by its file or the views alone, else by the prior of
+    --free-lens."""
     symbols = MODELS[lens.model].symbols
-    if not o.free_lens:
+    if not o.free_lens or o.lens is None:
         if not lens.known:
             return {"free": ()}
         return {"free": lens.known, "known": lens.known, "covariance": lens.covariance}
