@@ -31,6 +31,8 @@ QUICK = (
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
     "band-blind": "unit/test_total.py",
+    "clocks-apart": "session/test_hand_eye_unknowns.py",
+    "one-stands-still": "cli/test_hand_eye_pairs.py",
     "board-turns": "cli/test_detect_sheets.py",
     "board-other": "cli/test_detect_sheets.py",
     "frames-loose": "session/test_pose_pairs.py",

@@ -236,12 +236,18 @@ FRAMES_LEFT = limit(3.0, "times what noise and making allow",
     "A robot that errs by more is no robot of that drawing, or its readings belong to other poses.", "tests/prove/test_frames_alone.py")
 LENS_CENTRE_PRIOR = limit(10.0, "px (standard deviation)",
     "So far the focal length and centre of a lens that is stated without a spread may be off.", "tests/real/test_charuco_arm.py")
+LENS_FACTORY_PRIOR = limit(5.0, "px (standard deviation)",
+    "So far the focal length and centre of a depth camera are off from what its maker stored.", "tests/files/test_factory_lens.py")
 LENS_DISTORTION_PRIOR = limit(0.1, "(standard deviation)", "So far its distortion may be off.", "tests/real/test_charuco_arm.py")
 LENS_CONTRADICTED = limit(4.0, "sigma", "Chance alone puts a number there once in ten thousand.")
 LENS_MATERIAL = limit(0.5, "of what is normal", "A lens that puts the target elsewhere by less is no reason to take no result.")
 LENS_PULL = limit(2.0, "sigma of a frame", "A prior that is right pulls a frame by half a sigma: four times that is no chance.")
 TARGET_SIZE_SIGMA = limit(5.0, "sigma", "The errors of a robot are not those of chance, and look like a size up to here.")
 TARGET_SIZE_MATERIAL = limit(1.0, "of what is normal", "A size that puts the target elsewhere by less is within the errors of the robot.")
+CLOCK_LATE = limit(0.01, "s", "Turns tell a delay to some milliseconds; at 0.2 m/s it is 2 mm, as much as is normal.")
+TARGET_SIZE_LEFT = limit(1.5, "times the error that is told, or what is normal",
+    "A size that puts the target elsewhere by more makes the told error untrue.", "tests/cli/test_hand_eye_advice.py")
+HAND_STILL = limit(0.005, "rad (median)", "A hand that turns by less between views did not move; noise of poses is smaller.")
 ROBOT_PLACE = limit(1e-3, "m (standard deviation)",
     "So far a flange stands from the pose that its controller tells, of arms that nobody calibrated.", "ISO 9283 data sheets")
 ROBOT_TURN = limit(2e-3, "rad (standard deviation)",

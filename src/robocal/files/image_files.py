@@ -67,6 +67,10 @@ class ImageSource:
     video: bool
 
 
+HOLES = 1e-3  # tolerance: of the pixels, that are at the edge of a hole
+HOLE_EDGE = 0.03  # tolerance: of the largest: blur leaves neighbours of black darker
+
+
 def find_images(places: Sequence[str]) -> tuple[ImageSource, ...]:
     """The files that are meant by files, folders, patterns (img*.png) and lists (.txt, a path in each line): each once, numbers in names
     in the order of numbers. Raises FileError."""
@@ -177,8 +181,28 @@ def _grey(raw: Any, view: str, file: InputFile) -> GreyImage:
     if not 0 < most < np.inf or (raw.dtype.kind == "f" and most > RANGES[-1]):
         raise FileError("the image has no levels of brightness", file=file.file, found=f"a maximum of {most:g}")
     top = next(r for r in RANGES if most <= r) if raw.dtype.kind != "f" or most > 1 else 1.0
+    _refuse_depth(raw, most, file.file)
     levels: Array = (255.0 / top) * np.asarray(raw, dtype=float)
     return GreyImage(view, file, np.clip(np.rint(levels), 0, 255).astype(np.uint8), levels)
+
+
+def _refuse_depth(raw: Any, most: float, path: Path) -> None:
+    """Raises FileError for distances in place of brightness: holes of 0 whose neighbours are far from it, which no optics leaves."""
+    named = "depth" in path.name.casefold()
+    holes = raw == 0
+    beside = np.concatenate(
+        [raw[:, 1:][holes[:, :-1]], raw[:, :-1][holes[:, 1:]], raw[1:][holes[:-1]], raw[:-1][holes[1:]]]
+    )
+    edge = beside[beside > 0]
+    sharp = len(edge) > HOLES * raw.size and float(np.median(edge)) > HOLE_EDGE * most
+    if named or sharp:
+        found = "16 bits, and `depth` in the name" if named else "16 bits with holes of 0, as in distances"
+        raise FileError(
+            "this is a depth image, which is not read",
+            file=path,
+            found=found,
+            expected="the colour images of the camera",
+        )
 
 
 def _frames(path: Path, view: str, every: int) -> Iterator[GreyImage]:

@@ -186,6 +186,8 @@ def hand_eye(
     camera: str = 'hand',
     lens: _Path | None = None,
     free_lens: bool = False,
+    free_delay: bool = False,
+    free_size: bool = False,
     maker: str | None = None,
     euler: str | None = None,
     units: str | None = None,
@@ -195,6 +197,8 @@ def hand_eye(
     pair: str | None = None,
     undo_half_turns: bool = False,
     target_units: str | None = None,
+    target_quaternion: str | None = None,
+    target_inverse: bool = False,
     dictionary: str | None = None,
     charuco: str | None = None,
     size: float | None = None,
@@ -216,17 +220,21 @@ def hand_eye(
     corners: A folder of images, corners.csv of robocal vision detect, or a CSV of poses of a target: x, y, z, qx, qy, qz, qw.
     robot: The robot's poses, flange in base: a CSV, or a folder with a YAML file for each.
     camera: Where the camera is: in the hand, or fixed beside the robot.
-    lens: The lens of the images: lens.yaml, or a file of OpenCV, ROS or Kalibr.
-    free_lens: Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand.
+    lens: The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera.
+    free_lens: Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand, by --lens or by these views.
+    free_delay: Find how far the camera's clock is behind that of the robot too: poses with times, of a hand that moves.
+    free_size: Find the size of the target too: the robot's poses say how long a metre is.
     maker: Whose poses these are: columns, units and turns as on the pendant: ur, kuka, abb, fanuc.
     euler: Three angles: ZYX about the axes as turned so far, zyx about the fixed ones.
     units: Units of the robot's poses, as mm,deg; they count before those of headers.  [default: those of headers or maker; m,rad]
     quaternion: The order in which quaternions stand: xyzw, wxyz.  [default: as their columns are named]
     arm: POSES are joint values of this arm: robot.yaml, a URDF, or a name from the catalogue.
     inverse: The poses are of the base in the flange, not of the flange in the base.
-    pair: How views and poses belong together: name, order, time.  [default: name, else order]
+    pair: How views and poses belong together: name, order, time.  [default: time with --free-delay, else name, else order]
     undo_half_turns: A board that looks the same after half a turn: label its corners from one end in all views.
     target_units: Units of poses of a target, as mm,deg; they count before those of headers.  [default: those of headers; m,rad]
+    target_quaternion: The order in which quaternions of a target stand: xyzw, wxyz.  [default: as their columns are named]
+    target_inverse: Poses of a target are of the camera in the target, not of the target in the camera.
     dictionary: Dictionary of the markers in images, as for detect.
     charuco: A ChArUco board of so many squares in images.
     size: Edge of a marker's black square, as measured on the print [mm], above 0.

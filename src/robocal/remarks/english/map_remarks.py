@@ -149,6 +149,15 @@ class MapRemarks:
         "{count} views have no pose of the robot, and are left out: {views}",
         "Add their poses to the file of the robot, or leave the images out.",
     )
+    POSES_WITHOUT_VIEW = Phrase("{count} poses of the robot have the name of no view: {poses}")
+    CLOCKS_APART = Phrase(
+        "images are paired with poses by two clocks, and the camera's is about {delay:.2g} behind that of the robot",
+        "Find the delay as well: --free-delay. Or let the hand stand still while images are taken.",
+    )
+    ONE_STANDS_STILL = Phrase(
+        "{still} turns by {turn:.2g} while {moving} turns by {other:.3g}: images and poses are not of the same moments",
+        "Save a new image and read a new pose at each stop. The target must not move with the camera.",
+    )
     VIEWS_FLIPPED = Phrase(
         "{count} of {total} views have the other pose of a flat target, which looks almost the same, and are left out: {views}",
         "Give its corners in place of its poses, or look at the target from 30 deg or more beside its normal, and from nearer.",
@@ -160,8 +169,8 @@ class MapRemarks:
     )
     TARGET_SIZE_CONTRADICTED = Phrase(
         "by the robot's poses the target is {factor:.4f} times as large as stated ({z:.0f} sigma), which puts it elsewhere by {shift:.2g}",
-        "Measure the target again and state its size (--size, --square, scale in sheet.yaml). Check the focal length of the lens, and the "
-        "unit of the robot's poses.",
+        "Measure the target again and state its size (--size, --square, scale in sheet.yaml), or find it with --free-size. Check the "
+        "focal length of the lens, and the unit of the robot's poses.",
     )
     HAND_EYE_FAR = Phrase(
         "views that were left out are missed by {left:.2g} at the target (rms), {times:.2g} times what is normal for an arm that nobody "
