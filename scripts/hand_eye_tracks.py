@@ -24,17 +24,35 @@ from typing import Any
 
 import numpy as np
 
+from robocal.arms.chain import Chain
+from robocal.arms.conventions import chain
 from robocal.errors import ModelError
+from robocal.geometry import se3
 from robocal.geometry.pose_path import PosePath
 from robocal.prove.verdict import verdict_of
+from robocal.session.vision.arm_errors import JointedArm
 from robocal.session.vision.pose_pairs import PosePairs, locate_camera
 
 try:
     from kinhec import benchmark, io, metrics, pipeline
+    from kinhec.robots import ROBOTS
 except ImportError:
     sys.exit("hand_eye_tracks needs KinHEC, which is not installed: pip install 'robocal[oracles]'")
 
 Answer = dict[str, Any]
+
+
+def arm_of(name: str) -> Chain:
+    """A robot of KinHEC's by the rows of its maker."""
+    robot = ROBOTS[name]
+    symbols = [
+        {"theta": a, "d": b, "a": c, "alpha": d}
+        for a, b, c, d in zip(robot.theta_offset, robot.d, robot.a, robot.alpha, strict=True)
+    ]
+    more = zip(symbols, robot.sign.tolist(), robot.q_min, robot.q_max, strict=True)
+    rows = [{**s, "name": f"j{i + 1}", "gain": g, "limits": (low, high)} for i, (s, g, low, high) in enumerate(more)]
+    convention = {"standard": "dh", "modified": "mdh"}[robot.convention]
+    return chain(name, convention, rows, tool=se3.to_vector(robot.tool_matrix).tolist())
 
 
 def pairs_of(seq: io.Sequence) -> PosePairs:
@@ -43,7 +61,8 @@ def pairs_of(seq: io.Sequence) -> PosePairs:
     metric = seq.manifest["world_frame"] == "target"  # else the camera saw no target of known size
     seen, machine = seq.camera.T_cam_target_meas[told], seq.robot.T_base_ee_meas
     if seq.synchronous:
-        return PosePairs(seen, seq.eye_in_hand, machine[told], metric=metric)
+        arm = JointedArm(arm_of(seq.manifest["robot"]), seq.robot.q_meas[told]) if "robot_error" in seq.id else None
+        return PosePairs(seen, seq.eye_in_hand, machine[told], metric=metric, arm=arm)
     return PosePairs(seen, seq.eye_in_hand, PosePath(seq.robot.t, machine), seq.camera.t[told], metric=metric)
 
 
