@@ -28,6 +28,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.vision.arm_errors import JointedArm, free_arm
 from robocal.session.vision.delay_start import start_delay
+from robocal.session.vision.drift import changes_alone, follow_one_another, read_drift
 from robocal.session.vision.view_noise import read_noise
 
 __all__ = ["CAMERA", "TARGET", "HandEye", "PosePairs", "locate_camera", "pair_data", "tell_flips"]
@@ -36,8 +37,6 @@ CAMERA, TARGET = "camera", "board"
 DELAY = f"{CAMERA}.delay"
 FREE = (True,) * 6
 ROUNDS = 8  # grid: the delay doubles its digits in each
-STEP, TURN = 0.05, 0.1  # grid: m, rad, of a change that is compared
-DRIFT = 0.5  # tolerance: of the correlation of neighbours: half of it adds up
 SETTLED = 0.05  # tolerance: of the delay's sigma
 
 
@@ -101,28 +100,6 @@ def pair_data(pairs: PosePairs, machine: Array, twist: Array | None = None) -> D
         options={} if pairs.metric else {"scale": CAMERA},
     )
     return DataSet(where, (seen,))
-
-
-def changes_alone(data: DataSet, in_hand: bool) -> DataSet:
-    """The same data as changes from each pose to the next that is far enough: of what drifts, these have errors of their own. With less
-    way between them the robot's own noise would be most of it, and a metre seem shorter than it is."""
-    (seen,) = data.observations
-    way = se3.from_vector(data.configurations.starts)
-    kept = [0]
-    for i, pose in enumerate(way):
-        shift, turn = se3.displacement(way[kept[-1]], pose)
-        if np.linalg.norm(shift) > STEP or np.linalg.norm(turn) > TURN:
-            kept.append(i)
-    stops = np.array(kept)
-    away = se3.from_vector(seen.value[stops])
-    away = away if in_hand else se3.inverse(away)
-    own = seen.frame if in_hand else seen.targets[0]
-    assert own is not None
-    moved = replace(
-        seen.take(stops[:-1]), kind="relative_pose", value=se3.to_vector(away[:-1] @ se3.inverse(away[1:])), second=stops[1:],
-        frame=None, targets=(own,), sigma=None, used=None, group=CAMERA,
-    )  # fmt: skip
-    return replace(data, observations=(moved,))
 
 
 def locate_camera(pairs: PosePairs, options: Options | None = None, watch: Watch | None = None) -> HandEye:
@@ -201,8 +178,10 @@ def _decide(pairs: PosePairs, data: DataSet, options: Options, watch: Watch | No
     found = decide(rig, data, options, watch)
     if pairs.sigma is not None:
         return found
-    if not pairs.metric and _drift(found) > DRIFT:
-        data = changes_alone(data, pairs.in_hand)
+    if not pairs.metric and follow_one_another(found):
+        whole = found.need_data
+        found = decide(rig, changes_alone(whole, pairs.in_hand), options, watch)
+        data = changes_alone(whole, pairs.in_hand, read_drift(found, whole, pairs.in_hand))
         found = decide(rig, data, options, watch)
     (seen,) = data.observations
     weighed = replace(seen, sigma=read_noise(found.need_fit, DELAY if late else None))
@@ -216,9 +195,3 @@ def _decide_with_arm(
     where = replace(data.configurations, start=None, joints=arm.joints)
     alone, together = free_arm(arm.machine, replace(data, configurations=where), options, watch)
     return alone, None if together is alone else together
-
-
-def _drift(found: Decision[Rig]) -> float:
-    """How alike residuals of neighbours are: 0 of noise, 1 of what adds up on the way."""
-    left = np.concatenate([r.value / r.value.std(axis=0) for r in found.residuals])
-    return float((left[1:] * left[:-1]).mean())
