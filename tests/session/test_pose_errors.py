@@ -18,7 +18,14 @@ from robocal.session.vision.pose_pairs import CAMERA, TARGET, PosePairs, locate_
 COUNT = 200 if os.environ.get("ROBOCAL_FULL") else 24
 OFF = 1e-3, 2e-3  # m, rad, of every pose
 RIGHT, HALF = np.pi / 2, np.pi
-ROWS = [(0.16, 0.0, RIGHT), (0.0, -0.42, 0.0), (0.0, -0.39, 0.0), (0.13, 0.0, RIGHT), (0.1, 0.0, -RIGHT), (0.1, 0.0, 0.0)]
+ROWS = [
+    (0.16, 0.0, RIGHT),
+    (0.0, -0.42, 0.0),
+    (0.0, -0.39, 0.0),
+    (0.13, 0.0, RIGHT),
+    (0.1, 0.0, -RIGHT),
+    (0.1, 0.0, 0.0),
+]
 
 
 def off(seed, count, size):
@@ -75,7 +82,9 @@ def test_errors_of_an_arm_are_part_of_the_model():
             found = locate_camera(PosePairs(seen, True, told, arm=JointedArm(nominal, joints)))
             assert verdict_of(found.decision).status == "located" and (found.arm is not None) == errs
             if errs:
-                ratios.append(away(found.camera, hand)[0] / away(locate_camera(PosePairs(seen, True, told)).camera, hand)[0])
+                ratios.append(
+                    away(found.camera, hand)[0] / away(locate_camera(PosePairs(seen, True, told)).camera, hand)[0]
+                )
     assert np.median(ratios) < 0.7, ratios
 
 
