@@ -182,3 +182,8 @@ class MapRemarks:
         "from view {first} to view {last} the camera or the target stands elsewhere[, by {shift:.3g}] ({count} views)",
         "Leave these views out (--exclude), or calibrate both parts by themselves. Then see what is loose.",
     )
+    CAMERA_DRIFT = Phrase(
+        "{group}: the camera seems to move steadily while its views are taken, by {shift:.2g} and {turn:.2g} from the first to the last: "
+        "that explains {share:.0%} of the squared residuals",
+        "Fasten the camera, and what carries its target, and take the views again.",
+    )
