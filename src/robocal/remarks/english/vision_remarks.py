@@ -11,8 +11,8 @@ class VisionRemarks:
     """What is remarked on images and what they show."""
 
     IMAGE_TURNED = Phrase(
-        "{count} of {total} images say how the camera was turned (EXIF), and were turned so: {views}",
-        "Take all images without turning, and switch this off in the camera: the lens does not turn with it.",
+        "{count} of {total} files say that the image is to be turned (EXIF), and were read as the sensor stored them: {views}",
+        "Switch this off in the camera. A lens that another program found in turned images does not fit these corners.",
     )
     VIDEO_ENDS_EARLY = Phrase(
         "{file} ends after {count} of {stated} frames", "Copy the video again: a part of the file is missing."
