@@ -121,7 +121,9 @@ def measure(row: Row, views: int, seed: int) -> dict[str, float]:
     rms = [float(np.sqrt(np.mean(np.square(errors(t, true))))) for t in (table, again, known)]
     chi2 = [weighed(t, errors(t, true), row.board) for t in (table, again)]
     values = (*rms, rms[1] / rms[2], *chi2)
-    return dict(zip(("before", "again", "known", "ratio", "first", "chi2"), values, strict=True), count=len(table.corner))
+    return dict(
+        zip(("before", "again", "known", "ratio", "first", "chi2"), values, strict=True), count=len(table.corner)
+    )
 
 
 def weighed(table: CornerTable, e: Array, board: bool) -> float:

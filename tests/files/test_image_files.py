@@ -77,7 +77,9 @@ def turned_tiff(path, way, image=PLAIN):
     entries = [data[at + 2 + 12 * k : at + 14 + 12 * k] for k in range(count)]
     entries.append(struct.pack("<HHIHH", 0x0112, 3, 1, way, 0))
     entries.sort(key=lambda e: struct.unpack("<H", e[:2]))
-    path.write_bytes(data[:4] + struct.pack("<I", len(data)) + data[8:] + struct.pack("<H", count + 1) + b"".join(entries) + bytes(4))
+    path.write_bytes(
+        data[:4] + struct.pack("<I", len(data)) + data[8:] + struct.pack("<H", count + 1) + b"".join(entries) + bytes(4)
+    )
     return path
 
 
@@ -89,11 +91,15 @@ def test_an_image_lies_as_the_sensor_stored_it_whatever_exif_states(tmp_path, wa
         assert one.grey.shape == PLAIN.shape and one.turned == (way != 1), made.name
         assert np.abs(one.levels - PLAIN).max() < 8, made.name
         shown = cv2.imdecode(np.frombuffer(made.read_bytes(), np.uint8), cv2.IMREAD_GRAYSCALE)
-        assert way == 1 or shown.shape != PLAIN.shape or np.abs(shown.astype(float) - PLAIN).max() > 20  # others turn it
+        assert (
+            way == 1 or shown.shape != PLAIN.shape or np.abs(shown.astype(float) - PLAIN).max() > 20
+        )  # others turn it
 
 
 def test_an_orientation_that_is_none_is_none():
-    assert [stated_orientation(d) for d in (b"", b"II*\0", b"Exif\0\0II*\0\xff\xff\xff\xff", b"MM\0*\0\0\0\x08\0\xff")] == [1] * 4
+    assert [
+        stated_orientation(d) for d in (b"", b"II*\0", b"Exif\0\0II*\0\xff\xff\xff\xff", b"MM\0*\0\0\0\x08\0\xff")
+    ] == [1] * 4
     nine = b"II*\0\x08\0\0\0\x01\0" + struct.pack("<HHIHH", 0x0112, 3, 1, 9, 0)
     assert stated_orientation(nine) == 1
 

@@ -39,8 +39,8 @@ def corner_covariances(table: CsvTable, columns: Sequence[str | int] | None, sig
 
 
 def columns_of(obs: Observations) -> dict[str, Array]:
-    """What a table needs beside su and sv for the correlations of its rows; nothing where they have none. Rows whose standard deviations are
-    others than those of their covariances are written as independent."""
+    """What a table needs beside su and sv for the correlations of its rows; nothing where they have none. Rows whose standard deviations
+    are others than those of their covariances are written as independent."""
     if COVARIANCES not in obs.extra or obs.sigma is None:
         return {}
     covariance, square = obs.extra[COVARIANCES].copy(), obs.extra[SQUARE_CORNER]

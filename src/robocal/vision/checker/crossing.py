@@ -118,9 +118,10 @@ def _may_bend(grey: Array, u: Array, v: Array, p: Array, limit: float, shape: tu
     """The covariance (2, 2) of what a common lens, not known, would move a crossing by: the step of the fit if its pixels were bent."""
     bent, left = bend_of(np.stack([u, v], axis=1), p[None, :2], shape)
     g, a = np.empty(SIZE), np.empty((SIZE, SIZE))
-    sum_crossing(grey, *as_kernel_array(u - bent[:, 0], v - bent[:, 1]), p, limit, g, a)
+    at_u, at_v = as_kernel_array(u - bent[:, 0], v - bent[:, 1])
+    sum_crossing(grey, at_u, at_v, p, limit, g, a)
     moved = left[0] - np.linalg.solve(np.tril(a) + np.tril(a, -1).T, g)[:2]
-    return np.outer(moved, moved) + OTHER_LENS**2 * (moved @ moved) / 2 * np.eye(2)
+    return np.asarray(np.outer(moved, moved) + OTHER_LENS**2 * (moved @ moved) / 2 * np.eye(2))
 
 
 def _distorted(place: Array, lens: Array) -> tuple[Array, Array]:

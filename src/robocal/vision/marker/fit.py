@@ -142,7 +142,7 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
 
 def _noise(cost: float, rest: Array) -> float:
     """The standard deviation of a pixel by the robust cost and what is left; pixels that are cut off and may be right say nothing."""
-    return float(np.sqrt(2 * cost / max(np.count_nonzero(rest) - SIZE, 1)))
+    return float(np.sqrt(2 * cost / max(int(np.count_nonzero(rest)) - SIZE, 1)))
 
 
 def _around(inside: Bools, wrong: Bools, width: int) -> Bools:
