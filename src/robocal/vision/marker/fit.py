@@ -34,7 +34,7 @@ QUANTUM = 0.3  # grey levels: the step of a camera's numbers, as noise
 COARSE, COARSE_STILL = 600, 0.05  # pixels of the first look, and when it ends (px)
 STILL, SAME_PIXELS = 3e-3, 0.1  # tolerance: px: corners at rest; corners so little moved that the same pixels are used
 # tolerance: of the contrast, and of noise: a pixel that is off by more shows something else, as glare, and so may its neighbours
-FOREIGN, FOREIGN_RIM = (0.3, 6.0), 3  # px
+FOREIGN, FOREIGN_RIM = (0.5, 6.0), 3  # px
 ROUNDS = 12  # grid: of pixels and fit; two or three end it
 OFF = 12.0  # tolerance: of chi-square with two degrees of freedom: what is in the square was printed off its place (1 of 400 by chance)
 OFF_LEAST = 0.03  # tolerance: cells: what is off by less may be the lens, or a sheet that is not flat; a print of 300 dpi is off by so much
