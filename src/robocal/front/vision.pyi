@@ -79,7 +79,7 @@ def detect(
     of robocal vision sheet says all of it: --sheet. Without --sheet, --dictionary and --checker all are tried on three images.
 
     images: Images of one camera: files, folders, patterns, lists (.txt), videos.
-    sheet: The YAML of a printed sheet, in place of dictionary, board and sizes.
+    sheet: The YAML of a printed sheet, or of a target of Kalibr; it says dictionary, board and sizes.
     dictionary: Dictionary of the markers: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
     checker: A checkerboard of so many squares.
     charuco: A ChArUco board of so many squares.

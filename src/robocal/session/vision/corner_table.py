@@ -244,7 +244,8 @@ def _on_sheet(found: Reading, sheet: Path, size: float | None) -> Reading:
             expected="the sheet that was seen",
         )
     scale = 1.0 if size is None else 1e-3 * size / next(iter(printed.values())).size
-    edge = np.array([printed[n].size for n in names]) * scale
+    # A negative edge is half a turn.
+    edge = np.array([-printed[n].size if printed[n].turned else printed[n].size for n in names]) * scale
     middle = np.array([[printed[n].x, printed[n].y, 0.0] for n in names]) * scale
     unit = obs.extra["point"] / (1.0 if size is None else 5e-4 * size)
     return _with_points(found, unit * edge[obs.target, None] / 2 + middle[obs.target])
