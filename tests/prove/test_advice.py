@@ -105,6 +105,9 @@ OTHER = {
     "views-exchanged": "diagnose/test_views.py",
 }
 OTHER |= dict.fromkeys(
+    ("phantom-exchanged", "phantom-unit", "phantom-mirrored", "pixel-size"), "diagnose/test_phantom.py"
+)
+OTHER |= dict.fromkeys(
     "labels-turned poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved "
     "target-size-contradicted".split(),
     "cli/test_hand_eye_advice.py",

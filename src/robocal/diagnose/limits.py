@@ -259,6 +259,13 @@ HAND_TURNS = limit(math.radians(5.0), "rad (standard deviation)",
     "About a second axis: with less, a robot's millimetre puts a frame a centimetre off.", "tests/prove/test_frames_alone.py")
 FRAME_PLACE = limit(0.03, "m (standard deviation)",
     "A camera that may be off by 6 cm guides no hand.", "tests/session/test_pose_pairs.py")
+KNOWN_PLACE = limit(2e-3, "m (standard deviation)",
+    "A tracked stylus finds a phantom within 1 mm; under a wider prior the poses have to place it.",
+    "tests/real/test_nwire.py")
+PHANTOM_TIMES = limit(3.0, "times",
+    "Noise of a thousand points never falls so far by exchanging two wires.", "tests/diagnose/test_phantom.py")
+PIXEL_FACTOR = limit(0.1, "of the size",
+    "Settings of depth differ by more, and calibrations of one depth by 2 %.", "tests/real/test_nwire.py")
 FRAME_TURN = limit(math.radians(3.0), "rad (standard deviation)",
     "At half a metre these are 3 cm as well.", "tests/session/test_pose_pairs.py")
 ARM_EXPLAINS = limit(4.8, "of the log likelihood",

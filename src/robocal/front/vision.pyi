@@ -3,6 +3,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from robocal.files.plus import ProbeFiles as _probe_ProbeFiles
 from robocal.front.arrays import Measurements
 from robocal.front.verb_result import Found
 from robocal.session.vision.detection import Detected as _detect_Detected
@@ -245,6 +246,28 @@ def hand_eye(
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     folds: Leave views out in so many rounds, not one by one, 2 or more.  [default: one by one, up to 400 views]
     output: Write the result, a page and forms of other programs here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def probe(
+    results: _Given,
+    configuration: _Given,
+    *,
+    output: _Path = ...,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_probe_ProbeFiles]:
+    """Read points of an N-wire phantom in ultrasound images, with tracked poses of the probe, as PLUS (fCal) writes them.
+
+    The folder gets a rig whose poses are known, and a data file with its table for calibration and validation. `identify` finds the image
+    plane with the sizes of a pixel.
+
+    results: The result of fCal: <ProbeCalibrationResult>.
+    configuration: Its configuration, with the wires and the place of the phantom: <PlusConfiguration>.
+    output: Folder for the files.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
