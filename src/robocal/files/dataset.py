@@ -271,8 +271,8 @@ def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Fr
         flags = given.free_flags(not given.given)
         if given.free is None or given.free is True:
             flags = tuple(f and s for f, s in zip(flags, kind.sees, strict=True))
-        expected = (0.01, 0.05) if given.given else (0.2, 3.0)
         mount = getattr(given, "mount", "tool")
+        expected = (0.01, 0.05) if given.given else (0.2, 3.0) if mount == "tool" else (10.0, 3.0)
         frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details))
     if cells is None:
         if len(frames) > 1:

@@ -36,7 +36,7 @@ from robocal.session.vision.map_images import open_corners
 from robocal.session.vision.map_judge import judge_map, remarks_of_map
 from robocal.session.vision.map_moved import MarkerMotion, find_moved
 from robocal.session.vision.map_sizes import MarkerSize, find_sizes
-from robocal.session.vision.marker_places import whole_sights
+from robocal.fit.starts.marker_map import whole_sights
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 from robocal.vision.maps import MarkerMap
@@ -285,12 +285,12 @@ def _matrix(lens: Lens) -> Array:
 
 def _sizes(table: CornerTable, fit: MapFit, off: CornerErrors) -> list[MarkerSize]:
     """Markers that look as if they had another size, through the lens that was found."""
-    sights = whole_sights(table.with_prior(fit.lens))
+    sights = whole_sights(table.with_prior(fit.lens).pixels)
     return find_sizes(sights, fit.lens.intrinsics, se3.inverse(fit.cameras), fit.map.poses, off.noise / np.sqrt(2.0))
 
 
 def _moved(table: CornerTable, fit: MapFit, off: CornerErrors) -> list[MarkerMotion]:
     """Markers that are at two places, as seen through the lens that was found."""
     views = se3.inverse(fit.cameras)
-    sights = whole_sights(table.with_prior(fit.lens))
+    sights = whole_sights(table.with_prior(fit.lens).pixels)
     return find_moved(sights, fit.lens.intrinsics, views, fit.map.poses, off.noise / np.sqrt(2.0))
