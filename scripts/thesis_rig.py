@@ -246,18 +246,70 @@ def write(said, folder, rig, rng, camera, case):
     table(folder / "verify.csv", head, rows)
 
 
-EYE = ""
-SIZE = ""
+EYE = ", sigma: [0.002, 0.002, 0.002, 0.3, 0.3, 0.3]"
+SIZE = "scale: {sigma: 0.3 %, free: true}\n"
 
 
-def found_markers(run):
-    """Poses of the markers by name, as result.json has them."""
-    out = {}
-    for f in json.loads((run / "result.json").read_text(encoding="utf-8"))["frames"]:
+def identified(run):
+    """Poses of the markers by number, T_base_marker, and frame anchors (8, 3)."""
+    made = json.loads((run / "result.json").read_text(encoding="utf-8"))
+    value = {p["name"]: p["identified"] for p in made["parameters"] if p["identified"] is not None}
+    stated = {p["name"]: p["nominal"] for p in made["parameters"]}
+    anchors = [[value.get(f"c{i}.a{s}", stated[f"c{i}.a{s}"]) for s in "xyz"] for i in range(1, 9)]
+    markers = {}
+    for f in made["frames"]:
         pose = f["pose"]
-        if pose is not None:
-            out[f["name"] if "name" in f else pose["child"]] = pose
-    return out
+        if pose["child"].startswith("m"):
+            t = np.eye(4)
+            x, y, z, w = pose["quaternion_xyzw"]
+            t[:3, :3] = np.array([
+                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+            ])  # fmt: skip
+            t[:3, 3] = pose["position"]["xyz"]
+            markers[int(pose["child"][1:])] = t
+    return markers, np.array(anchors)
+
+
+def off(found, true):
+    """Rms errors of poses, mm and deg."""
+    turn = so3.log(found[:, :3, :3] @ np.swapaxes(true[:, :3, :3], 1, 2))
+    place = found[:, :3, 3] - true[:, :3, 3]
+    return 1e3 * float(np.sqrt((place**2).sum(axis=1).mean())), float(np.degrees(np.sqrt((turn**2).sum(axis=1).mean())))
+
+
+def judge(rig, markers, anchors, poses, sigma, true):
+    """What is found against the truth, by the names of the columns."""
+    numbers_ = sorted(markers)
+    own = square(rig.edge)
+    found, real = (np.concatenate([own @ t[:3, :3].T + t[:3, 3] for t in some])
+                   for some in ([markers[m] for m in numbers_], [rig.markers[m] for m in numbers_]))  # fmt: skip
+    move = fits.rigid(found, real)
+    aligned = off(move @ poses, true)
+    first = off(se3.inverse(poses[0]) @ poses, se3.inverse(true[0]) @ true)
+    moved = found @ move[:3, :3].T + move[:3, 3]
+    a = anchors - rig.anchors
+    at = off(poses, true)
+    return {
+        "aligned mm": aligned[0], "aligned deg": aligned[1], "marker 0 mm": at[0], "first mm": first[0],
+        "a mm": 1e3 * float(np.sqrt((a**2).sum(axis=1).mean())), "map Z mm": 1e3 * float(np.abs(moved - real)[:, 2].max()),
+        "foretold": 1e3 * float(np.sqrt(np.mean(np.square(sigma)))),
+    }  # fmt: skip
+
+
+def verify(folder, rig, said, run="run"):
+    """The verification poses from lengths alone, by the identified robot."""
+    markers, anchors = identified(folder / run)
+    markers[0] = rig.markers[0]
+    noise = said["cable"]["length_noise"]
+    made = rc.cable.forward(folder / run, folder / "verify.csv", sigma=noise)
+    columns = {c.name: np.asarray(c.values) for c in made.listing.columns if c.name != "id"}
+    vector = np.column_stack([columns[n] for n in "xyz"] + [np.radians(columns[n]) for n in ("rx", "ry", "rz")])
+    true = rig.poses[said["poses"]["calibration"] :]
+    return judge(
+        rig, markers, anchors, se3.from_vector(vector.astype(float)), columns["sigma_position"].astype(float), true
+    )
 
 
 def main():
@@ -268,16 +320,40 @@ def main():
     words.add_argument("--case", default="real", choices=["real", *DOMES, "narrow"])
     words.add_argument("--seeds", type=int, default=40)
     words.add_argument("--first", type=int, default=0)
+    words.add_argument("--draw", action="store_true", help="write the files alone")
     given = words.parse_args()
     said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))
+    rows = []
     for seed in range(given.first, given.first + given.seeds):
         folder = given.folder / given.case / str(seed)
         rig, rng, camera = draw(said, seed, given.case)
         write(said, folder, rig, rng, camera, given.case)
+        if given.draw:
+            continue
         began = time.process_time()
-        made = rc.identify(folder / "robot.yaml", [folder / "lengths.yaml", folder / "pixels.yaml"], output=folder / "run", force=True)
-        print(seed, made.result.verdict.status, f"{time.process_time() - began:.1f} s", len(rig.seen), flush=True)
+        data = [folder / "lengths.yaml", folder / "pixels.yaml"]
+        made = rc.identify(folder / "robot.yaml", data, output=folder / "run", force=True)
+        spent = time.process_time() - began
+        row = verify(folder, rig, said)
+        rows.append(row)
+        said_of = ", ".join(dict.fromkeys(r.code for r in made.result.remarks if r.code in NAMED))
+        figures = "  ".join(f"{k} {v:.2f}" for k, v in row.items())
+        print(f"{seed}: {made.result.verdict.status}  {figures}  {spent:.0f} s  {said_of}", flush=True)
+    if rows:
+        middle = {k: float(np.median([r[k] for r in rows])) for k in rows[0]}
+        pooled = [np.sqrt(np.mean([r[k] ** 2 for r in rows])) for k in ("marker 0 mm", "foretold")]
+        print(f"median of {len(rows)}: " + "  ".join(f"{k} {v:.2f}" for k, v in middle.items()))
+        print(f"pooled rms over foretold (frame of marker 0): {pooled[0] / pooled[1]:.2f}")
 
+
+NAMED = (
+    "lens-contradicted",
+    "scale-of-instrument",
+    "scale-of-drums",
+    "prior-contradicted",
+    "above-stated-noise",
+    "outliers",
+)
 
 if __name__ == "__main__":
     main()

@@ -25,6 +25,7 @@ __all__ = [
     "OrientationModel",
     "PlaceValuesModel",
     "ScalarModel",
+    "ScaleModel",
     "SecondModel",
     "Sigma",
     "SigmaModel",
@@ -162,12 +163,14 @@ class InstrumentModel(FrameModel):
 
     name: Name | None = None
     mount: Literal["base", "tool"] = "base"
+    sigma: Six = None
 
 
 class TargetModel(FrameModel):
     """A thing that the instrument sees; on the tool unless mounted on the base."""
 
     mount: Literal["tool", "base"] = "tool"
+    sigma: Six = None
 
 
 class ColumnModel(FileModel):
@@ -217,13 +220,24 @@ def _words(value: Any) -> Any:
 SCALE_MOST = 0.5  # of a length: beyond, nobody means the scale of an instrument
 
 
+class ScaleModel(FileModel):
+    """How far the scale of an instrument may be off: 0 where it is known. Free, it is a number of what was printed, `name`."""
+
+    sigma: float | None = None
+    free: bool = False
+    name: Name = "print"
+
+
 def _scale(value: Any) -> Any:
-    """The standard deviation of the scale as a factor: 0 where it is known."""
     expected = "known, or {sigma: 0.1 %}"
     if value is None or value == "known":
-        return None if value is None else 0.0
-    if not isinstance(value, dict) or set(value) != {"sigma"} or isinstance(value["sigma"], bool):
+        return None if value is None else ScaleModel(sigma=0.0)
+    known = isinstance(value, dict) and value and set(value) <= set(ScaleModel.model_fields)
+    if not known or isinstance(value.get("sigma"), bool) or not (value.get("free") or "sigma" in value):
         refuse("not the scale of an instrument", found=value, expected=expected)
+    given = ScaleModel.model_validate({k: v for k, v in value.items() if k != "sigma"})
+    if "sigma" not in value:
+        return given
     sigma = value["sigma"]
     try:
         found = float(sigma) if isinstance(sigma, int | float) else parse_quantity(str(sigma), "1", key="scale.sigma")
@@ -237,7 +251,20 @@ def _scale(value: Any) -> Any:
         refuse(
             "not the standard deviation of a scale", found=sigma, expected="above 0 and below 50 %; known where it is 0"
         )
-    return found
+    return given.model_copy(update={"sigma": found})
+
+
+def _six(value: Any) -> Any:
+    """Standard deviations of a frame: x y z and rx ry rz."""
+    if value is None:
+        return None
+    good = isinstance(value, list) and len(value) == 6
+    if not good or any(isinstance(v, bool) or not isinstance(v, int | float) or not TINIEST < v < 1e30 for v in value):
+        refuse("not standard deviations of a frame", found=value, expected="six numbers above 0: x y z rx ry rz")
+    return [float(v) for v in value]
+
+
+Six = Annotated[Any, BeforeValidator(_six)]
 
 
 class DataModel(FileModel):

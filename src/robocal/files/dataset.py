@@ -189,7 +189,7 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
     units = units if model.units is None else read_units(model.units, document)
     owners = frozenset(_owners(chain))
     targets, target = _targets(model, kind, Around(table, document, units, name, owners | {name}))
-    frame = _instrument(model.frame, name, units) if isinstance(model, FramedModel) else None
+    frame = _instrument(model.frame, name, units, document) if isinstance(model, FramedModel) else None
     owners |= {t.name for t in targets} | ({name} if frame else set())
     around = Around(table, document, units, name, owners)
     observations = []
@@ -208,7 +208,7 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
         obs = Observations(
             part.kind or kind.name, where, read.value, read.sigma, frame, targets if part.targeted else (), seen,
             read.extra, read.options, group, str(table.path), None if part.nowhere else table.lines[rows], second,
-            digits=read.digits, scale=model.scale,
+            digits=read.digits, scale=_scale_sigma(model, kind, document),
         )  # fmt: skip
         observations.append(obs)
     warnings = remarks_on_columns(model, document)
@@ -223,6 +223,34 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
         alternatives(*read_as, values.length, kind.lengths),
         (table_notation(reader, places.angle, values.length),),
     )  # fmt: skip
+
+
+def _scale_sigma(model: DataModel, kind: KindFile, document: YamlDocument) -> float | None:
+    """What the scale of the instrument may be off by; nothing where it is a number of its own."""
+    given = model.scale
+    if given is None or not given.free:
+        return None if given is None else given.sigma
+    document.insist(
+        kind.name == "pixels",
+        "no scale of this kind is identified",
+        ("scale", "free"),
+        found=kind.name,
+        expected="pixels",
+    )
+    return 0.0
+
+
+def _prior(
+    given: InstrumentModel | TargetModel, units: Units, document: YamlDocument, at: tuple[str, ...]
+) -> tuple[float, ...] | None:
+    """Standard deviations around a stated place, m and rad."""
+    if given.sigma is None:
+        return None
+    document.insist(
+        given.given, "standard deviations of a frame without a place", (*at, "sigma"), expected="xyz beside sigma"
+    )
+    both = [*units.length.to_si(np.array(given.sigma[:3])), *units.angle.to_si(np.array(given.sigma[3:]))]
+    return tuple(float(v) for v in both)
 
 
 def _owners(machine: Model) -> set[str]:
@@ -249,10 +277,11 @@ def _frame_name(reader: RowReader, place: Path, taken: set[str] | frozenset[str]
     return name
 
 
-def _instrument(given: InstrumentModel, name: str, units: Units) -> Frame:
+def _instrument(given: InstrumentModel, name: str, units: Units, document: YamlDocument) -> Frame:
     # An instrument stands where it stands: metres and any turn, unless its place is stated.
     expected = (0.1, 0.1) if given.given else (10.0, 3.0)
-    return Frame(name, frame_vector(given, units), given.free_flags(True), given.mount, expected, given.has_details)
+    value, prior = frame_vector(given, units), _prior(given, units, document, ("frame",))
+    return Frame(name, value, given.free_flags(True), given.mount, expected, given.has_details, prior)
 
 
 def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Frame, ...], Ints | None]:
@@ -273,7 +302,8 @@ def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Fr
             flags = tuple(f and s for f, s in zip(flags, kind.sees, strict=True))
         mount = getattr(given, "mount", "tool")
         expected = (0.01, 0.05) if given.given else (0.2, 3.0) if mount == "tool" else (10.0, 3.0)
-        frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details))
+        prior = _prior(given, units, around.document, ("targets", name)) if isinstance(given, TargetModel) else None
+        frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details, prior))
     if cells is None:
         if len(frames) > 1:
             message = "several targets, and no column that says which"

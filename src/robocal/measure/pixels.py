@@ -4,7 +4,8 @@ value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; of corners of 
 extra["covariances"] (k, 2, 8) and extra["square and corner"] (k, 2), as in `sights.correlations`. options["camera"] names the
 camera whose intrinsics are parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the
 symbols to identify. options["known"] are symbols with a prior that they share, of covariance options["covariance"];
-options["together"] are priors that targets share, as the markers of a map. The frame is the camera's: mounted on "tool" it is a camera
+options["together"] are priors that targets share, as the markers of a map. options["print"] names what was printed, whose size is a
+parameter: points are `print.size` times as far apart as they are stated, within options["print sigma"]. The frame is the camera's: mounted on "tool" it is a camera
 in hand, mounted on "base" a fixed one.
 """
 
@@ -62,6 +63,7 @@ class PixelRows(SightRows):
         new[1:] = (where[1:] != where[:-1]) | (seen[1:] != seen[:-1])
         first = np.flatnonzero(new)
         intrinsics = builder.rows(p.name for p in parameters(obs))
+        self.lens = len(intrinsics) - bool(obs.options.get("print"))  # how many of the numbers are those of the lens
         sight = np.cumsum(new) - 1
         super().__init__(builder.view(obs, target, index[first]), obs, index, intrinsics, sight)
         self.point = np.ascontiguousarray(obs.extra["point"][index])
@@ -138,10 +140,13 @@ class PixelRows(SightRows):
 
         (t, j, jl), sight, _ = self.look(x, first, rows)
         r, jac, local = (np.empty((len(x), rows, 2, *n)) for n in ((), (len(self.columns),), (jl.shape[3],)))
-        evaluate_sights(
-            t, j, jl, sight, first, self.point, np.ascontiguousarray(x[:, self.numbers]), self.own, r, jac, local
-        )
+        evaluate_sights(t, j, jl, sight, first, self.point, *self._numbers(x), self.own, r, jac, local)
         return r - self.values_at(which, first, rows), jac, local
+
+    def _numbers(self, x: Array) -> tuple[Array, Array]:
+        """The numbers of the lens (B, n), and by what stated points are multiplied (B,)."""
+        size = x[:, self.numbers[self.lens]] if len(self.numbers) > self.lens else np.ones(len(x))
+        return np.ascontiguousarray(x[:, self.numbers[: self.lens]]), np.ascontiguousarray(size)
 
     def behind(self, x: Array) -> float:
         """The share of the sights whose first point lies behind the camera."""
@@ -156,8 +161,9 @@ class PixelRows(SightRows):
         lo, hi = (first, first + rows) if apart is None else apart.whole_blocks(first, rows)
         (t, _, _), sight, _ = self.look(x, lo, hi - lo)
         t = t[:, sight]
-        lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[lo:hi])
-        jp = project(lever + t[:, :, :3, 3], x[:, None, self.numbers])[1]
+        lens, size = self._numbers(x)
+        lever = size[:, None, None] * np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[lo:hi])
+        jp = project(lever + t[:, :, :3, 3], lens[:, None])[1]
         out = np.asarray(-np.einsum("bmij,bmj->bmi", jp, lever))
         return out if apart is None else apart.mix(out[..., None], lo)[:, first - lo : first - lo + rows, :, 0]
 
@@ -184,7 +190,7 @@ class PixelRows(SightRows):
         edges, views, seat = self.sights.edges, self.sights.views, self.sights.seat
         begin = edges[views[:-1]]
         one, two, own = (np.ascontiguousarray(of[begin]) for of in (*self.local, self.pair))
-        numbers = np.ascontiguousarray(x[:, self.numbers])
+        lens, size = self._numbers(x)
         # The carrier of one target ends in it; behind that of several come their frames.
         together = self.seats.ndim > 1
         free = self.free if together else HELD
@@ -201,7 +207,7 @@ class PixelRows(SightRows):
             for first in range(lo, hi, many):
                 t, j, jl = self.carrier.pose(here, first, min(many, hi - first))
                 accumulate_views(
-                    t, j, jl, first, cut, views, edges, seat, seats[some], free, numbers[some], self.own, self.point,
+                    t, j, jl, first, cut, views, edges, seat, seats[some], free, lens[some], size[some], self.own, self.point,
                     value[some] if len(value) > 1 else value, self.scale, block, mixing,
                     weight[some] if len(weight) > 1 else weight, self.configuration, self.columns, one, two, own + pair,
                     loss.kind, loss.tuning, loss.curved[some], mine.cost, mine.g, mine.a, mine.gl, mine.al, mine.asl,
@@ -220,12 +226,12 @@ def _spans(active: Bools) -> list[tuple[int, int, int]]:
 def rays(obs: Observations, uv: Array) -> Array:
     """Unit directions (k, 3) in the camera that the stated intrinsics project to pixels uv (k, 2); of a pixel beyond those where the lens
     folds back, the farthest direction on that side."""
-    return unproject(uv, np.array([p.value for p in parameters(obs)]), nearest=True)
+    return unproject(uv, np.array(obs.options["intrinsics"], dtype=float), nearest=True)
 
 
 def fold_of_lens(obs: Observations) -> tuple[float, Bools]:
     """How far from its centre (px) the stated lens images at most, where it folds back, and which rows (k,) lie where it images nothing."""
-    lens = np.array([p.value for p in parameters(obs)])
+    lens = np.array(obs.options["intrinsics"], dtype=float)
     radius, lost = image_radius(lens), np.zeros(len(obs), dtype=np.bool_)
     far = np.hypot(*((obs.value - lens[2:4]) / lens[:2]).T) > NEAR_RIM * radius
     lost[far] = np.isnan(unproject(obs.value[far], lens)[:, 0])
@@ -250,10 +256,20 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
         for prior in together(obs)
         for i, (n, c) in enumerate(zip(prior.names, prior.covariance, strict=True))
     }
-    return [
+    lens = [
         Parameter(f"{camera}.{s}", float(v), u, s in free, prior=known.get(f"{camera}.{s}"), expected=e)
         for s, v, u, e in zip(model.symbols, values, model.units, model.expected, strict=True)
     ]
+    return [*lens, *_size_of_print(obs)]
+
+
+def _size_of_print(obs: Observations) -> list[Parameter]:
+    """By how much what was printed is larger than stated, where that is to be found."""
+    printed, sigma = obs.options.get("print"), obs.options.get("print sigma")
+    if not printed:
+        return []
+    prior = sigma if isinstance(sigma, float) else SCALE
+    return [Parameter(f"{printed}.size", 1.0, "1", True, prior=prior, expected=prior)]
 
 
 def together(obs: Observations) -> Sequence[Together]:

@@ -131,7 +131,8 @@ def _mean(poses: Array) -> Array:
 
 def _at_markers(obs: Observations, markers: Array, stated: Bools) -> Array:
     """T_base_map that brings corners of the markers whose places are `stated` to where these are."""
-    source, goal = [], []
+    source: list[Array] = []
+    goal: list[Array] = []
     assert obs.target is not None
     for i in np.flatnonzero(stated).tolist():
         own = np.unique(obs.extra["point"][obs.target == i], axis=0)

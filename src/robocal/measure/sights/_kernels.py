@@ -26,6 +26,7 @@ from robocal.measure.sights.points._kernels import (
     move_points,
     place_points,
     project_points,
+    swell_points,
 )
 
 
@@ -61,25 +62,28 @@ def congruence(h, c, both, half, out, g, gout):
 
 
 @kernel
-def evaluate_sights(t, jac, jloc, sight, first, point, intrinsics, own, r, out, local):
+def evaluate_sights(t, jac, jloc, sight, first, point, intrinsics, print_size, own, r, out, local):
     """r (B, m, 2) <- the pixels at which points are seen, out (B, m, 2, k + c) and local (B, m, 2, l) <- their Jacobians by what moves
     the frames, t (B, S, 4, 4), jac (B, S, 6, k), jloc (B, S, 6, l), and by c numbers of the instrument; row i is point first + i, and
-    sight (m,) its frame."""
+    sight (m,) its frame. Points are print_size (B,) times as far apart as they are stated; its number comes behind intrinsics (B, n)."""
     k, nl, c, m = jac.shape[3], jloc.shape[3], own.shape[0], r.shape[1]
-    w, heap = np.ones(SIZE), np.empty(6 * WIDE)
+    w, heap, origin = np.ones(SIZE), np.empty(6 * WIDE), np.zeros((3, 4))
     for b in range(r.shape[0]):
         for lo in range(0, m, TILE):
             n = min(TILE, m - lo)
             for i in range(n):
                 f, at = t[b, sight[lo + i]], point[first + lo + i]
                 for e in range(3):
-                    w[LX + e * TILE + i] = f[e, 0] * at[0] + f[e, 1] * at[1] + f[e, 2] * at[2]
+                    w[LX + e * TILE + i] = print_size[b] * (f[e, 0] * at[0] + f[e, 1] * at[1] + f[e, 2] * at[2])
                     w[X + e * TILE + i] = w[LX + e * TILE + i] + f[e, 3]
             project_points(w, n, intrinsics[b])
             for i in range(n):
                 r[b, lo + i, 0], r[b, lo + i, 1] = w[U + i], w[V + i]
             for p in range(c):
-                answer_points(own[p], w, n, intrinsics[b], heap)
+                if own[p] < intrinsics.shape[1]:
+                    answer_points(own[p], w, n, intrinsics[b], heap)
+                else:
+                    swell_points(w, n, origin, print_size[b], heap)
                 for i in range(n):
                     out[b, lo + i, 0, k + p], out[b, lo + i, 1, k + p] = heap[i], heap[n + i]
             for e in range(2 if k + nl > 0 else 0):
@@ -97,7 +101,7 @@ def evaluate_sights(t, jac, jloc, sight, first, point, intrinsics, own, r, out, 
 
 @kernel
 def accumulate_views(
-    t, jac, jloc, first, cut, views, edges, seat, seats, free, intrinsics, own, point, value, scale, block, mixing, weight, configuration,
+    t, jac, jloc, first, cut, views, edges, seat, seats, free, intrinsics, print_size, own, point, value, scale, block, mixing, weight, configuration,
     columns, one, two, pair, loss, tuning, curved, cost, g, a, gl, al, asl, gm, am, asm, cross,
 ):  # fmt: skip
     """Adds pixels to the normal equations, view by view: rows edges[i] to edges[i + 1] are a sight, points of one target; sights
@@ -105,7 +109,8 @@ def accumulate_views(
 
     t (B, m, 4, 4), jac (B, m, 6, k) and jloc (B, m, 6, l + q) are those of the views first .. first + m; the first `cut` columns
     of jloc are a block's of the first family. seats (B, T, 4, 4) say where targets are in a view, free (T, 6) the tangent columns of
-    their motions or -1, seat (S,) which target a sight shows. intrinsics (B, n), own (c,) those that are free, columns (k + c,);
+    their motions or -1, seat (S,) which target a sight shows. intrinsics (B, n) and behind them print_size (B,), own (c,) those that are
+    free, columns (k + c,);
     block and mixing as in `sights.blocks`, of rows that are correlated, else empty;
     one, two and pair (V,) the blocks and the pair of every view. The rest is as in `estimate._kernels.accumulate`.
     """
@@ -170,7 +175,7 @@ def accumulate_views(
                             rows[n] = after
                             n += 1
                         after += 1
-                    place_points(rows, n, point, there, f, w)
+                    place_points(rows, n, point, print_size[b], there, f, w)
                     # Several are projected at once: what stands behind the last is no point of this sight, but finite.
                     full = (n + LANES - 1) // LANES * LANES if n else 0
                     for i in range(n, full):
@@ -183,7 +188,10 @@ def accumulate_views(
                     move_points(n, w[BY_U:], w[UX:], w[LX:], flat)
                     move_points(n, w[BY_V:], w[VX:], w[LX:], flat[n:])
                     for p in range(c):
-                        answer_points(own[p], w, n, intrinsics[b], heap[6 + p])
+                        if own[p] < intrinsics.shape[1]:
+                            answer_points(own[p], w, n, intrinsics[b], heap[6 + p])
+                        else:
+                            swell_points(w, n, there, print_size[b], heap[6 + p])
                     if mixed:
                         mix_points(rows, n, scale, block, mixing, roots, size, heap)
                     for i in range(n):

@@ -159,17 +159,29 @@ def answer_wide(number, x, y, f):
 
 
 @kernel
-def place_points(rows, n, point, there, f, w):
-    """The tile w of n points, rows (n,): where `there` (3, 4) has them, seen from the origin of the frame f, in the axes of the camera."""
+def place_points(rows, n, point, size, there, f, w):
+    """The tile w of n points, rows (n,), `size` times as far apart as stated: where `there` (3, 4) has them, seen from the origin of the
+    frame f, in the axes of the camera."""
     a0, a1, a2, a3 = there[0, 0], there[0, 1], there[0, 2], there[0, 3]
     b0, b1, b2, b3 = there[1, 0], there[1, 1], there[1, 2], there[1, 3]
     c0, c1, c2, c3 = there[2, 0], there[2, 1], there[2, 2], there[2, 3]
     fx, fy, fz = f[0, 3], f[1, 3], f[2, 3]
     for i in range(n):
-        x, y, z = point[rows[i], 0], point[rows[i], 1], point[rows[i], 2]
+        x, y, z = size * point[rows[i], 0], size * point[rows[i], 1], size * point[rows[i], 2]
         lx, ly, lz = a0 * x + a1 * y + a2 * z + a3, b0 * x + b1 * y + b2 * z + b3, c0 * x + c1 * y + c2 * z + c3
         w[LX + i], w[LY + i], w[LZ + i] = lx, ly, lz
         w[X + i], w[Y + i], w[Z + i] = lx + fx, ly + fy, lz + fz
+
+
+@kernel
+def swell_points(w, n, there, size, out):
+    """out (2 n) <- the derivatives of the two pixels of n points of a tile by the size of what is printed, whose origin is in `there` (3, 4),
+    times what multiplies them: those of u, then those of v."""
+    a, b, c = there[0, 3], there[1, 3], there[2, 3]
+    for i in range(n):
+        x, y, z = (w[LX + i] - a) / size, (w[LY + i] - b) / size, (w[LZ + i] - c) / size
+        out[i] = w[BY_U + i] * (w[UX + i] * x + w[UY + i] * y + w[UZ + i] * z)
+        out[n + i] = w[BY_V + i] * (w[VX + i] * x + w[VY + i] * y + w[VZ + i] * z)
 
 
 @kernel
