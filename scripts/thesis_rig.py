@@ -1,15 +1,16 @@
-"""How well one estimate from images and encoders does on the thesis' rig: `python scripts/thesis_rig.py RIG.yaml FOLDER [--case real|dome15|dome50|tight|narrow] [--seeds 40]`.
+"""How well one estimate from images and encoders does on the thesis' rig: `python scripts/thesis_rig.py RIG.yaml FOLDER`.
 
 RIG.yaml is `thesis-rig.yaml`. Each seed draws a rig: anchors, camera, lens, markers, poses, tensions and noise. Its files are written to
 FOLDER as a user would have them: robot.yaml, lengths.yaml, pixels.yaml and their tables. `robocal identify` makes a run of them, and
-`robocal cable forward` computes the 20 verification poses from noisy lengths alone. What is printed is the median over the seeds:
-aligned   error of the verification poses after the best fit of the identified markers on the true ones, mm and deg (rms over the poses)
-marker 0  the same in the frame of marker 0
-first     the same relative to the first verification pose
-a         error of the frame anchors, rms of a point, in the frame of marker 0
-map Z     largest error of a marker's height, aligned
-ratio     pooled rms over what was predicted: aligned errors, their predicted sigma
-two-stage the map first, poses by its camera, then the robot: aligned and in the frame of marker 0 (with --two-stage)
+`robocal cable forward` computes the 20 verification poses from noisy lengths alone. A row tells, of each seed and as median:
+aligned    rms error of the verification poses after the best fit of the identified markers on the true ones, mm and deg
+marker 0   the same in the frame of marker 0, mm
+first      the same relative to the first verification pose, mm
+a          rms error of the frame anchors in the frame of marker 0, mm
+map Z      largest error of the height of a corner, aligned, mm
+predicted  sigma of the poses in the frame of marker 0, as `cable forward` has it, mm
+--case chooses how the lens was calibrated: `real` (OpenCV, 20 views), `dome15` and `dome50` (k1 wrong by 0.015 and 0.05), `tight` (by 0.015
+with a prior of 0.0005), `narrow` (fx 1500, 0.5 px). A seed takes about a minute.
 """
 
 from __future__ import annotations
@@ -294,7 +295,7 @@ def judge(rig, markers, anchors, poses, sigma, true):
     return {
         "aligned mm": aligned[0], "aligned deg": aligned[1], "marker 0 mm": at[0], "first mm": first[0],
         "a mm": 1e3 * float(np.sqrt((a**2).sum(axis=1).mean())), "map Z mm": 1e3 * float(np.abs(moved - real)[:, 2].max()),
-        "foretold": 1e3 * float(np.sqrt(np.mean(np.square(sigma)))),
+        "predicted": 1e3 * float(np.sqrt(np.mean(np.square(sigma)))),
     }  # fmt: skip
 
 
@@ -341,9 +342,9 @@ def main():
         print(f"{seed}: {made.result.verdict.status}  {figures}  {spent:.0f} s  {said_of}", flush=True)
     if rows:
         middle = {k: float(np.median([r[k] for r in rows])) for k in rows[0]}
-        pooled = [np.sqrt(np.mean([r[k] ** 2 for r in rows])) for k in ("marker 0 mm", "foretold")]
+        pooled = [np.sqrt(np.mean([r[k] ** 2 for r in rows])) for k in ("marker 0 mm", "predicted")]
         print(f"median of {len(rows)}: " + "  ".join(f"{k} {v:.2f}" for k, v in middle.items()))
-        print(f"pooled rms over foretold (frame of marker 0): {pooled[0] / pooled[1]:.2f}")
+        print(f"pooled rms over predicted (frame of marker 0): {pooled[0] / pooled[1]:.2f}")
 
 
 NAMED = (

@@ -11,10 +11,10 @@ from lens_world import LENS, SIZE, write
 from map_world import EDGE, cameras, map_rows, room, sightings
 
 from robocal.geometry import se3
+from robocal.session.base_markers import whole_sights
 from robocal.session.vision.lens_prior import lens_with_prior
 from robocal.session.vision.map_fit import fit_map
 from robocal.session.vision.map_table import read_map_table, sizes_of
-from robocal.fit.starts.marker_map import whole_sights
 from robocal.vision.camera import MODELS
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import move_map, rigid_motions, rigid_projector

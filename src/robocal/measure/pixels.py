@@ -5,8 +5,8 @@ extra["covariances"] (k, 2, 8) and extra["square and corner"] (k, 2), as in `sig
 camera whose intrinsics are parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the
 symbols to identify. options["known"] are symbols with a prior that they share, of covariance options["covariance"];
 options["together"] are priors that targets share, as the markers of a map. options["print"] names what was printed, whose size is a
-parameter: points are `print.size` times as far apart as they are stated, within options["print sigma"]. The frame is the camera's: mounted on "tool" it is a camera
-in hand, mounted on "base" a fixed one.
+parameter: points are `print.size` times as far apart as they are stated, within options["print sigma"]. The frame is the camera's:
+mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
 """
 
 from __future__ import annotations

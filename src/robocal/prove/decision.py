@@ -38,7 +38,6 @@ from robocal.fit.frames_alike import FixedFrame, fix_frames, frames_alone, frame
 from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
 from robocal.fit.options import Options
-from robocal.fit.starts.marker_map import place_targets
 from robocal.fit.starts.own import place_configurations
 from robocal.geometry.path.program import offset_matrix
 from robocal.measure.data import DataSet, Frame
@@ -254,7 +253,7 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
     if not data.observations or not len(data.configurations):
         raise ModelError("the data set holds no measurement")
     _numbers(data)
-    data = place_targets(model, place_configurations(model, data))
+    data = place_configurations(model, data)
     model, fixed = fix_frames(model, data)
     return replace(_decide(model, data, options, watch), fixed_frames=fixed)
 

@@ -21,7 +21,6 @@ from robocal.files.dataset import Reading, read_datasets
 from robocal.files.opened_file import MachineFile, Speaks, parameter_text
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
-from robocal.fit.starts.marker_map import place_targets
 from robocal.fit.starts.own import place_configurations
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
@@ -30,6 +29,7 @@ from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
+from robocal.session.base_markers import place_targets
 from robocal.session.prediction import Prediction
 from robocal.session.watching import Watch, computable
 
@@ -144,8 +144,8 @@ class Opened(Generic[M]):
         reading = read_datasets(data, self.machine, group=group, exclude=exclude)
         one_frame_per_name(reading)
         if freedom_of(self.machine) is not None:
-            placed = place_configurations(self.machine, reading.dataset.by_id())
-            reading = replace(reading, dataset=place_targets(self.machine, placed))
+            reading = replace(reading, dataset=place_configurations(self.machine, reading.dataset.by_id()))
+        reading = replace(reading, dataset=place_targets(self.machine, reading.dataset))
         reading, undone = without_half_turns(self.machine, reading)
         return self.inputs_of(reading, *undone)
 

@@ -21,12 +21,11 @@ from robocal.measure.sights.points._kernels import (
     X,
     Y,
     Z,
-    answer_points,
+    answer_numbers,
     bend_points,
     move_points,
     place_points,
     project_points,
-    swell_points,
 )
 
 
@@ -80,10 +79,7 @@ def evaluate_sights(t, jac, jloc, sight, first, point, intrinsics, print_size, o
             for i in range(n):
                 r[b, lo + i, 0], r[b, lo + i, 1] = w[U + i], w[V + i]
             for p in range(c):
-                if own[p] < intrinsics.shape[1]:
-                    answer_points(own[p], w, n, intrinsics[b], heap)
-                else:
-                    swell_points(w, n, origin, print_size[b], heap)
+                answer_numbers(own[p], w, n, intrinsics[b], origin, print_size[b], heap)
                 for i in range(n):
                     out[b, lo + i, 0, k + p], out[b, lo + i, 1, k + p] = heap[i], heap[n + i]
             for e in range(2 if k + nl > 0 else 0):
@@ -101,8 +97,8 @@ def evaluate_sights(t, jac, jloc, sight, first, point, intrinsics, print_size, o
 
 @kernel
 def accumulate_views(
-    t, jac, jloc, first, cut, views, edges, seat, seats, free, intrinsics, print_size, own, point, value, scale, block, mixing, weight, configuration,
-    columns, one, two, pair, loss, tuning, curved, cost, g, a, gl, al, asl, gm, am, asm, cross,
+    t, jac, jloc, first, cut, views, edges, seat, seats, free, intrinsics, print_size, own, point, value, scale, block, mixing, weight,
+    configuration, columns, one, two, pair, loss, tuning, curved, cost, g, a, gl, al, asl, gm, am, asm, cross,
 ):  # fmt: skip
     """Adds pixels to the normal equations, view by view: rows edges[i] to edges[i + 1] are a sight, points of one target; sights
     views[v] to views[v + 1] are those of view v, whose targets stand still against one another.
@@ -188,10 +184,7 @@ def accumulate_views(
                     move_points(n, w[BY_U:], w[UX:], w[LX:], flat)
                     move_points(n, w[BY_V:], w[VX:], w[LX:], flat[n:])
                     for p in range(c):
-                        if own[p] < intrinsics.shape[1]:
-                            answer_points(own[p], w, n, intrinsics[b], heap[6 + p])
-                        else:
-                            swell_points(w, n, there, print_size[b], heap[6 + p])
+                        answer_numbers(own[p], w, n, intrinsics[b], there, print_size[b], heap[6 + p])
                     if mixed:
                         mix_points(rows, n, scale, block, mixing, roots, size, heap)
                     for i in range(n):

@@ -27,6 +27,7 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.report.sections import Section
+from robocal.session.base_markers import whole_sights
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_errors import CornerErrors, corner_errors
 from robocal.session.vision.corner_table import CornerTable
@@ -36,7 +37,6 @@ from robocal.session.vision.map_images import open_corners
 from robocal.session.vision.map_judge import judge_map, remarks_of_map
 from robocal.session.vision.map_moved import MarkerMotion, find_moved
 from robocal.session.vision.map_sizes import MarkerSize, find_sizes
-from robocal.fit.starts.marker_map import whole_sights
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 from robocal.vision.maps import MarkerMap

@@ -11,9 +11,9 @@ import numpy as np
 
 from robocal._record import replace
 from robocal.errors import ModelError
-from robocal.fit.starts.marker_map import whole_sights
 from robocal.geometry import se3
 from robocal.measure.data import Frame
+from robocal.session.base_markers import whole_sights
 from robocal.session.vision.corner_table import CornerTable
 from robocal.vision.map_start import MapStart, MarkerSights, grow_map
 from robocal.vision.sightings import find_islands

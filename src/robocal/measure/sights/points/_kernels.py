@@ -117,6 +117,15 @@ def answer(number, w, i, f):
 
 
 @kernel
+def answer_numbers(number, w, n, f, there, size, out):
+    """As `answer_points`; the number behind those of the camera is the size of what is printed, whose origin is in `there` (3, 4)."""
+    if number < f.shape[0]:
+        answer_points(number, w, n, f, out)
+    else:
+        swell_points(w, n, there, size, out)
+
+
+@kernel
 def answer_points(number, w, n, f, out):
     """out (2 n) <- the derivatives of the two pixels of n points of a tile by one of the numbers f of a camera, times what multiplies them:
     those of u, then those of v."""
@@ -175,8 +184,8 @@ def place_points(rows, n, point, size, there, f, w):
 
 @kernel
 def swell_points(w, n, there, size, out):
-    """out (2 n) <- the derivatives of the two pixels of n points of a tile by the size of what is printed, whose origin is in `there` (3, 4),
-    times what multiplies them: those of u, then those of v."""
+    """out (2 n) <- the derivatives of the two pixels of n points of a tile by the size of what is printed, times what multiplies them:
+    those of u, then those of v; `there` (3, 4) has its origin."""
     a, b, c = there[0, 3], there[1, 3], there[2, 3]
     for i in range(n):
         x, y, z = (w[LX + i] - a) / size, (w[LY + i] - b) / size, (w[LZ + i] - c) / size
