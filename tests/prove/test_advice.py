@@ -31,6 +31,7 @@ QUICK = (
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
     "band-blind": "unit/test_total.py",
+    "prior-contradicted": "prove/test_cable_camera.py",
     "board-turns": "cli/test_detect_sheets.py",
     "board-other": "cli/test_detect_sheets.py",
     "frames-loose": "session/test_pose_pairs.py",
