@@ -8,7 +8,7 @@ from robocal.errors import FormatError
 from robocal.files.dataset import read_dataset
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.robot import open_robot
-from robocal.measure.rows import scale_of
+from robocal.measure.rows import kind_of, scale_of
 
 DATA = """robocal: 1
 kind: {kind}
@@ -76,3 +76,18 @@ def test_it_is_written_again(tmp_path, scale):
     (tmp_path / "data.yaml").write_text(data_text(data, chain, "again.csv"))
     (tmp_path / "again.csv").write_text(table_text(data, chain))
     assert read_dataset(tmp_path / "data.yaml", chain).dataset.observations[0].scale == seen.scale
+
+
+def test_the_size_of_a_print_is_a_number_of_its_own(tmp_path):
+    obs = read(tmp_path, "pixels", "scale: {sigma: 0.3 %, free: true}")
+    (size,) = [p for p in kind_of(obs).parameters(obs) if p.name == "print.size"]
+    assert size.free and size.value == 1.0 and size.prior == pytest.approx(3e-3)
+    assert scale_of(obs) == 0.0  # what is fitted is not counted once more
+    other = read(tmp_path, "pixels", "scale: {free: true, name: board}")
+    assert "board.size" in [p.name for p in kind_of(other).parameters(other)]
+
+
+def test_only_a_print_has_a_size_to_find(tmp_path):
+    with pytest.raises(FormatError) as error:
+        read(tmp_path, "position", "scale: {sigma: 0.3 %, free: true}")
+    assert error.value.key == "scale.free" and error.value.expected == "pixels"

@@ -91,7 +91,7 @@ def made(machine, obs, rng, m, *, local_targets=(), free=None, error=0.05):
     return built.with_free(wanted)
 
 
-def pixels(m, frame, targets, many=4, camera=None):
+def pixels(m, frame, targets, many=4, camera=None, printed=""):
     square = 0.06 * np.array([[-1.0, 1, 0], [1, 1, 0], [1, -1, 0.3], [-1, -1, 0]])
     size = np.linspace(0.2, 1, -(-many // 4))[:, None, None]  # squares in squares
     point = np.tile((size * square if many > 4 else square).reshape(-1, 3)[:many], (m * len(targets), 1))
@@ -103,7 +103,8 @@ def pixels(m, frame, targets, many=4, camera=None):
         targets,
         many,
         extra={"point": point},
-        options={"camera": "lens", "intrinsics": camera or CAMERA, "free": ()},
+        options={"camera": "lens", "intrinsics": camera or CAMERA, "free": ()}
+        | ({"print": printed} if printed else {}),
     )
 
 
@@ -399,6 +400,25 @@ SCENARIOS = {
     "pixels/arm, rational lens": lambda rng: made(arm(), [pixels(3, EYE, (BALL,), camera=RATIONAL)], rng, 3),
     "pixels/free poses, fisheye": lambda rng: made(
         platform(), [pixels(3, HAND, TAGS, camera=FISHEYE)], rng, 3, free=lens(["hand", "tag0"], FISH)
+    ),
+    "pixels/arm, a print of unknown size": lambda rng: made(arm(), [pixels(3, HAND, TAGS, printed="print")], rng, 3),
+    "pixels/free poses, prints of unknown size": lambda rng: made(
+        platform(), [pixels(3, HAND, TAGS, printed="print")], rng, 3, free=[*lens(["hand", "tag0"]), "print.size"]
+    ),
+    "pixels/free poses, free markers of unknown size": lambda rng: made(
+        platform(),
+        [pixels(3, HAND, TAGS, printed="print")],
+        rng,
+        3,
+        free=[*lens(["hand"]), "print.size"],
+        local_targets=("tag0", "tag1"),
+    ),
+    "pixels/fisheye, a print of unknown size": lambda rng: made(
+        platform(),
+        [pixels(3, HAND, TAGS, camera=FISHEYE, printed="print")],
+        rng,
+        3,
+        free=[*lens(["hand"], FISH), "print.size"],
     ),
     "pixels/arm, camera in hand": lambda rng: made(arm(), [pixels(3, HAND, TAGS)], rng, 3),
     "pixels/arm, markers eliminated": lambda rng: made(

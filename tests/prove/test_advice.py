@@ -33,6 +33,7 @@ OTHER = {
     "band-blind": "unit/test_total.py",
     "clocks-apart": "session/test_hand_eye_unknowns.py",
     "one-stands-still": "cli/test_hand_eye_pairs.py",
+    "prior-contradicted": "prove/test_cable_camera.py",
     "board-turns": "cli/test_detect_sheets.py",
     "board-other": "cli/test_detect_sheets.py",
     "frames-loose": "session/test_pose_pairs.py",

@@ -14,11 +14,12 @@ from robocal.estimate.least_squares import least_squares
 from robocal.geometry import se3
 from robocal.measure.base import problem as build
 from robocal.measure.machine import Rig
+from robocal.session.base_markers import whole_sights
 from robocal.session.vision.lens_prior import lens_with_prior
 from robocal.session.vision.map_fit import fit_map
 from robocal.session.vision.map_sizes import EdgeErrors, with_edges
 from robocal.session.vision.map_table import read_map_table, sizes_of
-from robocal.session.vision.marker_places import place_markers, whole_sights
+from robocal.session.vision.marker_places import place_markers
 from robocal.vision.camera import MODELS
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import move_map, rigid_motions, rigid_projector
@@ -56,14 +57,14 @@ def test_a_map_grows_to_where_its_corners_are(tmp_path):
     for seed in range(3):
         table, _ = look(tmp_path, seed, 15, noise=0.3)
         table = table.with_prior(known_lens())
-        sights = whole_sights(table)
+        sights = whole_sights(table.pixels)
         start = grow_map(sights, known_lens().intrinsics, len(table.data.configurations), len(table.pixels.targets))
         assert np.percentile(start.errors * sights.extent, 99) < 1.5 and np.isfinite(start.views).all()
 
 
 def test_a_map_of_nothing_joined_is_nowhere(tmp_path):
     table, _ = look(tmp_path, 1, 8)
-    sights = whole_sights(table.with_prior(known_lens()))
+    sights = whole_sights(table.with_prior(known_lens()).pixels)
     sights.view[sights.marker == 4] += 8  # as if other views had seen it
     start = grow_map(sights, known_lens().intrinsics, 16, len(table.pixels.targets))
     assert np.isnan(start.markers[4]).all() and np.isfinite(np.delete(start.markers, 4, axis=0)).all()

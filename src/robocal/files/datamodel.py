@@ -27,6 +27,7 @@ __all__ = [
     "PlaceValuesModel",
     "PosedModel",
     "ScalarModel",
+    "ScaleModel",
     "SecondModel",
     "Sigma",
     "SigmaModel",
@@ -159,18 +160,19 @@ class ScalarModel(FileModel):
     free: bool | None = None
 
 
-class InstrumentModel(FrameModel):
-    """The instrument's own frame."""
-
-    name: Name | None = None
-    mount: Literal["base", "tool"] = "base"
-
-
 class PlacePriorModel(FileModel):
     """How well the place of a thing is known, as standard deviations in the units of the file."""
 
     length: PositiveFloat
     angle: PositiveFloat
+
+
+class InstrumentModel(FrameModel):
+    """The instrument's own frame."""
+
+    name: Name | None = None
+    mount: Literal["base", "tool"] = "base"
+    prior: PlacePriorModel | None = None
 
 
 class TargetModel(FrameModel):
@@ -227,13 +229,24 @@ def _words(value: Any) -> Any:
 SCALE_MOST = 0.5  # of a length: beyond, nobody means the scale of an instrument
 
 
+class ScaleModel(FileModel):
+    """How far the scale of an instrument may be off: 0 where it is known. Free, it is a number of what was printed, `name`."""
+
+    sigma: float | None = None
+    free: bool = False
+    name: Name = "print"
+
+
 def _scale(value: Any) -> Any:
-    """The standard deviation of the scale as a factor: 0 where it is known."""
     expected = "known, or {sigma: 0.1 %}"
     if value is None or value == "known":
-        return None if value is None else 0.0
-    if not isinstance(value, dict) or set(value) != {"sigma"} or isinstance(value["sigma"], bool):
+        return None if value is None else ScaleModel(sigma=0.0)
+    known = isinstance(value, dict) and value and set(value) <= set(ScaleModel.model_fields)
+    if not known or isinstance(value.get("sigma"), bool) or not (value.get("free") or "sigma" in value):
         refuse("not the scale of an instrument", found=value, expected=expected)
+    given = ScaleModel.model_validate({k: v for k, v in value.items() if k != "sigma"})
+    if "sigma" not in value:
+        return given
     sigma = value["sigma"]
     try:
         found = float(sigma) if isinstance(sigma, int | float) else parse_quantity(str(sigma), "1", key="scale.sigma")
@@ -247,7 +260,7 @@ def _scale(value: Any) -> Any:
         refuse(
             "not the standard deviation of a scale", found=sigma, expected="above 0 and below 50 %; known where it is 0"
         )
-    return found
+    return given.model_copy(update={"sigma": found})
 
 
 class DataModel(FileModel):

@@ -21,7 +21,7 @@ from robocal.errors import FormatError, one_of
 from robocal.files.configurations import RowReader, nowhere, read_configurations, remarks_on_columns
 from robocal.files.csvtable import MissingCells, read_csv
 from robocal.files.data_checks import alternatives, suspicions
-from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, PlacePriorModel, TargetModel
+from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, TargetModel
 from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.kind import Around, KindFile
 from robocal.files.kinds.registry import readers_of
@@ -189,7 +189,7 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
     units = units if model.units is None else read_units(model.units, document)
     owners = frozenset(_owners(chain))
     targets, target = _targets(model, kind, Around(table, document, units, name, owners | {name}))
-    frame = _instrument(model.frame, name, units) if isinstance(model, FramedModel) else None
+    frame = _instrument(model.frame, name, units, document) if isinstance(model, FramedModel) else None
     owners |= {t.name for t in targets} | ({name} if frame else set())
     around = Around(table, document, units, name, owners)
     observations = []
@@ -208,7 +208,7 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
         obs = Observations(
             part.kind or kind.name, where, read.value, read.sigma, frame, targets if part.targeted else (), seen,
             read.extra, read.options, group, str(table.path), None if part.nowhere else table.lines[rows], second,
-            digits=read.digits, scale=model.scale,
+            digits=read.digits, scale=_scale_sigma(model, kind, document),
         )  # fmt: skip
         observations.append(obs)
     warnings = remarks_on_columns(model, document)
@@ -225,9 +225,31 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
     )  # fmt: skip
 
 
-def given_prior(given: FrameModel) -> PlacePriorModel | None:
-    """How well the place of a target is known, where its file says it."""
-    return given.prior if isinstance(given, TargetModel) else None
+def _scale_sigma(model: DataModel, kind: KindFile, document: YamlDocument) -> float | None:
+    """What the scale of the instrument may be off by; nothing where it is a number of its own."""
+    given = model.scale
+    if given is None or not given.free:
+        return None if given is None else given.sigma
+    document.insist(
+        kind.name == "pixels",
+        "no scale of this kind is identified",
+        ("scale", "free"),
+        found=kind.name,
+        expected="pixels",
+    )
+    return 0.0
+
+
+def _prior(
+    given: InstrumentModel | TargetModel, units: Units, document: YamlDocument, at: tuple[str, ...]
+) -> tuple[float, ...] | None:
+    """Standard deviations around a stated place, m and rad."""
+    if given.prior is None:
+        return None
+    document.insist(
+        given.given, "a prior around a place that nobody states", (*at, "prior"), expected="xyz beside prior"
+    )
+    return (*[units.length.to_si(given.prior.length)] * 3, *[units.angle.to_si(given.prior.angle)] * 3)
 
 
 def _owners(machine: Model) -> set[str]:
@@ -254,10 +276,11 @@ def _frame_name(reader: RowReader, place: Path, taken: set[str] | frozenset[str]
     return name
 
 
-def _instrument(given: InstrumentModel, name: str, units: Units) -> Frame:
+def _instrument(given: InstrumentModel, name: str, units: Units, document: YamlDocument) -> Frame:
     # An instrument stands where it stands: metres and any turn, unless its place is stated.
     expected = (0.1, 0.1) if given.given else (10.0, 3.0)
-    return Frame(name, frame_vector(given, units), given.free_flags(True), given.mount, expected, given.has_details)
+    value, prior = frame_vector(given, units), _prior(given, units, document, ("frame",))
+    return Frame(name, value, given.free_flags(True), given.mount, expected, given.has_details, prior)
 
 
 def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Frame, ...], Ints | None]:
@@ -273,16 +296,13 @@ def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Fr
     for name, given in models.items():
         around.refuse_taken(name, ("targets", name))
         # A target whose place is not stated is unknown; what this kind of measurement cannot see of it stays.
-        flags = given.free_flags(not given.given or given_prior(given) is not None)
+        flags = given.free_flags(not given.given or getattr(given, "prior", None) is not None)
         if given.free is None or given.free is True:
             flags = tuple(f and s for f, s in zip(flags, kind.sees, strict=True))
-        expected = (0.01, 0.05) if given.given else (0.2, 3.0)
         mount = getattr(given, "mount", "tool")
-        prior = given_prior(given)
-        known = (
-            None if prior is None else (*[units.length.to_si(prior.length)] * 3, *[units.angle.to_si(prior.angle)] * 3)
-        )
-        frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details, known))
+        expected = (0.01, 0.05) if given.given else (0.2, 3.0) if mount == "tool" else (10.0, 3.0)
+        prior = _prior(given, units, around.document, ("targets", name)) if isinstance(given, TargetModel) else None
+        frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details, prior))
     if cells is None:
         if len(frames) > 1:
             message = "several targets, and no column that says which"

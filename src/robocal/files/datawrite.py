@@ -83,7 +83,11 @@ def data_text(dataset: DataSet, chain: Mechanism, file: str, units: Units | None
     if obs.group and obs.frame is None and not places:
         lines.append(f"group: {quote(obs.group)}")
     lines += _kind(obs).write(_bare(obs), units).lines
-    if obs.scale is not None:
+    if printed := obs.options.get("print"):
+        sigma = obs.options.get("print sigma")
+        share = f"sigma: {number(sigma)}, " if isinstance(sigma, float) else ""
+        lines.append(f"scale: {{{share}free: true, name: {quote(str(printed))}}}")
+    elif obs.scale is not None:
         lines.append(f"scale: {f'{{sigma: {number(obs.scale)}}}' if obs.scale else 'known'}")
     if len(places) == 1:
         lines.append(f"place: {{name: {quote(places[0].name)}, {frame_keys(places[0], units)}}}")

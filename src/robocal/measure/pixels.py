@@ -5,7 +5,8 @@ extra["covariances"] (k, 2, 8) and extra["square and corner"] (k, 2), as in `sig
 camera whose intrinsics are parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the
 symbols to identify. options["known"] are symbols with a prior that they share, of covariance options["covariance"];
 options["together"] are priors that targets share, as the markers of a map. Where extra["growth"] (k, 3) is given, the points of each
-target are at X + e growth: e, the parameter `target.edge`, is by how much its printed squares are larger than stated. The frame is
+target are at X + e growth: e, the parameter `target.edge`, is by how much its printed squares are larger than stated. options["print"]
+names what was printed all together, whose size is a parameter: points are at `print.size` X, within options["print sigma"]. The frame is
 the camera's: mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
 """
 
@@ -66,11 +67,14 @@ class PixelRows(SightRows):
         intrinsics = builder.rows(p.name for p in parameters(obs)[: len(intrinsics_of(obs))])
         sight = np.cumsum(new) - 1
         super().__init__(builder.view(obs, target, index[first]), obs, index, intrinsics, sight)
-        self.point = np.ascontiguousarray(obs.extra["point"][index])
+        self.point = self.growth = np.ascontiguousarray(obs.extra["point"][index])
         # Where what was printed may be larger than stated: by which number of the table, and what that does to points.
-        grows = GROWTH in obs.extra
-        self.growth = np.ascontiguousarray(obs.extra[GROWTH][index]) if grows else self.point
-        self.edge = builder.rows([edge_of(obs.targets[target].name)]) if grows else NONE
+        self.edge = NONE
+        if printed := size_of_print(obs):
+            self.point, self.edge = np.zeros_like(self.growth), builder.rows([printed])
+        elif GROWTH in obs.extra:
+            self.growth = np.ascontiguousarray(obs.extra[GROWTH][index])
+            self.edge = builder.rows([edge_of(obs.targets[target].name)])
         self.grown = NONE  # its column, where that is free
         self.sights = sights_of(sight, np.zeros_like(sight))
         self.correlations: RowCorrelations | None = None
@@ -158,7 +162,9 @@ class PixelRows(SightRows):
         return r - self.values_at(which, first, rows), jac, local
 
     def _edges(self, x: Array) -> Array:
-        """By how much squares are larger than stated, (B, T)."""
+        """What multiplies the growth of points, (B, T): by how much squares are larger than stated, or the size of the print."""
+        if len(self.edge) == 1:
+            return np.ascontiguousarray(np.repeat(x[:, self.edge], len(self.free), axis=1))
         return np.ascontiguousarray(x[:, self.edge]) if len(self.edge) else np.zeros((len(x), len(self.free)))
 
     def behind(self, x: Array) -> float:
@@ -166,7 +172,12 @@ class PixelRows(SightRows):
         first = self.sights.edges[:-1]
         (t, _, _), sight, _ = self.bind(np.full(x.shape[1], -1, dtype=np.int64)).look(x, 0, len(self.index))
         t = t[0, sight[first]]
-        return float(np.mean(np.einsum("si,si->s", t[:, 2, :3], self.point[first]) + t[:, 2, 3] <= 0))
+        return float(np.mean(np.einsum("si,si->s", t[:, 2, :3], self._points(x[:1], first)[0]) + t[:, 2, 3] <= 0))
+
+    def _points(self, x: Array, rows: Any) -> Array:
+        """Where points are in the frame of their target, (B, m, 3); of a single target."""
+        edge = self._edges(x)[:, 0]
+        return np.asarray(self.point[rows] + edge[:, None, None] * self.growth[rows])
 
     def stretch(self, x: Array, r: Array, first: int, rows: int) -> Array:
         """Of points that are stated 1 + s too far from the origin of their target."""
@@ -174,7 +185,7 @@ class PixelRows(SightRows):
         lo, hi = (first, first + rows) if apart is None else apart.whole_blocks(first, rows)
         (t, _, _), sight, _ = self.look(x, lo, hi - lo)
         t = t[:, sight]
-        lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[lo:hi])
+        lever = np.einsum("bmij,bmj->bmi", t[:, :, :3, :3], self._points(x, slice(lo, hi)))
         jp = project(lever + t[:, :, :3, 3], x[:, None, self.numbers])[1]
         out = np.asarray(-np.einsum("bmij,bmj->bmi", jp, lever))
         return out if apart is None else apart.mix(out[..., None], lo)[:, first - lo : first - lo + rows, :, 0]
@@ -284,7 +295,21 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
             for s, v, u, e in zip(model.symbols, values, model.units, model.expected, strict=True)
         ),
         *(Parameter(n, 0.0, "m", n in known, prior=known.get(n)) for n in edges),
+        *_size_of_print(obs),
     ]
+
+
+def _size_of_print(obs: Observations) -> list[Parameter]:
+    """The size of what was printed, where that is to be found."""
+    name, sigma = size_of_print(obs), obs.options.get("print sigma")
+    prior = sigma if isinstance(sigma, float) else SCALE
+    return [Parameter(name, 1.0, "1", True, prior=prior, expected=prior)] if name else []
+
+
+def size_of_print(obs: Observations) -> str:
+    """The parameter that multiplies all points; nothing where their places are as stated."""
+    printed = obs.options.get("print")
+    return f"{printed}.size" if printed else ""
 
 
 def edge_of(target: str) -> str:

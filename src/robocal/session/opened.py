@@ -29,6 +29,7 @@ from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
+from robocal.session.base_markers import place_targets
 from robocal.session.prediction import Prediction
 from robocal.session.watching import Watch, computable
 
@@ -144,6 +145,7 @@ class Opened(Generic[M]):
         one_frame_per_name(reading)
         if freedom_of(self.machine) is not None:
             reading = replace(reading, dataset=place_configurations(self.machine, reading.dataset.by_id()))
+        reading = replace(reading, dataset=place_targets(self.machine, reading.dataset))
         reading, undone = without_half_turns(self.machine, reading)
         return self.inputs_of(reading, *undone)
 

@@ -105,6 +105,8 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
     options |= {"known": lens.known, "covariance": lens.covariance} if lens.known else {}
     options |= {"size": size} if size else {}
     options |= {HALF_TURNS: True} if model.half_turns else {}
+    if model.scale is not None and model.scale.free:
+        options |= {"print": model.scale.name, "print sigma": model.scale.sigma}
     sigma = given.sigma.columns if isinstance(given.sigma, SigmaModel) else None
     extra = corner_covariances(table, sigma, values.sigma)
     values = replace(values, options=options, files=files, extra=extra)

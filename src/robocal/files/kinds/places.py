@@ -120,6 +120,9 @@ def frame_keys(frame: Frame, units: Units) -> str:
             words.append(f"{word}: [{', '.join(number(unit.from_si(v)) for v in part)}]")
     free = [s for s, f in zip(FRAME_SYMBOLS, frame.free, strict=True) if f]
     shown = f"[{', '.join(free)}]" if 0 < len(free) < 6 else str(bool(free)).lower()
+    if frame.prior is not None:
+        both = [*units.length.from_si(np.array(frame.prior[:3])), *units.angle.from_si(np.array(frame.prior[3:]))]
+        words.append(f"sigma: [{', '.join(number(float(v)) for v in both)}]")
     return ", ".join([*words, f"free: {shown}"])
 
 

@@ -27,6 +27,7 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.report.sections import Section
+from robocal.session.base_markers import whole_sights
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_errors import CornerErrors, corner_errors
 from robocal.session.vision.corner_table import CornerTable
@@ -37,7 +38,6 @@ from robocal.session.vision.map_images import fit_with_images, open_corners
 from robocal.session.vision.map_judge import judge_map, remarks_of_map
 from robocal.session.vision.map_moved import MarkerMotion, find_moved
 from robocal.session.vision.map_sizes import EdgeErrors, edges_of
-from robocal.session.vision.marker_places import whole_sights
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 from robocal.vision.maps import MarkerMap
@@ -293,7 +293,7 @@ def _matrix(lens: Lens) -> Array:
 def _moved(table: CornerTable, fit: MapFit, off: CornerErrors) -> list[MarkerMotion]:
     """Markers that are at two places, as seen through the lens that was found."""
     views = se3.inverse(fit.cameras)
-    sights = whole_sights(table.with_prior(fit.lens))
+    sights = whole_sights(table.with_prior(fit.lens).pixels)
     grown = fit.map.size / edges_of(table)
     sights = replace(sights, points=sights.points * grown[sights.marker][:, None, None])
     return find_moved(sights, fit.lens.intrinsics, views, fit.map.poses, off.noise / np.sqrt(2.0))

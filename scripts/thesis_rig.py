@@ -1,0 +1,360 @@
+"""How well one estimate from images and encoders does on the thesis' rig: `python scripts/thesis_rig.py RIG.yaml FOLDER`.
+
+RIG.yaml is `thesis-rig.yaml`. Each seed draws a rig: anchors, camera, lens, markers, poses, tensions and noise. Its files are written to
+FOLDER as a user would have them: robot.yaml, lengths.yaml, pixels.yaml and their tables. `robocal identify` makes a run of them, and
+`robocal cable forward` computes the 20 verification poses from noisy lengths alone. A row tells, of each seed and as median:
+aligned    rms error of the verification poses after the best fit of the identified markers on the true ones, mm and deg
+marker 0   the same in the frame of marker 0, mm
+first      the same relative to the first verification pose, mm
+a          rms error of the frame anchors in the frame of marker 0, mm
+map Z      largest error of the height of a corner, aligned, mm
+predicted  sigma of the poses in the frame of marker 0, as `cable forward` has it, mm
+--case chooses how the lens was calibrated: `real` (OpenCV, 20 views), `dome15` and `dome50` (k1 wrong by 0.015 and 0.05), `tight` (by 0.015
+with a prior of 0.0005), `narrow` (fx 1500, 0.5 px). A seed takes about a minute.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from ruamel.yaml import YAML
+
+import robocal as rc
+from robocal.geometry import fits, se3, so3
+from robocal.vision.camera import project
+
+ZERO = 0.01  # m: zeros of the length sensors are off by that; the rig's file does not say
+SYMBOLS = "fx fy cx cy k1 k2 p1 p2 k3".split()
+BOARD = np.array([(x, y, 0.0) for y in range(7) for x in range(10)]) * 0.04
+DOMES = {"dome15": 0.015, "dome50": 0.05, "tight": 0.015}
+TIGHT = 0.0005  # of the distortion, and 1 px: as a calibration alone states it
+
+
+@dataclass
+class Rig:
+    """Truth (SI), and what is stated beforehand."""
+
+    anchors: np.ndarray
+    platform: np.ndarray
+    zeros: np.ndarray
+    eye: np.ndarray
+    lens: np.ndarray
+    markers: np.ndarray  # T_base_marker (M, 4, 4), marker 0 first
+    edge: float
+    poses: np.ndarray
+    tension: np.ndarray
+    seen: list[tuple[int, int, np.ndarray]]  # pose, marker, corners (4, 2) without noise
+    given_eye: np.ndarray
+    given_lens: np.ndarray
+
+
+def lengths_of(rig: Rig, poses, tension, elongation):
+    """What sensors show, (k, 8), without noise."""
+    b = np.einsum("kij,cj->kci", poses[:, :3, :3], rig.platform) + poses[:, None, :3, 3]
+    full = np.linalg.norm(b - rig.anchors, axis=2)
+    return full / (1 + elongation * tension) - rig.zeros
+
+
+def held(said, anchors, platform, poses):
+    """Tensions nearest to the preferred ones that hold the weight, (k, 8), and which poses are kept."""
+    b = np.einsum("kij,cj->kci", poses[:, :3, :3], platform)
+    away = anchors - b - poses[:, None, :3, 3]
+    unit = away / np.linalg.norm(away, axis=2, keepdims=True)
+    w = np.swapaxes(np.concatenate([unit, np.cross(b, unit)], axis=2), 1, 2)
+    load = np.array([0, 0, -float(said["weight_N"]), 0, 0, 0])
+    t0 = np.full(8, float(said["tensions"]["preferred_N"]))
+    t = t0 - np.einsum("kij,kj->ki", np.linalg.pinv(w), load + w @ t0)
+    low, high = said["tensions"]["pose_kept_if_within_N"]
+    return t, ((t >= low) & (t <= high)).all(axis=1)
+
+
+def draw_poses(said, rng, count):
+    """T_base_platform (count, 4, 4)."""
+    p = said["poses"]
+    tilt = np.deg2rad(p["tilt_max"]) * np.sqrt(rng.random(count))
+    about = rng.uniform(-np.pi, np.pi, count)
+    level = tilt[:, None] * np.column_stack([np.cos(about), np.sin(about), np.zeros(count)])
+    yaw = np.column_stack([np.zeros((count, 2)), np.deg2rad(rng.uniform(*p["yaw"], count))])
+    t = np.tile(np.eye(4), (count, 1, 1))
+    t[:, :3, 3] = np.column_stack([rng.uniform(*p[s], count) for s in "xyz"])
+    t[:, :3, :3] = so3.exp(level) @ so3.exp(yaw)
+    return t
+
+
+def draw_markers(said, rng):
+    """T_base_marker (M, 4, 4); marker 0 is the one in the middle."""
+    m = said["markers"]
+    place = [(np.arange(k) + 0.5) / k * size - size / 2 for k, size in zip(m["grid"], m["floor"], strict=True)]
+    xy = np.stack(np.meshgrid(*place, indexing="ij"), axis=-1).reshape(-1, 2)
+    count = len(xy)
+    tilt = np.column_stack([rng.normal(scale=np.deg2rad(m["tilt_sd"]), size=(count, 2)), np.zeros(count)])
+    turn = np.column_stack([np.zeros((count, 2)), rng.uniform(-np.pi, np.pi, count)])
+    t = np.tile(np.eye(4), (count, 1, 1))
+    t[:, :3, :3] = so3.exp(tilt) @ so3.exp(turn)
+    t[:, :2, 3] = xy + rng.uniform(-m["jitter"], m["jitter"], xy.shape)
+    t[:, 2, 3] = rng.normal(scale=m["height_sd"], size=count)
+    first = int(np.argmin(np.hypot(*xy.T)))
+    return np.concatenate([t[[first]], np.delete(t, first, axis=0)])
+
+
+def square(edge):
+    """Corners of a marker, (4, 3)."""
+    return edge / 2 * np.array([[-1.0, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]])
+
+
+def sightings(said, camera, lens, markers, edge):
+    """Which markers are seen whole from cameras T_base_camera, and where."""
+    if_seen, size = said["marker_seen_if"], np.array(said["camera"]["resolution"])
+    inside = np.einsum("pij,mjk->pmik", se3.inverse(camera), markers)
+    points = np.einsum("pmij,cj->pmci", inside[..., :3, :3], square(edge)) + inside[..., None, :3, 3]
+    z = np.maximum(points[..., 2], 1e-3)
+    steep = np.hypot(points[..., 0], points[..., 1]) / z < np.tan(np.deg2rad(if_seen["angle_from_axis_below"]))
+    uv = project(np.concatenate([points[..., :2], z[..., None]], axis=-1), lens)[0]
+    room = if_seen["border_px"]
+    whole = ((uv > room) & (uv < size - room)).all(axis=-1)
+    side = np.linalg.norm(uv - np.roll(uv, 1, axis=2), axis=-1).min(axis=-1)
+    ok = (steep & whole & (points[..., 2] > 0.1)).all(axis=-1) & (side > if_seen["side_px_above"])
+    return [(int(p), int(m), uv[p, m]) for p, m in np.argwhere(ok)]
+
+
+def calibrated_lens(said, rng, lens):
+    """The lens as OpenCV finds it from 20 views of a board."""
+    import cv2
+
+    width, height = said["camera"]["resolution"]
+    middle = BOARD.mean(axis=0)
+    views = []
+    while len(views) < 20:
+        turn = so3.exp(np.append(rng.uniform(-0.6, 0.6, 2), rng.uniform(-0.3, 0.3)))
+        far = rng.uniform(0.35, 0.9) * lens[0] / 900
+        at = np.append(rng.uniform(-0.5, 0.5, 2) * far * [width / lens[0], height / lens[1]] * 0.8, far)
+        uv = project((BOARD - middle) @ turn.T + at, lens)[0]
+        if (uv > 5).all() and (uv < [width - 5, height - 5]).all():
+            views.append((uv + rng.normal(scale=0.2, size=uv.shape)).astype(np.float32))
+    points = [BOARD.astype(np.float32)] * len(views)
+    _, k, d, _, _ = cv2.calibrateCamera(points, views, (width, height), None, None, flags=cv2.CALIB_FIX_K3)
+    return np.array([k[0, 0], k[1, 1], k[0, 2], k[1, 2], *d.ravel()[:5]])
+
+
+def draw(said, seed, case):
+    """One rig."""
+    rng = np.random.default_rng([seed, 36])
+    nominal, platform = np.array(said["frame_anchors_nominal"]), np.array(said["platform_anchors"])
+    anchors = nominal + rng.normal(scale=0.03, size=nominal.shape)
+    c = dict(said["camera"])
+    c |= said["narrow_view_case"] if case == "narrow" else {}
+    width, height = c["resolution"]
+    fy = c["fx"] * said["camera"]["fy"] / said["camera"]["fx"]
+    centre = np.array([width, height]) / 2 + rng.normal(scale=8.0, size=2)
+    lens = np.array([c["fx"], fy, *centre, c["k1"], c["k2"], c["p1"], c["p2"], 0.0])
+    given_eye = np.diag([1.0, -1.0, -1.0, 1.0])
+    given_eye[:3, 3] = said["camera_in_platform_nominal"]["translation"]
+    eye = given_eye.copy()
+    eye[:3, 3] += rng.normal(scale=0.002, size=3)
+    eye[:3, :3] = so3.exp(rng.normal(scale=np.deg2rad(0.3), size=3)) @ given_eye[:3, :3]
+    markers = draw_markers(said, rng)
+    edge = said["markers"]["size"] * (1 + rng.choice([-1, 1]) * said["markers"]["print_scale_error"])
+    want = said["poses"]["calibration"] + said["poses"]["verification"]
+    poses, tension = np.empty((0, 4, 4)), np.empty((0, 8))
+    while len(poses) < want:
+        some = draw_poses(said, rng, want)
+        t, kept = held(said, anchors, platform, some)
+        poses, tension = np.concatenate([poses, some[kept]]), np.concatenate([tension, t[kept]])
+    poses, tension = poses[:want], tension[:want]
+    seen = sightings(said, poses[: said["poses"]["calibration"]] @ eye, lens, markers, edge)
+    if case in DOMES:
+        given = lens.copy()
+        given[4] += DOMES[case]
+    else:
+        given = calibrated_lens(said, rng, lens)
+    zeros = rng.normal(scale=ZERO, size=8)
+    return Rig(anchors, platform, zeros, eye, lens, markers, edge, poses, tension, seen, given_eye, given), rng, c
+
+
+def table(path, head, rows):
+    """A CSV."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file)
+        out.writerow(head)
+        out.writerows(rows)
+
+
+def numbers(values, digits=6):
+    """A list in YAML."""
+    return "[" + ", ".join(f"{v:.{digits}f}" for v in values) + "]"
+
+
+def write(said, folder, rig, rng, camera, case):
+    """The files that a user has."""
+    folder.mkdir(parents=True, exist_ok=True)
+    many = said["poses"]["calibration"]
+    cable, known = said["cable"], said["cable"]["tension_known_to"]
+    names = [f"c{i + 1}" for i in range(8)]
+    read = lengths_of(rig, rig.poses, rig.tension, cable["elongation_per_N"])
+    read = read + rng.normal(scale=cable["length_noise"], size=read.shape)
+    told = np.abs(rig.tension * (1 + rng.normal(scale=known, size=read.shape)))
+    anchors = "\n".join(f"  A{i + 1}: {numbers(v)}" for i, v in enumerate(said["frame_anchors_nominal"]))
+    points = "\n".join(f"  B{i + 1}: {numbers(v)}" for i, v in enumerate(said["platform_anchors"]))
+    cables = "\n".join(f"  - {{name: c{i + 1}, frame: A{i + 1}, platform: B{i + 1}, zero: 0}}" for i in range(8))
+    (folder / "robot.yaml").write_text(
+        f"robocal: 1\nname: thesis rig\nkind: cable\nunits: {{length: m, angle: deg, force: N, mass: kg}}\n"
+        f"frame_anchors:\n{anchors}\nplatform_anchors:\n{points}\ncables:\n{cables}\n"
+        f"every_cable: {{tension: [10, 140], elasticity: {cable['elongation_per_N']}}}\n"
+        f"platform: {{mass: {said['weight_N'] / 9.81:.4f}, centre_of_mass: [0, 0, 0]}}\n"
+        "calibrate: {free: [ax, ay, az, l0]}\nsource: simulated\n",
+        encoding="utf-8",
+    )
+    pulls = [f"t{i + 1} [N]" for i in range(8)]
+    rows = [[f"p{i}", *(f"{v:.6f}" for v in (*read[i], *told[i]))] for i in range(many)]
+    table(folder / "lengths.csv", ["id", *(f"{n} [m]" for n in names), *pulls], rows)
+    (folder / "lengths.yaml").write_text(
+        f"robocal: 1\nkind: lengths\nfile: lengths.csv\nlengths: {{columns: [{', '.join(names)}], sigma: {cable['length_noise']}}}\n"
+        "tension: {columns: [t1, t2, t3, t4, t5, t6, t7, t8]}\nconfiguration: {id: id}\n",
+        encoding="utf-8",
+    )
+    noise = camera["corner_noise_px"]
+    rows = []
+    for p, m, uv in rig.seen:
+        uv = uv + rng.normal(scale=noise, size=uv.shape)
+        rows += [[f"p{p}", f"m{m}", k, f"{u:.4f}", f"{v:.4f}"] for k, (u, v) in enumerate(uv.tolist())]
+    table(folder / "pixels.csv", ["id", "marker", "corner", "u", "v"], rows)
+    wide = said["prior_used"]
+    px, bend = (1.0, TIGHT) if case == "tight" else (wide["focal_and_centre_px"], wide["distortion"])
+    words = ", ".join(f"{s}: {v:.8g}" for s, v in zip(SYMBOLS, rig.given_lens, strict=True))
+    sigma = ", ".join(f"{s}: {px if i < 4 else bend}" for i, s in enumerate(SYMBOLS[:8]))
+    eye = se3.to_vector(rig.given_eye)
+    first = se3.to_vector(rig.markers[0])
+    seen = sorted({m for _, m, _ in rig.seen} - {0})
+    frame = f"xyz: {numbers(eye[:3])}, rotation_vector: {numbers(np.degrees(eye[3:]))}"
+    zero = f"xyz: {numbers(first[:3], 9)}, rotation_vector: {numbers(np.degrees(first[3:]), 9)}"
+    others = "\n".join(f"  m{m}: {{mount: base, free: true}}" for m in seen)
+    (folder / "pixels.yaml").write_text(
+        f"robocal: 1\nkind: pixels\nfile: pixels.csv\nunits: {{length: m, angle: deg}}\npixels: {{columns: [u, v], sigma: {noise}}}\n"
+        f"corners: {{column: corner, size: {said['markers']['size']}}}\nimage: {said['camera']['resolution']}\n"
+        f"camera: {{name: lens, {words}, sigma: {{{sigma}}}}}\n"
+        f"frame: {{name: eye, mount: tool, free: true, {frame}{EYE}}}\n{SIZE}"
+        f"target: {{column: marker}}\ntargets:\n  m0: {{mount: base, free: false, {zero}}}\n{others}\nconfiguration: {{id: id}}\n",
+        encoding="utf-8",
+    )
+    rows = [[f"v{i}", *(f"{v:.6f}" for v in (*read[i], *told[i]))] for i in range(many, len(read))]
+    head = ["id", *(f"{n} [m]" for n in names), *(f"{n}.tension [N]" for n in names)]
+    table(folder / "verify.csv", head, rows)
+
+
+EYE = ", prior: {length: 0.002, angle: 0.3}"
+SIZE = "scale: {sigma: 0.3 %, free: true}\n"
+
+
+def identified(run):
+    """Poses of the markers by number, T_base_marker, and frame anchors (8, 3)."""
+    made = json.loads((run / "result.json").read_text(encoding="utf-8"))
+    value = {p["name"]: p["identified"] for p in made["parameters"] if p["identified"] is not None}
+    stated = {p["name"]: p["nominal"] for p in made["parameters"]}
+    anchors = [[value.get(f"c{i}.a{s}", stated[f"c{i}.a{s}"]) for s in "xyz"] for i in range(1, 9)]
+    markers = {}
+    for f in made["frames"]:
+        pose = f["pose"]
+        if pose["child"].startswith("m"):
+            t = np.eye(4)
+            x, y, z, w = pose["quaternion_xyzw"]
+            t[:3, :3] = np.array([
+                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+            ])  # fmt: skip
+            t[:3, 3] = pose["position"]["xyz"]
+            markers[int(pose["child"][1:])] = t
+    return markers, np.array(anchors)
+
+
+def off(found, true):
+    """Rms errors of poses, mm and deg."""
+    turn = so3.log(found[:, :3, :3] @ np.swapaxes(true[:, :3, :3], 1, 2))
+    place = found[:, :3, 3] - true[:, :3, 3]
+    return 1e3 * float(np.sqrt((place**2).sum(axis=1).mean())), float(np.degrees(np.sqrt((turn**2).sum(axis=1).mean())))
+
+
+def judge(rig, markers, anchors, poses, sigma, true):
+    """What is found against the truth, by the names of the columns."""
+    numbers_ = sorted(markers)
+    own = square(rig.edge)
+    found, real = (np.concatenate([own @ t[:3, :3].T + t[:3, 3] for t in some])
+                   for some in ([markers[m] for m in numbers_], [rig.markers[m] for m in numbers_]))  # fmt: skip
+    move = fits.rigid(found, real)
+    aligned = off(move @ poses, true)
+    first = off(se3.inverse(poses[0]) @ poses, se3.inverse(true[0]) @ true)
+    moved = found @ move[:3, :3].T + move[:3, 3]
+    a = anchors - rig.anchors
+    at = off(poses, true)
+    return {
+        "aligned mm": aligned[0], "aligned deg": aligned[1], "marker 0 mm": at[0], "first mm": first[0],
+        "a mm": 1e3 * float(np.sqrt((a**2).sum(axis=1).mean())), "map Z mm": 1e3 * float(np.abs(moved - real)[:, 2].max()),
+        "predicted": 1e3 * float(np.sqrt(np.mean(np.square(sigma)))),
+    }  # fmt: skip
+
+
+def verify(folder, rig, said, run="run"):
+    """The verification poses from lengths alone, by the identified robot."""
+    markers, anchors = identified(folder / run)
+    markers[0] = rig.markers[0]
+    noise = said["cable"]["length_noise"]
+    made = rc.cable.forward(folder / run, folder / "verify.csv", sigma=noise)
+    columns = {c.name: np.asarray(c.values) for c in made.listing.columns if c.name != "id"}
+    vector = np.column_stack([columns[n] for n in "xyz"] + [np.radians(columns[n]) for n in ("rx", "ry", "rz")])
+    true = rig.poses[said["poses"]["calibration"] :]
+    return judge(
+        rig, markers, anchors, se3.from_vector(vector.astype(float)), columns["sigma_position"].astype(float), true
+    )
+
+
+def main():
+    """Draws, identifies, verifies and prints."""
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("rig", type=Path)
+    words.add_argument("folder", type=Path)
+    words.add_argument("--case", default="real", choices=["real", *DOMES, "narrow"])
+    words.add_argument("--seeds", type=int, default=40)
+    words.add_argument("--first", type=int, default=0)
+    words.add_argument("--draw", action="store_true", help="write the files alone")
+    given = words.parse_args()
+    said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))
+    rows = []
+    for seed in range(given.first, given.first + given.seeds):
+        folder = given.folder / given.case / str(seed)
+        rig, rng, camera = draw(said, seed, given.case)
+        write(said, folder, rig, rng, camera, given.case)
+        if given.draw:
+            continue
+        began = time.process_time()
+        data = [folder / "lengths.yaml", folder / "pixels.yaml"]
+        made = rc.identify(folder / "robot.yaml", data, output=folder / "run", force=True)
+        spent = time.process_time() - began
+        row = verify(folder, rig, said)
+        rows.append(row)
+        said_of = ", ".join(dict.fromkeys(r.code for r in made.result.remarks if r.code in NAMED))
+        figures = "  ".join(f"{k} {v:.2f}" for k, v in row.items())
+        print(f"{seed}: {made.result.verdict.status}  {figures}  {spent:.0f} s  {said_of}", flush=True)
+    if rows:
+        middle = {k: float(np.median([r[k] for r in rows])) for k in rows[0]}
+        pooled = [np.sqrt(np.mean([r[k] ** 2 for r in rows])) for k in ("marker 0 mm", "predicted")]
+        print(f"median of {len(rows)}: " + "  ".join(f"{k} {v:.2f}" for k, v in middle.items()))
+        print(f"pooled rms over predicted (frame of marker 0): {pooled[0] / pooled[1]:.2f}")
+
+
+NAMED = (
+    "lens-contradicted",
+    "scale-of-instrument",
+    "scale-of-drums",
+    "prior-contradicted",
+    "above-stated-noise",
+    "outliers",
+)
+
+if __name__ == "__main__":
+    main()

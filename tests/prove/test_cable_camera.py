@@ -1,0 +1,54 @@
+"""A platform on cables with a camera that looks at markers: one estimate through the files of the example."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from cli.runs import robocal
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "cable-camera"
+CODE = "prior-contradicted"
+
+
+def identify(folder, change=lambda text: text):
+    """The example with another pixels.yaml."""
+    for name in ("robot.yaml", "lengths.yaml", "lengths.csv", "pixels.csv"):
+        shutil.copy(EXAMPLE / name, folder)
+    (folder / "pixels.yaml").write_text(change((EXAMPLE / "pixels.yaml").read_text()))
+    files = [folder / n for n in ("robot.yaml", "lengths.yaml", "pixels.yaml")]
+    return robocal("identify", *files, "--no-leave-one-out", "--json")
+
+
+def lens_within(sigma):
+    """The distortion stated to `sigma`."""
+    return lambda text: re.sub(r"(k1|k2|p1|p2): 0\.05", rf"\1: {sigma}", text)
+
+
+def codes(ran):
+    return [r["code"] for r in ran.document["remarks"]]
+
+
+@pytest.mark.slow
+def test_a_wrong_k1_is_found_beside_the_robot(tmp_path):
+    ran = identify(tmp_path)
+    assert ran.status == 0 and ran.document["verdict"]["status"] == "improved" and CODE not in codes(ran)
+    found = {p["name"]: p for p in ran.document["parameters"]}
+    for name, true in (("lens.k1", -0.18), ("lens.fx", 900.0), ("eye.z", -0.25)):
+        assert abs(found[name]["identified"] - true) < max(4 * found[name]["sigma"], 8e-3), name
+    # The print is 0.3 % off, to one side or the other, and the cables tell which.
+    assert abs(abs(found["print.size"]["identified"] - 1) - 3e-3) < 4 * found["print.size"]["sigma"]
+    for group in ran.document["fit"]["groups"]:
+        assert group["chi2"] < 1.3 * group["dof"]
+
+
+# obeys: prior-contradicted
+@pytest.mark.slow
+def test_a_lens_that_is_stated_too_well_names_the_camera(tmp_path):
+    ran = identify(tmp_path, lens_within("0.0005"))
+    (said,) = [r for r in ran.document["remarks"] if r["code"] == CODE]
+    assert "the camera (lens)" in said["sentence"] and said["numbers"]["z"] > 5
+    again = identify(tmp_path, lens_within("0.05"))
+    assert CODE not in codes(again) and again.status == 0

@@ -1,0 +1,55 @@
+"""Markers on the base whose places nobody states, before a camera that the machine carries: where they start."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cables.thesis_rig import SIX, specification, thesis_rig
+
+from robocal.geometry import se3, so3
+from robocal.measure.data import DataSet
+from robocal.session.base_markers import place_targets
+from robocal.vision.camera import SYMBOLS
+
+NEAR = 0.08, 0.08  # m, rad: far less than markers are apart, and near enough for any fit
+
+
+@pytest.fixture(scope="module")
+def rig(shared_data):
+    return thesis_rig(specification(shared_data), 5, poses=25, grid=(5, 4))
+
+
+def unplaced(rig, known):
+    """The data without places of the markers, but of the first where it is `known`; the lens is the true one."""
+    pixels, lengths = rig.data.observations
+    lens = tuple(float(rig.truth[rig.problem.table.index[f"lens.{s}"]]) for s in SYMBOLS)
+    pixels = replace(pixels, options={**pixels.options, "intrinsics": lens})
+    targets = tuple(
+        t if known and i == 0 else replace(t, value=(0.0,) * 6, free=SIX) for i, t in enumerate(pixels.targets)
+    )
+    return DataSet(rig.data.configurations, (replace(pixels, targets=targets), lengths))
+
+
+def true_places(rig):
+    table = rig.problem.table
+    names = [t.name for t in rig.data.observations[0].targets]
+    rows = [[table.index[f"{n}.{s}"] for s in ("x", "y", "z", "rx", "ry", "rz")] for n in names]
+    return se3.from_vector(rig.truth[np.array(rows)])
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_they_start_near_where_they_are(rig, known):
+    placed = place_targets(rig.robot, unplaced(rig, known))
+    pixels = placed.observations[0]
+    seen = np.unique(pixels.target)
+    found, true = se3.from_vector([t.value for t in pixels.targets])[seen], true_places(rig)[seen]
+    assert np.linalg.norm(found[:, :3, 3] - true[:, :3, 3], axis=1).max() < NEAR[0]
+    turn = np.linalg.norm(so3.log(found[:, :3, :3] @ np.swapaxes(true[:, :3, :3], 1, 2)), axis=1)
+    assert turn.max() < NEAR[1]
+    assert place_targets(rig.robot, placed).observations[0].targets == pixels.targets  # nothing is done twice
+
+
+def test_what_is_stated_stays(rig):
+    assert place_targets(rig.robot, rig.data) is rig.data
