@@ -6,7 +6,7 @@ FOLDER as a user would have them: robot.yaml, lengths.yaml, pixels.yaml and thei
 aligned    rms error of the verification poses after the best fit of the identified markers on the true ones, mm and deg
 marker 0   the same in the frame of marker 0, mm
 first      the same relative to the first verification pose, mm
-a          rms error of the frame anchors in the frame of marker 0, mm
+a          rms error of a coordinate of the frame anchors in the frame of marker 0, mm
 map Z      largest error of the height of a corner, aligned, mm
 predicted  sigma of the poses in the frame of marker 0, as `cable forward` has it, mm
 --case chooses how the lens was calibrated: `real` (OpenCV, 20 views), `dome15` and `dome50` (k1 wrong by 0.015 and 0.05), `tight` (by 0.015
@@ -24,6 +24,7 @@ from pathlib import Path
 
 import numpy as np
 from ruamel.yaml import YAML
+from scipy.spatial.transform import Rotation
 
 import robocal as rc
 from robocal.geometry import fits, se3, so3
@@ -262,12 +263,7 @@ def identified(run):
         pose = f["pose"]
         if pose["child"].startswith("m"):
             t = np.eye(4)
-            x, y, z, w = pose["quaternion_xyzw"]
-            t[:3, :3] = np.array([
-                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-            ])  # fmt: skip
+            t[:3, :3] = Rotation.from_quat(pose["quaternion_xyzw"]).as_matrix()
             t[:3, 3] = pose["position"]["xyz"]
             markers[int(pose["child"][1:])] = t
     return markers, np.array(anchors)
@@ -294,7 +290,7 @@ def judge(rig, markers, anchors, poses, sigma, true):
     at = off(poses, true)
     return {
         "aligned mm": aligned[0], "aligned deg": aligned[1], "marker 0 mm": at[0], "first mm": first[0],
-        "a mm": 1e3 * float(np.sqrt((a**2).sum(axis=1).mean())), "map Z mm": 1e3 * float(np.abs(moved - real)[:, 2].max()),
+        "a mm": 1e3 * float(np.sqrt((a**2).mean())), "map Z mm": 1e3 * float(np.abs(moved - real)[:, 2].max()),
         "predicted": 1e3 * float(np.sqrt(np.mean(np.square(sigma)))),
     }  # fmt: skip
 
