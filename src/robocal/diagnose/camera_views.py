@@ -213,6 +213,7 @@ class _ViewSearch:
             return _ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):
             everyone = np.arange(len(part.configurations))
+
             def hopeless(problem: Problem, x: Array) -> bool:
                 trial = _measure(part, problem, x)
                 return against is not None and not any(_explains(against, trial, k) for k in range(2))
