@@ -110,6 +110,22 @@ def test_a_lens_that_is_found_beside_the_camera(tmp_path):
     assert np.abs(off_by(told, made)).max() < 4
 
 
+def test_a_lens_that_nobody_gives(tmp_path):
+    """--free-lens alone begins with the lens that the views tell; views that are not tilted tell none."""
+    made = world(5, count=20)
+    words = (corners(tmp_path, made), poses(tmp_path, made.told, names=named(made)), "--image", IMAGE)
+    told, status = hand_eye(*words, "--free-lens", "-o", tmp_path / "cell")
+    assert status == 0, told["verdict"]
+    found = read_lens(tmp_path / "cell" / "lens.yaml").lens
+    assert abs(found.numbers[0] - 1050) < 4 * found.sigma["fx"] < 20
+    assert np.abs(off_by(told, made)).max() < 4
+    assert robocal("vision", "hand-eye", *words).status == 2
+    flat = world(6, count=12, axis=(0, 0, 1))
+    words = (corners(tmp_path, flat), poses(tmp_path, flat.told, names=named(flat)), "--image", IMAGE)
+    ran = robocal("vision", "hand-eye", *words, "--free-lens")
+    assert ran.status == 2 and "these views do not tell a lens" in ran.err, ran.err
+
+
 def test_pairs_by_time(tmp_path):
     """Names of images are their times in ns; the robot's poses come every 0.1 s, and views without one nearby are left out."""
     made = world(6, count=10)

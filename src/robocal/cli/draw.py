@@ -57,7 +57,7 @@ def _drawn(block: blocks.Block) -> list[Any]:
         case blocks.Text() | blocks.Remarks() | blocks.VerdictBlock() | blocks.Facts():
             return [_line(line) for line in block.lines]
         case blocks.Table():
-            return [_table(block)]
+            return [_table(block), *([Text(block.rest, style=STYLES["quiet"])] if block.rest else [])]
         case blocks.Written():
             return [_paths(block)] if block.paths else []
         case blocks.Pair():

@@ -8,8 +8,10 @@ numbers: {fx: 1400.2, fy: 1399.8, cx: 641.1, cy: 482.5, k1: -0.21, k2: 0.05, p1:
 sigma: {fx: 0.8, fy: 0.8, cx: 1.1, cy: 1.0, k1: 0.002}     # of those that were identified
 correlation: [[1, 0.98, ...], ...]                         # of these, in their order
 source: what it was made from
+shutter: rolling                  # where it is: images are of stops then
 
-The other formats say nothing of sigma. The centre of the first pixel is (0, 0) in all of them.
+Intrinsics of librealsense are read too
+(`factory_lens`). The other formats say nothing of sigma. The centre of the first pixel is (0, 0) in all of them.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from pydantic import BeforeValidator, FiniteFloat, PositiveInt
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.errors import FormatError, ModelError, look_up
+from robocal.files.factory_lens import factory_lens, is_factory, is_listing, listed_lens
 from robocal.files.other_lenses import (
     cameras_of,
     check_numbers,
@@ -46,16 +49,18 @@ from robocal.vision.lenses import Lens
 __all__ = ["FORMS", "LensFile", "Numbers", "covariance_of", "lens_text", "read_lens", "spread_keys"]
 
 LIMIT = 1 << 20  # bytes
-EXPECTED = "lens.yaml of robocal, a FileStorage of OpenCV, camera_info of ROS, or a camchain of Kalibr"
+EXPECTED = "lens.yaml of robocal, a FileStorage of OpenCV, camera_info of ROS, a camchain of Kalibr, or intrinsics of librealsense"
 
 
 @record
 class LensFile:
-    """A lens as a file has it, the file, and the format: a key of FORMS."""
+    """A lens as a file has it, the file, the format: a key of FORMS or `factory`; and whether the shutter is
+    known to roll."""
 
     lens: Lens
     file: InputFile
     form: str
+    rolling: bool = False
 
 
 # --- robocal's own --------------------------------------------------------------------------------------------------------
@@ -84,12 +89,16 @@ class LensModelFile(FileModel):
     sigma: Numbers = None
     correlation: list[list[FiniteFloat]] | None = None
     source: str = ""
+    shutter: Literal["global", "rolling"] | None = None
 
 
 def _read_own(document: YamlDocument, camera: str) -> Lens:
     kind = document.data.get("kind")
     document.insist(kind == "lens", "this is no lens", ("kind",), found=kind, expected="kind: lens")
     given = validate(LensModelFile, document)
+    if re.fullmatch(r"line[-_ ]?scan|push[-_ ]?broom", given.model):
+        expected = "a camera with an image of rows and columns"
+        document.fail("a line-scan camera is not read: its images are of many moments", ("model",), expected=expected)
     document.insist_known(given.model, tuple(MODELS), "no such model of lenses", ("model",))
     symbols = MODELS[given.model].symbols
     for symbol in given.numbers:
@@ -181,17 +190,22 @@ def lens_text(lens: Lens, form: str = "robocal", name: str = "camera") -> str:
 def _form(data: Mapping[str, Any]) -> str:
     if "robocal" in data:
         return "robocal"
+    if is_factory(data):
+        return "factory"
     return "ros" if "camera_matrix" in data else "kalibr" if cameras_of(data) else ""
 
 
-def read_lens(path: str | os.PathLike[str], camera: str = "") -> LensFile:
-    """Reads a lens in any of FORMS; `camera` chooses one of several. Raises FileError, or FormatError naming the line and key."""
+def read_lens(path: str | os.PathLike[str], camera: str = "", size: tuple[int, int] | None = None) -> LensFile:
+    """Reads a lens in any of FORMS, or of a depth camera; `camera`, or the size of the images, chooses one of several. Raises
+    FileError, or FormatError naming the line and key."""
     source = read_text(path, limit=LIMIT)
     text = source.text
     if text.startswith("<"):
         raise FormatError(
             "this is XML", file=source.path, row=1, expected="the same as YAML: a FileStorage whose name ends in .yml"
         )
+    if is_listing(text):
+        return LensFile(listed_lens(source, camera, size), InputFile(source.path, source.sha256), "factory")
     storage = text.startswith("%YAML:")
     if storage:
         # FileStorage's first line and tags are no YAML of today; as many characters stay, so that lines do.
@@ -200,5 +214,12 @@ def read_lens(path: str | os.PathLike[str], camera: str = "") -> LensFile:
     form = "opencv" if storage else _form(document.data)
     if not form:
         document.fail("this is no lens", (), found=f"the keys {', '.join(list(document.data)[:4])}", expected=EXPECTED)
-    readers = {"robocal": _read_own, "opencv": read_matrices, "ros": read_matrices, "kalibr": read_kalibr}
-    return LensFile(readers[form](document, camera), InputFile(source.path, source.sha256), form)
+    readers = {
+        "robocal": _read_own,
+        "opencv": read_matrices,
+        "ros": read_matrices,
+        "kalibr": read_kalibr,
+        "factory": factory_lens,
+    }
+    rolling = form == "robocal" and document.data.get("shutter") == "rolling"
+    return LensFile(readers[form](document, camera), InputFile(source.path, source.sha256), form, rolling)

@@ -14,9 +14,10 @@ from robocal.errors import FileError, FormatError
 from robocal.files.csvtable import CsvTable
 from robocal.files.headers import IDS, matrices
 from robocal.files.text import InputFile
+from robocal.files.units import parse_unit
 from robocal.files.yamlio import YamlDocument, load
 
-__all__ = ["TIMES", "FolderSource", "TableSource"]
+__all__ = ["FolderSource", "TableSource", "read_times"]
 
 NAMES = ("image", "view", "file", "name", *IDS)  # columns that name what belongs to a pose
 TIMES = ("time", "timestamp", "stamp", "t")
@@ -117,6 +118,16 @@ class FolderSource:
 
     def fail(self, message: str, row: int | None = None, **facts: Any) -> FormatError:
         return FormatError(message, file=self.path if row is None else self.documents[row].path, **facts)
+
+
+def read_times(source: TableSource | FolderSource) -> tuple[Array | None, str]:
+    """Times in s, or None; and the unit that the head of their column states. Raises FormatError."""
+    time = next(filter(source.has, TIMES), None)
+    if time is None:
+        return None, ""
+    stated = source.unit(time) or ""
+    unit = parse_unit(stated or "s", "s", file=source.path, column=time)
+    return np.asarray(unit.to_si(source.numbers([time])[:, 0])), unit.name if stated else ""
 
 
 def _flat(data: Mapping[str, Any], prefix: str = "", depth: int = 0) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from robocal._types import Array, Bools
 from robocal.errors import ModelError
 from robocal.files import orientation
 from robocal.files.csvtable import read_csv
-from robocal.files.robot_pose_source import TIMES, FolderSource, TableSource
+from robocal.files.robot_pose_source import FolderSource, TableSource, read_times
 from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Unit, parse_unit
 from robocal.geometry import se3, so3
@@ -59,7 +59,7 @@ MAKERS: Mapping[str, Maker] = MappingProxyType({
 @record(eq=False)
 class RobotPoses:
     """Poses T_base_flange (m, 4, 4) in SI; name and time (s, or None) of each; `notation`: how the numbers were read; `numbers` (m, k)
-    and `form` of their orientations as they stand in the file, angles in rad."""
+    and `form` of their orientations as they stand in the file, angles in rad; `clock`: the unit of times that a header states."""
 
     names: tuple[str, ...] | None
     times: Array | None
@@ -68,6 +68,7 @@ class RobotPoses:
     form: str
     numbers: Array
     files: tuple[InputFile, ...]
+    clock: str = ""
 
     def __len__(self) -> int:
         return len(self.pose)
@@ -135,12 +136,8 @@ class _Reader:
         t, length = self._lengths(place)
         turn, numbers, form, said = self._matrix(whole[0]) if whole else self._turns()
         words = f"{', '.join(place)} in {length.name}; {said}"
-        time = next(filter(source.has, TIMES), None)
-        times = None
-        if time is not None:
-            unit = parse_unit(source.unit(time) or "s", "s", file=source.path, column=time)
-            times = np.asarray(unit.to_si(source.numbers([time])[:, 0]))
-        return RobotPoses(source.names, times, se3.compose(turn, t), words, form, numbers, source.files)
+        times, clock = read_times(source)
+        return RobotPoses(source.names, times, se3.compose(turn, t), words, form, numbers, source.files, clock)
 
     def _columns(self, options: Sequence[Sequence[str]], what: str, expected: str) -> tuple[str, ...]:
         for names in options:

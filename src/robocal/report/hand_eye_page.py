@@ -36,7 +36,9 @@ def hand_eye_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     axes = "Axes of a camera: x to the right, y down, z forward, of the image."
     yield Section.of("Where they are", *map(listing_table, found.places), *quiet(f"{words} {axes}"), key="frames")
     if found.lens_numbers is not None:
-        yield Section.of("The lens", listing_table(found.lens_numbers), *quiet(found.opened.named), key="lens")
+        yield Section.of("The lens", listing_table(found.lens_numbers), *quiet(found.opened.source.words), key="lens")
+    if found.unknowns is not None:
+        yield Section.of("Clock and size", listing_table(found.unknowns), key="unknowns")
     if found.alternatives:
         yield Section.of(
             "How the robot's poses were read",
@@ -47,7 +49,8 @@ def hand_eye_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     table = listing_table(found.pairs)
     pairs = type(table)(table.columns, table.rows, table.right, brief=BRIEF)
     alone = found.opened.pairs.poses_alone
-    more = (f"poses without a view: {', '.join(alone[:BRIEF])}",) if alone else ()
+    rest = f" and {len(alone) - BRIEF} more" if len(alone) > BRIEF else ""
+    more = (f"poses without a view: {', '.join(alone[:BRIEF])}{rest}",) if alone else ()
     yield Section.of(
         "Which view has which pose", pairs, *quiet(f"paired {found.opened.pairs.description}", *more), key="pairs"
     )

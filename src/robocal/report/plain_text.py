@@ -59,3 +59,5 @@ def _table(block: Table) -> Iterator[str]:
             c.rjust(w) if i in block.right else c.ljust(w) for i, (c, w) in enumerate(zip(row, widths, strict=True))
         )
         yield "  ".join(cells).rstrip()
+    if block.rest:
+        yield block.rest

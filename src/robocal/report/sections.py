@@ -85,11 +85,20 @@ class Table:
     detail: tuple[int, ...] = ()
     terse: tuple[int, ...] = ()
     brief: int | None = None
+    omitted: int = 0
 
     @property
     def short(self) -> Table:
-        """The same where there is little room."""
-        return replace(self, rows=self.rows[: self.brief], styles=self.styles[: self.brief]).without(self.detail)
+        """The same where there is little room, and how many rows it lacks."""
+        omitted = 0 if self.brief is None else max(0, len(self.rows) - self.brief)
+        return replace(self, omitted=omitted, rows=self.rows[: self.brief], styles=self.styles[: self.brief]).without(
+            self.detail
+        )
+
+    @property
+    def rest(self) -> str:
+        """How many rows there are besides those that it has."""
+        return f"and {self.omitted} more" if self.omitted else ""
 
     @property
     def full(self) -> Table:

@@ -8,12 +8,13 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._record import replace
+from robocal._types import Array
 from robocal.diagnose.camera_views import AXES_EXCHANGED, IMAGE_MIRRORED, TARGET_TURNED, VIEWS_SHIFTED
-from robocal.diagnose.limits import LENS_CONTRADICTED, LENS_MATERIAL, LENS_PULL
+from robocal.diagnose.limits import HAND_STILL, HAND_TURNS, LENS_CONTRADICTED, LENS_MATERIAL, LENS_PULL
 from robocal.diagnose.segments.find import find_segments
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import uncertainty
-from robocal.geometry import se3
+from robocal.geometry import se3, so3
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Rig
@@ -23,7 +24,7 @@ from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.hand_eye_data import HandEyeData
 
-__all__ = ["OF_VIEWS", "contradict_lens", "find_moves", "restate"]
+__all__ = ["OF_VIEWS", "contradict_lens", "find_moves", "restate", "stands_still"]
 
 PIXELS = ("fx", "fy", "cx", "cy")
 FEWEST = 5  # grid: views that tell a lens
@@ -152,3 +153,27 @@ def find_moves(opened: HandEyeData, made: Decision[Rig]) -> list[Remark]:
         )
         for s in find_segments(Rig("robot", freedom=()), data, made.values)
     ]
+
+
+def stands_still(opened: HandEyeData) -> Remark | None:
+    """One of robot and target that turns in all views together by less than the noise, while the other does turn."""
+    where, seen = opened.target_views()
+    if len(where) < FEWEST:
+        return None
+    hand, target = (_turn(p) for p in (opened.flange[where], seen))
+    if min(hand, target) > HAND_STILL or max(hand, target) < HAND_TURNS:
+        return None
+    words = ("the target in the images", "the robot's flange")
+    return Remark.of(
+        Code.ONE_STANDS_STILL,
+        still=words[int(hand < target)],
+        moving=words[int(hand >= target)],
+        turn=Quantity(min(hand, target), "rad"),
+        other=Quantity(max(hand, target), "rad"),
+    )
+
+
+def _turn(poses: Array) -> float:
+    """The median angle from the first of poses (m, 4, 4) to the others, rad."""
+    away = np.swapaxes(poses[:1, :3, :3], 1, 2) @ poses[1:, :3, :3]
+    return float(np.median(np.linalg.norm(so3.log(away), axis=1)))

@@ -22,6 +22,7 @@ from robocal.prove.decision import Decision
 from robocal.prove.judge import Proof
 from robocal.prove.statistics import Statistic
 from robocal.session.vision.hand_eye_data import EYE
+from robocal.session.vision.hand_eye_unknowns import DELAY, SHRINK, flange_at
 
 __all__ = ["HandEyeErrors", "chain_of", "find_errors", "frame_of", "middle_of"]
 
@@ -109,13 +110,16 @@ def _at_target(made: Decision[Rig], proof: Proof, flange: Array, target: str, mi
     placed, _, _ = own_poses(free, start, proof.split.held_out)
     poses = placed[:, len(names) : len(names) + 6 * len(flange)].reshape(len(ends), len(flange), 6)
     frames = {n: [names.index(f"{n}.{s}") for s in FRAME_SYMBOLS] for n in (EYE, target)}
+    columns = made.need_data.configurations.columns
+    change, shrink = (ends[:, table.index[n]] if n in table.index else np.zeros(len(ends)) for n in (DELAY, SHRINK))
     enough = free.numbers >= 6  # tolerance: numbers of a pose
     for k, held in enumerate(proof.split.held_out):
         some = np.flatnonzero(held & enough & free.in_use)
         camera, board = (se3.from_vector(ends[k, [at[i] for i in frames[n]]][None])[0] for n in (EYE, target))
         a, b = chain_of(camera, board, inhand)
         own = se3.from_vector(poses[k, some])
-        there = [a @ (se3.inverse(t) if inhand else t) @ b for t in (flange[some], own)]
-        said, seen = (t[:, :3, :3] @ middle + t[:, :3, 3] for t in there)
-        out[some] = np.linalg.norm(said - seen, axis=1)
+        said = flange_at(flange, columns, change[k], shrink[k])[some]
+        there = [a @ (se3.inverse(t) if inhand else t) @ b for t in (said, own)]
+        robot, image = (t[:, :3, :3] @ middle + t[:, :3, 3] for t in there)
+        out[some] = np.linalg.norm(robot - image, axis=1)
     return out

@@ -13,6 +13,7 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.decision import Decision
 from robocal.quantities import Column, Listing
 from robocal.session.vision.hand_eye_errors import frame_of
+from robocal.session.vision.hand_eye_unknowns import SHRINK
 
 __all__ = ["PlacedFrame", "frames_listing", "place_frames"]
 
@@ -70,11 +71,20 @@ def place_frames(made: Decision[Rig], inhand: bool, hand: str) -> tuple[PlacedFr
         own = [f"{frame.name}.{s}" for s in FRAME_SYMBOLS]
         at = [i for i, n in enumerate(own) if n in names]
         c[np.ix_(at, at)] = covariance[np.ix_(*[[names.index(own[i]) for i in at]] * 2)]
+        place = frame_of(made, frame.name)
+        if SHRINK in names:  # lengths of the fit are those of a target as it is stated: t = t' / (1 + e)
+            k = names.index(SHRINK)
+            chain = np.hstack([np.eye(6), -np.append(place[:3, 3], np.zeros(3))[:, None]])
+            beside = np.zeros((7, 7))
+            beside[:6, :6], beside[6, 6] = c, covariance[k, k]
+            beside[at, 6] = beside[6, at] = covariance[[names.index(own[i]) for i in at], k]
+            c = chain @ beside @ chain.T
+            place[:3, 3] /= 1 + made.values[SHRINK]
         on = hand if frame.mount == "tool" else "base"
         if frame is obs.frame and not inhand:  # stored the other way round
-            out.append(PlacedFrame(frame.name, on, frame_of(made, frame.name), c).inverse)
+            out.append(PlacedFrame(frame.name, on, place, c).inverse)
         else:
-            out.append(PlacedFrame(on, frame.name, frame_of(made, frame.name), c))
+            out.append(PlacedFrame(on, frame.name, place, c))
     return tuple(out)
 
 

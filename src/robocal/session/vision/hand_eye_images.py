@@ -20,7 +20,9 @@ __all__ = ["DOCUMENT", "EVERY", "LENS_EXPECTED", "LIST", "detect_corners", "is_t
 
 TABLES = (".csv", ".tsv", ".dat")
 EVERY = 10  # grid: frames of a video, as for detect
-LENS_EXPECTED = "--lens lens.yaml of robocal vision intrinsics, or a file of OpenCV, ROS or Kalibr"
+LENS_EXPECTED = (
+    "--lens lens.yaml of robocal vision intrinsics, or a file of OpenCV, ROS, Kalibr or a depth camera; or --free-lens"
+)
 LIST, DOCUMENT = "corners.csv", "corners.json"
 
 
@@ -33,7 +35,7 @@ def detect_corners(o: Any, watch: Watch | None = None) -> tuple[Detected, Corner
     """What images show of a target, and its corners as a table. Raises InputError."""
     words = ("sheet", "dictionary", "checker", "charuco", "size", "square")
     asked = {name: getattr(o, name) for name in words}
-    if o.lens is None:
+    if o.lens is None and not o.free_lens:
         raise ModelError("images say where a camera is only with its lens", key="--lens", expected=LENS_EXPECTED)
     found = detect(
         SimpleNamespace(images=(str(o.corners),), every=EVERY, refuse=o.refuse, **asked), watch, files=(LIST,)

@@ -11,7 +11,7 @@ from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.files.csvtable import read_csv
 from robocal.files.headers import joint_columns
-from robocal.files.robot_pose_source import TIMES, TableSource
+from robocal.files.robot_pose_source import TableSource, read_times
 from robocal.files.robot_poses import RobotPoses, stated_units
 from robocal.files.text import InputFile
 from robocal.files.units import parse_unit
@@ -41,10 +41,9 @@ def read_joint_poses(place: Path, arm: str, units: str | None) -> tuple[RobotPos
     ]
     joints = table.numbers(columns) * np.array([u.factor for u in found])
     pose = reach(moving, joints, (), {})[0]
-    time = next(filter(table.has, TIMES), None)
-    times = None if time is None else table.numbers([time])[:, 0]
+    times, clock = read_times(source)
     notation = f"joints {', '.join(map(str, columns))} in {found[0].name}, through {opened.name}"
     file = opened.file
     files = source.files if file.path is None else (*source.files, InputFile(file.path, file.sha256))
-    poses = RobotPoses(source.names, times, pose, notation, "joints", joints, files)
+    poses = RobotPoses(source.names, times, pose, notation, "joints", joints, files, clock)
     return poses, machine.with_table(machine.table.with_free(())), joints

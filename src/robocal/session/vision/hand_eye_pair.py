@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import PurePath
 
 import numpy as np
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.files.robot_poses import RobotPoses
 
-__all__ = ["WAYS", "Pairs", "pair_views"]
+__all__ = ["WAYS", "Pairs", "pair_views", "some_names"]
 
 WAYS = ("name", "order", "time")
 CLOCKS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 NEAR = 0.5  # tolerance: of the time from one pose to the next
+ENDS = 0.05  # tolerance: of the span of poses, beyond its ends
+SPAN = 0.02  # tolerance: of the span of poses that views fill at least, where another unit would do better
+LATEST = 4e9  # tolerance: s; a clock that counts from 1970 is there in 2096
 SHOWN = 8  # grid: names that a message lists
 
 
 @record(eq=False)
 class Pairs:
-    """View and pose (n,) of every pair, how they were found, in words, and what has no partner: names of views and poses."""
+    """View and pose (n,) of every pair, how they were found, in words, what has no partner: names of views and poses; and the `time` (n,)
+    of the view, s, where these were paired by it."""
 
     view: Ints
     pose: Ints
@@ -31,22 +36,34 @@ class Pairs:
     description: str
     views_alone: tuple[str, ...] = ()
     poses_alone: tuple[str, ...] = ()
+    time: Array | None = None
+
+    def take(self, index: Ints) -> Pairs:
+        """Some of the pairs."""
+        time = None if self.time is None else self.time[index]
+        return replace(self, view=self.view[index], pose=self.pose[index], time=time)
 
 
-def pair_views(views: Sequence[str], poses: RobotPoses, way: str | None = None) -> Pairs:
-    """Pairs of views and poses: by `way`, else by names where these are the same, else in order where there are as many of both. Raises
-    ModelError."""
+def pair_views(
+    views: Sequence[str], poses: RobotPoses, way: str | None = None, *, named: bool = True, times: Array | None = None
+) -> Pairs:
+    """Pairs of views and poses: by `way`, else by names where both have some, else in order where there are as many of both. Views may be
+    numbered rows that are not `named`, and may have `times` (s). Raises ModelError."""
     if way == "time":
-        return _by_time(views, poses)
-    if way != "order" and poses.names is not None:
+        return _by_time(views, poses, times)
+    if way == "name" and (poses.names is None or not named):
+        found_names = f"no names of {'poses' if poses.names is None else 'views'}"
+        expected = "a column `image` beside both" if not named else f"a column `image` with {some_names(views[:3])}"
+        raise ModelError("names cannot pair views and poses", key="--pair", found=found_names, expected=expected)
+    if way != "order" and named and poses.names is not None:
         found = _by_name(views, poses.names)
         if found is not None:
             return found
-    if way == "name":
-        found_names = "no names" if poses.names is None else _some(poses.names)
-        raise ModelError("no pose has the name of a view", key="--pair", found=found_names, expected=_some(views))
+        both = f"views {some_names(views[:3])}; poses {some_names(poses.names[:3])}"
+        expected = "the names of the views beside the poses; or --pair order, where the first belongs to the first"
+        raise ModelError("no pose has the name of a view", key="--pair", found=both, expected=expected)
     if len(views) != len(poses):
-        expected = f"a column `image` beside the poses with names as {_some(views[:3])}, or as many of both"
+        expected = f"a column `image` beside the poses with names as {some_names(views[:3])}, or as many of both"
         found_counts = f"{len(views)} views and {len(poses)} poses"
         raise ModelError(
             "views and poses cannot be paired in order", key="--pair", found=found_counts, expected=expected
@@ -55,29 +72,27 @@ def pair_views(views: Sequence[str], poses: RobotPoses, way: str | None = None) 
     return Pairs(every, every, "order", "in order: the first view with the first pose")
 
 
-def _some(names: Sequence[str]) -> str:
+def some_names(names: Sequence[str]) -> str:
+    """The first names, and how many more there are."""
     return ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
 
 
 def _by_name(views: Sequence[str], names: Sequence[str]) -> Pairs | None:
-    """By whole names, else by the names of files without folder and end."""
+    """By whole names, else by the names of files without folder and end; None where no pose has the name of a view."""
     for words in (_whole, _stem):
         mine, theirs = list(map(words, views)), list(map(words, names))
         at = {n: i for i, n in enumerate(theirs)}
         both = [(i, at[n]) for i, n in enumerate(mine) if n in at]
-        if both and len(at) == len(theirs) and len(set(mine)) == len(mine):
+        for count, some, one in ((Counter(theirs), "poses", "view"), (Counter(mine), "views", "pose")):
+            twice = sorted(n for n in {mine[i] for i, _ in both} if count[n] > 1)
+            if twice:
+                message = f"several {some} have the name of one {one}"
+                raise ModelError(message, key="--pair", found=some_names(twice), expected="one pose for each view")
+        if both:
             view, pose = np.array(both).T
             alone = tuple(v for i, v in enumerate(views) if i not in set(view.tolist()))
-            rest = tuple(v for i, v in enumerate(names) if i not in set(pose.tolist()))
+            rest = tuple(v for i, v in enumerate(names) if i not in set(pose.tolist()) and v.strip())
             return Pairs(view, pose, "name", "by name", alone, rest)
-        twice = sorted({n for n in theirs if theirs.count(n) > 1} & set(mine))
-        if twice:
-            raise ModelError(
-                "several poses have the name of one view",
-                key="--pair",
-                found=_some(twice),
-                expected="one pose for each view",
-            )
     return None
 
 
@@ -90,27 +105,16 @@ def _stem(name: str) -> str:
     return path.name if path.suffix[1:].isdigit() else path.stem  # 1700000000.25 is a time, not a file of kind 25
 
 
-def _by_time(views: Sequence[str], poses: RobotPoses) -> Pairs:
-    """The nearest pose in time to each view, whose name is its time."""
+def _by_time(views: Sequence[str], poses: RobotPoses, times: Array | None) -> Pairs:
+    """The nearest pose in time to each view, whose name is its time where it has no other."""
     if poses.times is None:
         raise ModelError(
             "the poses have no times", key="--pair", found="no column time", expected="time [s] beside the poses"
         )
-    found = [re.search(r"\d+(?:\.\d+)?", _stem(v)) for v in views]
-    if any(f is None for f in found):
-        raise ModelError(
-            "the names of views are no times", key="--pair", found=_some(views), expected="times, as 1700000000.25.png"
-        )
-    stamp, times = np.array([float(f[0]) for f in found if f is not None]), poses.times
+    stamp = _stamps(views) if times is None else times
+    unit = _clock(stamp, poses)
+    stamp, times = stamp * CLOCKS[unit], poses.times
     order = np.argsort(times)
-    unit = next((u for u, f in CLOCKS.items() if _overlap(stamp * f, times)), None)
-    if unit is None:
-        span = f"views {stamp.min():.10g} to {stamp.max():.10g}, poses {times.min():.10g} to {times.max():.10g} s"
-        expected = "one clock, and the unit in the head of the column: time [ms]"
-        raise ModelError(
-            "views and poses are of different times, in every unit", key="--pair", found=span, expected=expected
-        )
-    stamp = stamp * CLOCKS[unit]
     after = np.clip(np.searchsorted(times[order], stamp), 1, max(len(order) - 1, 1))
     both = np.stack([order[after - 1], order[np.minimum(after, len(order) - 1)]])
     near = both[np.abs(times[both] - stamp).argmin(axis=0), np.arange(len(stamp))]
@@ -119,7 +123,7 @@ def _by_time(views: Sequence[str], poses: RobotPoses) -> Pairs:
     view = np.flatnonzero(good)
     alone = tuple(views[i] for i in np.flatnonzero(~good).tolist())
     apart = 1e3 * float(np.abs(times[near] - stamp)[good].max(initial=0.0))
-    words = f"by time, names of views read in {unit}: at most {apart:.3g} ms apart"
+    words = f"by time, that of views read in {unit}: at most {apart:.3g} ms apart"
     if not len(view):
         raise ModelError(
             "no pose is near a view in time",
@@ -127,12 +131,59 @@ def _by_time(views: Sequence[str], poses: RobotPoses) -> Pairs:
             found=f"{step:.3g} s from pose to pose",
             expected="poses at the times of views",
         )
-    return Pairs(view, near[view], "time", words, alone)
+    return Pairs(view, near[view], "time", words, alone, time=stamp[view])
 
 
-def _overlap(one: Array, other: Array) -> bool:
-    span = max(np.ptp(other), 1e-9)
-    inside = (one >= other.min() - 0.05 * span) & (
-        one <= other.max() + 0.05 * span
-    )  # tolerance: of the span, at its ends
-    return bool(2 * inside.sum() > len(one))
+def _stamps(views: Sequence[str]) -> Array:
+    """The first number in the name of each view."""
+    found = [re.search(r"\d+(?:\.\d+)?", _stem(v)) for v in views]
+    if any(f is None for f in found):
+        raise ModelError(
+            "the names of views are no times",
+            key="--pair",
+            found=some_names(views),
+            expected="times, as 1700000000.25.png",
+        )
+    return np.array([float(f[0]) for f in found if f is not None])
+
+
+def _clock(stamp: Array, poses: RobotPoses) -> str:
+    """The unit of the times of views, with those of poses as they were read. Raises ModelError, with the unit of poses that would fit."""
+    assert poses.times is not None
+    fits = list(_units(stamp, poses.times))
+    if fits and fits[0][1] >= SPAN and poses.times.max() < LATEST:
+        return fits[0][0]
+    stated = CLOCKS[poses.clock or "s"]
+    others = [
+        (unit, other)
+        for other, factor in CLOCKS.items()
+        if factor != stated and (poses.times * factor / stated).max() < LATEST
+        for unit, share in _units(stamp, poses.times * factor / stated)
+        if share >= SPAN
+    ]
+    span = f"views {stamp.min():.10g} to {stamp.max():.10g}, poses {poses.times.min() / stated:.10g} to {poses.times.max() / stated:.10g}"
+    if others:
+        unit, other = others[0]
+        raise ModelError(
+            f"the times of poses, read in {poses.clock or 's'}, do not fit views; in {other} they do (views in {unit})",
+            key="--pair",
+            found=span,
+            expected=f"`time [{other}]` as the head of the column, if so",
+        )
+    if not fits:
+        raise ModelError(
+            "views and poses are of different times, in every unit",
+            key="--pair",
+            found=span,
+            expected="one clock, and the unit in the head of the column: time [ms]",
+        )
+    return fits[0][0]
+
+
+def _units(stamp: Array, times: Array) -> Iterator[tuple[str, float]]:
+    """Units in which most views are within the times (s) of poses, and the share of these that views fill."""
+    span = max(float(np.ptp(times)), 1e-9)
+    for unit, factor in CLOCKS.items():
+        inside = np.abs(stamp * factor - (times.max() + times.min()) / 2) <= (0.5 + ENDS) * span
+        if 2 * inside.sum() > len(stamp):
+            yield unit, float(np.ptp(stamp)) * factor / span

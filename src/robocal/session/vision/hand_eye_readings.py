@@ -118,6 +118,8 @@ def _forms(opened: HandEyeData, where: Ints, seen: Array, other: str) -> Iterato
     def in_direction(t: Array, inverse: bool) -> Array:
         return se3.inverse(t) if inverse else t
 
+    if opened.source.target is not None:
+        yield from _of_target(opened.source.target, opened, where, seen)
     raw = opened.robot.pose[opened.pairs.pose][where]
     for name, option, turn in _turns(opened.robot, opened.pairs.pose[where]):
         made = se3.compose(turn, raw[:, :3, 3])
@@ -132,6 +134,22 @@ def _forms(opened: HandEyeData, where: Ints, seen: Array, other: str) -> Iterato
             near = np.array(seen)
             near[:, :3, 3] *= factor
             yield f"lengths of the target's poses in {name}", f"--target-units {name}", opened.flange[where], near
+
+
+def _of_target(target: RobotPoses, opened: HandEyeData, where: Ints, seen: Array) -> Iterator[Row]:
+    """Poses of a target in the other direction, and with the scalar of a quaternion elsewhere."""
+    flange, rows = opened.flange[where], opened.pairs.view[where]
+    inverse = opened.source.target_inverse
+    symbol, option = (
+        ("T_camera_target", "without --target-inverse") if inverse else ("T_target_camera", "--target-inverse")
+    )
+    yield f"poses of the target in the other direction ({symbol})", option, flange, se3.inverse(seen)
+    if target.form.startswith("quaternion"):
+        place = (se3.inverse(target.pose) if inverse else target.pose)[rows, :3, 3]
+        for name, option, turn in _turns(target, rows):
+            made = se3.compose(turn, place)
+            said = option.replace("--quaternion", "--target-quaternion")
+            yield f"{name} of the target's poses", said, flange, se3.inverse(made) if inverse else made
 
 
 def _turns(robot: RobotPoses, rows: Ints) -> Iterator[tuple[str, str, Array]]:

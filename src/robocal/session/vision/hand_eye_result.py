@@ -24,7 +24,8 @@ from robocal.geometry import se3
 from robocal.measure.machine import Rig
 from robocal.planning.hand_eye_poses import next_poses
 from robocal.progress import Watch
-from robocal.prove.decision import Decision, decide
+from robocal.prove.decision import Decision
+from robocal.prove.frame_checks import LITTLE_TURN, ONE_AXIS
 from robocal.prove.statistics import Statistic
 from robocal.prove.verdict import Verdict, verdict_of
 from robocal.quantities import Column, Listing, UnitValue
@@ -32,12 +33,13 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_table import CAMERA
-from robocal.session.vision.hand_eye_checks import OF_VIEWS, contradict_lens, find_moves, restate
+from robocal.session.vision.hand_eye_checks import OF_VIEWS, contradict_lens, find_moves, restate, stands_still
 from robocal.session.vision.hand_eye_data import EYE, HandEyeData, open_hand_eye
 from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find_errors, frame_of, middle_of
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
 from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, read_otherwise
 from robocal.session.vision.hand_eye_size import contradict_size
+from robocal.session.vision.hand_eye_unknowns import find_lateness, locate_unknowns
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 
@@ -50,6 +52,7 @@ LEAST = 0.1  # grid: of the usual errors of a robot
 READINGS = 4  # grid: of the robot's poses, that are told
 # Checks that ask for what this verb tells by itself, or that mean nothing of frames alone.
 SILENT = ("coverage", "place", "few-numbers")
+HARDLY_TURNS = {LITTLE_TURN, ONE_AXIS}  # with them nothing tells a size
 # The robot's own errors are said in mm, and the views alone say what the lens is.
 HIDDEN = (Code.ABOVE_STATED_NOISE, Code.NUMBER_DOUBTED, "lens-factor-doubted")
 
@@ -72,7 +75,7 @@ class FramePart:
 class HandEyeDocument(Document):
     """hand_eye.json: verdict; errors at the target of views that were left out, and what is normal for an arm that nobody calibrated;
     their corners; how sure the target's place is and the three poses to add; the camera and the targets; what the robot's poses were
-    read as, and how other readings fare; pairs; numbers of the lens that were found."""
+    read as, and how other readings fare; pairs; numbers of the lens that were found; delay and size, where they were."""
 
     camera: str
     verdict: VerdictPart
@@ -89,6 +92,7 @@ class HandEyeDocument(Document):
     readings: Listing
     pairs: Listing
     lens: Listing | None
+    unknowns: Listing | None
     provenance: Origin
 
 
@@ -137,6 +141,11 @@ class HandEyeCalibration(VerdictResult):
             Column("found", "", np.array([now[s] for s in found.known]), figures=6),
             Column("sigma", "", np.array([found.sigma[s] for s in found.known]), figures=2),
         ))  # fmt: skip
+
+    @cached_property
+    def unknowns(self) -> Listing | None:
+        """The delay of the camera's clock and the size of the target, where these were free."""
+        return self.opened.unknowns.listing(self.decision)
 
     @cached_property
     def further(self) -> tuple[float, Listing]:
@@ -199,7 +208,7 @@ class HandEyeCalibration(VerdictResult):
             ("Camera", "in the hand" if self.opened.inhand else "beside the robot"),
             ("Views", f"{len(self.opened.views)}, paired {self.opened.pairs.description}"),
             ("Poses of the robot", self.opened.robot.notation),
-            ("Lens", self.opened.named),
+            ("Lens", self.opened.source.words),
         )
         return {"title": "Hand-eye calibration", "kind": "Hand-eye", "facts": facts}
 
@@ -213,7 +222,7 @@ class HandEyeCalibration(VerdictResult):
             how=self.errors.how, normal=1e3 * self.errors.normal, corners=self.errors.pixels,
             robot=_robot_part(self.decision.share.errors), sure=1e3 * now[0], further=now[1],
             frames=[_frame_part(f) for f in self.frames], poses=self.opened.robot.notation, readings=self.readings, pairs=self.pairs,
-            lens=self.lens_numbers,
+            lens=self.lens_numbers, unknowns=self.unknowns,
         )  # fmt: skip
 
     def texts(self) -> Mapping[str, str | bytes]:
@@ -223,7 +232,7 @@ class HandEyeCalibration(VerdictResult):
             "hand_eye.json": json_text(self.document), "hand_eye.yaml": easy_handeye_text(camera, self.opened.inhand),
             "hand_eye.urdf": urdf_joint_text(camera), "static_transform.sh": static_transform_text(camera),
         }  # fmt: skip
-        found = self.opened.detected
+        found = self.opened.source.detected
         if found is not None and CORNERS[0] in self.files:
             made |= {CORNERS[0]: listing_text(found.listing), CORNERS[1]: json_text(found.document)}
         return made | ({"lens.yaml": lens_text(lens)} if "lens.yaml" in self.files and lens is not None else {})
@@ -265,9 +274,8 @@ def find_hand_eye(
     opened = open_hand_eye(o, watch)
     with computable(o.corners, o.robot):
         readings = read_otherwise(opened)
-        made = decide(
-            opened.machine, opened.data, Solver(folds=o.folds, hold_out=None if o.folds is None else 0.0), watch
-        )
+        solver = Solver(folds=o.folds, hold_out=None if o.folds is None else 0.0)
+        opened, made = locate_unknowns(opened, solver, watch)
         errors = find_errors(made, opened.flange, opened.inhand)
         verdict, said = _judge(opened, made, errors, readings)
         frames = place_frames(made, opened.inhand, opened.hand)
@@ -287,14 +295,25 @@ def _judge(
         said.append(Remark.of(Code.PAIRED_IN_ORDER, first=views[0], last=views[-1]))
     if pairs.views_alone:
         said.append(Remark.of(Code.VIEWS_WITHOUT_POSE, count=len(pairs.views_alone), views=pairs.views_alone))
+    if pairs.poses_alone and pairs.views_alone:
+        said.append(Remark.of(Code.POSES_WITHOUT_VIEW, count=len(pairs.poses_alone), poses=pairs.poses_alone))
     given, doubts = verdict_of(made), doubt_poses(readings)
-    explained = [*doubts, *(restate(r, opened) for r in given.reasons if r.code in OF_VIEWS)]
+    still = stands_still(opened)
+    explained = [
+        *doubts,
+        *([] if still is None else [still]),
+        *(restate(r, opened) for r in given.reasons if r.code in OF_VIEWS),
+    ]
     if explained:
         return Verdict("refused", tuple(explained)), said
     verdict = replace(given, reasons=tuple(dict.fromkeys(restate(r, opened) for r in given.reasons)))
     if moves := find_moves(opened, made):
         verdict = verdict.instead("refused", *moves)
     left = errors.left_out
+    far = left is not None and left.rms > HAND_EYE_LEFT * errors.normal
+    late = find_lateness(opened.unknowns, *opened.target_views()[::-1]) if far or verdict.status != "located" else None
+    if late is not None:
+        verdict = verdict.instead("refused", late)
     if left is not None and left.rms > HAND_EYE_LEFT * errors.normal:
         said.append(Remark.of(Code.HAND_EYE_FAR, left=Quantity(left.rms), times=left.rms / errors.normal))
     lens, material = contradict_lens(opened, made, errors.normal)
@@ -302,8 +321,9 @@ def _judge(
         verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", lens)
     elif lens is not None:
         said.append(lens)
-    size, far = (None, False) if material else contradict_size(opened, made, errors.normal)
-    if size is not None and far:
+    unsized = material or bool(HARDLY_TURNS & {r.code for r in given.reasons})
+    size, large = (None, False) if unsized else contradict_size(opened, made, errors)
+    if size is not None and large:
         verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", size)
     elif size is not None:
         said.append(size)

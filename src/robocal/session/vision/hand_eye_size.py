@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._record import replace
-from robocal.diagnose.limits import HAND_EYE_LEFT, TARGET_SIZE_MATERIAL, TARGET_SIZE_SIGMA
+from robocal.diagnose.limits import TARGET_SIZE_LEFT, TARGET_SIZE_MATERIAL, TARGET_SIZE_SIGMA
 from robocal.geometry import se3, so3
 from robocal.measure.machine import Rig
 from robocal.prove.decision import Decision
@@ -19,7 +19,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.hand_eye_data import EYE, HandEyeData
-from robocal.session.vision.hand_eye_errors import chain_of, frame_of, middle_of
+from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, frame_of, middle_of
 
 __all__ = ["contradict_size"]
 
@@ -28,9 +28,12 @@ UNKNOWN = 10  # numbers of the equations above
 FEWEST = 6  # grid: views that tell a size
 
 
-def contradict_size(opened: HandEyeData, made: Decision[Rig], normal: float) -> tuple[Remark | None, bool]:
-    """A target of another size than stated, where that puts it elsewhere by more than what is normal, m; and whether by so much that no
-    robot explains it."""
+def contradict_size(opened: HandEyeData, made: Decision[Rig], errors: HandEyeErrors) -> tuple[Remark | None, bool]:
+    """A target of another size than stated, where that puts it elsewhere by more than what is normal; and whether by more than the error
+    that views which were left out show."""
+    normal = errors.normal
+    if opened.unknowns.with_size:
+        return None, False
     where, seen = _with_lens(opened, made).target_views()
     if len(where) < FEWEST:
         return None, False
@@ -59,8 +62,9 @@ def contradict_size(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
     if abs(size - 1) < TARGET_SIZE_SIGMA * sigma or shift < TARGET_SIZE_MATERIAL * normal:
         return None, False
     z = abs(size - 1) / max(sigma, np.finfo(float).eps)
+    stated = normal if errors.left_out is None else max(normal, errors.left_out.rms)
     said = Remark.of(Code.TARGET_SIZE_CONTRADICTED, factor=size, z=z, shift=Quantity(shift))
-    return said, shift > HAND_EYE_LEFT * normal
+    return said, shift > TARGET_SIZE_LEFT * stated
 
 
 def _with_lens(opened: HandEyeData, made: Decision[Rig]) -> HandEyeData:

@@ -286,7 +286,7 @@ def _nominal(o: Any, table: CornerTable) -> tuple[Lens, str, tuple[InputFile, ..
     if o.lens is None:
         words = f"the plain camera: f = {table.size[0]} px (the width), c in the middle, no distortion"
         return plain_lens(table.size, o.model or "brown"), words, ()
-    read = read_lens(o.lens)
+    read = read_lens(o.lens, size=table.size)
     lens, wanted = read.lens, o.model or read.lens.model
     if lens.size is not None and lens.size != table.size:
         found, expected = "{} x {}".format(*lens.size), "{} x {} px, as the corners".format(*table.size)

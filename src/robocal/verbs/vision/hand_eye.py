@@ -33,6 +33,7 @@ class Options(BaseOptions):
 
     \b
     robocal vision hand-eye images poses.csv --sheet sheet.yaml --lens lens.yaml -o cell
+    robocal vision hand-eye images poses.csv --sheet sheet.yaml --free-lens
     robocal vision hand-eye corners.csv poses.csv --lens lens.yaml
     robocal vision hand-eye corners.csv poses.csv --lens lens.yaml --camera fixed --maker ur
     robocal vision hand-eye marker_poses.csv poses.csv --units mm,deg --euler ZYX
@@ -47,10 +48,17 @@ class Options(BaseOptions):
     camera: str = option(
         "hand", "Where the camera is: in the hand, or fixed beside the robot", "WHERE", choices=("hand", "fixed")
     )
-    lens: Path | None = option(None, "The lens of the images: lens.yaml, or a file of OpenCV, ROS or Kalibr", "FILE")
-    free_lens: bool = option(
-        False, "Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand"
+    lens: Path | None = option(
+        None, "The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera", "FILE"
     )
+    free_lens: bool = option(
+        False,
+        "Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand, by --lens or by these views",
+    )
+    free_delay: bool = option(
+        False, "Find how far the camera's clock is behind that of the robot too: poses with times, of a hand that moves"
+    )
+    free_size: bool = option(False, "Find the size of the target too: the robot's poses say how long a metre is")
     maker: str | None = option(
         None,
         "Whose poses these are: columns, units and turns as on the pendant",
@@ -82,7 +90,7 @@ class Options(BaseOptions):
         "How views and poses belong together",
         "HOW",
         choices=("name", "order", "time"),
-        otherwise="name, else order",
+        otherwise="time with --free-delay, else name, else order",
     )
     undo_half_turns: bool = option(
         False, "A board that looks the same after half a turn: label its corners from one end in all views"
@@ -92,6 +100,16 @@ class Options(BaseOptions):
         "Units of poses of a target, as mm,deg; they count before those of headers",
         "UNITS",
         otherwise="those of headers; m,rad",
+    )
+    target_quaternion: str | None = option(
+        None,
+        "The order in which quaternions of a target stand",
+        "ORDER",
+        choices=("xyzw", "wxyz"),
+        otherwise="as their columns are named",
+    )
+    target_inverse: bool = option(
+        False, "Poses of a target are of the camera in the target, not of the target in the camera"
     )
     dictionary: str | None = option(None, "Dictionary of the markers in images, as for detect", "NAME")
     charuco: str | None = option(None, "A ChArUco board of so many squares in images", "COLUMNSxROWS")
