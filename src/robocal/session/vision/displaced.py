@@ -123,7 +123,8 @@ def _refuse_units(table: CornerTable, maps: Sequence[MarkerMap]) -> None:
         if len(some) < 2:
             continue
         seen, told = np.array([at[m.names[i]] for i in some]), m.vector[some, :3]
-        ratio = float(np.linalg.norm(told - told.mean(axis=0)) / max(np.linalg.norm(seen - seen.mean(axis=0)), FINEST))
+        spread = [float(np.linalg.norm(v - v.mean(axis=0))) for v in (told, seen)]
+        ratio = spread[0] / max(spread[1], FINEST)
         for factor, (wrong, right) in UNITS.items():
             if abs(np.log(ratio / factor)) < CELL_UNIT_NEAR:
                 raise ModelError(

@@ -86,7 +86,7 @@ def _against(
         worst = sizes.wrong[0]
         yield qualify(
             Code.MARKER_SIZE_CONTRADICTED, marker=worst.name, told=Quantity(worst.size, "m"), found=Quantity(worst.apparent, "m"),
-            others=tuple(f"{s.name}={1e3 * s.apparent:.4g}" for s in sizes.wrong[1:][:SHOWN]) or None, count=len(sizes.wrong),
+            others=tuple(f"{s.name}={1e3 * s.apparent:.4g}" for s in sizes.wrong[1:][:SHOWN]) or None,
         )  # fmt: skip
     missed, singly = _miss(made, off, width), off.left_out
     if missed is not None and missed.level == "qualify":
