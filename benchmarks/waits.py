@@ -79,6 +79,12 @@ class State:
     name: str
     source: Path
 
+    @property
+    def python(self) -> Path:
+        """The interpreter beside its sources, in `.venv`, where there is one: it has the packages of that state."""
+        own = self.source.parent / ".venv" / "bin" / "python"
+        return own if own.exists() else Path(sys.executable)
+
     def run(self, words: str) -> Cost | None:
         """A command in the folder of the data; None where it does not finish."""
         with tempfile.TemporaryDirectory() as folder:
@@ -87,7 +93,8 @@ class State:
             env = os.environ | THREADS | {"PYTHONPATH": str(self.source)}
             env |= {"ROBOCAL_CACHE_DIR": str(DATA / f"cache-{self.name}")}
             quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-            process = subprocess.Popen([sys.executable, "-m", "robocal", *words.split()], env=env, cwd=DATA, **quiet)
+            command = [str(self.python), "-m", "robocal", *words.split()]
+            process = subprocess.Popen(command, env=env, cwd=DATA, **quiet)
             _, status, used = os.wait4(process.pid, 0)
         # 3 says that a result must not be trusted: it was computed all the same.
         if os.waitstatus_to_exitcode(status) not in (0, 3):
@@ -130,6 +137,8 @@ def measure(names, against: Path | None, rounds: int) -> list[dict]:
     prepare(wanted)
     states = [State("new", OWN)] + ([State("before", against)] if against else [])
     for state in states:
+        if state.run("--version") is None:
+            raise RuntimeError(f"{state.source}: robocal does not start by {state.python}; make its .venv beside it")
         state.prepare(wanted)
     rows = []
     for name in names:

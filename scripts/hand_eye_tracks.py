@@ -24,17 +24,42 @@ from typing import Any
 
 import numpy as np
 
+from robocal._types import Array
+from robocal.arms.conventions import chain
 from robocal.errors import ModelError
+from robocal.geometry import se3
 from robocal.geometry.pose_path import PosePath
+from robocal.measure.reach import reach
 from robocal.prove.verdict import verdict_of
+from robocal.session.vision.arm_errors import JointedArm
 from robocal.session.vision.pose_pairs import PosePairs, locate_camera
 
 try:
     from kinhec import benchmark, io, metrics, pipeline
+    from kinhec.robots import ROBOTS
 except ImportError:
     sys.exit("hand_eye_tracks needs KinHEC, which is not installed: pip install 'robocal[oracles]'")
 
 Answer = dict[str, Any]
+SAME = 1e-6  # tolerance: of poses that are computed twice
+
+
+def arm_of(seq: io.Sequence, machine: Array) -> JointedArm | None:
+    """The robot by the rows of its maker, with the joint values that were measured; None where the poses are not computed from these, for
+    then they are two measurements of one thing."""
+    robot = ROBOTS[seq.manifest["robot"]]
+    if seq.robot.q_meas is None or robot.dof == 0:
+        return None
+    lines = zip(robot.theta_offset, robot.d, robot.a, robot.alpha, robot.sign.tolist(), strict=True)
+    rows = [
+        {"name": f"j{i + 1}", "theta": a, "d": b, "a": c, "alpha": d, "gain": g, "limits": (-2 * np.pi, 2 * np.pi)}
+        for i, (a, b, c, d, g) in enumerate(lines)
+    ]
+    convention = {"standard": "dh", "modified": "mdh"}[robot.convention]
+    made = chain(robot.name, convention, rows, tool=se3.to_vector(robot.tool_matrix).tolist())
+    joints = seq.robot.q_meas[seq.camera.has_measurement]
+    same = np.abs(reach(made, joints, (), {})[0] - machine).max() < SAME
+    return JointedArm(made, joints) if same else None
 
 
 def pairs_of(seq: io.Sequence) -> PosePairs:
@@ -43,7 +68,7 @@ def pairs_of(seq: io.Sequence) -> PosePairs:
     metric = seq.manifest["world_frame"] == "target"  # else the camera saw no target of known size
     seen, machine = seq.camera.T_cam_target_meas[told], seq.robot.T_base_ee_meas
     if seq.synchronous:
-        return PosePairs(seen, seq.eye_in_hand, machine[told], metric=metric)
+        return PosePairs(seen, seq.eye_in_hand, machine[told], metric=metric, arm=arm_of(seq, machine[told]))
     return PosePairs(seen, seq.eye_in_hand, PosePath(seq.robot.t, machine), seq.camera.t[told], metric=metric)
 
 

@@ -119,14 +119,21 @@ def measure(row: Row, views: int, seed: int) -> dict[str, float]:
         truth = Lens.of("brown", LENS.tolist(), SIZE)
         known, _, _, _ = refit_corners(table, truth, [str(images)], lambda t: (None, truth))
     rms = [float(np.sqrt(np.mean(np.square(errors(t, true))))) for t in (table, again, known)]
-    e, obs = errors(again, true), again.pixels
-    if row.board:
+    chi2 = [weighed(t, errors(t, true), row.board) for t in (table, again)]
+    values = (*rms, rms[1] / rms[2], *chi2)
+    return dict(
+        zip(("before", "again", "known", "ratio", "first", "chi2"), values, strict=True), count=len(table.corner)
+    )
+
+
+def weighed(table: CornerTable, e: Array, board: bool) -> float:
+    """chi2 over the number of coordinates, of errors (n, 2)."""
+    obs = table.pixels
+    if board:
         assert obs.sigma is not None
-        chi2 = float(np.mean(np.square(e / obs.sigma)))
-    else:
-        c = obs.extra[COVARIANCES].reshape(-1, 8, 8)
-        chi2 = float(np.einsum("mi,mi->", e.reshape(-1, 8), np.linalg.solve(c, e.reshape(-1, 8, 1))[..., 0])) / e.size
-    return {"count": len(e), "before": rms[0], "again": rms[1], "known": rms[2], "ratio": rms[1] / rms[2], "chi2": chi2}
+        return float(np.mean(np.square(e / obs.sigma)))
+    c = obs.extra[COVARIANCES].reshape(-1, 8, 8)
+    return float(np.einsum("mi,mi->", e.reshape(-1, 8), np.linalg.solve(c, e.reshape(-1, 8, 1))[..., 0])) / e.size
 
 
 def main() -> None:
@@ -136,7 +143,7 @@ def main() -> None:
     words.add_argument("--views", type=int, default=14)
     words.add_argument("--seed", type=int, default=1)
     told = words.parse_args()
-    print(f"{'row':12} " + " ".join(f"{h:>7}" for h in ("count", "before", "again", "known", "ratio", "chi2")))
+    print(f"{'row':12} " + " ".join(f"{h:>7}" for h in ("count", "before", "again", "known", "ratio", "first", "chi2")))
     for name in told.rows or ROWS:
         m = measure(ROWS[name], told.views, told.seed)
         print(f"{name:12} {m.pop('count'):7.0f} " + " ".join(f"{v:7.4f}" for v in m.values()), flush=True)

@@ -2,7 +2,7 @@
 
 For each class `dataclasses` writes and compiles six methods (0.4 ms in Python 3.11, and a command defines 300 classes). Here all
 classes share five, and `__init__` is compiled when it is first looked up. `field` and `replace` are those of `dataclasses`, which
-knows no difference.
+knows no difference. `cached_property` is that of `functools` as Python 3.12 has it: the lock of 3.11 takes longer than a small result.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ import reprlib
 from collections.abc import Callable
 from dataclasses import MISSING, FrozenInstanceError, dataclass, field, fields, is_dataclass, replace
 from operator import attrgetter
-from typing import Any, TypeVar, dataclass_transform, overload
+from typing import Any, Generic, Self, TypeVar, dataclass_transform, overload
 
-__all__ = ["field", "record", "replace"]
+__all__ = ["cached_property", "field", "record", "replace"]
 
 T = TypeVar("T")
 
@@ -40,6 +40,23 @@ def record(cls: type[Any] | None = None, /, *, kw_only: bool = False, eq: bool =
         if cls.__dict__.get(name) is None:
             setattr(cls, name, method)
     return cls
+
+
+class cached_property(Generic[T]):
+    """A property that is worked out once; of two threads that ask first, both may work it out."""
+
+    def __init__(self, func: Callable[[Any], T]) -> None:
+        self.func, self.name, self.__doc__ = func, func.__name__, func.__doc__
+
+    @overload
+    def __get__(self, instance: None, owner: type[Any] | None = None) -> Self: ...
+    @overload
+    def __get__(self, instance: object, owner: type[Any] | None = None) -> T: ...
+    def __get__(self, instance: object, owner: type[Any] | None = None) -> Any:
+        if instance is None:
+            return self
+        found = instance.__dict__[self.name] = self.func(instance)
+        return found
 
 
 class _Init:

@@ -75,6 +75,8 @@ FACTS = {
     ),
     Code.FORMAT_LACKS,
     Code.MAP_LOCATED,
+    Code.PLAN_UNSEEN,
+    Code.PLAN_BLIND,
     *(Code.FREE_IN_ONE, Code.TRUTH_MET, Code.NOT_COMPARED, Code.NOT_LINEAR, Code.BAND_PROFILED),
 }
 

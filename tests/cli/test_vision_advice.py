@@ -299,3 +299,10 @@ def test_advice_of_detect_helps(case, tmp_path):
     after, better = detect(*(then(before) if callable(then) else then))
     assert code not in codes(after) and better == 0 and after["corners"]["columns"][0]["values"], codes(after)
     assert status == 3 or codes(after) <= codes(before), (codes(before), codes(after))
+
+
+def test_numbers_that_are_twice_are_told_where_nothing_else_is_seen(tmp_path):
+    """Not only that no image shows a target: it shows every marker, and each two times."""
+    whole = plain()
+    ran = run("vision", "detect", save(tmp_path, "a.png", np.concatenate([whole, whole])), *NAME)
+    assert ran.status == 3 and "more than once" in ran.err and ran.err.index("once") < ran.err.index("no image shows")

@@ -62,7 +62,8 @@ def column(listing, name):
 
 def test_the_map_is_found_and_told(tmp_path, lens):
     place, poses = usual(tmp_path)
-    ran = run("vision", "map", place, "--lens", lens, "--size", "60", "-o", str(tmp_path / "map.yaml"))
+    exact = "--size-sigma", "0", "--size-scatter", "0"
+    ran = run("vision", "map", place, "--lens", lens, "--size", "60", *exact, "-o", str(tmp_path / "map.yaml"))
     assert ran.status == 0 and "LOCATED" in ran.out, ran.said
     known = read_map(tmp_path / "map.yaml").map
     told = json.loads((tmp_path / "map.json").read_text())
@@ -76,7 +77,7 @@ def test_the_map_is_found_and_told(tmp_path, lens):
     assert told["errors"]["left_out"]["rms"] < 1.4 * told["errors"]["fitted"]["rms"]
     page = (tmp_path / "map.html").read_text()
     assert page.count("<svg") >= 1 and "least sure first" in page
-    again = run("vision", "map", place, "--lens", lens, "--size", "60", "-o", str(tmp_path / "map.yaml"))
+    again = run("vision", "map", place, "--lens", lens, "--size", "60", *exact, "-o", str(tmp_path / "map.yaml"))
     assert again.status == 2 and "map.yaml" in again.err
 
 
@@ -87,7 +88,7 @@ def test_sizes_by_number_and_the_origin(tmp_path, lens):
     told, status = find(lens, place, "--size", "60", "--size", "7=90", "--origin", "5")
     assert status == 0 and told["origin"] == "5"
     at = dict(zip(column(told["markers"], "marker"), column(told["markers"], "size"), strict=True))
-    assert at["7"] == pytest.approx(90) and at["6"] == pytest.approx(60)
+    assert at["7"] == pytest.approx(90, abs=0.1) and at["6"] == pytest.approx(60, abs=0.1)
     where = {n: [column(told["markers"], a)[i] for a in "xyz"] for i, n in enumerate(column(told["markers"], "marker"))}
     way = se3.inverse(poses[5]) @ poses[7]
     assert np.allclose(where["7"], 1e3 * way[:3, 3], atol=0.5)
@@ -177,11 +178,37 @@ def test_a_marker_that_moves_half_way_is_named(tmp_path, lens, far):
     assert moved[0]["numbers"]["first"] == "v11" and "before view v11" in moved[0]["sentence"]
 
 
-@pytest.mark.parametrize("times", [1.01, 1.1])
-def test_a_marker_of_another_size_is_named(tmp_path, lens, times):
+def test_wrong_sizes_are_one_remark(tmp_path, lens):
+    rng, poses, views, edges = world(count=20)
+    edges[[2, 7]] = 0.057, 0.066
+    place = corners(tmp_path, map_rows(sightings(poses, views, edges), NOISE, rng))
+    told, status = find(lens, place, "--size", "60")
+    (said,) = [r for r in told["verdict"]["remarks"] if r["code"] == "marker-size-contradicted"]
+    assert (
+        status == 3
+        and said["numbers"]["marker"] == "7"
+        and said["numbers"]["count"] == 2
+        and "2=56.9" in said["sentence"]
+    )
+
+
+def test_edges_that_scatter_more_than_told_are_no_map(tmp_path, lens):
+    """Edges off by 1.5 % each, where 0.3 % is told: sigma would be too small. Told so, the map holds."""
+    rng, poses, views, edges = world(count=20)
+    edges = edges * (1 + np.random.default_rng(3).normal(0, 0.015, len(edges)))
+    place = corners(tmp_path, map_rows(sightings(poses, views, edges), NOISE, rng))
+    told, status = find(lens, place, "--size", "60")
+    assert status == 3 and "marker-sizes-scatter" in codes(told)
+    told, status = find(lens, place, "--size", "60", "--size-scatter", "2")
+    assert status == 0 and "marker-sizes-scatter" not in codes(told)  # obeys: marker-sizes-scatter
+
+
+@pytest.mark.parametrize(("times", "scatter"), [(1.01, "0.1"), (1.02, "0.3"), (1.1, "0.3")])
+def test_a_marker_of_another_size_is_named(tmp_path, lens, times, scatter):
+    """One percent is three times by what edges scatter as a rule: it is named where they are told to scatter less."""
     rng, poses, views, edges = world(count=20)
     place = corners(tmp_path, map_rows(sightings(poses, views, edges), NOISE, rng))
-    told, status = find(lens, place, "--size", "60", "--size", f"7={60 * times}")
+    told, status = find(lens, place, "--size", "60", "--size", f"7={60 * times}", "--size-scatter", scatter)
     named = [r for r in told["verdict"]["remarks"] if r["code"] in ("marker-size-contradicted", "marker-moved")]
     assert status == 3 and [r["code"] for r in named] == ["marker-size-contradicted"], told["verdict"]
     assert named[0]["numbers"]["marker"] == "7" and " 60" in named[0]["sentence"].split("about")[1]
@@ -301,6 +328,8 @@ def test_a_lens_that_counts_as_exact_and_is_wrong_is_no_map(tmp_path, lens):
     )
     (tmp_path / "exact.yaml").write_text(text.replace("fx: 2, fy: 2, cx: 2, cy: 2, ", ""))
     told, status = find(str(tmp_path / "exact.yaml"), place, "--size", "60")
+    assert status == 3 and "marker-sizes-scatter" in codes(told)
+    told, status = find(str(tmp_path / "exact.yaml"), place, "--size", "60", "--size-scatter", "0.02")
     assert status == 3 and "map-misses" in codes(told)
     (tmp_path / "free.yaml").write_text(text.replace("fx: 2, fy: 2", "fx: 30, fy: 30"))
     told, status = find(str(tmp_path / "free.yaml"), place, "--size", "60")

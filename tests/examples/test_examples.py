@@ -27,6 +27,7 @@ EXPECTED = [
     ("hand-eye", 1, 0, "located"),
     ("hand-eye", 2, 0, "improved"),
     ("stereo", 0, 0, "located"),
+    ("probe-ultrasound", 0, 0, "located"),
     ("arm-with-camera", 0, 3, "refused"),
     ("arm-with-probe", 0, 3, "refused"),
 ]

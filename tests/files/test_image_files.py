@@ -9,6 +9,7 @@ import pytest
 
 from robocal.errors import InputError
 from robocal.files.image_files import find_images, name_views, read_images
+from robocal.files.image_orientation import stated_orientation
 
 cv2 = pytest.importorskip("cv2")
 PLAIN = np.add.outer(np.arange(40), np.arange(60)).astype(np.uint8) * 2
@@ -68,11 +69,39 @@ def turned(path, way, image=PLAIN):
     return path
 
 
-def test_the_turn_that_exif_states_is_applied_and_said(tmp_path):
-    (one,) = read(turned(tmp_path / "a.jpg", 6))
-    assert one.grey.shape == PLAIN.shape[::-1] and one.turned
-    (same,) = read(turned(tmp_path / "b.jpg", 1))
-    assert same.grey.shape == PLAIN.shape and not same.turned
+def turned_tiff(path, way, image=PLAIN):
+    """The same of a TIFF, among its own tags."""
+    data = save(path, image, cv2.IMWRITE_TIFF_COMPRESSION, 1).read_bytes()
+    (at,) = struct.unpack("<I", data[4:8])
+    (count,) = struct.unpack("<H", data[at : at + 2])
+    entries = [data[at + 2 + 12 * k : at + 14 + 12 * k] for k in range(count)]
+    entries.append(struct.pack("<HHIHH", 0x0112, 3, 1, way, 0))
+    entries.sort(key=lambda e: struct.unpack("<H", e[:2]))
+    path.write_bytes(
+        data[:4] + struct.pack("<I", len(data)) + data[8:] + struct.pack("<H", count + 1) + b"".join(entries) + bytes(4)
+    )
+    return path
+
+
+@pytest.mark.parametrize("way", range(1, 9))
+def test_an_image_lies_as_the_sensor_stored_it_whatever_exif_states(tmp_path, way):
+    """Turned or mirrored, its pixels would not be those of the lens."""
+    for made in (turned(tmp_path / "a.jpg", way), turned_tiff(tmp_path / "b.tiff", way)):
+        (one,) = read(made)
+        assert one.grey.shape == PLAIN.shape and one.turned == (way != 1), made.name
+        assert np.abs(one.levels - PLAIN).max() < 8, made.name
+        shown = cv2.imdecode(np.frombuffer(made.read_bytes(), np.uint8), cv2.IMREAD_GRAYSCALE)
+        assert (
+            way == 1 or shown.shape != PLAIN.shape or np.abs(shown.astype(float) - PLAIN).max() > 20
+        )  # others turn it
+
+
+def test_an_orientation_that_is_none_is_none():
+    assert [
+        stated_orientation(d) for d in (b"", b"II*\0", b"Exif\0\0II*\0\xff\xff\xff\xff", b"MM\0*\0\0\0\x08\0\xff")
+    ] == [1] * 4
+    nine = b"II*\0\x08\0\0\0\x01\0" + struct.pack("<HHIHH", 0x0112, 3, 1, 9, 0)
+    assert stated_orientation(nine) == 1
 
 
 def bad_files(folder):

@@ -7,13 +7,16 @@ import pytest
 from files.data_samples import write_dataset
 from files.kind_samples import ARM, KINDS, put, simulated, texts
 
+from robocal._record import replace
 from robocal.errors import FormatError
 from robocal.files.dataset import read_dataset
+from robocal.files.kinds.corner_covariance import WITH_OTHERS
 from robocal.files.kinds.registry import READERS
 from robocal.files.units import UNITS, Units
 from robocal.measure.base import KINDS as MEASURED
 from robocal.measure.base import kind_of, problem
 from robocal.measure.data import Frame
+from robocal.measure.sights.correlations import COVARIANCES, SQUARE_CORNER
 
 
 def frames(obs):
@@ -59,6 +62,8 @@ def test_every_kind_is_known_to_files_but_those_of_machines_without_an_arm():
         "swivel",
         "load",
         "inclination",
+        "plane_points",
+        "plane_targets",
     }
 
 
@@ -212,6 +217,58 @@ def test_corners_of_a_marker(tmp_path):
     np.testing.assert_allclose(obs.extra["point"], [[-0.03, 0.03, 0], [0.03, -0.03, 0]])
     assert len(obs.options["free"]) == 9 and obs.frame.mount == "tool" and obs.targets[0].mount == "base"
     np.testing.assert_allclose(obs.sigma, 0.2)
+
+
+def test_covariances_of_corners_are_written_and_read_back(tmp_path):
+    """Those of a marker, of a corner alone, and of rows whose standard deviations have changed, which are independent."""
+    rng = np.random.default_rng(3)
+    root = rng.normal(size=(3, 8, 8))
+    whole = 0.01 * (root @ root.transpose(0, 2, 1) + np.eye(8))
+    lines = ["a,b,c,marker,corner,point_x,point_y,point_z,u,v,su,sv,suv," + ",".join(WITH_OTHERS)]
+    for view, marker in ((0, 5), (1, 5), (2, 7)):
+        for k in range(4):
+            mine = whole[view][2 * k : 2 * k + 2]
+            own = mine[:, 2 * k : 2 * k + 2]
+            others = ["" for _ in WITH_OTHERS] if view == 2 else [f"{x:.12g}" for x in mine.ravel()]
+            cells = [
+                view,
+                2,
+                3,
+                marker,
+                k,
+                k,
+                2 * k,
+                0,
+                100 + 30 * k,
+                200 - 20 * k,
+                own[0, 0] ** 0.5,
+                own[1, 1] ** 0.5,
+                own[0, 1],
+            ]
+            lines.append(",".join([*(f"{x:.12g}" for x in cells), *others]))
+    described = head("pixels") + (
+        "pixels: {columns: [u, v], sigma: {columns: [su, sv]}}\npoints: {columns: [point_x, point_y, point_z], unit: mm}\n"
+        "units: {length: mm, angle: deg}\nframe: {name: eye, mount: tool}\n"
+        "camera: {name: lens, fx: 900, fy: 900, cx: 320, cy: 240, free: []}\n"
+    )
+    data = read(tmp_path, described, "\n".join(lines) + "\n").dataset
+    (obs,) = data.observations
+    other = replace(obs, sigma=obs.sigma * np.where(np.arange(len(obs)) < 2, 1.5, 1.0)[:, None])
+    for k, one in enumerate((obs, other)):
+        write_dataset(replace(data, observations=(one,)), ARM, tmp_path / f"again{k}.yaml")
+        (back,) = read_dataset(tmp_path / f"again{k}.yaml", ARM).dataset.observations
+        changed = np.arange(len(one)) < 2 * k
+        np.testing.assert_allclose(back.sigma, one.sigma, rtol=1e-9)
+        np.testing.assert_allclose(back.extra[COVARIANCES][~changed], one.extra[COVARIANCES][~changed], rtol=1e-9)
+        # Which rows are of one square, and which corner each is.
+        for before, after in ((one.extra[SQUARE_CORNER], back.extra[SQUARE_CORNER]),):
+            assert (after[:, 1] == before[:, 1]).all()
+            np.testing.assert_array_equal(
+                np.equal.outer(before[:, 0], before[:, 0]), np.equal.outer(after[:, 0], after[:, 0])
+            )
+        corner = back.extra[SQUARE_CORNER][:, 1].astype(int)
+        suv = back.extra[COVARIANCES][np.arange(len(back)), 0, 2 * corner + 1]
+        assert (suv[changed] == 0).all() and (suv[~changed] != 0).all()
 
 
 # --- what is wrong --------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from cli.runs import robocal
 
+from robocal.errors import InputError
 from robocal.files.images import FAMILIES, opencv
 from robocal.files.sheet import read_sheet
 from robocal.vision.marker.fit import fit_marker
@@ -230,3 +231,47 @@ def test_nothing_is_replaced_and_nothing_is_half_there(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "cv2", None)
     ran = robocal("vision", "sheet", "-o", tmp_path / "b.pdf")
     assert ran.status != 0 and "pip install 'robocal[vision]'" in ran.said and not (tmp_path / "b.pdf").exists()
+
+
+# The first codes of 36h11 as Kalibr and the AprilTag library have them, by rows from the top left, 1 white.
+CODES = (0xD5D628584, 0xD97F18B49)
+APRILGRID = "target_type: 'aprilgrid'\ntagCols: 3\ntagRows: 2\ntagSize: 0.02\ntagSpacing: 0.3\n"
+BOARD = "target_type: 'checkerboard'\ntargetCols: 6\ntargetRows: 4\nrowSpacingMeters: 0.06\ncolSpacingMeters: 0.06\n"
+
+
+def test_an_aprilgrid_is_what_kalibr_draws(tmp_path):
+    """Codes upright, two cells of black, numbers by rows from the bottom left, gaps and squares of tagSpacing tagSize."""
+    boxes, paper, ours = printed(tmp_path, "--pattern aprilgrid --paper 120x120 --columns 3 --rows 2 --size 20")
+    (tmp_path / "grid.yaml").write_text(APRILGRID)
+    theirs = read_sheet(tmp_path / "grid.yaml")
+    for one, other in zip(ours.markers, theirs.markers, strict=True):
+        shift = np.array([ours.markers[0].x - theirs.markers[0].x, ours.markers[0].y - theirs.markers[0].y, 0.0])
+        assert one.id == other.id and np.abs(marker_corners(one) - marker_corners(other) - shift).max() < 1e-9
+    assert theirs.markers[1].x - theirs.markers[0].x == pytest.approx(0.026)
+    assert theirs.markers[3].y - theirs.markers[0].y == pytest.approx(0.026)
+    assert {round(e, 9) for *_, e in theirs.squares} == {0.006} and len(theirs.squares) == 12
+    seen, per = scan(boxes, paper)
+    for m, code in zip(ours.markers, CODES, strict=False):
+        at = (np.arange(6) - 2.5) * 0.02 / 10
+        u, v = (
+            ((1e3 * (m.x + at) + paper[0] / 2) * per).astype(int),
+            ((paper[1] / 2 - 1e3 * (m.y - at)) * per).astype(int),
+        )
+        bits = (seen[np.ix_(v, u)] > 127).astype(int).ravel()
+        assert int("".join(map(str, bits)), 2) == code
+
+
+def test_targets_of_kalibr_are_sheets_and_what_is_wrong_is_named(tmp_path):
+    (tmp_path / "a.yaml").write_text(BOARD)
+    (board,) = read_sheet(tmp_path / "a.yaml").checkers
+    assert (board.columns, board.rows, board.square) == (7, 5, 0.06)
+    wrong = {
+        "rectangles": BOARD.replace("colSpacingMeters: 0.06", "colSpacingMeters: 0.05"),
+        "circlegrid": BOARD.replace("checkerboard", "circlegrid"),
+        "tagSpacing": APRILGRID.replace("0.3", "6"),
+        "tagCols": APRILGRID.replace("tagCols: 3", "tagCols: 150").replace("tagRows: 2", "tagRows: 150"),
+    }
+    for word, text in wrong.items():
+        (tmp_path / "b.yaml").write_text(text)
+        with pytest.raises(InputError, match=word):
+            read_sheet(tmp_path / "b.yaml")

@@ -14,6 +14,7 @@ from robocal.estimate.problem import Problem
 from robocal.geometry import se3
 from robocal.measure.base import KINDS, kind_of, problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.measure.plane_points import across
 
 DEG = np.pi / 180
 CAMERA = (900.0, 910.0, 320.0, 250.0, -0.05, 0.02, 0.003, -0.002, 0.01)
@@ -339,6 +340,34 @@ def mixed(rng):
     return made(arm(), obs, rng, m)
 
 
+def plane(kind, m, frame, targets, each=4):
+    """Points of an image of some centimetres, against wires in all directions or against points."""
+    obs = observations(
+        kind,
+        m,
+        1e-3,
+        frame,
+        targets,
+        each,
+        options={"image": "image", "values": {"su": 1e-3, "sv": 2e-3}, "free": ("su", "sv")},
+    )
+    rng = np.random.default_rng(8)
+    extra = {"image": rng.uniform(50, 400, (len(obs), 2)), "at": rng.normal(scale=0.1, size=(len(obs), 3))}
+    if kind == "plane_points":
+        extra["across"] = across(rng.normal(size=(len(obs), 3)))
+    return replace(obs, extra=extra)
+
+
+def planes(kind):
+    """A probe in hand, beside the robot, and on a platform."""
+    sizes = ["image.su", "image.sv"]
+    return {
+        f"{kind}/arm, probe in hand": lambda rng: made(arm(), [plane(kind, 3, HAND, TAGS)], rng, 3),
+        f"{kind}/arm, phantom in hand": lambda rng: made(arm(), [plane(kind, 3, EYE, (BALL,))], rng, 3),
+        f"{kind}/free poses": lambda rng: made(platform(), [plane(kind, 3, HAND, TAGS)], rng, 3, free=[*all_six("hand", "tag0"), *sizes]),
+    }  # fmt: skip
+
+
 SCENARIOS = {
     **carriers_of("position", 1e-3),
     **carriers_of("pose", 1e-3),
@@ -347,6 +376,7 @@ SCENARIOS = {
     **carriers_of("inclination", 1e-3),
     **{k: v for kind in OWN for k, v in places_of(kind).items()},
     **differences(),
+    **{k: v for kind in ("plane_points", "plane_targets") for k, v in planes(kind).items()},
     "distance/two frames": distance,
     "lengths/free poses, pulleys of each": wheeled(False),
     "lengths/free poses, pulleys of all alike": wheeled(True),

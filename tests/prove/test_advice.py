@@ -42,6 +42,7 @@ OTHER = {
     "no-change-found": "session/test_own_machines.py",
     "frame-fixed": "prove/test_frames_alone.py",
     "frames-located": "prove/test_frames_alone.py",
+    "plan-too-coarse": "cli/test_vision_require.py",
     "lens-focal-open": "cli/test_vision_intrinsics.py",
     "lens-found-folds": "cli/test_vision_intrinsics.py",
     "lens-folds-outside": "cli/test_vision_intrinsics.py",
@@ -62,6 +63,10 @@ OTHER = {
     "map-overfitted": "cli/test_vision_map.py",
     "map-unproven": "cli/test_vision_map.py",
     "marker-size-contradicted": "cli/test_vision_map.py",
+    "map-prior-scaled": "session/test_known_markers.py",
+    "marker-sizes-scatter": "cli/test_vision_map.py",
+    "map-sizes-unlike": "session/test_map_places.py",
+    "map-of-other-size": "session/test_map_places.py",
     "marker-moved": "cli/test_vision_map.py",
     "markers-in-few-views": "cli/test_vision_map.py",
     "map-covariance-missing": "files/test_maps.py",
@@ -99,6 +104,9 @@ OTHER = {
     "view-exchanged": "diagnose/test_views.py",
     "views-exchanged": "diagnose/test_views.py",
 }
+OTHER |= dict.fromkeys(
+    ("phantom-exchanged", "phantom-unit", "phantom-mirrored", "pixel-size"), "diagnose/test_phantom.py"
+)
 OTHER |= dict.fromkeys(
     "labels-turned poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved "
     "target-size-contradicted".split(),

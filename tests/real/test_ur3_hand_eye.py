@@ -88,6 +88,17 @@ def test_wrong_views_are_named_by_each_camera_and_by_all(k, source, tmp_path):
     assert told["verdict"]["status"] == {3: "refused", 2: "not_improved"}.get(k, "located")
 
 
+@pytest.mark.parametrize("k", range(4))
+def test_camera_3_moved_while_its_views_were_taken(k, source, tmp_path):
+    """It leaves 2 px, and 0.4 px with a speed of its own: ten views that follow one another agree to 0.3 to 0.5 px, each tenth view to 2."""
+    files = write_cell(tmp_path, source, exchange=True, leave_out=FOREIGN, more=LABELS)
+    told = coded(robocal(*free(files, k), "--json").document, "camera-drift")
+    assert len(told) == (k == 2)
+    if told:
+        numbers = told[0]["numbers"]
+        assert numbers["group"] == "eye2" and numbers["share"] > 0.95 and 2 < numbers["shift"]["value"] < 8
+
+
 @pytest.mark.parametrize(("k", "most"), [(0, 0.65), (1, 0.80), (3, 0.86)])
 def test_one_camera_is_placed_to_a_pixel(k, most, source, tmp_path):
     files = write_cell(tmp_path, source, exchange=True, leave_out=FOREIGN, more=LABELS)

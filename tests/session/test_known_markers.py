@@ -98,6 +98,34 @@ def test_boards_of_tagslam_are_a_prior(tmp_path, known):
     assert off[True] < 3e-5 < off[False]
 
 
+@pytest.mark.parametrize(("factor", "right"), [(1000.0, "mm"), (1 / 25.4, "inch")])
+def test_a_prior_in_another_unit_is_named(tmp_path, known, factor, right):
+    vector = known.vector * np.repeat([factor, 1.0], 3)
+    with pytest.raises(ModelError, match="another unit") as error:
+        find(tmp_path, replace(known, vector=vector, size=factor * known.size), known)
+    assert error.value.key == "--prior" and f"length: {right}" in str(error.value)
+
+
+def test_a_prior_of_another_scale_is_told_and_no_marker_blamed(tmp_path, known):
+    """Distances that are 3 % too large are not the fault of single edges."""
+    vector = known.vector * np.repeat([1.03, 1.0], 3)
+    made = find(tmp_path, replace(known, vector=vector), known, count=12)
+    codes = [r.code for r in made.result.reasons]
+    assert not made.trusted and "map-prior-scaled" in codes, codes
+    assert not {"marker-size-contradicted", "marker-sizes-scatter"} & set(codes)
+    made = find(tmp_path, known, known, count=12)
+    codes = [r.code for r in made.result.reasons]
+    assert made.trusted and "map-prior-scaled" not in codes  # obeys: map-prior-scaled
+
+
+def test_known_distances_tell_the_scale(tmp_path, known):
+    """The map as a whole does not turn, which would pass for a scale: it is as large as the file says, not as edges do."""
+    true = draw_room(known, np.random.default_rng(4))
+    found = find(tmp_path, known, true).result.map
+    middle, mine = (v - v.mean(axis=0) for v in (take_markers(known, found.names).vector[:, :3], found.vector[:, :3]))
+    assert abs(np.linalg.norm(mine) / np.linalg.norm(middle) - 1) < 3e-4
+
+
 def test_what_no_prior_is_refused(tmp_path, known):
     with pytest.raises(ModelError, match="none of the markers that are seen") as error:
         find(tmp_path, replace(known, names=tuple(f"9{n}" for n in known.names)), known)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +29,28 @@ def codes(made):
 def errors(views, where):
     """Small motions (V, 6) from the poses that were found to the true ones."""
     return np.hstack(se3.displacement(views.poses, where))
+
+
+def test_a_map_whose_sizes_are_not_those_of_its_distances_is_not_trusted(tmp_path):
+    """Distances that are 2 % too large put every camera as far off; in one scale with the sizes they are a matter of --size."""
+    rng, known = np.random.default_rng(2), room()
+    rows, _ = views_of_room(known, rng, 4)
+    vector = known.vector * np.repeat([1.02, 1.0], 3)
+    made = place(write_room(tmp_path, replace(known, vector=vector), rows))
+    assert not made.trusted and "map-sizes-unlike" in [r.code for r in made.result.reasons]
+    assert " 122." in made.result.reasons[0].sentence or " 117." in made.result.reasons[0].sentence
+    scaled = replace(known, vector=vector, size=1.02 * known.size)
+    made = place(write_room(tmp_path, scaled, rows))
+    assert made.trusted  # nobody says how large the markers are
+    told = {"corners": {}, "image": list(lens_known().size), "target": {"kind": "markers", "dictionary": "36h11"}}
+    told["target"]["size"] = {"value": 120.0, "unit": "mm"}
+    (tmp_path / "corners.json").write_text(json.dumps(told))
+    made = place(tmp_path)
+    assert not made.trusted and [r.code for r in made.result.reasons] == ["map-of-other-size"]
+    made = place(write_room(tmp_path, known, rows))
+    said = [r.code for r in made.remarks]
+    assert made.trusted and "map-of-other-size" not in said  # obeys: map-of-other-size
+    assert "map-sizes-unlike" not in said  # obeys: map-sizes-unlike
 
 
 @pytest.mark.slow
@@ -173,7 +196,7 @@ def test_another_lens_or_room_is_not_trusted(tmp_path):
         (lambda f: {"image": "640x480"}, "images of another size", "--lens"),
         (lambda f: {"output": f / "poses.yaml"}, "has its own suffix", "--output"),
         (lambda f: {"held": f / "other.yaml"}, "no view shows a marker of the map", "marker"),
-        (lambda f: {"corners": f / "lens.yaml"}, "no column names the view|columns", None),
+        (lambda f: {"corners": f / "lens.yaml"}, "not an image", None),
     ],
 )
 def test_bad_input_is_named(tmp_path, change, words, key):

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from printed import image_of, paper, places
 
+from robocal.simulation.images import Photograph, render
+from robocal.vision.camera import image_of as project_to
 from robocal.vision.checker.crossing import fit_saddles
 from robocal.vision.marker.edges import fit_edges
+from robocal.vision.sheets import Checker, Sheet, inner_corners
 from robocal.vision.sightings import METHODS, coverage_of, find_islands, fit_sighting
 
 CELLS = np.pad(np.random.default_rng(4).integers(0, 2, (6, 6)).astype(float), 1)
@@ -61,13 +64,59 @@ def test_crossings_of_a_checkerboard(blur, noise, cell, most):
     for seed in range(3):
         image = image_of(paper(board, 0, 0, cell), h, *size, blur=blur, noise=noise, seed=seed).astype(float)
         start = true + np.random.default_rng(seed).normal(0, 0.4, true.shape)
-        found = fit_saddles(image, np.arange(35), start, 7)
+        # A lens that does nothing: without one sigma carries what one may bend.
+        found = fit_saddles(image, np.arange(35), start, 7, np.array([300.0, 300, 100, 80, 0, 0, 0, 0, 0]))
         assert found.corner.tolist() == list(range(35)) and found.blur == pytest.approx(blur, rel=0.15)
         apart.append(found.place - true)
         scaled.append(apart[-1] / found.sigma)
     assert np.sqrt(np.mean(np.square(apart))) < most
     assert np.abs(np.mean(apart, axis=(0, 1))).max() < 0.3 * most
     assert 0.7 < np.mean(np.square(scaled)) < 1.6
+
+
+def test_what_a_lens_bends_is_in_the_sigma_of_crossings():
+    """A wide lens that nobody knows, towards the corner of the image, where it bends most."""
+    size, lens = (240, 180), np.array([190.0, 190, 119.5, 89.5, -0.3, 0, 0, 0, 0])
+    board = Checker(8, 7, 0.02)
+    at = np.eye(4)
+    at[:3, :3] = np.diag([1.0, -1, -1])
+    at[:3, 3] = 0.06, 0.05, 0.28
+    image = render(
+        [(Sheet("b", 0.2, 0.18, (), (board,)), at)], lens, size, Photograph(noise=0.5), rng=np.random.default_rng(1)
+    )
+    true = project_to(inner_corners(board).reshape(-1, 3) @ at[:3, :3].T + at[:3, 3], lens)
+    inside = ((true > 20) & (true < np.array(size) - 20)).all(axis=1)
+    number = np.flatnonzero(inside)
+    free, known = (fit_saddles(image.astype(float), number, true[inside], 7, known) for known in (None, lens))
+    for found, most in ((free, 2.5), (known, 1.6)):
+        apart = found.place - true[found.corner]
+        assert np.mean(np.square(apart / found.sigma)) < most
+    assert (free.sigma >= 0.999 * known.sigma).mean() > 0.9 and np.median(free.sigma / known.sigma) > 1.2
+
+
+@pytest.mark.parametrize("at", [(1.0, 1.0), (0.5, 0.1), (0.3, 0.6)])
+def test_glare_in_a_marker_costs_no_corner(at):
+    """A blob that is cut off, at a corner, on an edge or inside: its pixels are left out."""
+    true, image = places(TILT, CORNERS), drawn()
+    u, v = places(TILT, np.array([at]) * SIDE)[0]
+    far = np.hypot(*(np.indices(image.shape)[::-1] - np.array([u, v])[:, None, None]))
+    image = np.clip(np.maximum(image, 400 / (1 + np.exp((far - 6) / 1.5))), 0, 255).round()
+    found = fit_sighting(image, 7, true + 0.5, CELLS)
+    assert found.method == METHODS[0]
+    assert np.abs(found.place - true).max() < 0.06 and np.abs((found.place - true) / found.sigma).max() < 4
+
+
+@pytest.mark.parametrize("more", [1.5, 2.2])
+def test_white_that_is_cut_off_moves_no_corner(more):
+    true, apart, scaled = places(TILT, CORNERS), [], []
+    for seed in range(4):
+        image = np.clip(
+            more * image_of(paper(CELLS, 0, 0, 7.0), TILT, 120, 120, bright=160, blur=1.0, seed=seed), 0, 255
+        ).round()
+        found = fit_sighting(image, 7, true + 0.5, CELLS)
+        apart.append(found.place - true)
+        scaled.append(apart[-1].ravel() @ np.linalg.solve(found.covariance, apart[-1].ravel()) / 8)
+    assert np.sqrt(np.mean(np.square(apart))) < 0.015 and np.mean(scaled) < 2
 
 
 def test_islands_and_coverage():

@@ -192,15 +192,18 @@ class _ViewSearch:
         """Findings of the changes that leave least, where they explain what was left."""
         rough = [float(self._fit(c.cameras_read).left.sum()) for c in changes]
         few = [changes[i] for i in np.argsort(rough, kind="stable")[:BEST]]
-        trials = [(c, self._fit(c.cameras_read, robust=True)) for c in few]
+        trials = [(c, self._fit(c.cameras_read, robust=True, against=stated)) for c in few]
         good = [(float(t.left.sum()), c, t) for c, t in trials if any(_explains(stated, t, k) for k in range(2))]
         least = min((g[0] for g in good), default=0.0)
         for left, change, trial in good:
             if left <= EXPLANATIONS_ALIKE * least:
                 yield self._finding(change, stated, trial)
 
-    def _fit(self, changed: Mapping[int, Reread], *, robust: bool = False) -> _ViewTrial:
-        """What frames leave of a part of the data, where the rows of some instruments are read in another way."""
+    def _fit(
+        self, changed: Mapping[int, Reread], *, robust: bool = False, against: _ViewTrial | None = None
+    ) -> _ViewTrial:
+        """What frames leave of a part of the data, where the rows of some instruments are read in another way. A fit that finds
+        no end and explains nothing of what was left before, `against`, is given up: of a right change it ends in few steps."""
         read = [changed[i](o) if i in changed else o for i, o in enumerate(self.data.observations)]
         seen = np.unique(np.concatenate([self.data.observations[i].configuration for i in self.cameras]))
         views, points = (VIEWS, POINTS) if robust or not freedom_of(self.model) else ROUGH
@@ -210,7 +213,11 @@ class _ViewSearch:
             return _ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):
             everyone = np.arange(len(part.configurations))
-            found = fit_baseline(self.model, part, everyone, "tukey" if robust else "none")
+            def hopeless(problem: Problem, x: Array) -> bool:
+                trial = _measure(part, problem, x)
+                return against is not None and not any(_explains(against, trial, k) for k in range(2))
+
+            found = fit_baseline(self.model, part, everyone, "tukey" if robust else "none", hopeless=hopeless)
             return _measure(part, found.problem, found.x)
 
     def _changes(self, group: tuple[int, ...]) -> Iterator[_ViewChange]:

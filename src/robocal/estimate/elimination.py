@@ -209,8 +209,8 @@ def _blocks(lin: Linear) -> Iterator[tuple[Ints, Ints, Array]]:
 def triangle(j: Array, chunk: int = 2000) -> Array:
     """R (n, n) with R^T R = J^T J, by QR in chunks of rows: rank decisions are taken on R, never on J^T J."""
     j = _shorten(j)
-    r: Array = np.zeros((0, j.shape[1]))
-    for first in range(0, max(len(j), 1), chunk):
+    r: Array = np.asarray(np.linalg.qr(j[:chunk], mode="r"))
+    for first in range(chunk, len(j), chunk):
         r = np.asarray(np.linalg.qr(np.vstack([r, j[first : first + chunk]]), mode="r"))
     if len(r) < j.shape[1]:
         r = np.vstack([r, np.zeros((j.shape[1] - len(r), j.shape[1]))])

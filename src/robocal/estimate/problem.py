@@ -12,14 +12,14 @@ et al., Bundle adjustment, a modern synthesis (2000), sections 4 to 6.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import cache, cached_property
+from functools import cache
 from itertools import groupby
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robocal._record import record, replace
+from robocal._record import cached_property, record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
@@ -315,6 +315,8 @@ class Problem(Unknowns):
         if self.weights is None:
             return 0.0
         weight = self.first_weight
+        if not ((weight > 0) & (weight < 1)).any():
+            return 0.0
         posed = next((f.size for f in self.families[:1] if f.count == self.configurations), 0)
         return float(
             np.sum(np.maximum(self.numbers - posed, 0) * np.where(weight > 0, np.maximum(1 - weight, 0.0), 0.0))

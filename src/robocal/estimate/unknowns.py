@@ -4,12 +4,11 @@ them before anything is measured."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
-from robocal._record import record
+from robocal._record import cached_property, record
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.families import Family
 from robocal.estimate.priors import PriorTerms, covariance_root, shared_root

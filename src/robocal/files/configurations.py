@@ -9,7 +9,7 @@ from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.errors import nearest
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import DataModel, JointsModel, SecondModel, ValueModel
+from robocal.files.datamodel import DataModel, JointsModel, PosedModel, SecondModel, ValueModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
 from robocal.files.kinds.kind import column_units
 from robocal.files.text import meant
@@ -123,7 +123,8 @@ def read_configurations(reader: RowReader) -> Places:
     columns, groups = reader.recorded()
     stated = model.configuration.get("id")
     ids = reader.row_names() if stated is None else table.texts(stated.column)
-    given, every = Configurations(ids, q, columns, groups=groups, digits=digits), np.arange(len(table))
+    start = _known_poses(reader)
+    given, every = Configurations(ids, q, columns, start, groups, digits), np.arange(len(table))
     second = getattr(model, "second", None)
     if second is None:
         made, index = _merge(given, table, every)
@@ -143,6 +144,25 @@ def read_configurations(reader: RowReader) -> Places:
     both = given + Configurations(ids2, q2, shared, groups=groups, digits=digits2)
     made, index = _merge(both, table, np.concatenate([every, every]))
     return Places(made, index[: len(q)], index[len(q) :], q, every, angle)
+
+
+def _known_poses(reader: RowReader) -> Array | None:
+    """Where a rig whose poses are known stands in each row, frame vectors (k, 6); None for another machine. Raises FormatError."""
+    from robocal.files.kinds.pose import read_pose
+
+    model, known = reader.model, freedom_of(reader.machine) == ()
+    stated = isinstance(model, PosedModel) and model.orientation is not None
+    if not known:
+        reader.document.insist(
+            not stated, "this says where a rig is, and the poses of the machine are not stated so", ("orientation",),
+            found=reader.machine.name, expected="a robot.yaml with kind: rig and poses: known",
+        )  # fmt: skip
+        return None
+    expected = "position: {columns: [...], unit: mm} and orientation: {columns: [...], form: ...}"
+    reader.document.insist(
+        stated, "this rig's poses are known, and the file does not state them", ("orientation",), expected=expected
+    )
+    return read_pose(model, reader.table, reader.document).value
 
 
 def nowhere(given: Configurations, names: tuple[str, ...], beside: Ints) -> Configurations:
@@ -200,6 +220,10 @@ def _merge(given: Configurations, table: CsvTable, row: Ints) -> tuple[Configura
         if groups is not None and label != groups[first[i]]:
             message = f"configuration {ids[i]!r} belongs to another group than in row {table.lines[row[first[i]]]}"
             raise table.fail(message, int(row[i]), found=label, expected=groups[first[i]])
+    if given.start is not None:
+        for i in map(int, np.flatnonzero((np.abs(given.start - given.start[first]) > 1e-9).any(axis=1))):
+            message = f"this configuration has another pose than in row {table.lines[row[first[i]]]}"
+            raise table.fail(message, int(row[i]), found=ids[i], expected="one id per configuration")
     # What the first row does not know, a later one of the same configuration may.
     made = given.take(kept)
     columns = dict(made.columns)

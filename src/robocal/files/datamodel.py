@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, FiniteFloat, model_validator
+from pydantic import BeforeValidator, Field, FiniteFloat, PositiveFloat, model_validator
 
 from robocal.errors import FormatError, one_of
 from robocal.files.orientation import FORMS
@@ -23,7 +23,9 @@ __all__ = [
     "InstrumentModel",
     "JointsModel",
     "OrientationModel",
+    "PlacePriorModel",
     "PlaceValuesModel",
+    "PosedModel",
     "ScalarModel",
     "SecondModel",
     "Sigma",
@@ -164,10 +166,18 @@ class InstrumentModel(FrameModel):
     mount: Literal["base", "tool"] = "base"
 
 
+class PlacePriorModel(FileModel):
+    """How well the place of a thing is known, as standard deviations in the units of the file."""
+
+    length: PositiveFloat
+    angle: PositiveFloat
+
+
 class TargetModel(FrameModel):
-    """A thing that the instrument sees; on the tool unless mounted on the base."""
+    """A thing that the instrument sees; on the tool unless mounted on the base. Under a prior it is free."""
 
     mount: Literal["tool", "base"] = "tool"
+    prior: PlacePriorModel | None = None
 
 
 class ColumnModel(FileModel):
@@ -264,3 +274,10 @@ class FramedModel(DataModel):
     """Data of an instrument with a frame of its own."""
 
     frame: InstrumentModel = InstrumentModel.model_construct()
+
+
+class PosedModel(FramedModel):
+    """The same of an instrument on a rig whose poses are known: T_base_rig of every row."""
+
+    position: PlaceValuesModel | None = None
+    orientation: OrientationModel | None = None

@@ -21,7 +21,7 @@ from robocal.errors import FormatError, one_of
 from robocal.files.configurations import RowReader, nowhere, read_configurations, remarks_on_columns
 from robocal.files.csvtable import MissingCells, read_csv
 from robocal.files.data_checks import alternatives, suspicions
-from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, TargetModel
+from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, PlacePriorModel, TargetModel
 from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.kind import Around, KindFile
 from robocal.files.kinds.registry import readers_of
@@ -225,6 +225,11 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
     )  # fmt: skip
 
 
+def given_prior(given: FrameModel) -> PlacePriorModel | None:
+    """How well the place of a target is known, where its file says it."""
+    return given.prior if isinstance(given, TargetModel) else None
+
+
 def _owners(machine: Model) -> set[str]:
     """The parts of a machine that have parameters, by name."""
     return {n.rpartition(".")[0] for n in machine.table.names}
@@ -268,12 +273,16 @@ def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Fr
     for name, given in models.items():
         around.refuse_taken(name, ("targets", name))
         # A target whose place is not stated is unknown; what this kind of measurement cannot see of it stays.
-        flags = given.free_flags(not given.given)
+        flags = given.free_flags(not given.given or given_prior(given) is not None)
         if given.free is None or given.free is True:
             flags = tuple(f and s for f, s in zip(flags, kind.sees, strict=True))
         expected = (0.01, 0.05) if given.given else (0.2, 3.0)
         mount = getattr(given, "mount", "tool")
-        frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details))
+        prior = given_prior(given)
+        known = (
+            None if prior is None else (*[units.length.to_si(prior.length)] * 3, *[units.angle.to_si(prior.angle)] * 3)
+        )
+        frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details, known))
     if cells is None:
         if len(frames) > 1:
             message = "several targets, and no column that says which"

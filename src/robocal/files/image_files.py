@@ -16,6 +16,7 @@ from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import VIDEO_FRAMES
 from robocal.errors import FileError, reason_of
+from robocal.files.image_orientation import as_stored, stated_orientation
 from robocal.files.images import opencv
 from robocal.files.text import InputFile, read_bytes, read_text
 from robocal.remarks.code import Code
@@ -37,8 +38,8 @@ TAIL = 1 << 16  # bytes: cameras write previews and notes behind an image
 
 @record(eq=False)
 class GreyImage:
-    """An image of a view: its brightness (h, w) as bytes for searching, and as it was read, in levels of 0 to 255, for fitting;
-    whether it was turned as its file says (EXIF)."""
+    """An image of a view: its brightness (h, w) as bytes for searching, and as it was read, in levels of 0 to 255, for fitting; as the
+    sensor stored it; whether its file says to turn or mirror it (EXIF), which is not done: the lens does not turn with it."""
 
     view: str
     file: InputFile
@@ -133,16 +134,12 @@ def _image(path: Path, view: str) -> GreyImage:
     data = read_bytes(path, limit=BYTES)
     _refuse_part(data, path)
     cv2 = opencv()
-    flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH
-    raw = _decode(data, flags)
+    raw = _decode(as_stored(data), cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION)
     if raw is None:
         expected = "an image: PNG, JPEG, TIFF, BMP, PGM, WebP"
         raise FileError("this is not an image that OpenCV can read", file=path, expected=expected)
-    turned = False
-    if b"Exif" in data[:TAIL] or b"eXIf" in data[:TAIL]:
-        as_stored = _decode(data, flags | cv2.IMREAD_IGNORE_ORIENTATION)
-        turned = as_stored.shape != raw.shape or not np.array_equal(as_stored, raw)
-    return replace(_grey(raw, view, InputFile(path, hashlib.sha256(data).hexdigest())), turned=turned)
+    made = _grey(raw, view, InputFile(path, hashlib.sha256(data).hexdigest()))
+    return replace(made, turned=stated_orientation(data) != 1)
 
 
 def _decode(data: bytes, flags: int) -> Any:
@@ -212,6 +209,8 @@ def _frames(path: Path, view: str, every: int) -> Iterator[GreyImage]:
     try:
         if not film.isOpened():
             raise FileError("this is not a video that OpenCV can read", file=path, expected="a video, or images")
+        film.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)  # as the sensor stored it
+        turned = film.get(cv2.CAP_PROP_ORIENTATION_META) % 360 != 0
         number = 0
         last: GreyImage | None = None  # one is kept back, for what is said at the end
         while film.grab():
@@ -221,7 +220,7 @@ def _frames(path: Path, view: str, every: int) -> Iterator[GreyImage]:
                     if last is not None:
                         yield last
                     flat = frame if frame.ndim == 2 else cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
-                    last = _grey(flat, f"{view}-{number}", file)
+                    last = replace(_grey(flat, f"{view}-{number}", file), turned=turned)
             number += 1
         if last is None:
             raise FileError("the video has no frames", file=path)

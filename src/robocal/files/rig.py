@@ -6,6 +6,8 @@
     units: {length: mm, angle: deg}
 
 The base is the rig itself: frames of instruments stand on it. What they see moves as a whole, and its pose is free at every configuration.
+With `poses: known` a tracker or a robot states where the rig is in every row of the data: a probe with a marker on it. Its instruments
+are mounted on "tool", and the base is where its poses are measured from.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ class RigModel(FileModel):
     kind: Literal["rig"]
     name: Name
     units: UnitsModel
+    poses: Literal["free", "known"] = "free"
     source: str | None = None
 
 
@@ -38,7 +41,8 @@ def read_rig(path: Path) -> Bare[Rig]:
     source = read_text(path, limit=ROBOT_LIMIT)
     document = parse(source)
     model = validate(RigModel, document)
+    freedom = () if model.poses == "known" else Rig.freedom
     return Bare(
-        Rig(model.name), read_units(model.units, document), source.path, source.text, source.sha256, convention="rig",
+        Rig(model.name, freedom=freedom), read_units(model.units, document), source.path, source.text, source.sha256, convention="rig",
         source=model.source or "",
     )  # fmt: skip

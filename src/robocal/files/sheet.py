@@ -13,6 +13,7 @@ from pydantic import FiniteFloat
 from robocal._version import __version__
 from robocal.errors import ModelError
 from robocal.files.images import family_cells
+from robocal.files.kalibr_board import KALIBR, kalibr_sheet
 from robocal.files.pdf import Box, page_of, rectangles, text_line
 from robocal.files.schema import FileModel, Name, Version, validate
 from robocal.files.units import number, parse_unit
@@ -94,7 +95,9 @@ def describe_sheet(sheet: Sheet, border: int, words: str) -> str:
             f"dictionary: {flow(sheet.markers[0].family)}",
             f"border: {border}    # cells of black around the code",
         ]
-        lines += ["# Corners of the black squares: top left, top right, bottom right, bottom left.", "markers:"]
+        turned = " These are printed turned by half." if any(m.turned for m in sheet.markers) else ""
+        said = f"# Corners of the black squares: top left, top right, bottom right, bottom left of a marker that stands upright.{turned}"
+        lines += [said, "markers:"]
         for m in sheet.markers:
             corners = ", ".join(mm(x, y) for x, y, _ in marker_corners(m))
             lines.append(f"  - {{id: {m.id}, corners: [{corners}]}}")
@@ -144,8 +147,10 @@ class SheetModel(FileModel):
 
 
 def read_sheet(path: str | os.PathLike[str]) -> Sheet:
-    """The sheet of a sheet.yaml, at the scale that was measured. Raises FileError, FormatError, MissingExtra."""
+    """The sheet of a sheet.yaml, at the scale that was measured, or of a target of Kalibr. Raises FileError, FormatError, MissingExtra."""
     document = load(path)
+    if KALIBR in document.data:
+        return kalibr_sheet(document)
     model = validate(SheetModel, document)
     document.insist(0.5 < model.scale < 2, "not a scale", ("scale",), found=model.scale, expected="about 1")
     unit = parse_unit(model.unit, "m", file=document.path, row=document.row(("unit",)), key="unit").factor * model.scale
@@ -167,9 +172,11 @@ def read_sheet(path: str | os.PathLike[str]) -> Sheet:
         document.insist(square, "not four corners", at, found=m.corners, expected="[[x, y], ...] from the top left on")
         corners = np.array(m.corners)
         middle, edge = corners.mean(axis=0), corners[1, 0] - corners[0, 0]
-        right = edge > 0 and np.abs(SQUARE[:, :2] * edge / 2 + middle - corners).max() < 1e-3 * edge
+        # A negative edge is half a turn.
+        right = edge != 0 and np.abs(SQUARE[:, :2] * edge / 2 + middle - corners).max() < 1e-3 * abs(edge)
         document.insist(right, "not an upright square", at, found=m.corners, expected="from the top left on, clockwise")
-        markers.append(Marker(model.dictionary, m.id, code, unit * middle[0], unit * middle[1], unit * edge))
+        place = unit * middle[0], unit * middle[1], unit * abs(edge)
+        markers.append(Marker(model.dictionary, m.id, code, *place, bool(edge < 0)))
     checkers = []
     for i, c in enumerate(model.checkerboards):
         pair(document, c.middle, ("checkerboards", i, "middle"))

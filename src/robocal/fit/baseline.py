@@ -6,6 +6,8 @@ and the nominal model leaves more than the identified one: each is measured by i
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from robocal._record import record
@@ -47,9 +49,11 @@ def fit_baseline(
     watch: Watch | None = None,
     near: Array | None = None,
     whole: DataSet | None = None,
+    hopeless: Callable[[Problem, Array], bool] | None = None,
 ) -> Baseline:
     """The nominal model with frames and tool fitted to some configurations, by a loss, from `near` (1, P), else from all starts; of many
-    rows from where a part of them says that frames stand, of a part of the `whole` from where that does."""
+    rows from where a part of them says that frames stand, of a part of the `whole` from where that does. `hopeless` is asked where a fit
+    found no end: whether no further round is wanted."""
     made = build(model, data).with_weights(chosen_weights(len(data.configurations), configurations))
     tell(watch, "start")
     x, seen, converged = _recall_or_fit(model, data, configurations, made, near, whole or data)
@@ -68,6 +72,8 @@ def fit_baseline(
             near = least_squares(made.with_loss("huber").with_free(seen), x).x
             solution = least_squares(made.with_loss(loss, tuning).with_free(seen), near)
             x, converged = solution.x, solution.settled()
+            if hopeless and not solution.reasons[0].converged and hopeless(made, x):
+                break
     return Baseline(made.with_loss(loss, tuning), x, converged)
 
 

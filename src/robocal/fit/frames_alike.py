@@ -50,11 +50,12 @@ def frames_of(data: DataSet) -> dict[str, Frame]:
 
 def frames_alone(model: Model, free: Collection[str], data: DataSet) -> bool:
     """Whether the free parameters of a problem are those of frames of the data and of the tool, and no others but numbers of an
-    instrument, such as a lens, that are known to a prior; where poses are known, whatever is free."""
+    instrument that are known to a prior, such as a lens, or are found with its frame; where poses are known, whatever is free."""
     if freedom_of(model) == ():
         return bool(free)
     mine = {p.name for f in (*frames_of(data).values(), Frame("tool")) for p in f.parameters}
-    known = {p.name for obs in data.observations for p in kind_of(obs).parameters(obs) if p.prior is not None}
+    numbers = ((kind_of(obs).placed, p) for obs in data.observations for p in kind_of(obs).parameters(obs))
+    known = {p.name for placed, p in numbers if placed or p.prior is not None}
     return not mine.isdisjoint(free) and (mine | known).issuperset(free)
 
 

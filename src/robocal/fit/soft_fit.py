@@ -70,6 +70,11 @@ def find_noise(
     each; and where that fit ended. `rounds` are those that are known, from that of the beginning; `little`: it ends where a fit
     leaves more than the stated noise; `creep` as `least_squares` has it."""
     known = [] if rounds is None else rounds
+    if little and not known:
+        # Where the stated noise is all there is, a fit under it says so at once. Where it is not, nothing is known yet.
+        tau, x = _fit_once(made, stated, configurations, start, {}, begin, creep)
+        if not tau:
+            known += [({}, begin), (tau, x)]
     if not known:
         # What is begun with has used up a degree of freedom for every number that it moved.
         moved = int((begin[0, made.index] != made.start[0, made.index]).sum())
@@ -78,15 +83,22 @@ def find_noise(
         tau, x = known[-1]
         if len(known) > 1 and (same_tau(tau, known[-2][0], 0.01) or (little and tau)):
             break
-        noisy = under(made, stated, tau)
-        soft = soften(noisy, start)
-        # Where rows are weighed anew at every step, the way is longer without being a valley.
-        most = CREEPING if soft.loss == "none" else STEPS
-        ended = least_squares(soft, x, max_iterations=most, creep=creep)
-        # A column counts as far as the data, not the hold, decide it.
-        columns = effective_columns(soft, ended.x, ended)
-        known.append((tau_of(assess(stated, noisy, ended.x, configurations, columns)), ended.x))
+        known.append(_fit_once(made, stated, configurations, start, tau, x, creep))
     return known[-1]
+
+
+def _fit_once(
+    made: Problem, stated: DataSet, configurations: Ints, start: Array, tau: Tau, begin: Array, creep: float
+) -> tuple[Tau, Array]:
+    """tau of every group that a soft fit from `begin` leaves under a noise enlarged by tau, and where that fit ended; see `find_noise`."""
+    noisy = under(made, stated, tau)
+    soft = soften(noisy, start)
+    # Where rows are weighed anew at every step, the way is longer without being a valley.
+    most = CREEPING if soft.loss == "none" else STEPS
+    ended = least_squares(soft, begin, max_iterations=most, creep=creep)
+    # A column counts as far as the data, not the hold, decide it.
+    columns = effective_columns(soft, ended.x, ended)
+    return tau_of(assess(stated, noisy, ended.x, configurations, columns)), ended.x
 
 
 def find_large_errors(

@@ -3,12 +3,14 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from robocal.files.plus import ProbeFiles as _probe_ProbeFiles
 from robocal.front.arrays import Measurements
 from robocal.front.verb_result import Found
 from robocal.session.vision.detection import Detected as _detect_Detected
 from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_eye_HandEyeCalibration
 from robocal.session.vision.lens_result import Intrinsics as _intrinsics_Intrinsics
 from robocal.session.vision.map_places import MapPlaces as _map_MapPlaces
+from robocal.session.vision.map_plans import MapPlans as _require_MapPlans
 from robocal.session.vision.map_repeats import ComparedMaps as _compare_ComparedMaps
 from robocal.session.vision.map_result import MarkerMapResult as _map_MarkerMapResult
 from robocal.session.vision.other_formats import ExportedText as _export_ExportedText
@@ -78,7 +80,7 @@ def detect(
     of robocal vision sheet says all of it: --sheet. Without --sheet, --dictionary and --checker all are tried on three images.
 
     images: Images of one camera: files, folders, patterns, lists (.txt), videos.
-    sheet: The YAML of a printed sheet, in place of dictionary, board and sizes.
+    sheet: The YAML of a printed sheet, or of a target of Kalibr; it says dictionary, board and sizes.
     dictionary: Dictionary of the markers: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
     checker: A checkerboard of so many squares.
     charuco: A ChArUco board of so many squares.
@@ -138,6 +140,8 @@ def map(
     lens: _Path,
     held: _Path | None = None,
     size: str | Sequence[str] = (),
+    size_sigma: float = 0.2,
+    size_scatter: float = 0.3,
     prior: _Path | None = None,
     dictionary: str | None = None,
     origin: str | None = None,
@@ -159,6 +163,8 @@ def map(
     lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     held: Find the camera in this map: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
     size: Edge of the markers' black squares in mm, as measured; of some alone as 7=120.
+    size_sigma: What all edges in --size together may be off by, in mm: ink, paper, gauge; 0: nothing, 0 or more.
+    size_scatter: By how much edges differ from marker to marker, in percent; 0: not at all, 0 or more.
     prior: What is known of the markers beforehand: surveyed tags, boards, the map of last month.
     dictionary: Dictionary of the markers in images: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
     origin: Marker in which the coordinates begin, with its axes.  [default: the one that most views show]
@@ -246,6 +252,28 @@ def hand_eye(
     Raises InputError.
     """
 
+def probe(
+    results: _Given,
+    configuration: _Given,
+    *,
+    output: _Path = ...,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_probe_ProbeFiles]:
+    """Read points of an N-wire phantom in ultrasound images, with tracked poses of the probe, as PLUS (fCal) writes them.
+
+    The folder gets a rig whose poses are known, and a data file with its table for calibration and validation. `identify` finds the image
+    plane with the sizes of a pixel.
+
+    results: The result of fCal: <ProbeCalibrationResult>.
+    configuration: Its configuration, with the wires and the place of the phantom: <PlusConfiguration>.
+    output: Folder for the files.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
 def compare(
     maps: _Given | Sequence[_Given],
     *,
@@ -262,6 +290,48 @@ def compare(
     maps: Maps of the same markers: map.yaml, or files of TagSLAM, MarkerMapper, PLY; two or more.
     reference: The marker whose axes are taken, and from which distances count.  [default: the first of the first map]
     output: Write maps.json, markers.csv, distance.svg, axes.svg and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def require(
+    poses: _Given,
+    *,
+    lens: _Path,
+    map: _Path | None = None,
+    grid: str | None = None,
+    field: str | None = None,
+    size: str | Sequence[str] = (),
+    height: str | Sequence[str] = (),
+    tilt: str | Sequence[str] = (),
+    survey: float | None = None,
+    sigma: float = 0.3,
+    accuracy: float | None = None,
+    image: str | tuple[int, int] | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_require_MapPlans]:
+    """Predict the errors of a map of markers, and of a camera in it, before anything is printed: along x and y, and along z.
+
+    Markers are those of --map, or a grid over --field. With several --size, --height or --tilt every combination is a row.
+    Every second marker is raised by --height. --survey says to what each marker's place is measured by other means.
+
+    poses: CSV of places of the camera in the frame of the map: x, y, z and rx, ry, rz, or qx to qw; z looks ahead.
+    lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
+    map: Where the markers will be: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
+    grid: Number of markers along x and y, in place of --map.
+    field: Width and depth of the grid in mm, between middles of markers.
+    size: Edge of the markers' black squares in mm.  [default: that of --map]
+    height: By how much every second marker is raised, in mm.  [default: 0]
+    tilt: By how much each marker is tilted, in deg.  [default: 0]
+    survey: Standard deviation to which each marker's place is measured by other means [mm], above 0.  [default: not measured]
+    sigma: Standard deviation of a corner in an image [px], above 0.
+    accuracy: The required error of the camera's place, rms of one axis [mm], above 0.
+    image: Size of the images in pixels.  [default: that of the lens]
+    output: Write require.json, markers.csv and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

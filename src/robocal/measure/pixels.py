@@ -4,8 +4,9 @@ value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; of corners of 
 extra["covariances"] (k, 2, 8) and extra["square and corner"] (k, 2), as in `sights.correlations`. options["camera"] names the
 camera whose intrinsics are parameters, options["intrinsics"] their values, of any model of `vision.camera`, and options["free"] the
 symbols to identify. options["known"] are symbols with a prior that they share, of covariance options["covariance"];
-options["together"] are priors that targets share, as the markers of a map. The frame is the camera's: mounted on "tool" it is a camera
-in hand, mounted on "base" a fixed one.
+options["together"] are priors that targets share, as the markers of a map. Where extra["growth"] (k, 3) is given, the points of each
+target are at X + e growth: e, the parameter `target.edge`, is by how much its printed squares are larger than stated. The frame is
+the camera's: mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
 """
 
 from __future__ import annotations
@@ -33,9 +34,10 @@ from robocal.measure.sights.views import SharedView, sights_of, views_of
 from robocal.parameters import FRAME_SYMBOLS, Parameter, Together
 from robocal.vision.camera import image_radius, model_of, project, unproject
 
-__all__ = ["HALF_TURNS", "PIXELS", "PixelRows", "fold_of_lens", "rays"]
+__all__ = ["EDGE", "GROWTH", "HALF_TURNS", "PIXELS", "PixelRows", "fold_of_lens", "rays"]
 
 HALF_TURNS = "half_turns"  # the option of observations in which half turns of the target are to be undone
+GROWTH, EDGE = "growth", "edge"  # of points, and the symbol of what multiplies it
 
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 FEW = 4  # problems that lack less than one in so many of what any of them has are told by what they lack
@@ -61,10 +63,15 @@ class PixelRows(SightRows):
         new = np.ones(len(index), dtype=bool)
         new[1:] = (where[1:] != where[:-1]) | (seen[1:] != seen[:-1])
         first = np.flatnonzero(new)
-        intrinsics = builder.rows(p.name for p in parameters(obs))
+        intrinsics = builder.rows(p.name for p in parameters(obs)[: len(intrinsics_of(obs))])
         sight = np.cumsum(new) - 1
         super().__init__(builder.view(obs, target, index[first]), obs, index, intrinsics, sight)
         self.point = np.ascontiguousarray(obs.extra["point"][index])
+        # Where what was printed may be larger than stated: by which number of the table, and what that does to points.
+        grows = GROWTH in obs.extra
+        self.growth = np.ascontiguousarray(obs.extra[GROWTH][index]) if grows else self.point
+        self.edge = builder.rows([edge_of(obs.targets[target].name)]) if grows else NONE
+        self.grown = NONE  # its column, where that is free
         self.sights = sights_of(sight, np.zeros_like(sight))
         self.correlations: RowCorrelations | None = None
         if square is not None:
@@ -93,9 +100,12 @@ class PixelRows(SightRows):
 
     def bind(self, column_of: Ints) -> Self:
         bound = super().bind(column_of)
+        mine = column_of[self.edge]
+        if (mine >= 0).any():
+            bound = bound._with(grown=mine, columns=np.append(bound.columns, mine))
         if self.view is None:
             return bound
-        return bound._with(view=self.view.bind(column_of), free=column_of[self.seats][None])
+        return bound._with(view=self.view.bind(column_of), free=np.append(column_of[self.seats], mine)[None])
 
     def hold(self, family: int) -> Self:
         held = super().hold(family)
@@ -108,16 +118,19 @@ class PixelRows(SightRows):
         seat = np.repeat(np.arange(len(some)), [len(t.configuration) for t in some])
         order = np.lexsort((seat, place))
         sights = sights_of(place[order], seat[order])
-        point, scale, configuration = (
-            np.concatenate([getattr(t, name) for t in some])[order] for name in ("point", "scale", "configuration")
+        point, growth, scale, configuration = (
+            np.concatenate([getattr(t, name) for t in some])[order]
+            for name in ("point", "growth", "scale", "configuration")
         )
-        carrier, own = self.view.carrier, self.columns[len(self.columns) - len(self.own) :]
+        last = len(self.columns) - len(self.grown)
+        carrier, own = self.view.carrier, self.columns[last - len(self.own) : last]
         each = [a for t in some if (a := t._independent) is not None]
         apart = Decorrelation.join(each, order) if each else None  # all or none: they are of one table
         none = np.full(len(order), -1, dtype=np.int64)
         local = tuple(none if block is None else block[place[order]] for block in carrier.local)
         return self._with(
-            carriers=(carrier,), columns=np.concatenate([carrier.columns, own]), sights=sights, point=point, scale=scale,
+            carriers=(carrier,), columns=np.concatenate([carrier.columns, own]), sights=sights, point=point, growth=growth,
+            edge=np.concatenate([t.edge for t in some]), grown=NONE, scale=scale,
             configuration=configuration, value=np.concatenate([t.value for t in some], axis=1)[:, order], local=local, pair=none,
             seats=np.stack([t.seats for t in some]), free=np.concatenate([t.free for t in some]), view=None, _independent=apart,
         )  # fmt: skip
@@ -139,9 +152,14 @@ class PixelRows(SightRows):
         (t, j, jl), sight, _ = self.look(x, first, rows)
         r, jac, local = (np.empty((len(x), rows, 2, *n)) for n in ((), (len(self.columns),), (jl.shape[3],)))
         evaluate_sights(
-            t, j, jl, sight, first, self.point, np.ascontiguousarray(x[:, self.numbers]), self.own, r, jac, local
-        )
+            t, j, jl, sight, first, self.point, self.growth, self._edges(x)[:, 0],
+            np.ascontiguousarray(x[:, self.numbers]), self.own, r, jac, local,
+        )  # fmt: skip
         return r - self.values_at(which, first, rows), jac, local
+
+    def _edges(self, x: Array) -> Array:
+        """By how much squares are larger than stated, (B, T)."""
+        return np.ascontiguousarray(x[:, self.edge]) if len(self.edge) else np.zeros((len(x), len(self.free)))
 
     def behind(self, x: Array) -> float:
         """The share of the sights whose first point lies behind the camera."""
@@ -162,6 +180,8 @@ class PixelRows(SightRows):
         return out if apart is None else apart.mix(out[..., None], lo)[:, first - lo : first - lo + rows, :, 0]
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
+        if len(self.grown):  # alone: its edge is a column of its rows
+            return False
         value = self.value if len(self.value) == 1 else self.value[which]
         if 1 < len(x) == len(weight) and len(value) == 1 and not loss.curved.any() and (x == x[0]).all():
             # Problems that differ in their weights alone: all rows once, less what each problem lacks of them.
@@ -188,7 +208,7 @@ class PixelRows(SightRows):
         # The carrier of one target ends in it; behind that of several come their frames.
         together = self.seats.ndim > 1
         free = self.free if together else HELD
-        seats = np.tile(np.eye(4), (len(x), len(free), 1, 1))
+        seats, edge = np.tile(np.eye(4), (len(x), len(free), 1, 1)), self._edges(x)
         if together:
             frames_of(np.ascontiguousarray(x[:, self.seats.ravel()]), 0, np.arange(len(free)), seats)
         cut = out.gl.shape[2] if self.touches[0] else 0
@@ -201,8 +221,8 @@ class PixelRows(SightRows):
             for first in range(lo, hi, many):
                 t, j, jl = self.carrier.pose(here, first, min(many, hi - first))
                 accumulate_views(
-                    t, j, jl, first, cut, views, edges, seat, seats[some], free, numbers[some], self.own, self.point,
-                    value[some] if len(value) > 1 else value, self.scale, block, mixing,
+                    t, j, jl, first, cut, views, edges, seat, seats[some], edge[some], free, numbers[some], self.own, self.point,
+                    self.growth, value[some] if len(value) > 1 else value, self.scale, block, mixing,
                     weight[some] if len(weight) > 1 else weight, self.configuration, self.columns, one, two, own + pair,
                     loss.kind, loss.tuning, loss.curved[some], mine.cost, mine.g, mine.a, mine.gl, mine.al, mine.asl,
                     mine.gm, mine.am, mine.asm, mine.cross,
@@ -220,12 +240,12 @@ def _spans(active: Bools) -> list[tuple[int, int, int]]:
 def rays(obs: Observations, uv: Array) -> Array:
     """Unit directions (k, 3) in the camera that the stated intrinsics project to pixels uv (k, 2); of a pixel beyond those where the lens
     folds back, the farthest direction on that side."""
-    return unproject(uv, np.array([p.value for p in parameters(obs)]), nearest=True)
+    return unproject(uv, np.array(intrinsics_of(obs)), nearest=True)
 
 
 def fold_of_lens(obs: Observations) -> tuple[float, Bools]:
     """How far from its centre (px) the stated lens images at most, where it folds back, and which rows (k,) lie where it images nothing."""
-    lens = np.array([p.value for p in parameters(obs)])
+    lens = np.array(intrinsics_of(obs))
     radius, lost = image_radius(lens), np.zeros(len(obs), dtype=np.bool_)
     far = np.hypot(*((obs.value - lens[2:4]) / lens[:2]).T) > NEAR_RIM * radius
     lost[far] = np.isnan(unproject(obs.value[far], lens)[:, 0])
@@ -240,20 +260,36 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     ]
 
 
+def intrinsics_of(obs: Observations) -> tuple[float, ...]:
+    """The numbers of the camera."""
+    values = obs.options["intrinsics"]
+    assert isinstance(values, tuple)
+    return values
+
+
 def parameters(obs: Observations) -> Sequence[Parameter]:
-    """The camera's intrinsics."""
-    camera, values, free = obs.options["camera"], obs.options["intrinsics"], obs.options.get("free", ())
-    assert isinstance(values, tuple) and isinstance(free, tuple)
+    """The camera's intrinsics, and by how much what was printed is larger than stated."""
+    camera, values, free = obs.options["camera"], intrinsics_of(obs), obs.options.get("free", ())
+    assert isinstance(free, tuple)
     model = model_of(np.array(values))
     known = {
         n: c[i] ** 0.5
         for prior in together(obs)
         for i, (n, c) in enumerate(zip(prior.names, prior.covariance, strict=True))
     }
+    edges = [edge_of(t.name) for t in obs.targets] if GROWTH in obs.extra else []
     return [
-        Parameter(f"{camera}.{s}", float(v), u, s in free, prior=known.get(f"{camera}.{s}"), expected=e)
-        for s, v, u, e in zip(model.symbols, values, model.units, model.expected, strict=True)
+        *(
+            Parameter(f"{camera}.{s}", float(v), u, s in free, prior=known.get(f"{camera}.{s}"), expected=e)
+            for s, v, u, e in zip(model.symbols, values, model.units, model.expected, strict=True)
+        ),
+        *(Parameter(n, 0.0, "m", n in known, prior=known.get(n)) for n in edges),
     ]
+
+
+def edge_of(target: str) -> str:
+    """The parameter by which the squares of a target are larger than stated."""
+    return f"{target}.{EDGE}"
 
 
 def together(obs: Observations) -> Sequence[Together]:

@@ -29,6 +29,7 @@ class PoseRows(Rows):
         super().__init__(carrier, obs, index, numbers)
         self.matrix = np.ascontiguousarray(se3.from_vector(self.value))
         self.metric = self.metric and not len(self.numbers)
+        self.share: tuple[float, float] | None = obs.options.get("robot_share")  # type: ignore[assignment]
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         from robocal.measure._kernels import pose_kernel
@@ -39,7 +40,19 @@ class PoseRows(Rows):
         r = np.empty((*t.shape[:2], 6))
         batched = which if len(self.matrix) > 1 else np.zeros(len(x), dtype=np.int64)
         pose_kernel(t, j, jl, self.matrix, batched, first, r)
+        if len(self.numbers) and self.share is not None:
+            self._divide(x, r, j, jl, *self.share)
         return r, j, jl
+
+    def _divide(self, x: Array, r: Array, j: Array, jl: Array, share: float, usual: float) -> None:
+        """Lengths by how the robot's share of their errors grows with the scale, g^2 = 1 - c + c (s / s_0)^2."""
+        scale = x[:, self.numbers[0], None, None] / usual
+        grown = np.sqrt(1 - share + share * scale**2)
+        r[..., :3] /= grown
+        j[..., :3, :] /= grown[..., None]
+        jl[..., :3, :] /= grown[..., None]
+        if len(self.own):
+            j[..., :3, -1] -= r[..., :3] * share * scale / (usual * grown**2)
 
     def _scaled(self, x: Array, t: Array, j: Array, jl: Array) -> tuple[Array, Array, Array]:
         """A pose with its columns, as an instrument of this scale reads it; the last column is the scale's, where it is free."""

@@ -290,6 +290,7 @@ class Kind:
     scale: float = (
         0.0  # how far the scale of such an instrument is usually off, as a factor; 0: its readings are lengths
     )
+    placed: bool = False  # whether its own numbers are found with its frame, as the sizes of a pixel are
     # Whether all that is read at one configuration is one view (an image): wrong together, and left out together.
     views: bool = False
     # Symbols of its own numbers that one factor changes together: a focal length, the size of an image.

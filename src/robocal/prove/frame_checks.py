@@ -17,6 +17,7 @@ from robocal._types import Array
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, When, check, note, qualify, refuse
 from robocal.geometry import so3
+from robocal.measure.data import Frame
 from robocal.measure.machine import Model
 from robocal.measure.reach import reach
 from robocal.parameters import FRAME_SYMBOLS
@@ -67,8 +68,10 @@ def frames_alike(context: Decision[Model]) -> Iterator[Finding]:
 @check("hand-turns", When.UNSEEN, order=5, given=Given.NOTHING, needs=("proven",))
 def hand_turns(context: Decision[Model]) -> Iterator[Finding]:
     """Frames in the hand and on the base, and a hand that does not turn about two axes."""
-    names = _both_sides(context)
-    turns = _turns(context) if names else None
+    names = tuple(n for n in _both_sides(context) if n == "tool" or not _known(context.frames[n]))
+    sides = {"tool" if n == "tool" else context.frames[n].mount for n in names}
+    changes = all(o.kind == "relative_pose" for o in context.need_data.observations)
+    turns = _turns(context) if changes or len(sides) > 1 else None
     if turns is None:
         return
     away = so3.log(np.swapaxes(so3.project(turns.mean(axis=0))[None], 1, 2) @ turns)
@@ -96,6 +99,12 @@ def _both_sides(context: Decision[Model]) -> tuple[str, ...]:
     mounts = {n: "tool" if n == "tool" else context.frames[n].mount for n in owners}
     changes = all(o.kind == "relative_pose" for o in context.need_data.observations)
     return tuple(owners) if changes or set(mounts.values()) == {"tool", "base"} else ()
+
+
+def _known(frame: Frame) -> bool:
+    """Whether a prior places a frame, as well as a result would have to."""
+    prior = frame.prior
+    return prior is not None and max(prior[:3]) <= limits.KNOWN_PLACE and max(prior[3:]) <= limits.FRAME_TURN
 
 
 def _turns(context: Decision[Model]) -> Array | None:

@@ -44,11 +44,12 @@ RATIOS = np.concatenate([[0.0], np.logspace(-6, 6, 241)])  # grid: of k^2 to v^2
 class RobotShare:
     """What the robot's own errors do to a fit of frames alone: `times` is what is left over what noise and making allow (rms),
     `covariance` (n, n) of the fitted names with the robot's errors; None where noise explains what is left. Where poses are given,
-    `errors` are how far they are off as it seems, m and rad."""
+    `errors` are how far they are off as it seems, m and rad; of an arm `making` is k, its errors over those that are expected."""
 
     times: float
     covariance: Array | None
     errors: tuple[float, float] | None = None
+    making: float = 0.0
 
 
 def robot_share(model: Model, fit: Fit) -> RobotShare:
@@ -94,7 +95,8 @@ def robot_share(model: Model, fit: Fit) -> RobotShare:
     inverse = np.linalg.lstsq(root[:n, :n], np.eye(n), rcond=None)[0]
     shift = answer[:, n:]
     found = variance[best] * (inverse @ inverse.T + RATIOS[best] * shift @ shift.T)
-    return RobotShare(times, found * np.outer(scale[frames], scale[frames]))
+    making = float(np.sqrt(variance[best] * RATIOS[best]))
+    return RobotShare(times, found * np.outer(scale[frames], scale[frames]), making=making)
 
 
 def judge_frames(share: RobotShare, fit: Fit, evidence: Evidence, unseen: Array, names: tuple[str, ...]) -> Gain:

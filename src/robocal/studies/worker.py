@@ -21,6 +21,7 @@ __all__ = ["Died", "Worker", "serve"]
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 BEGIN = "import sys; sys.path[:] = sys.argv[1:]; from robocal.studies.worker import serve; serve()"
 SIZE = 8  # bytes that say how long what follows is
+RARELY = 50_000  # objects from one search for garbage to the next: trials leave little that nobody else clears away
 
 
 class Died(Exception):
@@ -75,6 +76,7 @@ def serve() -> None:
     """Works until no request comes, or no reader is left."""
     questions, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever prints does not speak between the lines
+    gc.set_threshold(RARELY, *gc.get_threshold()[1:])
     with contextlib.suppress(BrokenPipeError, EOFError):
         while True:
             work = _receive(questions)

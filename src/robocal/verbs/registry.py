@@ -52,7 +52,9 @@ VISION: Mapping[str, str] = MappingProxyType({
     "intrinsics": "A lens from corners, with its uncertainty.",
     "map": "Where markers are to one another; or a camera among them.",
     "hand_eye": "Where a camera is on a robot, or beside it.",
+    "probe": "Points in ultrasound images, from PLUS.",
     "compare": "How maps of the same markers scatter.",
+    "require": "What a map of markers will be off by.",
     "export": "A map or a lens for other programs, or from them.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({

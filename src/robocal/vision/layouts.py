@@ -81,8 +81,8 @@ def compose(
 ) -> Sheet:
     """The sheet (m) on paper of width and height whose lowest `foot` is for text; ids (m,) and cells (m, n, n) of its markers.
 
-    Markers are numbered by rows from the top left; those of an AprilGrid from the bottom left, as Kalibr has them. Raises ModelError with
-    the largest size that fits.
+    Markers are numbered by rows from the top left; those of an AprilGrid from the bottom left, and turned by half, as Kalibr has them.
+    Raises ModelError with the largest size that fits.
     """
     if too_dense(layout, size):
         found, least = f"{1e3 * layout.spacing(size):g} mm", 1e3 * size * (1 + QUIET / layout.cells)
@@ -121,5 +121,6 @@ def compose(
         )
         places = [(u, v) for i, v in enumerate(y) for j, u in enumerate(x) if (i + j) % 2]
     made = zip(ids, cells, places if len(ids) else [], strict=True)
-    markers = tuple(Marker(family, int(i), c, float(u), float(v), edge) for i, c, (u, v) in made)
+    turned = layout.pattern == "aprilgrid"
+    markers = tuple(Marker(family, int(i), c, float(u), float(v), edge, turned) for i, c, (u, v) in made)
     return Sheet(name, paper[0], paper[1], markers, tuple(checkers), tuple(squares))

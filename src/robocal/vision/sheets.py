@@ -19,7 +19,7 @@ SQUARE = np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -
 @record(eq=False)
 class Marker:
     """A square marker: dictionary (6x6_250, 36h11), number, cells (n, n) with its black border (1 white, 0 black; row 0 at the top), its
-    middle, and the edge of the black square."""
+    middle, and the edge of the black square; whether it is printed turned by half, as the tags of Kalibr are to those of OpenCV."""
 
     family: str
     id: int
@@ -27,6 +27,7 @@ class Marker:
     x: float
     y: float
     size: float
+    turned: bool = False
 
 
 @record
@@ -63,8 +64,8 @@ class Patch(NamedTuple):
 
 
 def marker_corners(marker: Marker) -> Array:
-    """Corners (4, 3) of the black square: top left, top right, bottom right, bottom left."""
-    return SQUARE * (marker.size / 2) + [marker.x, marker.y, 0.0]
+    """Corners (4, 3) of the black square: top left, top right, bottom right, bottom left, where the marker stands upright."""
+    return SQUARE * (-marker.size if marker.turned else marker.size) / 2 + [marker.x, marker.y, 0.0]
 
 
 def inner_corners(checker: Checker) -> Array:
@@ -83,4 +84,4 @@ def patches(sheet: Sheet) -> Iterator[Patch]:
     for x, y, edge in sheet.squares:
         yield Patch(x - edge / 2, y + edge / 2, edge, np.zeros((1, 1)))
     for m in sheet.markers:
-        yield Patch(m.x - m.size / 2, m.y + m.size / 2, m.size / len(m.cells), m.cells)
+        yield Patch(m.x - m.size / 2, m.y + m.size / 2, m.size / len(m.cells), np.rot90(m.cells, 2 * m.turned))

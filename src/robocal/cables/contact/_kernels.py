@@ -71,7 +71,7 @@ def swinging_step(tk, bk, dk, fast_k, tl, bl, dl, fast_l, n, c, rate, reach, twi
     return step
 
 
-@kernel
+@kernel(inline=True)
 def advance_cables(a, axis, wheel, near, lever, position, v, w, speed, k, l, reach, stop, tolerance, limit, work):
     """Two cables without a common end, from `near` on where their anchors on the frame are one; `reach` is the sum of their radii,
     work (15, 3) scratch."""
@@ -137,7 +137,7 @@ def shortened(x, relief, out):
     return length
 
 
-@kernel
+@kernel(inline=True)
 def advance_common(
     a, axis, wheel, lever, position, v, w, speed, k, l, at_platform, reach, relief, stop, tolerance, limit, work
 ):
@@ -176,7 +176,7 @@ def advance_common(
     return lam, clear
 
 
-@kernel
+@kernel(inline=True)
 def advance_body(
     a, axis, wheel, lever, position, v, w, speed, k, normals, depth, radius, relief, stop, tolerance, limit, work
 ):

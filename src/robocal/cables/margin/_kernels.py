@@ -50,7 +50,7 @@ def dependency(n, r, chosen, work, column, s):
     return size
 
 
-@kernel
+@kernel(inline=True)
 def _normals(h, diagonal, tau, rank, unit, out):
     """out (d, m), rows in the order of the pivots, <- (W^T)^+ = L^-T Q^T: a hyperplane's normal is n = out s."""
     d, m = h.shape
@@ -95,6 +95,16 @@ def _room(top, bottom, x, size, gone, small):
 
 
 @kernel
+def _peak(seen):
+    """The greatest number, whatever its sign: numpy's own would be compiled for itself."""
+    peak = 0.0
+    for i in range(seen.shape[0]):
+        for j in range(seen.shape[1]):
+            peak = max(peak, abs(seen[i, j]))
+    return peak
+
+
+@kernel
 def _reach3(seen, a, b, c, sa, sb, sc):
     """|shape^T n|^2 of the hyperplane of s = (sa, sb, sc) on the cables a, b, c."""
     size = 0.0
@@ -104,11 +114,11 @@ def _reach3(seen, a, b, c, sa, sb, sc):
     return size
 
 
-@kernel
+@kernel(inline=True)
 def _nearest3(n, seen, lost, t, lo, hi):
     """Least y |y| over all hyperplanes, for two redundant cables: each s is a cross product."""
     m = n.shape[1]
-    least, peak = np.inf, 1e-13 * np.abs(seen).max()
+    least, peak = np.inf, 1e-13 * _peak(seen)
     for a in range(m):
         for b in range(a + 1, m):
             sc = n[0, a] * n[1, b] - n[0, b] * n[1, a]
@@ -139,11 +149,11 @@ def _reach(seen, r, chosen, s):
     return size
 
 
-@kernel
+@kernel(inline=True)
 def _nearest(n, r, seen, lost, t, lo, hi, chosen, column, s, work):
     """Least y |y| over all hyperplanes, for any number of redundant cables."""
     m = n.shape[1]
-    least, peak = np.inf, 1e-13 * np.abs(seen).max()
+    least, peak = np.inf, 1e-13 * _peak(seen)
     for j in range(r + 1):
         chosen[j] = j
     while True:

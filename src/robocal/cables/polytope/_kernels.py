@@ -117,7 +117,7 @@ def _on_limits(base, lo, hi, active, sign, count, q, tri, x, y):
             x[c] += y[a] * q[a, c]
 
 
-@kernel
+@kernel(inline=True)
 def _split(q, tri, count, z, y):
     """z (r,) <- its part across the active normals, y (count,) <- the others' shares of it; returns |z|^2 after and before."""
     r = z.shape[0]
@@ -140,7 +140,7 @@ def _split(q, tri, count, z, y):
     return rest, full
 
 
-@kernel
+@kernel(inline=True)
 def _on_polytope(base, n, r, lo, hi, edge, t):
     """Any number of rows of n: dual active set (Goldfarb and Idnani 1983) with the identity for its Hessian."""
     m = base.shape[0]

@@ -8,9 +8,10 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.files.csvtable import CsvTable
+from robocal.measure.data import Observations
 from robocal.measure.sights.correlations import COVARIANCES, SQUARE_CORNER
 
-__all__ = ["COVARIANCE", "SIGMAS", "WITH_OTHERS", "corner_covariances"]
+__all__ = ["COVARIANCE", "SIGMAS", "WITH_OTHERS", "columns_of", "corner_covariances"]
 
 SIGMAS = "su", "sv"
 COVARIANCE = "suv"
@@ -35,6 +36,24 @@ def corner_covariances(table: CsvTable, columns: Sequence[str | int] | None, sig
     if all(map(table.has, (*PLACE, *WITH_OTHERS))):
         _with_others(table, sigma, out, square)
     return {COVARIANCES: out, SQUARE_CORNER: square}
+
+
+def columns_of(obs: Observations) -> dict[str, Array]:
+    """What a table needs beside su and sv for the correlations of its rows; nothing where they have none. Rows whose standard deviations
+    are others than those of their covariances are written as independent."""
+    if COVARIANCES not in obs.extra or obs.sigma is None:
+        return {}
+    covariance, square = obs.extra[COVARIANCES].copy(), obs.extra[SQUARE_CORNER]
+    corner, row = square[:, 1].astype(np.int64), np.arange(len(obs))
+    mine = np.stack([covariance[row, i, 2 * corner + i] for i in (0, 1)], axis=1)
+    other = (np.abs(mine / obs.sigma**2 - 1) >= ROUNDED).any(axis=1)
+    covariance[other] = 0.0
+    for i in (0, 1):
+        covariance[row[other], i, 2 * corner[other] + i] = obs.sigma[other, i] ** 2
+    _, marker = np.unique(square[:, 0], return_inverse=True)
+    every = covariance.reshape(len(obs), 16).T
+    out = {PLACE[0]: marker.ravel(), PLACE[1]: corner, COVARIANCE: covariance[row, 0, 2 * corner + 1]}
+    return out | dict(zip(WITH_OTHERS, every, strict=True))
 
 
 def _with_others(table: CsvTable, sigma: Array, out: Array, square: Array) -> None:

@@ -19,14 +19,14 @@ from robocal._types import Array
 from robocal.errors import InputError
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, SigmaModel, ValueModel
-from robocal.files.kinds.corner_covariance import COVARIANCE, WITH_OTHERS, corner_covariances
+from robocal.files.kinds.corner_covariance import COVARIANCE, WITH_OTHERS, columns_of, corner_covariances
 from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, QuantityColumns, Values, whole
 from robocal.files.lens import Numbers, covariance_of, read_lens, spread_keys
 from robocal.files.other_lenses import check_numbers
 from robocal.files.parts import SCHEMA
 from robocal.files.schema import FileModel, Name
 from robocal.files.text import InputFile
-from robocal.files.units import Units, number
+from robocal.files.units import UNITS, Units, number
 from robocal.files.yamlio import YamlDocument, read_json
 from robocal.measure.data import Observations
 from robocal.measure.pixels import HALF_TURNS
@@ -256,7 +256,7 @@ def _refuse_uneven(model: PixelsModel, points: Array, around: Around) -> None:
 
 
 def write_pixels(obs: Observations, units: Units) -> KindOutput:
-    """Pixels, points and the camera."""
+    """Pixels with what correlates them, points and the camera."""
     o = obs.options
     numbers, free, known = o["intrinsics"], o.get("free", ()), o.get("known", ())
     assert isinstance(numbers, tuple) and isinstance(free, tuple) and isinstance(known, tuple)
@@ -268,7 +268,8 @@ def write_pixels(obs: Observations, units: Units) -> KindOutput:
     lines = [PIXEL.line(obs), "points: {columns: [point_x, point_y, point_z]}", camera]
     if isinstance(size := o.get("size"), tuple):
         lines.append(f"image: [{size[0]}, {size[1]}]")
-    return KindOutput((*PIXEL.columns(obs, units), *points), tuple(lines))
+    beside = tuple((name, UNITS["1"], values) for name, values in columns_of(obs).items())
+    return KindOutput((*PIXEL.columns(obs, units), *points, *beside), tuple(lines))
 
 
 PIXELS_KEYS = """pixels: {{columns: [u, v], sigma: 0.2}}

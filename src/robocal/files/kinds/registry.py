@@ -20,13 +20,20 @@ SEVERAL = {
     "ranges": ("spherical", "bearing", "range", "distance"),
     "places": ("point", "plane", "sphere"),
 }
+TOGETHER = ("plane_targets",)  # kinds that the file of another one makes
 MODULES = {kind: module for module, kinds in SEVERAL.items() for kind in kinds} | {"pixels": "pixels"}
 # Those of machines that have such parts alone.
 OF_PARTS: dict[str, dict[str, str]] = {
     "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "ranges"}
 }
+# Those that no arm is simulated with yet.
+NOT_SIMULATED = {"plane_points": "plane_points"}
 # Whatever else is a kind has a module of its own name.
-MODULES |= {name: name for name in NAMES if not any(name in own for own in (MODULES, *OF_PARTS.values()))}
+MODULES |= {
+    name: name
+    for name in NAMES
+    if not any(name in own for own in (MODULES, NOT_SIMULATED, TOGETHER, *OF_PARTS.values()))
+}
 
 
 class Readers(UserDict[str, Any]):
@@ -51,4 +58,6 @@ def readers_of(machine: Model) -> Readers:
 
 
 def _readers(parts: Iterable[str]) -> Readers:
-    return Readers({**MODULES, **{name: module for p in parts for name, module in OF_PARTS.get(p, {}).items()}})
+    return Readers(
+        {**MODULES, **NOT_SIMULATED, **{name: module for p in parts for name, module in OF_PARTS.get(p, {}).items()}}
+    )

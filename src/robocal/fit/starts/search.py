@@ -21,7 +21,7 @@ ENOUGH = 1000  # rows of an instrument for where it stands: the refinement takes
 MOST = 32  # combinations that are worth a refinement
 APART = 1e-6  # of the cost: so well it need be known of each of a crowd of starts which leads to the lowest
 # Of this package, in which starts are; no more of them are loaded than it takes.
-MODULES = ("frames", "cameras", "places", "encoders")
+MODULES = ("frames", "cameras", "places", "encoders", "image_planes")
 
 
 def start_of(kind: str) -> Start | None:

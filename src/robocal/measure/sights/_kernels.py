@@ -14,7 +14,11 @@ from robocal.measure.sights.points._kernels import (
     SIZE,
     TILE,
     UX,
+    UY,
+    UZ,
     VX,
+    VY,
+    VZ,
     WIDE,
     U,
     V,
@@ -23,10 +27,12 @@ from robocal.measure.sights.points._kernels import (
     Z,
     answer_points,
     bend_points,
+    grow_points,
     move_points,
     place_points,
     project_points,
 )
+from robocal.measure.sights.seats._kernels import add_seat, add_seat_columns
 
 
 @kernel
@@ -61,19 +67,21 @@ def congruence(h, c, both, half, out, g, gout):
 
 
 @kernel
-def evaluate_sights(t, jac, jloc, sight, first, point, intrinsics, own, r, out, local):
+def evaluate_sights(t, jac, jloc, sight, first, point, growth, edge, intrinsics, own, r, out, local):
     """r (B, m, 2) <- the pixels at which points are seen, out (B, m, 2, k + c) and local (B, m, 2, l) <- their Jacobians by what moves
     the frames, t (B, S, 4, 4), jac (B, S, 6, k), jloc (B, S, 6, l), and by c numbers of the instrument; row i is point first + i, and
-    sight (m,) its frame."""
+    sight (m,) its frame. Points are edge (B,) times growth from where they are stated; one more column of `out` is by that."""
     k, nl, c, m = jac.shape[3], jloc.shape[3], own.shape[0], r.shape[1]
+    grown = out.shape[3] > k + c
     w, heap = np.ones(SIZE), np.empty(6 * WIDE)
     for b in range(r.shape[0]):
         for lo in range(0, m, TILE):
             n = min(TILE, m - lo)
             for i in range(n):
-                f, at = t[b, sight[lo + i]], point[first + lo + i]
+                f, at, by = t[b, sight[lo + i]], point[first + lo + i], growth[first + lo + i]
+                x, y, z = at[0] + edge[b] * by[0], at[1] + edge[b] * by[1], at[2] + edge[b] * by[2]
                 for e in range(3):
-                    w[LX + e * TILE + i] = f[e, 0] * at[0] + f[e, 1] * at[1] + f[e, 2] * at[2]
+                    w[LX + e * TILE + i] = f[e, 0] * x + f[e, 1] * y + f[e, 2] * z
                     w[X + e * TILE + i] = w[LX + e * TILE + i] + f[e, 3]
             project_points(w, n, intrinsics[b])
             for i in range(n):
@@ -82,6 +90,13 @@ def evaluate_sights(t, jac, jloc, sight, first, point, intrinsics, own, r, out, 
                 answer_points(own[p], w, n, intrinsics[b], heap)
                 for i in range(n):
                     out[b, lo + i, 0, k + p], out[b, lo + i, 1, k + p] = heap[i], heap[n + i]
+            for i in range(n if grown else 0):
+                f, by = t[b, sight[lo + i]], growth[first + lo + i]
+                gx = f[0, 0] * by[0] + f[0, 1] * by[1] + f[0, 2] * by[2]
+                gy = f[1, 0] * by[0] + f[1, 1] * by[1] + f[1, 2] * by[2]
+                gz = f[2, 0] * by[0] + f[2, 1] * by[1] + f[2, 2] * by[2]
+                out[b, lo + i, 0, k + c] = w[UX + i] * gx + w[UY + i] * gy + w[UZ + i] * gz
+                out[b, lo + i, 1, k + c] = w[VX + i] * gx + w[VY + i] * gy + w[VZ + i] * gz
             for e in range(2 if k + nl > 0 else 0):
                 move_points(n, w[BY_U:], w[VX if e else UX :], w[LX:], heap)
                 for i in range(n):
@@ -97,21 +112,22 @@ def evaluate_sights(t, jac, jloc, sight, first, point, intrinsics, own, r, out, 
 
 @kernel
 def accumulate_views(
-    t, jac, jloc, first, cut, views, edges, seat, seats, free, intrinsics, own, point, value, scale, block, mixing, weight, configuration,
-    columns, one, two, pair, loss, tuning, curved, cost, g, a, gl, al, asl, gm, am, asm, cross,
+    t, jac, jloc, first, cut, views, edges, seat, seats, edge, free, intrinsics, own, point, growth, value, scale, block, mixing, weight,
+    configuration, columns, one, two, pair, loss, tuning, curved, cost, g, a, gl, al, asl, gm, am, asm, cross,
 ):  # fmt: skip
     """Adds pixels to the normal equations, view by view: rows edges[i] to edges[i + 1] are a sight, points of one target; sights
     views[v] to views[v + 1] are those of view v, whose targets stand still against one another.
 
     t (B, m, 4, 4), jac (B, m, 6, k) and jloc (B, m, 6, l + q) are those of the views first .. first + m; the first `cut` columns
     of jloc are a block's of the first family. seats (B, T, 4, 4) say where targets are in a view, free (T, 6) the tangent columns of
-    their motions or -1, seat (S,) which target a sight shows. intrinsics (B, n), own (c,) those that are free, columns (k + c,);
+    their motions or -1, seat (S,) which target a sight shows; points are edge (B, T) times growth from where they are stated, and a
+    seventh of free is the column of that. intrinsics (B, n), own (c,) those that are free, columns (k + c,);
     block and mixing as in `sights.blocks`, of rows that are correlated, else empty;
     one, two and pair (V,) the blocks and the pair of every view. The rest is as in `estimate._kernels.accumulate`.
     """
     batch, m = t.shape[0], t.shape[1]
     k, nl, c = jac.shape[3], jloc.shape[3], own.shape[0]
-    shared, q, size = k + c, k + nl, 6 + c
+    shared, q, size, mine = k + c, k + nl, c + free.shape[1], free.shape[1]
     lanes = (size + LANES) // LANES * LANES  # the motions, the numbers of the camera, and the residuals behind them
     w, rows, flat = np.ones(SIZE), np.empty(TILE, np.int64), np.zeros(lanes * WIDE)
     heap, h, gs, there = flat.reshape(lanes, WIDE), np.empty((lanes, lanes)), np.empty(size), np.empty((3, 4))
@@ -121,14 +137,14 @@ def accumulate_views(
     small_a, small_g = np.zeros((shared, shared)), np.zeros(shared)
     loose = np.zeros(free.shape[0], np.bool_)
     for s in range(free.shape[0]):
-        for p in range(6):
+        for p in range(mine):
             loose[s] |= free[s, p] >= 0
     own_g, own_a, wide = (
-        np.zeros((free.shape[0], 6)),
-        np.zeros((free.shape[0], 6, 6)),
-        np.zeros((free.shape[0], 6, shared)),
+        np.zeros((free.shape[0], mine)),
+        np.zeros((free.shape[0], mine, mine)),
+        np.zeros((free.shape[0], mine, shared)),
     )
-    carried, turned = np.zeros((6, 6)), np.empty((size, 6))
+    carried, turned = np.zeros((6, 6)), np.empty((size, mine))
     mixed, roots = mixing.shape[0] > 0, np.empty(TILE)
     for b in range(batch):
         wb = b if weight.shape[0] > 1 else 0
@@ -170,7 +186,7 @@ def accumulate_views(
                             rows[n] = after
                             n += 1
                         after += 1
-                    place_points(rows, n, point, there, f, w)
+                    place_points(rows, n, point, growth, edge[b, seat[s]], there, f, w)
                     # Several are projected at once: what stands behind the last is no point of this sight, but finite.
                     full = (n + LANES - 1) // LANES * LANES if n else 0
                     for i in range(n, full):
@@ -184,6 +200,8 @@ def accumulate_views(
                     move_points(n, w[BY_V:], w[VX:], w[LX:], flat[n:])
                     for p in range(c):
                         answer_points(own[p], w, n, intrinsics[b], heap[6 + p])
+                    if mine > 6:
+                        grow_points(rows, n, growth, there, w, heap[6 + c])
                     if mixed:
                         mix_points(rows, n, scale, block, mixing, roots, size, heap)
                     for i in range(n):
@@ -204,7 +222,7 @@ def accumulate_views(
                     add_seat(f, d, h, gs, both, k, c, carried, turned, own_g[seat[s]], own_a[seat[s]], wide[seat[s]])
                     for j in range(nl):
                         # A target's motions beside those of a block: where the pose of the view is free.
-                        for o in range(6):
+                        for o in range(mine):
                             if free[seat[s], o] >= 0:
                                 total = 0.0
                                 for i in range(6):
@@ -249,90 +267,6 @@ def add_shared(k, nl, c, out, gout, small_a, small_g):
             small_a[p, o] += out[at, o]
         for o in range(k, p + 1):
             small_a[p, o] += out[at, nl + o]
-
-
-@kernel
-def add_seat(f, d, h, gs, both, k, c, carried, turned, g, a, wide):
-    """Adds what one sight says of its target's own motions to g (6,), a (6, 6) and, beside the view's columns, wide (6, k + c).
-
-    The target stands at d in a view at f: its motion (v, w) in the view's axes moves points as `carried` of it does about the view's
-    origin, [R  (R p) x R; 0  R], p its place. h and gs are the sight's by motions about that origin and numbers of the instrument.
-    """
-    px = f[0, 0] * d[0, 3] + f[0, 1] * d[1, 3] + f[0, 2] * d[2, 3]
-    py = f[1, 0] * d[0, 3] + f[1, 1] * d[1, 3] + f[1, 2] * d[2, 3]
-    pz = f[2, 0] * d[0, 3] + f[2, 1] * d[1, 3] + f[2, 2] * d[2, 3]
-    for i in range(3):
-        for p in range(3):
-            carried[i, p] = carried[3 + i, 3 + p] = f[i, p]
-    for p in range(3):
-        carried[0, 3 + p] = py * f[2, p] - pz * f[1, p]
-        carried[1, 3 + p] = pz * f[0, p] - px * f[2, p]
-        carried[2, 3 + p] = px * f[1, p] - py * f[0, p]
-    for i in range(6):
-        for j in range(i):
-            h[j, i] = h[i, j]
-    for i in range(6 + c):
-        b0, b1, b2, b3, b4, b5 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4], h[i, 5]
-        for o in range(6):
-            turned[i, o] = (
-                b0 * carried[0, o]
-                + b1 * carried[1, o]
-                + b2 * carried[2, o]
-                + b3 * carried[3, o]
-                + b4 * carried[4, o]
-                + b5 * carried[5, o]
-            )
-    for j in range(6):
-        for o in range(6):
-            g[o] += carried[j, o] * gs[j]
-    for o in range(6):
-        b0, b1, b2, b3, b4, b5 = turned[0, o], turned[1, o], turned[2, o], turned[3, o], turned[4, o], turned[5, o]
-        row = wide[o]
-        for p in range(k):
-            row[p] += (
-                b0 * both[0, p]
-                + b1 * both[1, p]
-                + b2 * both[2, p]
-                + b3 * both[3, p]
-                + b4 * both[4, p]
-                + b5 * both[5, p]
-            )
-        for p in range(c):
-            row[k + p] += turned[6 + p, o]
-        b0, b1, b2, b3, b4, b5 = (
-            carried[0, o],
-            carried[1, o],
-            carried[2, o],
-            carried[3, o],
-            carried[4, o],
-            carried[5, o],
-        )
-        for p in range(6):
-            a[o, p] += (
-                b0 * turned[0, p]
-                + b1 * turned[1, p]
-                + b2 * turned[2, p]
-                + b3 * turned[3, p]
-                + b4 * turned[4, p]
-                + b5 * turned[5, p]
-            )
-
-
-@kernel
-def add_seat_columns(free, columns, own_g, own_a, wide, g, a):
-    """Adds a target's own columns, free (6,) or -1, and what they share with other columns, to g and the lower triangle a."""
-    for o in range(6):
-        i = free[o]
-        if i < 0:
-            continue
-        g[i] += own_g[o]
-        for p in range(o + 1):
-            j = free[p]
-            if j >= 0:
-                a[max(i, j), min(i, j)] += own_a[o, p]
-        for p in range(columns.shape[0]):
-            j = columns[p]
-            a[max(i, j), min(i, j)] += 2.0 * wide[o, p] if i == j else wide[o, p]
 
 
 @kernel

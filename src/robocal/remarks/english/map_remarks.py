@@ -24,13 +24,23 @@ class MapRemarks:
         "one.",
     )
     MARKER_SIZE_CONTRADICTED = Phrase(
-        "marker {marker} is {told:.4g} large by --size, and looks about {found:.4g} large beside the others",
-        "Measure the edge of marker {marker}, and give it its size (--size {marker}=MM), or leave it out (--without).",
+        "marker {marker} is {told:.4g} large by --size, and looks about {found:.4g} large beside the others[; so do others, by number in "
+        "mm: {others}]",
+        "Measure the edges of the markers that are named, and give each its size (--size {marker}=MM), or leave them out (--without).",
+    )
+    MAP_PRIOR_SCALED = Phrase(
+        "beside the distances that are known beforehand the markers look {share:.2g} % {word} than --size says",
+        "Measure the markers, and one distance between two of them: --size or the file of --prior is wrong, or in another unit.",
+    )
+    MARKER_SIZES_SCATTER = Phrase(
+        "the edges of the markers scatter by {found:.2g} %, more than they were said to",
+        "Look at the prints, and at the numbers of the lens that have no sigma. Where edges are that unequal, say so: --size-scatter "
+        "{found:.2g}.",
     )
     MAP_MISSES = Phrase(
         "the map leaves {left:.3g} per axis, {times:.2g} times what corners are known to",
-        "Check that markers are flat, did not move and have the sizes that are told, and that the lens is of this camera. Let its numbers "
-        "have sigma: none of them is exact.",
+        "Check that markers are flat, did not move and have the sizes that are told, and that the lens is of this camera. [Let {exact} of "
+        "the lens have sigma: none of them is exact.]",
     )
     VIEWS_FROM_ONE_PLACE = Phrase(
         "all views are from one place", "Move the camera: take images from places as far apart as the markers."
@@ -70,6 +80,12 @@ class MapRemarks:
     MARKERS_NOT_IN_MAP = Phrase(
         "{count} markers are not in the map, and do not help: {names}", "Make the map again with images that show them."
     )
+    PLAN_UNSEEN = Phrase("no pose shows {count} of the {total} markers of the first plan: they are not counted")
+    PLAN_BLIND = Phrase("{count} of the {total} poses show no marker of the first plan: they are not counted")
+    PLAN_TOO_COARSE = Phrase(
+        "no plan has the camera's place within {asked} rms along every axis: the best has {best}",
+        "Plan larger markers (--size), raised ones (--height), more poses, or markers that are surveyed (--survey).",
+    )
     MAP_WITHOUT_SIGMA = Phrase(
         "{file} states no sigma: the poses count its markers as known exactly",
         "Give map.yaml of robocal vision map, which has sigma and covariance.",
@@ -81,6 +97,14 @@ class MapRemarks:
     MAP_UNLIKE_VIEWS = Phrase(
         "the map and the lens miss the corners by {left} in the images, {times:.2g} times what the corners are known to",
         "Check that map and lens belong to these images, and the size of the markers.",
+    )
+    MAP_SIZES_UNLIKE = Phrase(
+        "the map has markers of {edge:.4g}, and beside its distances they look {seen:.4g} large",
+        "Make the map again with the size of its markers, or write the true sizes into it: one of both scales every pose.",
+    )
+    MAP_OF_OTHER_SIZE = Phrase(
+        "the map has markers of {edge:.4g}, and the corners say that they are {told:.4g} large",
+        "Measure the markers. Make the map again with that size, or detect the corners with the size of the map.",
     )
     MAP_CORNERS_EXCLUDED = Phrase(
         "{share} of the corners do not fit the map, and are excluded",
@@ -157,4 +181,9 @@ class MapRemarks:
     VIEW_MOVED = Phrase(
         "from view {first} to view {last} the camera or the target stands elsewhere[, by {shift:.3g}] ({count} views)",
         "Leave these views out (--exclude), or calibrate both parts by themselves. Then see what is loose.",
+    )
+    CAMERA_DRIFT = Phrase(
+        "{group}: the camera seems to move steadily while its views are taken, by {shift:.2g} and {turn:.2g} from the first to the last: "
+        "that explains {share:.0%} of the squared residuals",
+        "Fasten the camera, and what carries its target, and take the views again.",
     )

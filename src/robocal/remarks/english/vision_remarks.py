@@ -11,8 +11,8 @@ class VisionRemarks:
     """What is remarked on images and what they show."""
 
     IMAGE_TURNED = Phrase(
-        "{count} of {total} images say how the camera was turned (EXIF), and were turned so: {views}",
-        "Take all images without turning, and switch this off in the camera: the lens does not turn with it.",
+        "{count} of {total} images are to be turned by what is stored with them (EXIF), and were read as the sensor stored them: {views}",
+        "Switch this off in the camera. A lens that another program found in turned images does not fit these corners.",
     )
     VIDEO_ENDS_EARLY = Phrase(
         "{file} ends after {count} of {stated} frames", "Copy the video again: a part of the file is missing."
@@ -86,7 +86,8 @@ class VisionRemarks:
         "Their corners are less sure, and say so: keep one cell of white inside the image.",
     )
     IMAGE_OVEREXPOSED = Phrase(
-        "white is cut off in {count} of {total} images: {views}", "Expose less: cut-off white moves all edges outwards."
+        "white is cut off in {count} of {total} images: {views}",
+        "Expose less: cut-off white says little of the edges beside it.",
     )
     MOTION_BLUR = Phrase(
         "{count} of {total} images are smeared along one direction, most {view} by about {length:.2g} px at {angle:.0f} deg",

@@ -25,7 +25,7 @@ from robocal.vision.checker.crossing import fit_saddles
 from robocal.vision.lenses import Lens
 from robocal.vision.marker.fit import fit_marker
 
-__all__ = ["RefitCorners", "refit_corners"]
+__all__ = ["RefitCorners", "refit_corners", "refit_once"]
 
 ROUNDS = 6  # grid: of corners and lens; each moves them a tenth of the one before
 ASTRAY = 0.1, 1.0  # tolerance: of a marker's extent, or px: that corners may move in one round
@@ -49,14 +49,7 @@ def refit_corners(
 ) -> tuple[CornerTable, Decision[Rig], Lens, RefitCorners]:
     """Corners of markers in images with a lens, and the lens of these corners, until corners rest: the table of the last round, what
     was decided of it, its lens, and how far they moved. Raises FileError, ModelError."""
-    if table.family is None and not table.columns:
-        expected = "corners.json of vision detect beside the list; --checker of a board"
-        raise ModelError("nobody says what the target looks like", key="--images", expected=expected)
-    ids = table.data.configurations.ids
-    images = {i.view: i for i in read_images(find_images(places), 1) if i.view in ids}
-    if not images:
-        expected = f"images of these names: {', '.join(ids[:3])}, ..."
-        raise ModelError("no image is one of the views", key="--images", found=", ".join(places), expected=expected)
+    images = _images(table, places)
     moves: list[float] = []
     while True:
         tell(watch, "detect", what="again")
@@ -65,6 +58,26 @@ def refit_corners(
         made, lens = fit(table)
         if move < CORNER_AT_REST or len(moves) == ROUNDS:
             return table, made, lens, RefitCorners(markers, len(moves), moves[0], moves[-1])
+
+
+def refit_once(table: CornerTable, lens: Lens, places: Sequence[str], watch: Watch | None = None) -> CornerTable:
+    """Corners of markers in images with a lens that is known. Raises FileError, ModelError."""
+    images = _images(table, places)
+    tell(watch, "detect", what="again")
+    return _once(table, lens, images)[0]
+
+
+def _images(table: CornerTable, places: Sequence[str]) -> dict[str, GreyImage]:
+    """The images of its views."""
+    if table.family is None and not table.columns:
+        expected = "corners.json of vision detect beside the list; --checker of a board"
+        raise ModelError("nobody says what the target looks like", key="--images", expected=expected)
+    ids = table.data.configurations.ids
+    images = {i.view: i for i in read_images(find_images(places), 1) if i.view in ids}
+    if not images:
+        expected = f"images of these names: {', '.join(ids[:3])}, ..."
+        raise ModelError("no image is one of the views", key="--images", found=", ".join(places), expected=expected)
+    return images
 
 
 def _once(table: CornerTable, lens: Lens, images: dict[str, GreyImage]) -> tuple[CornerTable, float, int]:

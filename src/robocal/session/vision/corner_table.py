@@ -27,7 +27,7 @@ from robocal.session.vision.target import read_squares
 from robocal.vision.lenses import Lens
 from robocal.vision.sheets import Checker, inner_corners
 
-__all__ = ["CAMERA", "CornerTable", "read_corners"]
+__all__ = ["CAMERA", "CORNERS", "CornerTable", "image_size", "read_corners"]
 
 CAMERA = "lens"  # the owner of its numbers
 CORNERS = "corners"  # who measured
@@ -52,6 +52,7 @@ class CornerTable:
     files: tuple[InputFile, ...]
     remarks: tuple[Any, ...]
     columns: int = 0  # of the inner corners of a board, where it is known
+    edge: float | None = None  # of its markers (m), where the corners say it
 
     @property
     def pixels(self) -> Observations:
@@ -97,7 +98,7 @@ def read_corners(
     """A list of corners, with the JSON that `vision detect` writes beside it. Lengths in mm. Raises FileError, FormatError, ModelError."""
     beside, known = _beside(place)
     table = read_csv(place)
-    width_height = _image_size(image, known.get("image"))
+    width_height = image_size(image, known.get("image"))
     view = next(filter(table.has, VIEWS), None)
     if view is None:
         raise FormatError(
@@ -119,12 +120,19 @@ def read_corners(
         corner=np.array(_cells(table, found, "corner", "0"), dtype=float).astype(np.int64),
         family=(known.get("target") or {}).get("dictionary"), upright=upright, files=files,
         remarks=(*_news(found), *_odd_size(obs)), columns=_columns(checker, known.get("target") or {}),
+        edge=_edge((known.get("target") or {}).get("size")),
     )  # fmt: skip
 
 
 def _columns(checker: str | None, target: Mapping[str, Any]) -> int:
     squares = read_squares(checker, "--checker") if checker is not None else target.get("squares")
     return int(squares[0]) - 1 if squares else 0
+
+
+def _edge(said: Any) -> float | None:
+    """The edge (m) of a target's markers as `vision detect` was told it."""
+    value = said.get("value") if isinstance(said, dict) else None
+    return 1e-3 * value if isinstance(value, int | float) and said.get("unit") == "mm" else None
 
 
 def _odd_size(obs: Observations) -> Iterator[Remark]:
@@ -236,7 +244,8 @@ def _on_sheet(found: Reading, sheet: Path, size: float | None) -> Reading:
             expected="the sheet that was seen",
         )
     scale = 1.0 if size is None else 1e-3 * size / next(iter(printed.values())).size
-    edge = np.array([printed[n].size for n in names]) * scale
+    # A negative edge is half a turn.
+    edge = np.array([-printed[n].size if printed[n].turned else printed[n].size for n in names]) * scale
     middle = np.array([[printed[n].x, printed[n].y, 0.0] for n in names]) * scale
     unit = obs.extra["point"] / (1.0 if size is None else 5e-4 * size)
     return _with_points(found, unit * edge[obs.target, None] / 2 + middle[obs.target])
@@ -259,7 +268,10 @@ def _beside(place: Path) -> tuple[InputFile | None, Mapping[str, Any]]:
     return (InputFile(other, source.sha256), said) if known else (None, {})
 
 
-def _image_size(word: str | None, known: Any) -> tuple[int, int]:
+def image_size(
+    word: str | None, known: Any, expected: str = "--image 1920x1080, or corners.json beside the list"
+) -> tuple[int, int]:
+    """The size of images (width, height) px as an option has it, else as it is `known`; `expected`: what would do. Raises ModelError."""
     if word is not None:
         found = re.fullmatch(r"\s*(\d+)\s*[xX×]\s*(\d+)\s*", word)
         if found is None or min(int(found[1]), int(found[2])) < 2:
@@ -268,11 +280,7 @@ def _image_size(word: str | None, known: Any) -> tuple[int, int]:
             )
         return int(found[1]), int(found[2])
     if known is None:
-        raise ModelError(
-            "the size of the images is not known",
-            key="--image",
-            expected="--image 1920x1080, or corners.json beside the list",
-        )
+        raise ModelError("the size of the images is not known", key="--image", expected=expected)
     return int(known[0]), int(known[1])
 
 

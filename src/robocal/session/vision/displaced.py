@@ -8,7 +8,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import MARKER_MOVED_CHANCE, POSE_RIVAL
+from robocal.diagnose.limits import CELL_UNIT_NEAR, MARKER_MOVED_CHANCE, POSE_RIVAL
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -19,13 +19,19 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Rig
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.session.vision.corner_table import CAMERA, CornerTable
-from robocal.session.vision.map_prior import MapPrior, MarkerChange, chance_of, find_contradictions, prior_targets
+from robocal.session.vision.map_prior import NEAR, MapPrior, MarkerChange, chance_of, find_contradictions, prior_targets
+from robocal.session.vision.map_sizes import EdgeErrors, with_edges
 from robocal.vision.map_gauge import take_markers
 from robocal.vision.maps import MarkerMap
 
 __all__ = ["DisplacedMarker", "exclude_markers", "find_displaced", "with_map_prior"]
 
 FEW, SHARE = 3, 8  # grid: markers that are looked for, or one in so many: of more it is the prior that is wrong
+FINEST = 1e-9  # tolerance: m: markers that lie in one place
+UNITS = {  # by how much a length is too large that is read in one unit, and meant in another
+    1000.0: ("m", "mm"), 1e-3: ("mm", "m"), 100.0: ("m", "cm"), 10.0: ("cm", "mm"), 0.1: ("mm", "cm"),
+    1 / 25.4: ("mm", "inch"), 25.4: ("inch", "mm"), 1 / 0.0254: ("m", "inch"), 0.0254: ("inch", "m"),
+}  # fmt: skip
 SAME_SIZE = 0.02  # tolerance: of the edge: printers scale by less
 
 
@@ -77,13 +83,14 @@ def exclude_markers(data: DataSet, names: Sequence[str]) -> DataSet:
 
 
 def with_map_prior(
-    table: CornerTable, maps: Sequence[MarkerMap], loss: str
+    table: CornerTable, maps: Sequence[MarkerMap], loss: str, edges: EdgeErrors | None = None
 ) -> tuple[CornerTable, tuple[DisplacedMarker, ...]]:
     """Corners whose markers have a start, with what maps say of these beforehand; and markers that contradict it, of which nothing is
     taken. Raises ModelError."""
+    _refuse_units(table, maps)
     _refuse_others(table, maps)
     data, prior = _believe(table.data, maps)
-    displaced = find_displaced(data, prior, loss)
+    displaced = find_displaced(with_edges(replace(table, data=data), edges).data, prior, loss)
     if displaced:
         gone = {m.change.name for m in displaced}
         rest = [[n for n in m.names if n not in gone] for m in maps]
@@ -108,8 +115,26 @@ def _refuse_others(table: CornerTable, maps: Sequence[MarkerMap]) -> None:
                 raise ModelError("another size than that of the prior", key="--size", found=found, expected=expected)
 
 
+def _refuse_units(table: CornerTable, maps: Sequence[MarkerMap]) -> None:
+    """Raises ModelError for a map whose markers are as far apart as they are seen, but for the factor of a unit."""
+    at = {t.name: np.array(t.value[:3]) for t in table.pixels.targets}
+    for m in maps:
+        some = [i for i, n in enumerate(m.names) if n in at]
+        if len(some) < 2:
+            continue
+        seen, told = np.array([at[m.names[i]] for i in some]), m.vector[some, :3]
+        ratio = float(np.linalg.norm(told - told.mean(axis=0)) / max(np.linalg.norm(seen - seen.mean(axis=0)), FINEST))
+        for factor, (wrong, right) in UNITS.items():
+            if abs(np.log(ratio / factor)) < CELL_UNIT_NEAR:
+                raise ModelError(
+                    "a prior in another unit", key="--prior",
+                    found=f"{m.source}: its markers are {ratio:.3g} times as far apart as they are seen",
+                    expected=f"units: {{length: {right}}} in place of {wrong}, or --size in mm",
+                )  # fmt: skip
+
+
 def _believe(data: DataSet, maps: Sequence[MarkerMap]) -> tuple[DataSet, MapPrior]:
     (obs,) = data.observations
-    prior = prior_targets(maps, obs.targets)
+    prior = prior_targets(maps, obs.targets, first=NEAR)
     options = {**obs.options, "together": prior.together}
     return replace(data, observations=(replace(obs, targets=prior.targets, options=options),)), prior

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from robocal.diagnose.limits import FRONTAL, IMAGE_BLUR, IMAGE_COVERAGE, IMAGE_SMEAR, IMAGE_VIEWS, IMAGE_WHITE
 from robocal.remarks.code import Code
@@ -49,7 +49,7 @@ def judge_views(
         if target.text == "none":
             what = "all dictionaries and checkerboards were tried"
         reasons.append(Remark.of(Code.NO_TARGET_FOUND, tried=what))
-        return said, reasons
+        return [*said, *_left_out(views), *_dropped(views)], reasons
     tell(Code.NO_MARKER_IN_VIEW, [v for v in views if not v.corners])
     if target.family is not None and target.squares is None:
         one = [v for v in full if v.markers == 1]
@@ -61,12 +61,7 @@ def judge_views(
         if len(islands) > 1:
             groups = tuple(" ".join(map(str, i[:SHOWN])) + (" ..." if len(i) > SHOWN else "") for i in islands)
             said.append(Remark.of(Code.MARKERS_APART, count=len(islands), groups=groups))
-    strange = tuple(sorted({n for v in views for n in v.strangers}))
-    if strange:
-        said.append(Remark.of(Code.MARKERS_OFF_SHEET, numbers=strange))
-    for view in views:
-        if view.twice:
-            said.append(Remark.of(Code.TWO_OF_ONE_NUMBER, view=view.view, numbers=view.twice))
+    said += _left_out(views)
     tell(Code.IMAGE_OVEREXPOSED, [v for v in full if v.white > IMAGE_WHITE])
     smeared = [v for v in full if v.motion >= IMAGE_SMEAR]
     if smeared:
@@ -86,10 +81,7 @@ def judge_views(
         if some:
             count = sum(getattr(v, name) for v in some)
             said.append(Remark.of(code, count=count, total=markers, views=tuple(v.view for v in some)))
-    lost = [v for v in views if v.dropped]
-    if lost:
-        names = tuple(v.view for v in lost)
-        said.append(Remark.of(Code.MARKER_DROPPED, count=sum(len(v.dropped) for v in lost), views=names))
+    said += _dropped(views)
     if len(full) >= IMAGE_VIEWS and coverage < IMAGE_COVERAGE:
         said.append(Remark.of(Code.IMAGE_HARDLY_COVERED, share=coverage))
     if target.family is None and target.squares is not None and sum(target.squares) % 2 == 0:
@@ -99,3 +91,21 @@ def judge_views(
     lacks += [("square", "--square")] if target.square is None and target.squares is not None else []
     said += [Remark.of(Code.SIZE_NOT_STATED, what=what, option=name) for what, name in lacks]
     return said, reasons
+
+
+def _left_out(views: Sequence[ViewSummary]) -> Iterator[Remark]:
+    """Markers that the sheet does not have, and numbers that an image shows twice."""
+    strange = tuple(sorted({n for v in views for n in v.strangers}))
+    if strange:
+        yield Remark.of(Code.MARKERS_OFF_SHEET, numbers=strange)
+    for view in views:
+        if view.twice:
+            yield Remark.of(Code.TWO_OF_ONE_NUMBER, view=view.view, numbers=view.twice)
+
+
+def _dropped(views: Sequence[ViewSummary]) -> Iterator[Remark]:
+    """Markers that were found and not fitted."""
+    lost = [v for v in views if v.dropped]
+    if lost:
+        names = tuple(v.view for v in lost)
+        yield Remark.of(Code.MARKER_DROPPED, count=sum(len(v.dropped) for v in lost), views=names)

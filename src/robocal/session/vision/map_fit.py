@@ -1,8 +1,9 @@
 """A map of markers from corners: a camera whose pose is its own in every view, markers as targets whose places are to be found.
 
-The lens is free within what is known of it beforehand. A robust loss (Huber) is the default: a marker that bends or a corner that a
-decoder guessed pulls no more than its neighbours. One marker is held while the fit runs; the map is told without it (see
-`vision.map_gauge`): the covariance counts no motion of all markers together.
+The lens is free within what is known of it beforehand, and so are the edges of the markers (`map_sizes`).
+A robust loss (Huber) is the default: a marker that bends or a corner that a decoder guessed pulls no more than its neighbours.
+One marker is held while the fit runs; the map is told without it (see `vision.map_gauge`): the covariance
+counts no motion of all markers together.
 """
 
 from __future__ import annotations
@@ -13,19 +14,21 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import FOLDS, HOLD_OUT_PLACES
+from robocal.diagnose.limits import FOLDS, HOLD_OUT_PLACES, MARKER_SIZE, MARKER_SIZE_CHANCE
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.options import Options
 from robocal.fit.scale import without_scales
 from robocal.fit.starts.own import place_configurations
 from robocal.geometry import se3
 from robocal.measure.machine import Rig
+from robocal.measure.pixels import EDGE
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
 from robocal.session.vision.displaced import DisplacedMarker, with_map_prior
 from robocal.session.vision.map_moved import refuse_moved
+from robocal.session.vision.map_sizes import EdgeErrors, SizesFound, edges_of, find_sizes, size_of_all, with_edges
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import move_map, project_covariance
@@ -40,14 +43,15 @@ JOINED = "views that show markers of both groups"
 
 @record(eq=False)
 class MapFit:
-    """What was decided, the map with its covariance, where each view's camera was, T_map_camera (V, 4, 4), the lens as it was found, and
-    markers that contradict what was known of them before."""
+    """What was decided, the map with its covariance, where each view's camera was, T_map_camera (V, 4, 4), the lens as it was found,
+    markers that contradict what was known of them before, and edges that contradict what was told."""
 
     decision: Decision[Rig]
     map: MarkerMap
     cameras: Array
     lens: Lens
     displaced: tuple[DisplacedMarker, ...] = ()
+    sizes: SizesFound = SizesFound()
 
 
 def fit_map(
@@ -58,9 +62,10 @@ def fit_map(
     source: str = "",
     watch: Watch | None = None,
     prior: Sequence[MarkerMap] = (),
+    edges: EdgeErrors | None = None,
 ) -> MapFit:
-    """The map that views through a lens show, whose covariance is its prior; `prior` are maps of markers that were known before. Raises
-    ModelError."""
+    """The map that views through a lens show, whose covariance is its prior; `prior` are maps of markers that were known before, `edges`
+    what their sizes may be off by. Raises ModelError."""
     model = Rig("map")
     ids, names = table.data.configurations.ids, [t.name for t in table.pixels.targets]
 
@@ -70,7 +75,8 @@ def fit_map(
     begun = place_markers(table.with_prior(lens), JOINED, look)
     displaced: tuple[DisplacedMarker, ...] = ()
     if prior:
-        begun, displaced = with_map_prior(begun, prior, loss)
+        begun, displaced = with_map_prior(begun, prior, loss, edges)
+    begun = with_edges(begun, edges)
     # Of many views each is left out with others: one by one they would take as many fits of the whole map.
     options = Options(loss=loss)
     if len(ids) > HOLD_OUT_PLACES:
@@ -84,7 +90,25 @@ def fit_map(
     seen = np.bincount(begun.pixels.target if begun.pixels.target is not None else (), minlength=len(known.names))
     first = known.names.index(origin) if origin is not None else int(seen.argmax())
     move = se3.inverse(known.poses[first])
-    return MapFit(made, move_map(known, move), move @ views, _lens_of(made, lens), displaced)
+    sizes = _sizes_of(made, begun, edges, bool(prior))
+    return MapFit(made, move_map(known, move), move @ views, _lens_of(made, lens), displaced, sizes)
+
+
+def _sizes_of(made: Decision[Rig], table: CornerTable, edges: EdgeErrors | None, known: bool) -> SizesFound:
+    """What edges look like beside one another, and beside distances where some are `known`."""
+    names = [t.name for t in table.pixels.targets]
+    rows = [f"{n}.{EDGE}" for n in names]
+    total = without_scales(made.need_fit.total)
+    if edges is None or not set(rows) <= set(total.names):
+        return SizesFound()
+    at = [total.names.index(n) for n in rows]
+    off = np.array([made.values[n] for n in rows])
+    facts = edges_of(table), off, total.covariance[np.ix_(at, at)], edges
+    if known:  # distances that contradict sizes are no fault of single markers
+        larger, chance = size_of_all(*facts)
+        if chance < MARKER_SIZE_CHANCE and abs(larger) > MARKER_SIZE:
+            return SizesFound(larger=larger)
+    return find_sizes(names, *facts)
 
 
 def _map_of(made: Decision[Rig], table: CornerTable, source: str) -> MarkerMap:
@@ -92,9 +116,7 @@ def _map_of(made: Decision[Rig], table: CornerTable, source: str) -> MarkerMap:
     obs = table.pixels
     names = [t.name for t in obs.targets]
     vector = np.array([[made.values[f"{n}.{s}"] for s in FRAME_SYMBOLS] for n in names])
-    assert obs.target is not None
-    first = np.unique(obs.target, return_index=True)[1]
-    size = 2 * np.abs(obs.extra["point"][first, 0])
+    size = edges_of(table) + [made.values.get(f"{n}.{EDGE}", 0.0) for n in names]
     known = MarkerMap(tuple(names), size, vector, None, table.family, source)
     own = {n: i for i, n in enumerate(f"{n}.{s}" for n in names for s in FRAME_SYMBOLS)}
     total = without_scales(made.need_fit.total)

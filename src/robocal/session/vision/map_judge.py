@@ -23,7 +23,7 @@ from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_errors import CornerErrors
 from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.map_moved import MarkerMotion
-from robocal.session.vision.map_sizes import MarkerSize
+from robocal.session.vision.map_sizes import SizesFound
 from robocal.vision.lenses import Lens
 
 __all__ = ["judge_map", "remarks_of_map"]
@@ -40,7 +40,7 @@ def judge_map(
     made: Decision[Rig],
     off: CornerErrors,
     moved: Sequence[MarkerMotion],
-    sizes: Sequence[MarkerSize],
+    sizes: SizesFound,
     width: int,
     ids: Sequence[str],
 ) -> Verdict:
@@ -64,7 +64,7 @@ def _against(
     made: Decision[Rig],
     off: CornerErrors,
     moved: Sequence[MarkerMotion],
-    sizes: Sequence[MarkerSize],
+    sizes: SizesFound,
     width: int,
     ids: Sequence[str],
 ) -> Iterator[Finding]:
@@ -76,10 +76,17 @@ def _against(
             Code.MARKER_MOVED, marker=obs.targets[m.marker].name, apart=Quantity(m.distance, "m"), turned=Quantity(m.turned, "rad"),
             first=first, views=None if m.later else views[:SHOWN], count=len(views),
         )  # fmt: skip
-    for size in sizes:
+    if sizes.larger is not None:
         yield qualify(
-            Code.MARKER_SIZE_CONTRADICTED, marker=obs.targets[size.marker].name, told=Quantity(size.size, "m"),
-            found=Quantity(size.apparent, "m"),
+            Code.MAP_PRIOR_SCALED, share=100 * abs(sizes.larger), word="larger" if sizes.larger > 0 else "smaller"
+        )
+    if sizes.scatter is not None:
+        yield qualify(Code.MARKER_SIZES_SCATTER, found=100 * sizes.scatter)
+    if sizes.wrong:
+        worst = sizes.wrong[0]
+        yield qualify(
+            Code.MARKER_SIZE_CONTRADICTED, marker=worst.name, told=Quantity(worst.size, "m"), found=Quantity(worst.apparent, "m"),
+            others=tuple(f"{s.name}={1e3 * s.apparent:.4g}" for s in sizes.wrong[1:][:SHOWN]) or None, count=len(sizes.wrong),
         )  # fmt: skip
     missed, singly = _miss(made, off, width), off.left_out
     if missed is not None and missed.level == "qualify":
@@ -115,9 +122,9 @@ def _miss(made: Decision[Rig], off: CornerErrors, width: int) -> Finding | None:
     if axis <= MAP_MISSES * stated:
         return None
     free = made.proven.base.problem.table.free
-    exact = obs.sigma is not None and any(f"{CAMERA}.{s}" not in free for s in SHAPE)
-    level = qualify if exact or axis > LENS_MISSES * width else doubt
-    return level(Code.MAP_MISSES, left=Quantity(axis, "px"), times=axis / stated)
+    exact = tuple(s for s in SHAPE if f"{CAMERA}.{s}" not in free)
+    level = qualify if (exact and obs.sigma is not None) or axis > LENS_MISSES * width else doubt
+    return level(Code.MAP_MISSES, left=Quantity(axis, "px"), times=axis / stated, exact=exact or None)
 
 
 def remarks_of_map(

@@ -11,7 +11,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.diagnose.limits import GROSS_SHARE, LENS_MISSES, LENS_MISSES_TIMES
+from robocal.diagnose.limits import GROSS_SHARE, LENS_MISSES, LENS_MISSES_TIMES, MARKER_SIZE
 from robocal.errors import ModelError
 from robocal.files.display import listing_text
 from robocal.files.lens import read_lens
@@ -25,7 +25,9 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, percent
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
-from robocal.session.vision.corner_table import CornerTable, read_corners
+from robocal.session.vision.corner_table import CornerTable
+from robocal.session.vision.map_images import open_held_corners
+from robocal.session.vision.map_sizes import EdgeErrors
 from robocal.session.vision.place_views import LocatedViews, locate_views
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
@@ -179,16 +181,7 @@ def find_places(
         raise ModelError("images are placed through a lens", key="--lens", expected=expected)
     through = read_lens(o.lens)
     if table is None:
-        size = 1e3 * float(known.size[0])  # any: places on the markers are those of the map
-        table = read_corners(
-            o.corners,
-            size=size,
-            square=None,
-            checker=None,
-            sheet=None,
-            image=o.image or _image(through.lens),
-            exclude=o.exclude,
-        )
+        table = open_held_corners(o, known, through.lens, watch)
     lens = through.lens
     if lens.size is not None and lens.size != table.size:
         found, expected = "{} x {}".format(*lens.size), "{} x {} px, as the corners".format(*table.size)
@@ -196,17 +189,12 @@ def find_places(
     if known.family is not None and table.family is not None and known.family != table.family:
         raise ModelError("a map of another dictionary", key="--held", found=known.family, expected=table.family)
     with computable(o.held):
-        views = locate_views(table, known, lens, watch)
+        views = locate_views(table, known, lens, EdgeErrors(1e-3 * o.size_sigma, 1e-2 * o.size_scatter), watch)
     said = [*read.file.remarks, *through.file.remarks, *table.remarks, *_remarks(views, known, lens, o)]
     return MapPlaces(
-        views=views, known=known, lens=lens, files=files, warnings=tuple(said), reasons=tuple(_reasons(views, table)),
+        views=views, known=known, lens=lens, files=files, warnings=tuple(said), reasons=tuple(_reasons(views, table, known)),
         inputs=(*table.files, read.file, through.file), command=command,
     )  # fmt: skip
-
-
-def _image(lens: Lens) -> str | None:
-    """The size of the images as the lens says it, where the corners do not."""
-    return None if lens.size is None else "{}x{}".format(*lens.size)
 
 
 def _remarks(views: LocatedViews, known: MarkerMap, lens: Lens, o: Any) -> Iterator[Remark]:
@@ -228,8 +216,13 @@ def _remarks(views: LocatedViews, known: MarkerMap, lens: Lens, o: Any) -> Itera
         yield Remark.of(Code.LENS_WITHOUT_SIGMA, file=Path(o.lens).name)
 
 
-def _reasons(views: LocatedViews, table: CornerTable) -> Iterator[Remark]:
+def _reasons(views: LocatedViews, table: CornerTable, known: MarkerMap) -> Iterator[Remark]:
     """Why the poses must not be trusted."""
+    edge = float(np.median(known.size))
+    if views.larger is not None:
+        yield Remark.of(Code.MAP_SIZES_UNLIKE, edge=Quantity(edge, "m"), seen=Quantity(edge * (1 + views.larger), "m"))
+    if table.edge is not None and np.abs(known.size / table.edge - 1).min() > MARKER_SIZE:
+        yield Remark.of(Code.MAP_OF_OTHER_SIZE, edge=Quantity(edge, "m"), told=Quantity(table.edge, "m"))
     times = views.left / (UNSTATED if views.stated is None else views.stated)
     if views.left > LENS_MISSES * table.size[0] and times > LENS_MISSES_TIMES:
         yield Remark.of(Code.MAP_UNLIKE_VIEWS, left=Quantity(views.left, "px"), times=times)

@@ -25,12 +25,16 @@ from robocal.parameters import FRAME_SYMBOLS, Together
 from robocal.vision.map_gauge import move_map, rigid_motions, take_markers
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["FIXED", "LOOSE", "MapPrior", "MarkerChange", "chance_of", "find_contradictions", "prior_targets"]
+__all__ = ["FIXED", "LOOSE", "NEAR", "MapPrior", "MarkerChange", "chance_of", "find_contradictions", "prior_targets"]
 
 LOOSE = (
     0.3,
     0.05,
 )  # tolerance: m and rad of a whole map: far more than a start is off by, and little enough to be believed
+NEAR = (
+    1e-3,
+    1e-4,
+)  # tolerance: m and rad of the one map that says where all is: a turn of 0.05 rad would pass for a scale, 1 - cos
 FIXED = 1e-6, 1e-6  # tolerance: m and rad of a whole map: far less than any map is known to
 FINEST = 3e-6  # tolerance: m and rad of a single marker: a prior that is exact in some direction has no inverse
 
@@ -58,10 +62,16 @@ class MarkerChange:
 
 
 def prior_targets(
-    maps: Sequence[MarkerMap], targets: Sequence[Frame], whole: tuple[float, float] = LOOSE, *, align: bool = True
+    maps: Sequence[MarkerMap],
+    targets: Sequence[Frame],
+    whole: tuple[float, float] = LOOSE,
+    *,
+    align: bool = True,
+    first: tuple[float, float] | None = None,
 ) -> MapPrior:
-    """What maps say of targets of the same names. A map is moved to where its markers start, unless `align` is false; of one marker alone
-    nothing is known. Raises ModelError for a map without covariance, and a marker that two maps have."""
+    """What maps say of targets of the same names; how well the `first` of them is placed as a whole may be said. A map is moved to where
+    its markers start, unless `align` is false; of one marker alone nothing is known. Raises ModelError for a map without covariance, and
+    a marker that two maps have."""
     by_name = {t.name: t for t in targets}
     out: list[Together] = []
     done: dict[str, MarkerMap] = {}
@@ -80,7 +90,7 @@ def prior_targets(
         if align:
             there = replace(known, vector=np.array([by_name[n].value for n in names]))
             known = move_map(known, rigid(known.corners.reshape(-1, 3), there.corners.reshape(-1, 3)))
-        covariance = widen(known, whole)
+        covariance = widen(known, first if first is not None and not out else whole)
         sigma = np.sqrt(np.diag(covariance)).reshape(-1, 6)
         for name, vector, own in zip(names, known.vector.tolist(), sigma.tolist(), strict=True):
             by_name[name] = replace(by_name[name], value=tuple(vector), free=(True,) * 6, prior=tuple(own))

@@ -30,12 +30,13 @@ from robocal.report.sections import Section
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_errors import CornerErrors, corner_errors
 from robocal.session.vision.corner_table import CornerTable
+from robocal.session.vision.hand_eye_images import is_table
 from robocal.session.vision.lens_prior import lens_with_prior
 from robocal.session.vision.map_fit import MapFit, fit_map
-from robocal.session.vision.map_images import open_corners
+from robocal.session.vision.map_images import fit_with_images, open_corners
 from robocal.session.vision.map_judge import judge_map, remarks_of_map
 from robocal.session.vision.map_moved import MarkerMotion, find_moved
-from robocal.session.vision.map_sizes import MarkerSize, find_sizes
+from robocal.session.vision.map_sizes import EdgeErrors, edges_of
 from robocal.session.vision.marker_places import whole_sights
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
@@ -252,15 +253,21 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
         )
     source = f"{len(table.data.configurations)} views, {Path(o.corners).name}"
     with computable(o.corners):
-        fit = fit_map(table, given, o.loss, o.origin, source, watch, before.maps if before else ())
+        edges = EdgeErrors(1e-3 * o.size_sigma, 1e-2 * o.size_scatter)
+
+        def fit_of(corners: CornerTable) -> MapFit:
+            return fit_map(corners, given, o.loss, o.origin, source, watch, before.maps if before else (), edges)
+
+        table, fit = (
+            (table, fit_of(table)) if is_table(o.corners) else fit_with_images(table, given, o.corners, fit_of, watch)
+        )
         off = corner_errors(fit.decision)
         moved = tuple(_moved(table, fit, off))
         ids = table.data.configurations.ids
-        sizes = _sizes(table, fit, off)
         # A marker of another size scatters as if it moved.
-        gain = {s.marker: s.gain for s in sizes}
-        moved = tuple(m for m in moved if m.gain > gain.get(m.marker, 0.0))
-        verdict = judge_map(fit.decision, off, moved, sizes, table.size[0], ids)
+        others = {s.name for s in fit.sizes.wrong}
+        moved = tuple(m for m in moved if fit.map.names[m.marker] not in others)
+        verdict = judge_map(fit.decision, off, moved, fit.sizes, table.size[0], ids)
         found = MarkerMapResult(
             fit=fit, given=given, stated=bool(read.lens.known), table=table, off=off, verdict=verdict, moved=moved, loss=o.loss,
             files=files, reasons=verdict.reasons, inputs=(*table.files, read.file, *([before.file] if before else [])), command=command,
@@ -283,14 +290,10 @@ def _matrix(lens: Lens) -> Array:
     return np.array(lens.covariance).reshape(len(lens.known), len(lens.known))
 
 
-def _sizes(table: CornerTable, fit: MapFit, off: CornerErrors) -> list[MarkerSize]:
-    """Markers that look as if they had another size, through the lens that was found."""
-    sights = whole_sights(table.with_prior(fit.lens))
-    return find_sizes(sights, fit.lens.intrinsics, se3.inverse(fit.cameras), fit.map.poses, off.noise / np.sqrt(2.0))
-
-
 def _moved(table: CornerTable, fit: MapFit, off: CornerErrors) -> list[MarkerMotion]:
     """Markers that are at two places, as seen through the lens that was found."""
     views = se3.inverse(fit.cameras)
     sights = whole_sights(table.with_prior(fit.lens))
+    grown = fit.map.size / edges_of(table)
+    sights = replace(sights, points=sights.points * grown[sights.marker][:, None, None])
     return find_moved(sights, fit.lens.intrinsics, views, fit.map.poses, off.noise / np.sqrt(2.0))

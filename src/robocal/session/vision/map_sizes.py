@@ -1,51 +1,142 @@
-"""Markers that look larger or smaller beside the others than their edges say: a wrong size, or a print at another scale.
+"""How large markers were printed: their edges as parameters of a map, within what printing and measuring leave of them.
 
-    ds = (b_s - A_sp A_pp^-1 b_p) / c,   c = A_ss - A_sp A_pp^-1 A_ps,   gain = ds^2 c        s the log of the edge, p the marker's pose
+    edge_k = told_k + e_k,    cov(e) = shift^2 1 1^T + diag((scatter told_k)^2)
 
-The sums A = J^T J / sigma^2 and b = -J^T r / sigma^2 go over all sights of a marker, the views and the lens as they were fitted. The
-size of all markers together shows in no image.
+The shift is that of ink, paper and gauge: all edges are larger by as much. Views tell edges beside one another, and the shift where edges
+of several sizes are told; how large all of them are together nothing tells but this prior, and distances that are known. So sigma of a
+map holds the error of its scale. An edge that the others contradict, with P = C^-1 of the prior and D the covariance of the fit:
+
+    w = P e,    S = P - P D P,    change_k = w_k / S_kk,    chi2_k = w_k^2 / S_kk
+
+The worst is taken out of the prior, and the others are asked again.
+Source: Baarda, A testing procedure for use in geodetic networks (1968).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from robocal._record import record
+from robocal import _scipy as scipy
+from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import MARKER_MOVED_VIEWS, MARKER_SIZE, MARKER_SIZE_SURE
-from robocal.session.vision.map_moved import marker_columns
-from robocal.vision.map_start import MarkerSights
+from robocal.diagnose.limits import MARKER_SIZE, MARKER_SIZE_CHANCE
+from robocal.measure.pixels import EDGE, GROWTH
+from robocal.parameters import Together
+from robocal.session.vision.corner_table import CornerTable
 
-__all__ = ["MarkerSize", "find_sizes"]
+__all__ = ["EdgeErrors", "MarkerSize", "SizesFound", "edges_of", "find_sizes", "size_of_all", "with_edges"]
+
+FINEST = 1e-6  # tolerance: m: no edge is known better, and a prior that is exact in some direction has no inverse
+SEEN = 1e-4  # tolerance: of the information: the size of all together, which no view tells
+SHARE = 0.2  # tolerance: of the markers: where more have another size, all scatter
+UNKNOWN = 1.0  # tolerance: m: nobody knows less of an edge
+
+
+@record
+class EdgeErrors:
+    """What told edges may be off by, standard deviations: all of them alike (m), and each by itself (of its edge)."""
+
+    shift: float = 0.0
+    scatter: float = 0.0
+
+    def covariance(self, edges: Array) -> Array:
+        """Of edges (M,) m, (M, M)."""
+        own = (self.scatter * edges) ** 2 + FINEST**2
+        return np.asarray(self.shift**2 + np.diag(own))
+
+
+@record
+class SizesFound:
+    """Markers whose edges the others contradict; by how much edges scatter (of themselves), where that is more than was told; and by how
+    much all are larger beside known distances (of themselves), where they are."""
+
+    wrong: tuple[MarkerSize, ...] = ()
+    scatter: float | None = None
+    larger: float | None = None
 
 
 @record
 class MarkerSize:
-    """The number of a marker, its edge in --size and beside the others (m), and by how much chi2 falls with the latter."""
+    """A marker whose edge the others contradict: as it was told, and as it looks beside them (m), and the chi2 of that."""
 
-    marker: int
+    name: str
     size: float
     apparent: float
-    gain: float
+    chi2: float
 
 
-def find_sizes(sights: MarkerSights, lens: Array, views: Array, markers: Array, sigma: float) -> list[MarkerSize]:
-    """Of sights through a lens, with T_camera_map (V, 4, 4), T_map_marker (M, 4, 4), and sigma (px) of a coordinate."""
-    j, r, place = marker_columns(sights, lens, views, markers, sigma)
-    column = np.einsum("sckd,scd->sck", j[:, :, :, :3], place).reshape(len(r), 8, 1)
-    j = np.concatenate([j.reshape(len(r), 8, 6), column], axis=2)
-    a, b = np.swapaxes(j, 1, 2) @ j, -np.einsum("sri,sr->si", j, r)
-    out = []
-    for m in range(len(markers)):
-        own = np.flatnonzero(sights.marker == m)
-        if len(own) < MARKER_MOVED_VIEWS:
-            continue
-        total, slope = a[own].sum(axis=0), b[own].sum(axis=0)
-        solved = np.linalg.lstsq(total[:6, :6], np.column_stack([total[:6, 6], slope[:6]]), rcond=None)[0]
-        left = total[6, 6] - total[6, :6] @ solved[:, 0]
-        step = (slope[6] - total[6, :6] @ solved[:, 1]) / max(left, 1e-30)
-        gain = float(step**2 * left)
-        if abs(step) > MARKER_SIZE and gain > MARKER_SIZE_SURE**2:
-            edge = float(np.ptp(sights.points[own[0]], axis=0).max())
-            out.append(MarkerSize(m, edge, edge * float(np.exp(step)), gain))
-    return out
+def with_edges(table: CornerTable, errors: EdgeErrors | None) -> CornerTable:
+    """The same with edges that are free within their prior; exact ones where no errors are told."""
+    if errors is None:
+        return table
+    obs = table.pixels
+    edges = edges_of(table)
+    growth = np.sign(obs.extra["point"]) / 2
+    rows = tuple(f"{t.name}.{EDGE}" for t in obs.targets)
+    shared = Together(rows, tuple(map(tuple, errors.covariance(edges).tolist())))
+    known = obs.options.get("together", ())
+    assert isinstance(known, tuple)
+    obs = replace(obs, extra={**obs.extra, GROWTH: growth}, options={**obs.options, "together": (*known, shared)})
+    return replace(table, data=replace(table.data, observations=(obs,)))
+
+
+def edges_of(table: CornerTable) -> Array:
+    """The edge (M,) of each marker, as told."""
+    obs = table.pixels
+    assert obs.target is not None
+    first = np.unique(obs.target, return_index=True)[1]
+    return np.asarray(2 * np.abs(obs.extra["point"][first, 0]))
+
+
+def find_sizes(names: Sequence[str], told: Array, off: Array, spread: Array, errors: EdgeErrors) -> SizesFound:
+    """Of edges that are told (M,), what they were found to be off by (M,) with its covariance (M, M), and what was believed of it; the
+    worst first."""
+    prior = errors.covariance(told)
+    seen = np.linalg.inv(spread)
+    pull, data = seen @ off, seen - np.linalg.inv(prior)
+    gone: dict[int, float] = {}
+    while len(gone) < len(told) // 2:
+        information = np.linalg.inv(prior)
+        now = np.linalg.inv(data + information)
+        e = now @ pull
+        w, s = information @ e, np.diag(information - information @ now @ information)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            change, chi2 = w / s, w**2 / s
+        chi2[list(gone)] = 0.0
+        chi2[~(s > 0) | (np.abs(change) <= MARKER_SIZE * told)] = 0.0
+        worst = int(chi2.argmax())
+        if scipy.special.chdtrc(1, chi2[worst]) * len(told) > MARKER_SIZE_CHANCE:
+            break
+        gone[worst] = float(chi2[worst])
+        prior[worst, worst] += UNKNOWN**2
+    if len(gone) > SHARE * len(told):  # so many are no single markers
+        gone, prior = {}, errors.covariance(told)
+    now = np.linalg.inv(data + np.linalg.inv(prior))
+    e = now @ pull
+    wrong = tuple(MarkerSize(names[k], float(told[k]), float(told[k] + e[k]), g) for k, g in gone.items())
+    return SizesFound(wrong, _scatter(e, now, prior, told, errors))
+
+
+def size_of_all(told: Array, off: Array, spread: Array, errors: EdgeErrors) -> tuple[float, float]:
+    """By how much all edges (M,) together are larger than told beside distances that are known, of themselves, and the chance of as much;
+    of edges that were found to be off by (M,), with their covariance (M, M)."""
+    information = np.linalg.inv(errors.covariance(told))
+    pull = told @ information @ off
+    seen = told @ (information - information @ spread @ information) @ told
+    if seen <= SEEN * (told @ information @ told):
+        return 0.0, 1.0
+    return float(pull / seen), float(scipy.special.chdtrc(1, pull**2 / seen))
+
+
+def _scatter(e: Array, now: Array, prior: Array, told: Array, errors: EdgeErrors) -> float | None:
+    """By how much edges scatter, where chance does not make as much of what was told: of all combinations that views see."""
+    information = np.linalg.inv(prior)
+    scale = np.sqrt(np.diag(prior))
+    w = scale * (information @ e)
+    values, along = np.linalg.eigh(np.outer(scale, scale) * (information - information @ now @ information))
+    some = values > SEEN * values[-1]
+    chi2, dof = float(np.sum((along.T[some] @ w) ** 2 / values[some])), int(some.sum())
+    found = float(np.sqrt(chi2 / max(dof, 1)) * np.hypot(errors.scatter, FINEST / np.median(told)))
+    return found if found > MARKER_SIZE and scipy.special.chdtrc(dof, chi2) < MARKER_SIZE_CHANCE else None

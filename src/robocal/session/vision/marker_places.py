@@ -19,7 +19,7 @@ from robocal.session.vision.corner_table import CornerTable
 from robocal.vision.map_start import MapStart, MarkerSights, grow_map
 from robocal.vision.sightings import find_islands
 
-__all__ = ["place_markers", "whole_sights"]
+__all__ = ["EXPECTED", "place_markers", "whole_sights"]
 
 Look = Callable[[MarkerSights, MapStart], None]
 EXPECTED = 0.2, 1.0  # of a marker's place where views show it, m and rad

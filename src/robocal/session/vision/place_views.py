@@ -18,7 +18,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.gross import sift
-from robocal.diagnose.limits import POSE_RIVAL
+from robocal.diagnose.limits import MARKER_SIZE, MARKER_SIZE_CHANCE, POSE_RIVAL
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -31,17 +31,18 @@ from robocal.measure.base import Rows
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Rig
-from robocal.measure.pixels import rays
+from robocal.measure.pixels import EDGE, rays
 from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable
 from robocal.session.vision.displaced import exclude_markers, find_displaced
 from robocal.session.vision.map_prior import FIXED, MapPrior, prior_targets
+from robocal.session.vision.map_sizes import EdgeErrors, size_of_all, with_edges
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import take_markers
 from robocal.vision.maps import MarkerMap
 from robocal.vision.sheets import SQUARE
 
-__all__ = ["Displaced", "LocatedViews", "Rival", "locate_views"]
+__all__ = ["Displaced", "LocatedViews", "Rival", "locate_views", "predict_views"]
 
 WHOLE = 4  # grid: corners that tell a pose
 ROUNDS = 4  # grid: of fit and noise
@@ -74,7 +75,8 @@ class LocatedViews:
     """Views (V) that were located: ids, T_map_camera (V, 4, 4), the covariance (V, 6, 6) of their small motions (v, w) in map axes, how
     many markers and corners each has, corners set aside, and what is left of the others (px, rms); the other poses that some of them may
     have; views that show too little; markers that the map does not have; what is left of all corners (px, of one axis), and the sigma
-    that they state; and the markers of the map that stand elsewhere."""
+    that they state; the markers of the map that stand elsewhere; and by how much of their edges all markers look larger than the
+    distances of the map allow, where they do."""
 
     ids: tuple[str, ...]
     poses: Array
@@ -89,17 +91,20 @@ class LocatedViews:
     left: float
     stated: float | None
     moved: tuple[Displaced, ...]
+    larger: float | None = None
 
 
-def locate_views(table: CornerTable, known: MarkerMap, lens: Lens, watch: Watch | None = None) -> LocatedViews:
-    """Where the camera was. Raises ModelError where no view shows a whole marker of the map."""
+def locate_views(
+    table: CornerTable, known: MarkerMap, lens: Lens, edges: EdgeErrors | None = None, watch: Watch | None = None
+) -> LocatedViews:
+    """Where the camera was; `edges` is what sizes in the map may be off by. Raises ModelError where no view shows a whole marker of it."""
     data, prior, lacking, strangers = _data(table, known, lens)
     map_of = take_markers(known, [t.name for t in prior.targets])
     data = _begin(data, map_of)
     every = np.arange(len(data.configurations))
     clean = sift(Rig(CAMERA), data, every, watch).data
     moved = {m.change.name: m.other for m in find_displaced(clean, prior, "none")}
-    clean = exclude_markers(clean, [*moved])
+    clean = with_edges(replace(table, data=exclude_markers(clean, [*moved])), edges).data
     noisy, x = _fit(clean)
     covariance = _local_covariance(noisy, x)
     inward = se3.from_vector(noisy.values_of(0, x)[0])
@@ -118,7 +123,29 @@ def locate_views(table: CornerTable, known: MarkerMap, lens: Lens, watch: Watch 
         rms=np.sqrt(square / np.maximum(many, 1)), rivals=_rivals(noisy, x, obs, map_of, used), lacking=lacking, strangers=strangers,
         left=float(np.sqrt(np.mean(np.square(residual[used])))),
         stated=None if obs.sigma is None else float(np.sqrt(np.mean(np.square(obs.sigma)))), moved=_moved(obs, used, poses, map_of, moved),
+        larger=_larger(noisy, x, map_of, edges),
     )  # fmt: skip
+
+
+def predict_views(table: CornerTable, known: MarkerMap, lens: Lens, cameras: Array) -> Array:
+    """The covariance (U, 6, 6) that images in a map will have, (v, w) in map axes, of the views of a table at the truth T_map_camera
+    (U, 4, 4)."""
+    data, *_ = _data(table, known, lens)
+    start = se3.to_vector(se3.inverse(cameras))
+    problem = build(Rig(CAMERA), replace(data, configurations=replace(data.configurations, start=start)))
+    x = problem.start
+    return _outward(se3.from_vector(problem.values_of(0, x)[0]), _local_covariance(problem, x))[1]
+
+
+def _larger(problem: Problem, x: Array, known: MarkerMap, edges: EdgeErrors | None) -> float | None:
+    """By how much the markers look larger beside their distances than the map has them, where chance does not make as much."""
+    names = [f"{n}.{EDGE}" for n in known.names]
+    if edges is None or not set(names) <= set(problem.free):
+        return None
+    at = [problem.free.index(n) for n in names]
+    off = x[0, [problem.table.index[n] for n in names]]
+    share, chance = size_of_all(known.size, off, uncertainty(problem, x).covariance[np.ix_(at, at)], edges)
+    return share if chance < MARKER_SIZE_CHANCE and abs(share) > MARKER_SIZE else None
 
 
 def _fit(clean: DataSet) -> tuple[Problem, Array]:

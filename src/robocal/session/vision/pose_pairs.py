@@ -20,13 +20,15 @@ from robocal.geometry import se3
 from robocal.geometry.pose_path import PosePath
 from robocal.measure.clock_rig import clock_rig, rate_columns
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
-from robocal.measure.machine import Rig
+from robocal.measure.machine import Model, Rig
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
+from robocal.session.vision.arm_errors import JointedArm, free_arm
 from robocal.session.vision.delay_start import start_delay
+from robocal.session.vision.drift import changes_alone, follow_one_another, read_drift
 from robocal.session.vision.view_noise import read_noise
 
 __all__ = ["CAMERA", "TARGET", "HandEye", "PosePairs", "locate_camera", "pair_data", "tell_flips"]
@@ -35,8 +37,6 @@ CAMERA, TARGET = "camera", "board"
 DELAY = f"{CAMERA}.delay"
 FREE = (True,) * 6
 ROUNDS = 8  # grid: the delay doubles its digits in each
-STEP, TURN = 0.05, 0.1  # grid: m, rad, of a change that is compared
-DRIFT = 0.5  # tolerance: of the correlation of neighbours: half of it adds up
 SETTLED = 0.05  # tolerance: of the delay's sigma
 
 
@@ -44,7 +44,7 @@ SETTLED = 0.05  # tolerance: of the delay's sigma
 class PosePairs:
     """The `views`, T_camera_target (m, 4, 4), and T_base_flange beside them: `machine` (m, 4, 4), or a path and `time` (m,) on a clock of
     the camera's. `in_hand`: the camera is on the flange and the target on the base, else the other way round. `metric`: it knows how
-    long a metre is. `sigma` (m, 6) as kind pose has it."""
+    long a metre is. `sigma` (m, 6) as kind pose has it. `arm`: what carries the flange, at every view, where poses have no times."""
 
     views: Array
     in_hand: bool
@@ -52,6 +52,7 @@ class PosePairs:
     time: Array | None = None
     metric: bool = True
     sigma: Array | None = None
+    arm: JointedArm | None = None
 
     def at(self, delay: float) -> PosePairs:
         """Those whose poses the path has for this delay (s) of the camera's clock."""
@@ -62,21 +63,24 @@ class PosePairs:
         """Some of the views."""
         machine = self.machine if isinstance(self.machine, PosePath) else self.machine[index]
         time, sigma = (None if v is None else v[index] for v in (self.time, self.sigma))
-        return replace(self, views=self.views[index], machine=machine, time=time, sigma=sigma)
+        arm = None if self.arm is None else replace(self.arm, joints=self.arm.joints[index])
+        return replace(self, views=self.views[index], machine=machine, time=time, sigma=sigma, arm=arm)
 
 
 @record(eq=False)
 class HandEye:
     """The decision, and where things are: `camera` and `target`, T_flange_camera and T_base_target of a camera in the hand, T_base_camera
     and T_flange_target of one beside the robot; the delay (s) of its clock with sigma, where it was found; and the views that were left
-    out, for they show the other pose of a flat target."""
+    out, for they show the other pose of a flat target. `arm`: the decision on frames and arm together, whose frames these are, where the
+    arm's own errors are seen."""
 
-    decision: Decision[Rig]
+    decision: Decision[Model]
     camera: Array
     target: Array
     delay: tuple[float, float] | None = None
     flipped: tuple[int, ...] = ()
     remarks: tuple[Remark, ...] = ()
+    arm: Decision[Model] | None = None
 
 
 def pair_data(pairs: PosePairs, machine: Array, twist: Array | None = None) -> DataSet:
@@ -98,32 +102,11 @@ def pair_data(pairs: PosePairs, machine: Array, twist: Array | None = None) -> D
     return DataSet(where, (seen,))
 
 
-def changes_alone(data: DataSet, in_hand: bool) -> DataSet:
-    """The same data as changes from each pose to the next that is far enough: of what drifts, these have errors of their own. With less
-    way between them the robot's own noise would be most of it, and a metre seem shorter than it is."""
-    (seen,) = data.observations
-    way = se3.from_vector(data.configurations.starts)
-    kept = [0]
-    for i, pose in enumerate(way):
-        shift, turn = se3.displacement(way[kept[-1]], pose)
-        if np.linalg.norm(shift) > STEP or np.linalg.norm(turn) > TURN:
-            kept.append(i)
-    stops = np.array(kept)
-    away = se3.from_vector(seen.value[stops])
-    away = away if in_hand else se3.inverse(away)
-    own = seen.frame if in_hand else seen.targets[0]
-    assert own is not None
-    moved = replace(
-        seen.take(stops[:-1]), kind="relative_pose", value=se3.to_vector(away[:-1] @ se3.inverse(away[1:])), second=stops[1:],
-        frame=None, targets=(own,), sigma=None, used=None, group=CAMERA,
-    )  # fmt: skip
-    return replace(data, observations=(moved,))
-
-
 def locate_camera(pairs: PosePairs, options: Options | None = None, watch: Watch | None = None) -> HandEye:
     """Where camera and target are. Raises ModelError."""
     options = options or Options()
-    delay, machine = None, pairs.machine
+    delay, machine, freed = None, pairs.machine, None
+    found: Decision[Model]
     flipped = _flipped(pairs)
     kept = np.setdiff1d(np.arange(len(pairs.views)), flipped)
     pairs = pairs.take(kept)
@@ -132,7 +115,9 @@ def locate_camera(pairs: PosePairs, options: Options | None = None, watch: Watch
         found, delay, pairs, machine = _locate_late(pairs, machine, options, watch)
     else:
         found = _decide(pairs, pair_data(pairs, machine), options, watch)
-    values = found.values
+        if pairs.arm is not None and all(o.second is None for o in found.need_data.observations):
+            found, freed = _decide_with_arm(pairs.arm, found.need_data, options, watch)
+    values = (freed or found).values
     places = {n: se3.from_vector(np.array([values[f"{n}.{s}"] for s in FRAME_SYMBOLS])) for n in found.frames}
     if CAMERA in places and not pairs.in_hand:  # an instrument that stands on the base is stored the other way round
         places[CAMERA] = se3.inverse(places[CAMERA])
@@ -143,7 +128,7 @@ def locate_camera(pairs: PosePairs, options: Options | None = None, watch: Watch
         places[CAMERA] = machine[0] @ places[TARGET] @ se3.inverse(pairs.views[0])
     out = tuple(flipped.tolist())
     said = tell_flips([str(i + 1) for i in out], len(kept) + len(out))
-    return HandEye(found, places[CAMERA], places[TARGET], delay, out, said)
+    return HandEye(found, places[CAMERA], places[TARGET], delay, out, said, freed)
 
 
 def tell_flips(views: Sequence[str], total: int) -> tuple[Remark, ...]:
@@ -193,15 +178,20 @@ def _decide(pairs: PosePairs, data: DataSet, options: Options, watch: Watch | No
     found = decide(rig, data, options, watch)
     if pairs.sigma is not None:
         return found
-    if not pairs.metric and _drift(found) > DRIFT:
-        data = changes_alone(data, pairs.in_hand)
+    if not pairs.metric and follow_one_another(found):
+        whole = found.need_data
+        found = decide(rig, changes_alone(whole, pairs.in_hand), options, watch)
+        data = changes_alone(whole, pairs.in_hand, read_drift(found, whole, pairs.in_hand))
         found = decide(rig, data, options, watch)
     (seen,) = data.observations
     weighed = replace(seen, sigma=read_noise(found.need_fit, DELAY if late else None))
     return decide(rig, replace(data, observations=(weighed,)), options, watch)
 
 
-def _drift(found: Decision[Rig]) -> float:
-    """How alike residuals of neighbours are: 0 of noise, 1 of what adds up on the way."""
-    left = np.concatenate([r.value / r.value.std(axis=0) for r in found.residuals])
-    return float((left[1:] * left[:-1]).mean())
+def _decide_with_arm(
+    arm: JointedArm, data: DataSet, options: Options, watch: Watch | None
+) -> tuple[Decision[Model], Decision[Model] | None]:
+    """The same by joint values; and the decision on frames and arm, where errors of the arm are seen."""
+    where = replace(data.configurations, start=None, joints=arm.joints)
+    alone, together = free_arm(arm.machine, replace(data, configurations=where), options, watch)
+    return alone, None if together is alone else together

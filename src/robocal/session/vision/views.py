@@ -31,9 +31,9 @@ WIDTH = 420  # px, of a small picture
 class ViewSummary:
     """One view: its image, how many markers and corners it shows, the share of all numbers that any view shows, blur (px, the median), the
     length and direction by which it is smeared (px, deg), the share of bright pixels that may be cut off, the share of the image's parts
-    with corners, markers at the border, numbers seen twice, those that could not be fitted, those that are not on the sheet, whether it was
-    turned as its file says (EXIF), and of one marker alone the angles between each pose that it may have and facing the camera (deg,
-    through a common lens)."""
+    with corners, markers at the border, numbers seen twice, those that could not be fitted, those that are not on the sheet, whether its
+    file says to turn it (EXIF), which is not done, and of one marker alone the angles between each pose that it may have and facing the
+    camera (deg, through a common lens)."""
 
     view: str
     file: str

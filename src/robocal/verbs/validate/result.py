@@ -48,6 +48,7 @@ from robocal.session.arm import OpenedArm
 from robocal.session.inputs import Inputs, open_machine, read_inputs
 from robocal.session.opened import Opened
 from robocal.session.reference import offset_robot
+from robocal.session.run_frames import with_frames_of_run
 from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import Watch, computable
 
@@ -187,6 +188,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
     judged on the nominal robot, and compared with it where nothing else is named. Raises InputError."""
     inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
     _need_predictions(inputs)
+    inputs = with_frames_of_run(o.robot, inputs)
     other = None if o.against is None else open_machine(o.against, base=o.base, tip=o.tip)
     places = (inputs.opened.file.path, None if o.offsets is None else Path(o.offsets))
     inputs, used, left_out = unseen(inputs, places)

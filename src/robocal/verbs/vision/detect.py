@@ -42,7 +42,9 @@ class Options(BaseOptions):
     """
 
     images: Annotated[tuple[str, ...], IMAGES]
-    sheet: Path | None = option(None, "The YAML of a printed sheet, in place of dictionary, board and sizes", "FILE")
+    sheet: Path | None = option(
+        None, "The YAML of a printed sheet, or of a target of Kalibr; it says dictionary, board and sizes", "FILE"
+    )
     dictionary: str | None = option(
         None, "Dictionary of the markers: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original", "NAME"
     )

@@ -7,8 +7,8 @@ import numpy as np
 from robocal._jit import as_kernel_array
 from robocal._types import Array, Ints
 from robocal.vision.camera import project
-from robocal.vision.checker._kernels import SIZE, fit_crossing
-from robocal.vision.marker.fit import ideal_points, without_distortion
+from robocal.vision.checker._kernels import SIZE, fit_crossing, sum_crossing
+from robocal.vision.marker.fit import OTHER_LENS, bend_of, ideal_points, without_distortion
 from robocal.vision.sightings import BOARD, FAINT, METHODS, MISFIT, WHITE, Sighting
 
 __all__ = ["fit_saddles"]
@@ -25,7 +25,7 @@ def fit_saddles(levels: Array, numbers: Ints, start: Array, columns: int, lens: 
     """Inner corners of a board near start (k, 2), by number (k,) along rows of so many; None where fewer than four can be fitted.
 
     Those that cannot are left out. The covariance (2 k, 2 k) has a block for each corner. With a lens (n,), as in `vision.camera`, edges
-    are straight where there is no distortion.
+    are straight where there is no distortion; without one the covariance carries what a wide lens may bend.
     """
     at = {int(n): p for n, p in zip(numbers, start if lens is None else ideal_points(start, lens), strict=True)}
     kept, places, blocks, rest = [], [], [], []
@@ -107,8 +107,21 @@ def _fit(
         return None
     bright = grey > p[5]
     white = float((grey[bright] >= WHITE).mean()) if bright.any() else 0.0
-    found, by_ideal = (p[:2].copy(), np.eye(2)) if lens is None else _distorted(p[:2], lens)
-    return found, noise**2 * by_ideal @ spread @ by_ideal.T, (float(p[4]), noise, contrast, white)
+    facts = float(p[4]), noise, contrast, white
+    if lens is None:
+        return p[:2].copy(), noise**2 * spread + _may_bend(shown, su, sv, p, limit, levels.shape), facts
+    found, by_ideal = _distorted(p[:2], lens)
+    return found, noise**2 * by_ideal @ spread @ by_ideal.T, facts
+
+
+def _may_bend(grey: Array, u: Array, v: Array, p: Array, limit: float, shape: tuple[int, ...]) -> Array:
+    """The covariance (2, 2) of what a common lens, not known, would move a crossing by: the step of the fit if its pixels were bent."""
+    bent, left = bend_of(np.stack([u, v], axis=1), p[None, :2], shape)
+    g, a = np.empty(SIZE), np.empty((SIZE, SIZE))
+    at_u, at_v = as_kernel_array(u - bent[:, 0], v - bent[:, 1])
+    sum_crossing(grey, at_u, at_v, p, limit, g, a)
+    moved = left[0] - np.linalg.solve(np.tril(a) + np.tril(a, -1).T, g)[:2]
+    return np.asarray(np.outer(moved, moved) + OTHER_LENS**2 * (moved @ moved) / 2 * np.eye(2))
 
 
 def _distorted(place: Array, lens: Array) -> tuple[Array, Array]:

@@ -23,6 +23,7 @@ REACH = 4.0  # standard deviations beyond which an edge is not felt: 3e-5 of the
 BOX = 1.0 / 12.0  # px^2, the variance of a pixel's own width
 TAIL = 1.0 / 120.0  # px^4, less its fourth cumulant
 NEWTON = 12
+CUT = 254.5  # grey levels: the brightest that there is
 NEARLY, SURE = 0.01, 1e-3  # px, damping: a step so small is the last, and taken without another look at the pixels
 BLOCK = 64  # pixels that are summed at once
 NODES = 32  # of the table, per standard deviation: its series is right to 1e-8
@@ -224,7 +225,9 @@ def sum_pixels(grey, ideal, slope, p, cells, corners, limit, size, g, a, rest):
         residual = p[LIGHT] + p[LIGHT + 1] * x + p[LIGHT + 2] * y + gain * t - grey[i]
         rest[i] = residual
         weight = 1.0
-        if abs(residual) > limit:
+        if grey[i] >= CUT and residual > 0.0:  # cut off: it may have been as bright as that
+            rest[i] = residual = weight = 0.0
+        elif abs(residual) > limit:
             weight = limit / abs(residual)
             cost += limit * (abs(residual) - 0.5 * limit)
         else:

@@ -6,7 +6,7 @@ import numpy as np
 
 from robocal._jit import as_kernel_array
 from robocal._record import record
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.vision.camera import project
 from robocal.vision.marker._kernels import (
     BLUR,
@@ -22,7 +22,7 @@ from robocal.vision.marker._kernels import (
     sum_pixels,
 )
 
-__all__ = ["SQUARE", "MarkerFit", "fit_marker", "ideal_points", "without_distortion"]
+__all__ = ["OTHER_LENS", "SQUARE", "MarkerFit", "bend_of", "fit_marker", "ideal_points", "without_distortion"]
 
 # Corners in the order of detectors: top left, top right, bottom right, bottom left; Y down, as in the image.
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -33,6 +33,8 @@ FIRST_BLUR = 1.0  # px
 QUANTUM = 0.3  # grey levels: the step of a camera's numbers, as noise
 COARSE, COARSE_STILL = 600, 0.05  # pixels of the first look, and when it ends (px)
 STILL, SAME_PIXELS = 3e-3, 0.1  # tolerance: px: corners at rest; corners so little moved that the same pixels are used
+# tolerance: of the contrast, and of noise: a pixel that is off by more shows something else, as glare, and so may its neighbours
+FOREIGN, FOREIGN_RIM = (0.5, 6.0), 3  # px
 ROUNDS = 12  # grid: of pixels and fit; two or three end it
 OFF = 12.0  # tolerance: of chi-square with two degrees of freedom: what is in the square was printed off its place (1 of 400 by chance)
 OFF_LEAST = 0.03  # tolerance: cells: what is off by less may be the lens, or a sheet that is not flat; a print of 300 dpi is off by so much
@@ -74,9 +76,12 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     # Two cells of black around the code: the markers of an AprilGrid, between which there are squares.
     joined = bool((np.concatenate([cells[1], cells[-2], cells[:, 1], cells[:, -2]]) == 0).all())
     inside = np.empty(len(ideal), dtype=bool)
-    limit, noise, count = np.inf, 0.0, 0
+    limit, noise, count, foreign = np.inf, 0.0, 0, np.zeros(0, dtype=bool)
     for step in range(ROUNDS):
         count = choose(ideal, slope, p, p[BLUR], 2 * QUIET / len(cells), CLEAR, joined, inside)
+        if len(foreign):
+            inside &= ~foreign
+            count = int(inside.sum())
         if count < 2 * SIZE:
             return None
         thin = max(count // COARSE, 1) if step == 0 else 1
@@ -89,9 +94,16 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
         cost = fit_pixels(seen, at, by, p, ink, joints, limit, ROUNDS, STILL if step else COARSE_STILL, PRINT, a, rest)
         if not cost >= 0.0:
             return None
-        noise = float(np.sqrt(2 * cost / (len(seen) - SIZE)))
+        noise = _noise(cost, rest)
         limit = 3 * max(noise, QUANTUM)
-        if step > 0 and farthest(before, p) < SAME_PIXELS:
+        if step == 0:
+            continue
+        wrong = np.abs(rest) > max(FOREIGN[0] * abs(p[LIGHT + 3]), FOREIGN[1] * noise)
+        if wrong.any():
+            if not len(foreign):
+                foreign = np.zeros(len(grey), dtype=bool)
+            foreign |= _around(inside, wrong, box[2])
+        elif farthest(before, p) < SAME_PIXELS:
             break
     g, size = np.empty(SIZE), PRINT
     sum_pixels(seen, at, by, p, ink, joints, limit, SIZE, g, a, rest)
@@ -102,7 +114,7 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
                 cost = fit_pixels(seen, at, by, p, ink, joints, limit, ROUNDS, STILL, SIZE, a, rest)
                 if not cost >= 0.0:
                     return None
-                noise = float(np.sqrt(2 * cost / (len(seen) - SIZE)))
+                noise = _noise(cost, rest)
                 limit = 3 * max(noise, QUANTUM)
             sum_pixels(seen, at, by, p, ink, joints, limit, SIZE, g, a, rest)
         inverse = np.linalg.inv(_whole(a)[:size, :size])[:8, :8]
@@ -112,7 +124,7 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     spread = noise**2 * share_misfits(grey, inside, rest, box[2], limit, NEAR) * (by_h @ inverse @ by_h.T)
     if lens is None:
         # What the fit would be if that lens had moved the pixels: a step from here.
-        bent, left = _bend(at, found, image.shape)
+        bent, left = bend_of(at, found, image.shape)
         sum_pixels(seen, as_kernel_array(at - bent), by, p, ink, joints, limit, SIZE, g, a, rest)
         moved = left.ravel() - by_h @ np.linalg.solve(_whole(a)[:size, :size], g[:size])[:8]
         spread += np.outer(moved, moved) + (OTHER_LENS**2 * moved @ moved / 8) * np.eye(8)
@@ -126,6 +138,22 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     return MarkerFit(
         found, spread, float(p[BLUR]), float(p[SHIFT]), p[LIGHT:PRINT].copy(), noise, int(count), p[PRINT:].copy()
     )
+
+
+def _noise(cost: float, rest: Array) -> float:
+    """The standard deviation of a pixel by the robust cost and what is left; pixels that are cut off and may be right say nothing."""
+    return float(np.sqrt(2 * cost / max(int(np.count_nonzero(rest)) - SIZE, 1)))
+
+
+def _around(inside: Bools, wrong: Bools, width: int) -> Bools:
+    """The pixels (m,) of a box of `width` near those that are wrong, of which are inside."""
+    marked = np.zeros(len(inside), dtype=bool)
+    marked[np.flatnonzero(inside)[wrong]] = True
+    out = marked.reshape(-1, width)
+    for _ in range(FOREIGN_RIM):
+        wide = np.pad(out, 1)
+        out = wide[1:-1, 1:-1] | wide[:-2, 1:-1] | wide[2:, 1:-1] | wide[1:-1, :-2] | wide[1:-1, 2:]
+    return out.ravel()
 
 
 def _whole(a: Array) -> Array:
@@ -176,8 +204,8 @@ def ideal_points(points: Array, lens: Array) -> Array:
     return out
 
 
-def _bend(at: Array, found: Array, shape: tuple[int, ...]) -> tuple[Array, Array]:
-    """By how much a common lens, not known, would move pixels (m, 2) and corners (4, 2), less the affine part (px)."""
+def bend_of(at: Array, found: Array, shape: tuple[int, ...]) -> tuple[Array, Array]:
+    """By how much a common lens, not known, would move pixels (m, 2) and corners (k, 2), less the affine part (px)."""
     middle, focal = (np.array(shape[::-1]) - 1) / 2, COMMON_LENS[0] * shape[1]
 
     def moved(points: Array) -> Array:

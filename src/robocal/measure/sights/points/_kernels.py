@@ -159,17 +159,32 @@ def answer_wide(number, x, y, f):
 
 
 @kernel
-def place_points(rows, n, point, there, f, w):
-    """The tile w of n points, rows (n,): where `there` (3, 4) has them, seen from the origin of the frame f, in the axes of the camera."""
+def place_points(rows, n, point, growth, edge, there, f, w):
+    """The tile w of n points, rows (n,): where `there` (3, 4) has them, seen from the origin of the frame f, in the axes of the camera;
+    each is edge times growth from where it is stated."""
     a0, a1, a2, a3 = there[0, 0], there[0, 1], there[0, 2], there[0, 3]
     b0, b1, b2, b3 = there[1, 0], there[1, 1], there[1, 2], there[1, 3]
     c0, c1, c2, c3 = there[2, 0], there[2, 1], there[2, 2], there[2, 3]
     fx, fy, fz = f[0, 3], f[1, 3], f[2, 3]
     for i in range(n):
-        x, y, z = point[rows[i], 0], point[rows[i], 1], point[rows[i], 2]
+        at, by = point[rows[i]], growth[rows[i]]
+        x, y, z = at[0] + edge * by[0], at[1] + edge * by[1], at[2] + edge * by[2]
         lx, ly, lz = a0 * x + a1 * y + a2 * z + a3, b0 * x + b1 * y + b2 * z + b3, c0 * x + c1 * y + c2 * z + c3
         w[LX + i], w[LY + i], w[LZ + i] = lx, ly, lz
         w[X + i], w[Y + i], w[Z + i] = lx + fx, ly + fy, lz + fz
+
+
+@kernel
+def grow_points(rows, n, growth, there, w, out):
+    """out (2 n) <- the derivatives of the two pixels of n points of a tile, rows (n,), by the edge of what was printed, times what
+    multiplies them: those of u, then those of v."""
+    for i in range(n):
+        x, y, z = growth[rows[i], 0], growth[rows[i], 1], growth[rows[i], 2]
+        gx = there[0, 0] * x + there[0, 1] * y + there[0, 2] * z
+        gy = there[1, 0] * x + there[1, 1] * y + there[1, 2] * z
+        gz = there[2, 0] * x + there[2, 1] * y + there[2, 2] * z
+        out[i] = w[BY_U + i] * (w[UX + i] * gx + w[UY + i] * gy + w[UZ + i] * gz)
+        out[n + i] = w[BY_V + i] * (w[VX + i] * gx + w[VY + i] * gy + w[VZ + i] * gz)
 
 
 @kernel

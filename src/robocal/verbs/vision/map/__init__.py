@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "details", "run", "sections"]
 
-OF_A_NEW_MAP = ("size", "dictionary", "origin", "without", "fix", "prior")
+OF_A_NEW_MAP = ("size", "origin", "without", "fix", "prior")
 CORNERS = Arg(
     "CORNERS", "corners.csv of robocal vision detect, a table with view, marker, corner, u, v, or a folder of images."
 )
@@ -39,9 +39,11 @@ class Options(BaseOptions):
     robocal vision map corners.csv --lens lens.yaml --size 60 --size 7=120 --origin 7 -o map.yaml
     robocal vision map corners.csv --lens lens.yaml --size 60 --prior march.yaml -o june.yaml
     robocal vision map corners.csv --lens lens.yaml --held map.yaml -o poses.csv
+    robocal vision map photographs --lens lens.yaml --held map.yaml -o poses.csv
 
     The lens stays free within what lens.yaml says of it. A file of OpenCV, ROS or Kalibr says nothing: then f and c may
-    be off by 10 px, distortion by 0.1 (p1 and p2 by 0.01). All lengths are as true as the edges in --size.
+    be off by 10 px, distortion by 0.1 (p1 and p2 by 0.01). So are the edges in --size, within --size-sigma and
+    --size-scatter: views tell them beside one another, and sigma holds the scale that nothing else tells.
 
     "Located" means that views which were left out are met as well as the noise of corners allows. The origin of the
     coordinates is a marker; what the map may be off by is counted without a reference. With -o map.yaml, the covariance,
@@ -64,6 +66,12 @@ class Options(BaseOptions):
     )
     size: tuple[str, ...] = option(
         (), "Edge of the markers' black squares in mm, as measured; of some alone as 7=120", "[ID=]MM", listed=True
+    )
+    size_sigma: float = option(
+        0.2, "What all edges in --size together may be off by, in mm: ink, paper, gauge; 0: nothing", "MM", least=0
+    )
+    size_scatter: float = option(
+        0.3, "By how much edges differ from marker to marker, in percent; 0: not at all", "PERCENT", least=0
     )
     prior: Path | None = option(
         None, "What is known of the markers beforehand: surveyed tags, boards, the map of last month", "FILE"
