@@ -10,7 +10,7 @@ from lens_world import BOARD, LENS, SIZE, board_rows, see, write
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
-EPOCH = 1000.0  # s
+EPOCH = 1.7e9  # s
 
 
 def stream(folder, seed=3, *, delay=0.0, size=1.0, inhand=True, error=0.2, views=30):

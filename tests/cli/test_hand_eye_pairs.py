@@ -117,13 +117,13 @@ def test_times_from_nothing_in_another_unit(tmp_path):
     _, words = stream(tmp_path, views=12)
     log, views = tmp_path / "log.csv", tmp_path / "stream.csv"
     head, *rows = (line.split(",") for line in log.read_text().splitlines())
-    lines = [",".join([f"{(float(r[0]) - 1000) * 1e3:.0f}", *r[1:]]) for r in rows]
+    lines = [",".join([f"{(float(r[0]) - 1.7e9) * 1e3:.0f}", *r[1:]]) for r in rows]
     log.write_text("\n".join([",".join(["time", *head[1:]]), *lines]) + "\n")
     out = []
     for line in views.read_text().splitlines():
         cells = line.split(",")
         out.append(
-            ",".join(f"{float(c) / 1e9 - 1000:.6f}" if c.startswith("100") and len(c) == 13 else c for c in cells)
+            ",".join(f"{float(c) / 1e9 - 1.7e9:.6f}" if c.startswith("17") and len(c) == 19 else c for c in cells)
         )
     views.write_text("\n".join(out) + "\n")
     ran = robocal("vision", "hand-eye", *words)

@@ -36,7 +36,9 @@ def hand_eye_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     axes = "Axes of a camera: x to the right, y down, z forward, of the image."
     yield Section.of("Where they are", *map(listing_table, found.places), *quiet(f"{words} {axes}"), key="frames")
     if found.lens_numbers is not None:
-        yield Section.of("The lens", listing_table(found.lens_numbers), *quiet(found.opened.source.words), key="lens")
+        yield Section.of(
+            "The lens", listing_table(found.lens_numbers), *quiet(found.opened.source.description), key="lens"
+        )
     if found.unknowns is not None:
         yield Section.of("Clock and size", listing_table(found.unknowns), key="unknowns")
     if found.alternatives:

@@ -208,7 +208,7 @@ class HandEyeCalibration(VerdictResult):
             ("Camera", "in the hand" if self.opened.inhand else "beside the robot"),
             ("Views", f"{len(self.opened.views)}, paired {self.opened.pairs.description}"),
             ("Poses of the robot", self.opened.robot.notation),
-            ("Lens", self.opened.source.words),
+            ("Lens", self.opened.source.description),
         )
         return {"title": "Hand-eye calibration", "kind": "Hand-eye", "facts": facts}
 

@@ -44,7 +44,7 @@ class HandEyeViews:
     times: Array | None
     observations: Observations
     lens: Lens | None
-    words: str
+    description: str
     table: CornerTable | None
     detected: Detected | None
     target: RobotPoses | None
@@ -72,8 +72,8 @@ def read_views(o: Any, watch: Watch | None = None) -> HandEyeViews:
     obs = table.pixels
     options = {**obs.options, "camera": CAMERA, "intrinsics": lens.numbers, **_knowledge(o, lens)}
     return HandEyeViews(
-        names=table.data.configurations.ids, named=True, times=None, observations=replace(obs, options=options), lens=lens, words=words,
-        table=table, detected=detected, target=None, rolling=rolling,
+        names=table.data.configurations.ids, named=True, times=None, observations=replace(obs, options=options), lens=lens,
+        description=words, table=table, detected=detected, target=None, rolling=rolling,
         files=(*(table.files if detected is None else detected.inputs), *files),
         remarks=(*(() if detected is None else detected.remarks), *table.remarks),
     )  # fmt: skip
@@ -91,7 +91,7 @@ def _measured(o: Any) -> HandEyeViews:
     obs = Observations("pose", np.arange(len(read)), se3.to_vector(read.pose), group="poses", source=str(o.corners))
     return HandEyeViews(
         names=read.names or rows, named=read.names is not None, times=read.times, observations=obs, lens=None,
-        words=f"poses of a target: {read.notation}", table=None, detected=None, target=read, target_inverse=o.target_inverse,
+        description=f"poses of a target: {read.notation}", table=None, detected=None, target=read, target_inverse=o.target_inverse,
         files=read.files, remarks=(),
     )  # fmt: skip
 
