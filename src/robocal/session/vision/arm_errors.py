@@ -3,7 +3,7 @@
     x, g = argmin |W (r + J dx + J_g g)|^2 + |g / (k s)|^2
 
 s are the errors that making leaves of the arm's parameters g, and k by how much they are larger here, as the residuals of the frames alone
-tell it (`prove/frames_alone`). Where k is known, this is the best linear prediction of both. The frames alone would take the arm's errors for noise.
+tell it (`prove/frames_alone`). Where k is known, this is the best linear prediction of both. Frames alone take the arm's errors for noise.
 Source: Robinson, That BLUP is a good thing, Statistical Science 6 (1991).
 """
 

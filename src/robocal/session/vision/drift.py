@@ -19,7 +19,7 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Rig
 from robocal.prove.decision import Decision
 
-__all__ = ["Drift", "changes_alone", "follow_one_another", "read_drift"]
+__all__ = ["DriftShare", "changes_alone", "follow_one_another", "read_drift"]
 
 STEP, TURN = 0.05, 0.1  # grid: m, rad, of a change that is compared
 DRIFT = 0.5  # tolerance: of the correlation of neighbours: half of it adds up
@@ -27,7 +27,7 @@ FAR = 3.0  # tolerance: medians, beyond which an error counts as so large
 
 
 @record
-class Drift:
+class DriftShare:
     """Over how many views a change goes at most, the share of the robot in its errors, and the scale (one) where it was read."""
 
     views: int
@@ -42,7 +42,7 @@ def follow_one_another(found: Decision[Rig]) -> bool:
     return float((left[1:] * left[:-1]).mean()) > DRIFT
 
 
-def changes_alone(data: DataSet, in_hand: bool, drift: Drift | None = None) -> DataSet:
+def changes_alone(data: DataSet, in_hand: bool, drift: DriftShare | None = None) -> DataSet:
     """The same data as changes from each pose to the next that is far enough: of what drifts, these have errors of their own. With less
     way between them errors of the robot may be most of it, unless these are known to be small."""
     (seen,) = data.observations
@@ -71,11 +71,11 @@ def changes_alone(data: DataSet, in_hand: bool, drift: Drift | None = None) -> D
     return replace(data, observations=(moved,))
 
 
-def read_drift(found: Decision[Rig], data: DataSet, in_hand: bool) -> Drift:
+def read_drift(found: Decision[Rig], data: DataSet, in_hand: bool) -> DriftShare:
     """What changes from each view to the next are off by, where `found` has the frames."""
     (seen,) = found.need_data.observations
     scale = found.values[f"{seen.options['scale']}.scale"]
-    every = changes_alone(data, in_hand, Drift(1, 0.0, scale))
+    every = changes_alone(data, in_hand, DriftShare(1, 0.0, scale))
     made = build(found.model, every, values=found.values)
     left = made.residuals(made.start)[0].value
     views, shares = 1, []
@@ -86,7 +86,7 @@ def read_drift(found: Decision[Rig], data: DataSet, in_hand: bool) -> Drift:
     long = float(np.mean(np.diff(np.append(seen.configuration, seen.second[-1]))))  # type: ignore[index]
     adds, own = shares[0]
     whole = 2 * own + min(views, long) * adds
-    return Drift(min(views, len(data.configurations)), 2 * own / whole if whole > 0 else 0.0, scale)
+    return DriftShare(min(views, len(data.configurations)), 2 * own / whole if whole > 0 else 0.0, scale)
 
 
 def _variances(left: Array) -> tuple[float, float]:
