@@ -28,7 +28,7 @@ from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
 from robocal.session.vision.displaced import DisplacedMarker, with_map_prior
 from robocal.session.vision.map_moved import refuse_moved
-from robocal.session.vision.map_sizes import EdgeErrors, SizesFound, edges_of, find_sizes, size_of_all, with_edges
+from robocal.session.vision.map_sizes import EdgeErrors, MarkerSizes, edges_of, find_sizes, size_of_all, with_edges
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import move_map, project_covariance
@@ -51,7 +51,7 @@ class MapFit:
     cameras: Array
     lens: Lens
     displaced: tuple[DisplacedMarker, ...] = ()
-    sizes: SizesFound = SizesFound()
+    sizes: MarkerSizes = MarkerSizes()
 
 
 def fit_map(
@@ -94,20 +94,20 @@ def fit_map(
     return MapFit(made, move_map(known, move), move @ views, _lens_of(made, lens), displaced, sizes)
 
 
-def _sizes_of(made: Decision[Rig], table: CornerTable, edges: EdgeErrors | None, known: bool) -> SizesFound:
+def _sizes_of(made: Decision[Rig], table: CornerTable, edges: EdgeErrors | None, known: bool) -> MarkerSizes:
     """What edges look like beside one another, and beside distances where some are `known`."""
     names = [t.name for t in table.pixels.targets]
     rows = [f"{n}.{EDGE}" for n in names]
     total = without_scales(made.need_fit.total)
     if edges is None or not set(rows) <= set(total.names):
-        return SizesFound()
+        return MarkerSizes()
     at = [total.names.index(n) for n in rows]
     off = np.array([made.values[n] for n in rows])
     facts = edges_of(table), off, total.covariance[np.ix_(at, at)], edges
     if known:  # distances that contradict sizes are no fault of single markers
         larger, chance = size_of_all(*facts)
         if chance < MARKER_SIZE_CHANCE and abs(larger) > MARKER_SIZE:
-            return SizesFound(larger=larger)
+            return MarkerSizes(larger=larger)
     return find_sizes(names, *facts)
 
 

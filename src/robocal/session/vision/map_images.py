@@ -25,7 +25,7 @@ from robocal.session.vision.map_table import read_map_table, sizes_of
 from robocal.vision.lenses import Lens
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["open_corners", "open_held_corners"]
+__all__ = ["open_corners", "open_corners_of_map"]
 
 ALREADY = "the corners were detected already"
 # A map joins markers itself, and has their sizes from its own option.
@@ -60,7 +60,7 @@ def fit_with_images(
     return table, made[0]
 
 
-def open_held_corners(o: Any, known: MarkerMap, lens: Lens, watch: Watch | None = None) -> CornerTable:
+def open_corners_of_map(o: Any, known: MarkerMap, lens: Lens, watch: Watch | None = None) -> CornerTable:
     """Corners of markers of a map, of a list or of photographs; of any size: places on markers are those of the map. Raises InputError."""
     image = o.image or (None if lens.size is None else "{}x{}".format(*lens.size))
     told: dict[str, Any] = {"size": 1e3 * float(known.size[0]), "square": None, "checker": None, "sheet": None}

@@ -23,7 +23,7 @@ from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_errors import CornerErrors
 from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.map_moved import MarkerMotion
-from robocal.session.vision.map_sizes import SizesFound
+from robocal.session.vision.map_sizes import MarkerSizes
 from robocal.vision.lenses import Lens
 
 __all__ = ["judge_map", "remarks_of_map"]
@@ -40,7 +40,7 @@ def judge_map(
     made: Decision[Rig],
     off: CornerErrors,
     moved: Sequence[MarkerMotion],
-    sizes: SizesFound,
+    sizes: MarkerSizes,
     width: int,
     ids: Sequence[str],
 ) -> Verdict:
@@ -64,7 +64,7 @@ def _against(
     made: Decision[Rig],
     off: CornerErrors,
     moved: Sequence[MarkerMotion],
-    sizes: SizesFound,
+    sizes: MarkerSizes,
     width: int,
     ids: Sequence[str],
 ) -> Iterator[Finding]:

@@ -26,7 +26,7 @@ from robocal.remarks.remark import Quantity, Remark, percent
 from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
 from robocal.session.vision.corner_table import CornerTable
-from robocal.session.vision.map_images import open_held_corners
+from robocal.session.vision.map_images import open_corners_of_map
 from robocal.session.vision.map_sizes import EdgeErrors
 from robocal.session.vision.place_views import LocatedViews, locate_views
 from robocal.session.watching import computable
@@ -181,7 +181,7 @@ def find_places(
         raise ModelError("images are placed through a lens", key="--lens", expected=expected)
     through = read_lens(o.lens)
     if table is None:
-        table = open_held_corners(o, known, through.lens, watch)
+        table = open_corners_of_map(o, known, through.lens, watch)
     lens = through.lens
     if lens.size is not None and lens.size != table.size:
         found, expected = "{} x {}".format(*lens.size), "{} x {} px, as the corners".format(*table.size)

@@ -26,7 +26,7 @@ from robocal.measure.pixels import EDGE, GROWTH
 from robocal.parameters import Together
 from robocal.session.vision.corner_table import CornerTable
 
-__all__ = ["EdgeErrors", "MarkerSize", "SizesFound", "edges_of", "find_sizes", "size_of_all", "with_edges"]
+__all__ = ["EdgeErrors", "MarkerSize", "MarkerSizes", "edges_of", "find_sizes", "size_of_all", "with_edges"]
 
 FINEST = 1e-6  # tolerance: m: no edge is known better, and a prior that is exact in some direction has no inverse
 SEEN = 1e-4  # tolerance: of the information: the size of all together, which no view tells
@@ -48,7 +48,7 @@ class EdgeErrors:
 
 
 @record
-class SizesFound:
+class MarkerSizes:
     """Markers whose edges the others contradict; by how much edges scatter (of themselves), where that is more than was told; and by how
     much all are larger beside known distances (of themselves), where they are."""
 
@@ -90,7 +90,7 @@ def edges_of(table: CornerTable) -> Array:
     return np.asarray(2 * np.abs(obs.extra["point"][first, 0]))
 
 
-def find_sizes(names: Sequence[str], told: Array, off: Array, spread: Array, errors: EdgeErrors) -> SizesFound:
+def find_sizes(names: Sequence[str], told: Array, off: Array, spread: Array, errors: EdgeErrors) -> MarkerSizes:
     """Of edges that are told (M,), what they were found to be off by (M,) with its covariance (M, M), and what was believed of it; the
     worst first."""
     prior = errors.covariance(told)
@@ -116,7 +116,7 @@ def find_sizes(names: Sequence[str], told: Array, off: Array, spread: Array, err
     now = np.linalg.inv(data + np.linalg.inv(prior))
     e = now @ pull
     wrong = tuple(MarkerSize(names[k], float(told[k]), float(told[k] + e[k]), g) for k, g in gone.items())
-    return SizesFound(wrong, _scatter(e, now, prior, told, errors))
+    return MarkerSizes(wrong, _scatter(e, now, prior, told, errors))
 
 
 def size_of_all(told: Array, off: Array, spread: Array, errors: EdgeErrors) -> tuple[float, float]:
