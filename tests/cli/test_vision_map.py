@@ -198,6 +198,24 @@ def test_edges_that_scatter_more_than_told_are_no_map(tmp_path, lens):
     assert status == 0 and "marker-sizes-scatter" not in codes(told)  # obeys: marker-sizes-scatter
 
 
+@pytest.mark.parametrize("scatter", ["0.03", "0"])
+def test_edges_that_were_said_to_be_finer_scatter_all_the_same(tmp_path, lens, scatter):
+    """Views that see edges no better than they are told stretch them by less: by how much they scatter is found nevertheless."""
+    rng, poses, views, edges = world(count=20)
+    edges = edges * (1 + np.random.default_rng(3).normal(0, 0.015, len(edges)))
+    place = corners(tmp_path, map_rows(sightings(poses, views, edges), NOISE, rng))
+    told, status = find(lens, place, "--size", "60", "--size-sigma", "0.02", "--size-scatter", scatter)
+    (said,) = [r for r in told["verdict"]["remarks"] if r["code"] == "marker-sizes-scatter"]
+    assert status == 3 and 0.8 < said["numbers"]["found"] < 2.5
+    assert "prior-contradicted" not in codes(told)  # the verdict has it
+
+
+def test_what_sigma_holds_is_told(tmp_path, lens):
+    """Of all lengths together too: a sentence that says otherwise contradicts the numbers above it."""
+    ran = run("vision", "map", usual(tmp_path)[0], "--lens", lens, "--size", "60")
+    assert "no scale" not in ran.said and "; sigma holds it" in ran.said
+
+
 @pytest.mark.parametrize(("times", "scatter"), [(1.01, "0.1"), (1.02, "0.3"), (1.1, "0.3")])
 def test_a_marker_of_another_size_is_named(tmp_path, lens, times, scatter):
     """One percent is three times by what edges scatter as a rule: it is named where they are told to scatter less."""

@@ -110,6 +110,14 @@ def test_a_lens_that_is_found_beside_the_camera(tmp_path):
     assert np.abs(off_by(told, made)).max() < 4
 
 
+def test_a_right_lens_is_not_contradicted_by_the_arms_errors(tmp_path):
+    """They move all corners of a view alike: corners one by one would be 12 sigma sure of a wrong focal length."""
+    made = world(seed=4)
+    words = (corners(tmp_path, made), poses(tmp_path, made.told), "--lens", lens_file(tmp_path), "--image", IMAGE)
+    told, _ = hand_eye(*words, "--free-lens")
+    assert "lens-contradicted" not in codes(told)
+
+
 def test_a_lens_that_nobody_gives(tmp_path):
     """--free-lens alone begins with the lens that the views tell; views that are not tilted tell none."""
     made = world(5, count=20)

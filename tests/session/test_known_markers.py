@@ -80,6 +80,25 @@ def test_a_marker_that_moved_since_is_named_and_not_believed(tmp_path, known):
     assert not find(tmp_path, with_it, moved, count=12).remarks
 
 
+def test_a_prior_that_many_markers_contradict_is_refused(tmp_path, known):
+    """Single markers are named and let go; of more it is the prior that is wrong, and none of them is believed."""
+    vector = known.vector.copy()
+    vector[2:7, :3] += np.random.default_rng(5).uniform(-0.01, 0.01, (5, 3))
+    with pytest.raises(ModelError, match="more than single markers contradict the prior") as error:
+        find(tmp_path, known, replace(known, vector=vector), count=12)
+    assert error.value.key == "--prior"
+
+
+def test_a_slip_of_the_comma_is_one_marker(tmp_path, known):
+    """It is no unit of the whole file, and how far off it is is no small step."""
+    vector = known.vector.copy()
+    vector[0, 0] *= 10
+    made = find(tmp_path, replace(known, vector=vector), known, count=12)
+    (named,) = made.result.fit.displaced
+    away = float(np.linalg.norm(vector[0, :3] - known.vector[0, :3]))
+    assert named.change.name == "0" and named.change.distance == pytest.approx(away, rel=0.01)
+
+
 def test_boards_of_tagslam_are_a_prior(tmp_path, known):
     """Markers 0 and 1 are a board of two rows, as printed, and so is nothing else; the board has no pose in the world."""
     poses = known.poses.copy()

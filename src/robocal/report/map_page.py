@@ -56,14 +56,15 @@ def map_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
         )
     )
     prior = (
-        "" if found.stated else "; its file states no sigma: f and c are taken to be known to 10 px, distortion to 0.1"
+        () if found.stated else ("the lens states no sigma: f and c are taken to be known to 10 px, distortion to 0.1",)
     )
     yield Section.of(
         "",
         *lines,
         *quiet(
-            f"origin: marker {found.origin}, a choice of coordinates; sigma counts no motion of the whole map, and no scale",
-            f"all lengths are as true as the edges of the markers{prior}",
+            f"origin: marker {found.origin}, a choice of coordinates; sigma counts no motion of the whole map",
+            "all lengths together are as true as the edges of the markers, or distances in --prior; sigma holds it",
+            *prior,
         ),
     )
     shown = [c for c in found.markers.columns if c.name in SHOWN]

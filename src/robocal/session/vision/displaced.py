@@ -14,6 +14,7 @@ from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import uncertainty
 from robocal.geometry import se3
+from robocal.geometry.fits import rigid
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Rig
@@ -24,13 +25,21 @@ from robocal.session.vision.map_sizes import EdgeErrors, with_edges
 from robocal.vision.map_gauge import take_markers
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["DisplacedMarker", "exclude_markers", "find_displaced", "with_map_prior"]
+__all__ = [
+    "DisplacedMarker",
+    "exclude_markers",
+    "find_displaced",
+    "measure_displaced",
+    "most_displaced",
+    "with_map_prior",
+]
 
 FEW, SHARE = 3, 8  # grid: markers that are looked for, or one in so many: of more it is the prior that is wrong
 FINEST = 1e-9  # tolerance: m: markers that lie in one place
 UNITS = {  # by how much a length is too large that is read in one unit, and meant in another
     1000.0: ("m", "mm"), 1e-3: ("mm", "m"), 100.0: ("m", "cm"), 10.0: ("cm", "mm"), 0.1: ("mm", "cm"),
-    1 / 25.4: ("mm", "inch"), 25.4: ("inch", "mm"), 1 / 0.0254: ("m", "inch"), 0.0254: ("inch", "m"),
+    1 / 25.4: ("mm", "inch"), 25.4: ("inch", "mm"), 1 / 0.0254: ("m", "inch"), 0.0254: ("inch", "m"), 2.54: ("inch", "cm"),
+    1 / 2.54: ("cm", "inch"),
 }  # fmt: skip
 SAME_SIZE = 0.02  # tolerance: of the edge: printers scale by less
 
@@ -45,11 +54,12 @@ class DisplacedMarker:
 
 def find_displaced(data: DataSet, prior: MapPrior, loss: str) -> tuple[DisplacedMarker, ...]:
     """Under the stated noise, for a large contradiction passes for noise otherwise; each has to contradict by more than the noise that is
-    left without it. `data` have the targets of the prior, and what these share."""
+    left without it. `data` have the targets of the prior, and what these share. One more than `most_displaced` is looked for: where it
+    is found, no single markers are wrong."""
     out: list[DisplacedMarker] = []
     names = [t.name for t in prior.targets if t.prior is not None]
     gone: list[str] = []
-    while prior.together and len(gone) < max(FEW, len(names) // SHARE):
+    while prior.together and len(gone) <= most_displaced(prior):
         made = build(Rig(CAMERA), exclude_markers(data, gone)).with_loss(loss)
         x = least_squares(made, made.start).x
         rest = [m for m in find_contradictions(prior, _map_of(made, x, names)) if m.name not in gone]
@@ -63,6 +73,11 @@ def find_displaced(data: DataSet, prior: MapPrior, loss: str) -> tuple[Displaced
         out.append(DisplacedMarker(rest[0], alike[0] if alike else ""))
         gone.append(rest[0].name)
     return tuple(out)
+
+
+def most_displaced(prior: MapPrior) -> int:
+    """How many markers may contradict a prior that is right of the others."""
+    return max(FEW, sum(t.prior is not None for t in prior.targets) // SHARE)
 
 
 def _map_of(problem: Problem, x: Array, names: Sequence[str]) -> MarkerMap:
@@ -91,11 +106,37 @@ def with_map_prior(
     _refuse_others(table, maps)
     data, prior = _believe(table.data, maps)
     displaced = find_displaced(with_edges(replace(table, data=data), edges).data, prior, loss)
+    if len(displaced) > most_displaced(prior):
+        raise ModelError(
+            "more than single markers contradict the prior", key="--prior",
+            found=f"{', '.join(m.change.name for m in displaced)} stand elsewhere, and perhaps others",
+            expected="a map of these markers as they stand now; leave those that moved out of the file",
+        )  # fmt: skip
     if displaced:
         gone = {m.change.name for m in displaced}
         rest = [[n for n in m.names if n not in gone] for m in maps]
         data, _ = _believe(table.data, [take_markers(m, names) for m, names in zip(maps, rest, strict=True) if names])
     return replace(table, data=data), displaced
+
+
+def measure_displaced(
+    displaced: Sequence[DisplacedMarker], maps: Sequence[MarkerMap], found: MarkerMap
+) -> tuple[DisplacedMarker, ...]:
+    """The same with how far each stands from where its map has it, the others of that map laid over `found`: a step of a fit that is as
+    long as a room says it of small ones only."""
+    gone, out = {m.change.name for m in displaced}, []
+    for m in displaced:
+        (known,) = (k for k in maps if m.change.name in k.names)
+        rest = [n for n in known.names if n in found.names and n not in gone]
+        if not rest:
+            out.append(m)
+            continue
+        a, b = (take_markers(replace(k, covariance=None), [*rest, m.change.name]) for k in (known, found))
+        there = rigid(a.corners[:-1].reshape(-1, 3), b.corners[:-1].reshape(-1, 3)) @ a.poses[-1]
+        step, turn = se3.displacement(there, b.poses[-1])
+        change = replace(m.change, distance=float(np.linalg.norm(step)), turn=float(np.linalg.norm(turn)))
+        out.append(replace(m, change=change))
+    return tuple(out)
 
 
 def _refuse_others(table: CornerTable, maps: Sequence[MarkerMap]) -> None:
@@ -123,8 +164,10 @@ def _refuse_units(table: CornerTable, maps: Sequence[MarkerMap]) -> None:
         if len(some) < 2:
             continue
         seen, told = np.array([at[m.names[i]] for i in some]), m.vector[some, :3]
-        spread = [float(np.linalg.norm(v - v.mean(axis=0))) for v in (told, seen)]
-        ratio = spread[0] / max(spread[1], FINEST)
+        # By the median of pairs: one marker with a slip of its comma is no unit.
+        pairs = np.triu_indices(len(some), 1)
+        apart = [np.maximum(np.linalg.norm(v[pairs[0]] - v[pairs[1]], axis=1), FINEST) for v in (told, seen)]
+        ratio = float(np.median(apart[0] / apart[1]))
         for factor, (wrong, right) in UNITS.items():
             if abs(np.log(ratio / factor)) < CELL_UNIT_NEAR:
                 raise ModelError(

@@ -34,17 +34,16 @@ EVEN = ("k3", "k4", "k5", "k6")  # powers that stay as they are: few views tell 
 
 
 def contradict_lens(opened: HandEyeData, made: Decision[Rig], normal: float) -> tuple[Remark | None, bool]:
-    """A lens that leaves what was given for it, and whether that is enough to put a camera elsewhere: as it was found with the robot where
-    it was free, else as the views alone say, each with a pose of its own."""
+    """A lens that leaves what was given for it, and whether that is enough to put a camera elsewhere: as the views alone say, each
+    with a pose of its own: errors of the robot move all corners of a view, and bend a lens that is found beside it."""
     if opened.lens is None:
         return None, False
     given = dict(zip(opened.lens.kind.symbols, opened.lens.numbers, strict=True))
-    fit = made.need_fit
-    sigma = dict(zip(fit.problem.free, fit.uncertainty.sigma.tolist(), strict=True))
-    found = {s: (made.values[f"{CAMERA}.{s}"], sigma[f"{CAMERA}.{s}"]) for s in given if f"{CAMERA}.{s}" in sigma}
-    alone = not found
-    if alone:
-        found = _by_views(opened, made)
+    names, covariance = made.spread
+    sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    beside = {s: (made.values[f"{CAMERA}.{s}"], sigma[f"{CAMERA}.{s}"]) for s in given if f"{CAMERA}.{s}" in sigma}
+    alone = not beside
+    found = _by_views(opened, made) or beside
     # A lens whose file states sigma may be off by it.
     found = {s: (v, float(np.hypot(e, opened.lens.sigma.get(s, 0.0)))) for s, (v, e) in found.items()}
     off = {
@@ -52,11 +51,11 @@ def contradict_lens(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
     }
     if not off:
         return None, False
-    names = tuple(f"{s} {given[s]:.5g} given, {found[s][0]:.5g} found" for s in off)
+    changes = tuple(f"{s} {given[s]:.5g} given, {found[s][0]:.5g} found" for s in off)
     distance = float(np.median(np.linalg.norm(opened.target_views()[1][:, :3, 3], axis=1)))
     most = max((abs(found[s][0] - given[s]) * distance / given["fx"] for s in off if s in PIXELS), default=0.0)
     material = most > LENS_MATERIAL * normal if alone else _pull(opened, made) > LENS_PULL
-    return Remark.of(Code.LENS_CONTRADICTED, names=names, z=max(off.values())), material
+    return Remark.of(Code.LENS_CONTRADICTED, names=changes, z=max(off.values())), material
 
 
 def _pull(opened: HandEyeData, made: Decision[Rig]) -> float:

@@ -26,7 +26,7 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
-from robocal.session.vision.displaced import DisplacedMarker, with_map_prior
+from robocal.session.vision.displaced import DisplacedMarker, measure_displaced, with_map_prior
 from robocal.session.vision.map_moved import refuse_moved
 from robocal.session.vision.map_sizes import EdgeErrors, MarkerSizes, edges_of, find_sizes, size_of_all, with_edges
 from robocal.session.vision.marker_places import place_markers
@@ -86,6 +86,7 @@ def fit_map(
     ended = least_squares(fit.problem, fit.solution.x, cost_tolerance=EXACT)
     made = replace(made, fit=replace(fit, solution=replace(fit.solution, x=ended.x, cost=ended.cost)))
     known = _map_of(made, begun, source)
+    displaced = measure_displaced(displaced, prior, known)
     views = se3.inverse(se3.from_vector(made.need_fit.problem.values_of(0, ended.x)[0].reshape(-1, 6)))
     seen = np.bincount(begun.pixels.target if begun.pixels.target is not None else (), minlength=len(known.names))
     first = known.names.index(origin) if origin is not None else int(seen.argmax())

@@ -13,7 +13,9 @@ from robocal._record import replace
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When, doubt, qualify
 from robocal.diagnose.check_registry import run as run_checks
 from robocal.diagnose.limits import LENS_CONTRADICTED, LENS_MISSES, MAP_ASIDE, MAP_MISSES, MAP_UNSEEN, MAP_WEAK
+from robocal.diagnose.stated_priors import CONTRADICTED
 from robocal.measure.machine import Rig
+from robocal.measure.pixels import EDGE
 from robocal.prove.decision import REGION, Decision
 from robocal.prove.evidence import Gain
 from robocal.prove.frame_checks import OPEN
@@ -127,15 +129,22 @@ def _miss(made: Decision[Rig], off: CornerErrors, width: int) -> Finding | None:
     return level(Code.MAP_MISSES, left=Quantity(axis, "px"), times=axis / stated, exact=exact or None)
 
 
+def _told(name: str, sizes: SizesFound) -> bool:
+    """Whether a contradicted prior is told in words of maps: of the lens always, of edges where the verdict has them."""
+    owner, _, symbol = name.rpartition(".")
+    return owner == CAMERA or (symbol == EDGE and sizes != SizesFound())
+
+
 def remarks_of_map(
-    made: Decision[Rig], off: CornerErrors, given: Lens, found: Lens, few: Sequence[str]
+    made: Decision[Rig], off: CornerErrors, sizes: SizesFound, given: Lens, found: Lens, few: Sequence[str]
 ) -> list[Remark]:
-    """What else is to be said: of the data, of the fit, of the lens, and of markers that `few` views show."""
+    """What else is to be said: of the data, of the fit, of the lens, and of markers that `few` views show. Of `sizes` the verdict tells
+    all; of the lens what is below."""
     out = [
         f.remark
         for when in (When.DATA, When.FIT)
         for f in run_checks(when, made, DIAGNOSE, PROVE, skip=(*made.silent, *SILENT))
-        if f.code not in OWN
+        if f.code not in OWN and not (f.code == CONTRADICTED and _told(str(f.numbers["name"]), sizes))
     ]
     missed = _miss(made, off, given.size[0]) if given.size else None
     if missed is not None and missed.level == "doubt":

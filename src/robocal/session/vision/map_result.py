@@ -273,7 +273,7 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
             files=files, reasons=verdict.reasons, inputs=(*table.files, read.file, *([before.file] if before else [])), command=command,
         )  # fmt: skip
         few = [n for n, k in zip(fit.map.names, found.many.tolist(), strict=True) if k < MAP_WEAK]
-        beside = remarks_of_map(fit.decision, off, given, fit.lens, few)
+        beside = remarks_of_map(fit.decision, off, fit.sizes, given, fit.lens, few)
     if before is not None:
         beside = [*before.file.remarks, *_displaced(fit, before), *beside]
     return replace(found, warnings=(*table.remarks, *beside))

@@ -131,12 +131,16 @@ def size_of_all(told: Array, off: Array, spread: Array, errors: EdgeErrors) -> t
 
 
 def _scatter(e: Array, now: Array, prior: Array, told: Array, errors: EdgeErrors) -> float | None:
-    """By how much edges scatter, where chance does not make as much of what was told: of all combinations that views see."""
+    """By how much edges scatter, where chance does not make as much of what was told: of all combinations that views see.
+
+    w^T S^-1 w = dof + (found^2 - scatter^2) tr(S diag(told^2)) in the mean: views that see edges dimly stretch w by less.
+    """
     information = np.linalg.inv(prior)
     scale = np.sqrt(np.diag(prior))
     w = scale * (information @ e)
     values, along = np.linalg.eigh(np.outer(scale, scale) * (information - information @ now @ information))
     some = values > SEEN * values[-1]
     chi2, dof = float(np.sum((along.T[some] @ w) ** 2 / values[some])), int(some.sum())
-    found = float(np.sqrt(chi2 / max(dof, 1)) * np.hypot(errors.scatter, FINEST / np.median(told)))
+    seen = float(values[some] @ ((told / scale) ** 2 @ along[:, some] ** 2))
+    found = float(np.sqrt(errors.scatter**2 + max(chi2 - dof, 0.0) / seen)) if seen > 0 else 0.0
     return found if found > MARKER_SIZE and scipy.special.chdtrc(dof, chi2) < MARKER_SIZE_CHANCE else None

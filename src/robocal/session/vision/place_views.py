@@ -34,7 +34,7 @@ from robocal.measure.machine import Rig
 from robocal.measure.pixels import EDGE, rays
 from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable
-from robocal.session.vision.displaced import exclude_markers, find_displaced
+from robocal.session.vision.displaced import exclude_markers, find_displaced, most_displaced
 from robocal.session.vision.map_prior import FIXED, MapPrior, prior_targets
 from robocal.session.vision.map_sizes import EdgeErrors, size_of_all, with_edges
 from robocal.vision.lenses import Lens
@@ -103,7 +103,7 @@ def locate_views(
     data = _begin(data, map_of)
     every = np.arange(len(data.configurations))
     clean = sift(Rig(CAMERA), data, every, watch).data
-    moved = {m.change.name: m.other for m in find_displaced(clean, prior, "none")}
+    moved = {m.change.name: m.other for m in find_displaced(clean, prior, "none")[: most_displaced(prior)]}
     clean = with_edges(replace(table, data=exclude_markers(clean, [*moved])), edges).data
     noisy, x = _fit(clean)
     covariance = _local_covariance(noisy, x)
