@@ -110,6 +110,8 @@ def test_a_probe_at_rest_says_nothing_of_the_size_of_a_phantom():
     """Without motion a list of any size leaves as much in proportion: no factor is better than another."""
     data, _ = draw(5)
     (obs,) = data.observations
-    still = replace(data.configurations, start=np.repeat(data.configurations.starts[:1], len(data.configurations), axis=0))
+    still = replace(
+        data.configurations, start=np.repeat(data.configurations.starts[:1], len(data.configurations), axis=0)
+    )
     _, codes = said(DataSet(still, (obs,)))
     assert "phantom-unit" not in codes

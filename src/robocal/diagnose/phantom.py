@@ -133,9 +133,7 @@ def _rows(context: Context[Model], obs: Observations) -> _PhantomRows | None:
         return None
     at = obs.extra[AT][known][first]
     across = obs.extra[ACROSS][known][first] if ACROSS in obs.extra else np.broadcast_to(np.eye(3), (len(at), 3, 3))
-    return _PhantomRows(
-        carried[known], obs.extra[IMAGE][known], which.ravel(), at, across
-    )
+    return _PhantomRows(carried[known], obs.extra[IMAGE][known], which.ravel(), at, across)
 
 
 def _others(rows: _PhantomRows, obs: Observations) -> Iterator[tuple[_PhantomRows, str, dict[str, Number]]]:

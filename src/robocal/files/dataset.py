@@ -250,7 +250,10 @@ def _prior(
         given.given, "a prior around a place that nobody states", (*at, "prior"), expected="xyz beside prior"
     )
     document.insist(
-        given.free is not False, "a prior around a place that is fixed", (*at, "prior"), expected="prior, or free: false"
+        given.free is not False,
+        "a prior around a place that is fixed",
+        (*at, "prior"),
+        expected="prior, or free: false",
     )
     return (*[units.length.to_si(given.prior.length)] * 3, *[units.angle.to_si(given.prior.angle)] * 3)
 

@@ -85,7 +85,8 @@ def read_robot_poses(
     option: str = "--units",
 ) -> RobotPoses:
     """Reads poses; `maker` of MAKERS, `euler` an order of axes, `units` as "mm,deg" in place of what headers say, `quaternion`: xyzw or
-    wxyz, in place of what they mean; `vector`: three angles are a rotation vector; `option` is where a person states `units`, "" where nowhere. Raises FileError, FormatError, ModelError."""
+    wxyz, in place of what they mean; `vector`: three angles are a rotation vector; `option`
+    states units, if any does. Raises FileError, FormatError, ModelError."""
     if maker is not None and euler is not None:
         raise ModelError("the maker says how angles turn", key="--euler", found=euler, expected="--maker or --euler")
     if euler is not None and (
@@ -95,7 +96,9 @@ def read_robot_poses(
         raise ModelError("no order of three axes", key="--euler", found=euler, expected=expected)
     source = FolderSource.read(place) if place.is_dir() else TableSource(replace(read_csv(place), alone=True))
     length, angle = stated_units(units)
-    return _Reader(source, MAKERS.get(maker or ""), maker or "", euler, length, angle, quaternion, vector, option).read()
+    return _Reader(
+        source, MAKERS.get(maker or ""), maker or "", euler, length, angle, quaternion, vector, option
+    ).read()
 
 
 def stated_units(units: str | None) -> tuple[Unit | None, Unit | None]:

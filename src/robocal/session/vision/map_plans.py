@@ -163,7 +163,10 @@ def predict_plans(o: Any, watch: Watch | None = None, command: str = "") -> MapP
     size = image_size(o.image, read.lens.size, "--image 1920x1080, or image: [1920, 1080] in the lens' file")
     if read.lens.size not in (None, size):
         raise ModelError(
-            "the lens is of images of another size", key="--image", found=o.image, expected="{} x {}".format(*read.lens.size)
+            "the lens is of images of another size",
+            key="--image",
+            found=o.image,
+            expected="{} x {}".format(*read.lens.size),
         )
     lens = lens_with_prior(replace(read.lens, size=size))
     survey = None if o.survey is None else 1e-3 * o.survey
@@ -237,7 +240,9 @@ def _numbers(words: tuple[str, ...], key: str, above: float = -np.inf, most: flo
         except ValueError:
             value = np.nan
         if not (above < value and abs(value) <= most and np.isfinite(value)):
-            expected = "a number" + (" above 0" if above == 0 else f" from {-most:g} to {most:g}" if np.isfinite(most) else "")
+            expected = "a number" + (
+                " above 0" if above == 0 else f" from {-most:g} to {most:g}" if np.isfinite(most) else ""
+            )
             raise ModelError("not a number that this can be", key=key, found=word, expected=expected)
         out.append(value)
     return out
