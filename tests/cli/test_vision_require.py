@@ -63,9 +63,23 @@ def test_every_combination_is_a_row_and_a_folder_has_a_page(world, tmp_path):
         ((*GRID, "--size", "-3"), "not a number that this can be"),
         ((*GRID, "--size", "300"), "markers would overlap"),
         ((*GRID, "--size", "1"), "no pose shows a marker"),
-        ((*GRID, "--size", "60", "--tilt", "80"), "up to 60"),
+        ((*GRID, "--size", "60", "--tilt", "80"), "from -60 to 60"),
+        ((*GRID, "--size", "60", "--tilt=-80"), "from -60 to 60"),
+        ((*GRID, "--size", "60,1"), "markers of 1 mm"),
+        ((*GRID, "--size", "60", "--image", "2560x2048"), "the lens is of images of another size"),
     ],
 )
 def test_what_cannot_be_planned_is_said(world, words, found):
     done = require(world, *words)
     assert done.status == 2 and found in done.said
+
+
+def test_degrees_without_a_unit_are_mended_by_their_header(world, tmp_path):
+    """There is no option for units here, so that none is advised."""
+    text = (world / "poses.csv").read_text()
+    (tmp_path / "poses.csv").write_text(text.replace(" [deg]", ""))
+    words = ("--lens", str(world / "lens.yaml"), *GRID, "--size", "60")
+    bare = robocal("vision", "require", str(tmp_path / "poses.csv"), *words)
+    assert bare.status == 2 and "rx [deg] in the header" in bare.said and "--units" not in bare.said
+    (tmp_path / "poses.csv").write_text(text)
+    assert robocal("vision", "require", str(tmp_path / "poses.csv"), *words).status == 0

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from probe_world import NAMES, PIXEL, RIG, draw
+from probe_world import NAMES, PIXEL, RIG, WIRES, draw
 
 from robocal.fit.options import Options
 from robocal.measure.data import DataSet
+from robocal.measure.plane_points import across
 from robocal.prove.identify import identify
 
 
@@ -38,6 +39,15 @@ def mirror(data):
     return change(data, at=obs.extra["at"] * signs, across=obs.extra["across"] * signs)
 
 
+def move_wire(data, by, name="H3"):
+    """The data with the list of the phantom wrong at the back end of one wire."""
+    (obs,) = data.observations
+    ends = WIRES.copy()
+    ends[NAMES.index(name), 1, 0] += by
+    named = obs.extra["named"].astype(int)
+    return change(data, at=ends[named, 0], across=across(ends[:, 1] - ends[:, 0])[named])
+
+
 def other_depth(data, factor):
     (obs,) = data.observations
     values = {"su": PIXEL[0] * factor, "sv": PIXEL[1] * factor}
@@ -53,6 +63,7 @@ def said(data):
 # obeys: phantom-exchanged
 # obeys: phantom-unit
 # obeys: phantom-mirrored
+# obeys: phantom-displaced
 # obeys: pixel-size
 @pytest.mark.parametrize(
     ("wrong", "mend", "code", "fact"),
@@ -60,6 +71,7 @@ def said(data):
         (exchange, exchange, "phantom-exchanged", ("one", "L1")),
         (lambda d: scale(d, 1 / 25.4), lambda d: scale(d, 25.4), "phantom-unit", ("factor", pytest.approx(1 / 25.4))),
         (mirror, mirror, "phantom-mirrored", ("axis", "x")),
+        (lambda d: move_wire(d, -5e-3), lambda d: move_wire(d, 0.0), "phantom-displaced", ("name", "H3")),
         (
             lambda d: other_depth(d, 2.0),
             lambda d: other_depth(d, 1.0),
@@ -67,7 +79,7 @@ def said(data):
             ("factor", pytest.approx(0.5, rel=0.01)),
         ),
     ],
-    ids=["names", "inches", "mirrored", "depth"],
+    ids=["names", "inches", "mirrored", "wire", "depth"],
 )
 def test_the_mistake_is_named_and_gone_when_corrected(wrong, mend, code, fact):
     data, _ = draw(3)
@@ -92,3 +104,14 @@ def test_what_one_wire_or_parallel_frames_cannot_tell_is_said():
     loose = DataSet(data.configurations, (replace(obs, targets=(replace(phantom, prior=None),)),))
     status, codes = said(loose)
     assert status == "refused" and "little-turn" in codes
+
+
+def test_a_probe_at_rest_says_nothing_of_the_size_of_a_phantom():
+    """Without motion a list of any size leaves as much in proportion: no factor is better than another."""
+    data, _ = draw(5)
+    (obs,) = data.observations
+    still = replace(
+        data.configurations, start=np.repeat(data.configurations.starts[:1], len(data.configurations), axis=0)
+    )
+    _, codes = said(DataSet(still, (obs,)))
+    assert "phantom-unit" not in codes

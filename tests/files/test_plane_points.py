@@ -47,6 +47,8 @@ WRONG = [
     (("position: {columns: [x, y, z], unit: mm}\norientation: {columns: [rx, ry, rz], form: rotation_vector, unit: deg}\n", ""), ["poses are known", "orientation"]),
     (("prior: {length: 0.3, angle: 0.2}", "prior: {length: 0, angle: 0.2}"), ["prior.length"]),
     (("units: {length: mm, angle: deg}\n", ""), ["units"]),
+    (("phantom: {mount: base,", "phantom: {mount: tool,"), ["targets.phantom.mount", "both instrument and target"]),
+    (("prior: {length: 0.3,", "free: false, prior: {length: 0.3,"), ["targets.phantom.prior", "fixed"]),
 ]  # fmt: skip
 
 
@@ -137,3 +139,14 @@ def test_a_rig_whose_poses_nobody_states_is_not_located(tmp_path):
     data.write_text("".join(x for x in text.splitlines(True) if not x.startswith(("position", "orientation"))))
     ran = robocal("identify", robot, data)
     assert ran.status == 3 and "of the phantom of" not in ran.said, ran.said
+
+
+def test_what_carries_a_phantom_follows_from_what_carries_the_probe(tmp_path):
+    """A probe in hand sees what stands still, said or not; one that stands still sees nothing of a phantom that does."""
+    robot, data = files_of(tmp_path, draw(2))
+    text = data.read_text()
+    data.write_text(text.replace("phantom: {mount: base,", "phantom: {"))
+    assert "phantom in base" in robocal("identify", robot, data).out
+    data.write_text(text.replace("name: image, mount: tool", "name: image, mount: base"))
+    ran = robocal("identify", robot, data, "--json")
+    assert ran.status == 3 and "phantom-unit" not in ran.said

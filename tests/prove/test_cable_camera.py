@@ -13,10 +13,11 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "cable-camera"
 CODE = "prior-contradicted"
 
 
-def identify(folder, change=lambda text: text):
-    """The example with another pixels.yaml."""
-    for name in ("robot.yaml", "lengths.yaml", "lengths.csv", "pixels.csv"):
+def identify(folder, change=lambda text: text, lengths=lambda text: text):
+    """The example with another pixels.yaml, or other lengths."""
+    for name in ("robot.yaml", "lengths.yaml", "pixels.csv"):
         shutil.copy(EXAMPLE / name, folder)
+    (folder / "lengths.csv").write_text(lengths((EXAMPLE / "lengths.csv").read_text()))
     (folder / "pixels.yaml").write_text(change((EXAMPLE / "pixels.yaml").read_text()))
     files = [folder / n for n in ("robot.yaml", "lengths.yaml", "pixels.yaml")]
     return robocal("identify", *files, "--no-leave-one-out", "--json")
@@ -52,3 +53,20 @@ def test_a_lens_that_is_stated_too_well_names_the_camera(tmp_path):
     assert "the camera (lens)" in said["sentence"] and said["numbers"]["z"] > 5
     again = identify(tmp_path, lens_within("0.05"))
     assert CODE not in codes(again) and again.status == 0
+
+
+def slip(text):
+    """The third cable 20 mm longer from the sixteenth pose on."""
+    head, *rows = [line.split(",") for line in text.splitlines()]
+    for row in rows[15:]:
+        row[3] = f"{float(row[3]) + 0.02:.6f}"
+    return "\n".join(map(",".join, [head, *rows])) + "\n"
+
+
+@pytest.mark.slow
+def test_a_cable_that_slipped_is_named_beside_a_camera(tmp_path):
+    """Views have more or fewer pixels: that must not keep anybody from looking for a step."""
+    ran = identify(tmp_path, lengths=slip)
+    (said,) = [r for r in ran.document["verdict"]["reasons"] if "slipped" in r]
+    assert ran.status == 3 and "from row 17 to row 31 c3.l0" in said
+    assert 18 < float(re.search(r"off by ([\d.]+) mm", said)[1]) < 22

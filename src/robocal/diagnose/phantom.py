@@ -1,5 +1,7 @@
-"""Mistakes in the list of a phantom, tried one by one: names exchanged, inches for millimetres, one axis mirrored. And pixels of another
-size than stated.
+"""Mistakes in the list of a phantom, tried one by one: names exchanged, inches for millimetres, one axis mirrored, one wire elsewhere. And
+pixels of another size than stated.
+
+    left_k^2 = (|r|^2 - |r_k|^2) / n_k,    r_k of the rows without wire k, fitted alone
 
 Every list is tried with the best affine image plane (`fit.starts.image_planes`), which costs one linear system, on all rows.
 """
@@ -42,6 +44,11 @@ MIRRORED = declare(
     "the phantom of {group} is mirrored along {axis}: as stated, points are {stated:.3g} rms from it, mirrored {left:.3g}",
     "Change the sign of {axis} in the list of the phantom: its axes must be right-handed.",
 )
+DISPLACED = declare(
+    "phantom-displaced",
+    "{name} of the phantom of {group} is not where it is stated: its points are {stated:.3g} rms from it, the others {left:.3g}",
+    "Correct the coordinates of {name} in the list of the phantom, or leave its rows out.",
+)
 PIXELS = declare(
     "pixel-size",
     "pixels of {group} are {u:.4g} by {v:.4g} large, {factor:.3g} times the stated size: images of another depth, or another unit",
@@ -81,8 +88,31 @@ def phantom_causes(context: Context[Model]) -> Iterator[Finding]:
         stated = rows.left()
         tried = [(other.left(), code, facts) for other, code, facts in _others(rows, obs)]
         left, code, facts = min(tried, key=lambda t: t[0])
-        if limits.PHANTOM_TIMES * left < stated < np.inf:
+        # A smaller list leaves less of everything: where the probe hardly moves, exactly so much less.
+        factor = facts.get("factor")
+        smaller = max(1.0, factor) if isinstance(factor, float) else 1.0
+        if limits.PHANTOM_TIMES * smaller * left < stated < np.inf:
             yield refuse(code, **facts, group=obs.label, stated=Quantity(stated), left=Quantity(left))
+            continue
+        own, others, name = max(_without_each(rows, obs), default=(0.0, np.inf, ""))
+        if limits.PHANTOM_TIMES * others < own < np.inf:
+            yield refuse(DISPLACED, name=name, group=obs.label, stated=Quantity(own), left=Quantity(others))
+
+
+def _without_each(rows: _PhantomRows, obs: Observations) -> Iterator[tuple[float, float, str]]:
+    """What one wire adds to what is left, per row of it; what the others leave without it; its name."""
+    every, count = obs.options["names"], len(rows.named)
+    assert isinstance(every, tuple)
+    whole = rows.left() ** 2 * count
+    for i, number in enumerate(np.unique(obs.extra[NAMED]).astype(int).tolist()):
+        kept = rows.named != i
+        if not kept.any() or kept.all():
+            continue
+        left = replace(rows, carried=rows.carried[kept], image=rows.image[kept], named=rows.named[kept]).left()
+        if not np.isfinite(left):
+            continue
+        many = int(kept.sum())
+        yield float(np.sqrt(max(whole - left**2 * many, 0.0) / (count - many))), left, str(every[number])
 
 
 def _rows(context: Context[Model], obs: Observations) -> _PhantomRows | None:
@@ -96,16 +126,14 @@ def _rows(context: Context[Model], obs: Observations) -> _PhantomRows | None:
     machine = machine[obs.configuration]
     target, held = se3.from_vector(obs.targets[0].value), np.eye(4)
     place = target if obs.targets[0].mount == "base" else machine @ target
-    carried = se3.inverse(place) @ (machine if frame.mount == "tool" else held)
+    carried = np.broadcast_to(se3.inverse(place) @ (machine if frame.mount == "tool" else held), machine.shape)
     known = np.isfinite(carried).all(axis=(1, 2))
     names, first, which = np.unique(named[known], return_index=True, return_inverse=True)
     if not len(names):
         return None
     at = obs.extra[AT][known][first]
     across = obs.extra[ACROSS][known][first] if ACROSS in obs.extra else np.broadcast_to(np.eye(3), (len(at), 3, 3))
-    return _PhantomRows(
-        np.broadcast_to(carried, (len(obs), 4, 4))[known], obs.extra[IMAGE][known], which.ravel(), at, across
-    )
+    return _PhantomRows(carried[known], obs.extra[IMAGE][known], which.ravel(), at, across)
 
 
 def _others(rows: _PhantomRows, obs: Observations) -> Iterator[tuple[_PhantomRows, str, dict[str, Number]]]:

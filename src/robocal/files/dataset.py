@@ -249,6 +249,12 @@ def _prior(
     document.insist(
         given.given, "a prior around a place that nobody states", (*at, "prior"), expected="xyz beside prior"
     )
+    document.insist(
+        given.free is not False,
+        "a prior around a place that is fixed",
+        (*at, "prior"),
+        expected="prior, or free: false",
+    )
     return (*[units.length.to_si(given.prior.length)] * 3, *[units.angle.to_si(given.prior.angle)] * 3)
 
 
@@ -283,6 +289,22 @@ def _instrument(given: InstrumentModel, name: str, units: Units, document: YamlD
     return Frame(name, value, given.free_flags(True), given.mount, expected, given.has_details, prior)
 
 
+def _mount(model: DataModel, name: str, given: FrameModel, document: YamlDocument) -> str:
+    """What carries a target: as stated, else the tool, or the base where the tool carries the instrument."""
+    aboard = isinstance(model, FramedModel) and model.frame.mount == "tool"
+    if "mount" not in given.model_fields_set:
+        return "base" if aboard else "tool"
+    mount = str(getattr(given, "mount", "tool"))
+    document.insist(
+        not aboard or mount != "tool",
+        "the tool carries both instrument and target",
+        ("targets", name, "mount"),
+        found=mount,
+        expected="mount: base, or an instrument on the base",
+    )
+    return mount
+
+
 def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Frame, ...], Ints | None]:
     """The targets and which one each row sees (None: the tool itself)."""
     table, units = around.table, around.units
@@ -299,7 +321,7 @@ def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Fr
         flags = given.free_flags(not given.given or getattr(given, "prior", None) is not None)
         if given.free is None or given.free is True:
             flags = tuple(f and s for f, s in zip(flags, kind.sees, strict=True))
-        mount = getattr(given, "mount", "tool")
+        mount = _mount(model, name, given, around.document)
         expected = (0.01, 0.05) if given.given else (0.2, 3.0) if mount == "tool" else (10.0, 3.0)
         prior = _prior(given, units, around.document, ("targets", name)) if isinstance(given, TargetModel) else None
         frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.has_details, prior))

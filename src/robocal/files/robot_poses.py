@@ -82,9 +82,11 @@ def read_robot_poses(
     units: str | None = None,
     quaternion: str | None = None,
     vector: bool = False,
+    option: str = "--units",
 ) -> RobotPoses:
     """Reads poses; `maker` of MAKERS, `euler` an order of axes, `units` as "mm,deg" in place of what headers say, `quaternion`: xyzw or
-    wxyz, in place of what they mean; `vector`: three angles are a rotation vector. Raises FileError, FormatError, ModelError."""
+    wxyz, in place of what they mean; `vector`: three angles are a rotation vector; `option`
+    states units, if any does. Raises FileError, FormatError, ModelError."""
     if maker is not None and euler is not None:
         raise ModelError("the maker says how angles turn", key="--euler", found=euler, expected="--maker or --euler")
     if euler is not None and (
@@ -94,7 +96,9 @@ def read_robot_poses(
         raise ModelError("no order of three axes", key="--euler", found=euler, expected=expected)
     source = FolderSource.read(place) if place.is_dir() else TableSource(replace(read_csv(place), alone=True))
     length, angle = stated_units(units)
-    return _Reader(source, MAKERS.get(maker or ""), maker or "", euler, length, angle, quaternion, vector).read()
+    return _Reader(
+        source, MAKERS.get(maker or ""), maker or "", euler, length, angle, quaternion, vector, option
+    ).read()
 
 
 def stated_units(units: str | None) -> tuple[Unit | None, Unit | None]:
@@ -122,6 +126,7 @@ class _Reader:
     angle: Unit | None
     order: str | None
     vector: bool
+    option: str
 
     def read(self) -> RobotPoses:
         source = self.source
@@ -195,9 +200,9 @@ class _Reader:
         angles, unit = self._in_si(names, "rad", self.angle, usual)
         most = float(np.median(np.abs(angles).max(axis=1)))
         if most > 2 * np.pi:
-            expected = (
-                "--units mm,deg, or rx [deg] in the header" if unit.name == "rad" else "angles of one turn at most"
-            )
+            header = f"{names[0]} [deg] in the header"
+            mend = f"{self.option} mm,deg, or {header}" if self.option else header
+            expected = mend if unit.name == "rad" else "angles of one turn at most"
             found = f"{np.degrees(most):.4g} deg in the median, read in {unit.name}"
             raise self.source.fail("orientations of more than a whole turn", found=found, expected=expected)
         if form == "rotation_vector":

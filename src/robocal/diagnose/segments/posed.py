@@ -3,8 +3,9 @@
     B^T (r + J dx + E c) = noise,    B^T B = I,  B^T L = 0
 
 r are all numbers that were measured at a configuration, L their columns of its pose, B a basis of what the pose does not touch: as
-many numbers of equal noise as the readings are more than a pose needs. What may have moved: the place from which a
-sensor of the machine counts (a free number of it that its making does not leave, such as the zero of a cable that slipped), all such
+many numbers of equal noise as the readings are more than a pose needs. An instrument of which configurations have more or fewer
+numbers, as a camera has, says of each pose what it says: Q^T r of L = Q R, as many numbers as a pose. What may have moved: the place from
+which a sensor of the machine counts (a free number of it that its making does not leave, such as the zero of a cable that slipped), all such
 places together (encoders that were switched on again), or the instrument.
 """
 
@@ -87,6 +88,11 @@ def _numbers_by_configuration(wide: Problem, data: DataSet, x: Array) -> tuple[P
             local_there[at] = local
     parts, cut, end = [], [], 0
     for kind, block in blocks.items():
+        if np.isfinite(block[0]).mean() < SEGMENT_COMPLETE:
+            parts.append((end, end + size, "1"))
+            cut.append(_of_pose(block))
+            end += size
+            continue
         for a, b, unit in KINDS[kind].parts:
             width = block[0].shape[1] * (b - a)
             parts.append((end, end + width, unit))
@@ -94,6 +100,20 @@ def _numbers_by_configuration(wide: Problem, data: DataSet, x: Array) -> tuple[P
             end += width
     sigma, r, j, local = (np.concatenate(of_unit, axis=1) for of_unit in zip(*cut, strict=True))
     return tuple(parts), sigma, r, j, local
+
+
+def _of_pose(block: tuple[Array, ...]) -> list[Array]:
+    """What numbers of a kind say of every pose: sigma and Q^T r (U, l), Q^T J (U, l, n), R (U, l, l). Nothing where they do not tell it."""
+    count, size = len(block[0]), block[3].shape[-1]
+    r, j, local = (v.reshape(count, -1, *v.shape[3:]) for v in block[1:])
+    if local.shape[1] < size:
+        return [np.full((count, size), np.inf), *(np.zeros((count, size, *v.shape[2:])) for v in (r, j, local))]
+    q, triangle = np.linalg.qr(local)
+    own = np.abs(np.einsum("uii->ui", triangle))
+    told = (own > FELT * own.max(axis=1, initial=0.0, keepdims=True)).all(axis=1)
+    across = np.where(told[:, None, None], q, 0.0).swapaxes(1, 2)
+    sigma = np.where(told[:, None], 1.0, np.inf) * np.ones(size)
+    return [sigma, (across @ r[..., None])[..., 0], across @ j, across @ local]
 
 
 def _slots(configuration: Ints, count: int) -> tuple[Ints, int]:

@@ -83,7 +83,13 @@ def _measured(o: Any) -> HandEyeViews:
     """Poses of a target in the camera."""
     o.refuse(OF_CORNERS, "measured poses need no lens and no target", "corners: columns u and v")
     read = read_robot_poses(
-        o.corners, maker=None, euler=None, units=o.target_units, quaternion=o.target_quaternion, vector=True
+        o.corners,
+        maker=None,
+        euler=None,
+        units=o.target_units,
+        quaternion=o.target_quaternion,
+        vector=True,
+        option="--target-units",
     )
     if o.target_inverse:
         read = replace(read, pose=se3.inverse(read.pose))

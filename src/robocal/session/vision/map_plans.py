@@ -158,9 +158,16 @@ def predict_plans(o: Any, watch: Watch | None = None, command: str = "") -> MapP
     """Reads lens, poses and maybe a map, and predicts every plan. Raises InputError."""
     tell(watch, "read")
     read = read_lens(o.lens)
-    poses = read_robot_poses(o.poses, vector=True)
+    poses = read_robot_poses(o.poses, vector=True, option="")
     known, files, said = _known(o)
-    size = image_size(o.image, read.lens.size, "--image 1920x1080, or image_size in the lens' file")
+    size = image_size(o.image, read.lens.size, "--image 1920x1080, or image: [1920, 1080] in the lens' file")
+    if read.lens.size not in (None, size):
+        raise ModelError(
+            "the lens is of images of another size",
+            key="--image",
+            found=o.image,
+            expected="{} x {}".format(*read.lens.size),
+        )
     lens = lens_with_prior(replace(read.lens, size=size))
     survey = None if o.survey is None else 1e-3 * o.survey
     plans = []
@@ -168,13 +175,22 @@ def predict_plans(o: Any, watch: Watch | None = None, command: str = "") -> MapP
         try:
             plans.append(MarkerPlan(edge, height, tilt, predict_map(made, poses.pose, lens, o.sigma, size, survey)))
         except ModelError as bad:
-            raise bad.of_file(o.poses, row=None) from None
+            raise _of_plan(bad, (edge, height, tilt), len(known)).of_file(o.poses, row=None) from None
     accuracy = None if o.accuracy is None else 1e-3 * o.accuracy
     result = MapPlans(
         plans=tuple(plans), lens=lens, cameras=poses.pose, sigma=o.sigma, survey=survey, accuracy=accuracy,
         inputs=(*poses.files, read.file, *files), command=command,
     )  # fmt: skip
     return replace(result, warnings=(*said, *read.file.remarks, *_remarks(result)), reasons=tuple(_reasons(result)))
+
+
+def _of_plan(bad: ModelError, plan: tuple[float, float, float], count: int) -> ModelError:
+    """The error with the plan that it is of, where there are several."""
+    if count == 1:
+        return bad
+    edge, height, tilt = plan
+    which = f"markers of {1e3 * edge:g} mm, every second {1e3 * height:g} mm higher, tilted by {np.degrees(tilt):g} deg"
+    return ModelError(bad.message, key=bad.key, found=f"{bad.found}: {which}", expected=bad.expected)
 
 
 Plans = list[tuple[MarkerMap, tuple[float, float, float]]]
@@ -223,8 +239,10 @@ def _numbers(words: tuple[str, ...], key: str, above: float = -np.inf, most: flo
             value = float(word)
         except ValueError:
             value = np.nan
-        if not (above < value <= most and np.isfinite(value)):
-            expected = "a number" + (" above 0" if above == 0 else f" up to {most:g}" if np.isfinite(most) else "")
+        if not (above < value and abs(value) <= most and np.isfinite(value)):
+            expected = "a number" + (
+                " above 0" if above == 0 else f" from {-most:g} to {most:g}" if np.isfinite(most) else ""
+            )
             raise ModelError("not a number that this can be", key=key, found=word, expected=expected)
         out.append(value)
     return out
