@@ -131,7 +131,7 @@ def test_examples_are_not_noisy(place):
     assert not said(open_machine(place).warnings, Code.KEYS_UNSTATED)
     data = place.with_name("data.yaml")
     if place.name == "robot.yaml" and data.exists() and "ur10" not in str(place):
-        reading = read_datasets([data], open_robot(place).chain)
+        reading = read_datasets([data], open_machine(place).machine)
         assert not said(reading.warnings, Code.COLUMNS_UNREAD) and not said(reading.warnings, Code.PLACES_UNTOUCHED)
 
 

@@ -31,6 +31,7 @@ QUICK = (
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
     "band-blind": "unit/test_total.py",
+    "camera-drift": "prove/test_camera_drift.py",
     "clocks-apart": "session/test_hand_eye_unknowns.py",
     "one-stands-still": "cli/test_hand_eye_pairs.py",
     "prior-contradicted": "prove/test_cable_camera.py",
@@ -106,7 +107,8 @@ OTHER = {
     "views-exchanged": "diagnose/test_views.py",
 }
 OTHER |= dict.fromkeys(
-    ("phantom-exchanged", "phantom-unit", "phantom-mirrored", "pixel-size"), "diagnose/test_phantom.py"
+    ("phantom-exchanged", "phantom-unit", "phantom-mirrored", "phantom-displaced", "pixel-size"),
+    "diagnose/test_phantom.py",
 )
 OTHER |= dict.fromkeys(
     "labels-turned poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved "
