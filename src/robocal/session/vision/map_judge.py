@@ -129,14 +129,14 @@ def _miss(made: Decision[Rig], off: CornerErrors, width: int) -> Finding | None:
     return level(Code.MAP_MISSES, left=Quantity(axis, "px"), times=axis / stated, exact=exact or None)
 
 
-def _told(name: str, sizes: SizesFound) -> bool:
+def _told(name: str, sizes: MarkerSizes) -> bool:
     """Whether a contradicted prior is told in words of maps: of the lens always, of edges where the verdict has them."""
     owner, _, symbol = name.rpartition(".")
-    return owner == CAMERA or (symbol == EDGE and sizes != SizesFound())
+    return owner == CAMERA or (symbol == EDGE and sizes != MarkerSizes())
 
 
 def remarks_of_map(
-    made: Decision[Rig], off: CornerErrors, sizes: SizesFound, given: Lens, found: Lens, few: Sequence[str]
+    made: Decision[Rig], off: CornerErrors, sizes: MarkerSizes, given: Lens, found: Lens, few: Sequence[str]
 ) -> list[Remark]:
     """What else is to be said: of the data, of the fit, of the lens, and of markers that `few` views show. Of `sizes` the verdict tells
     all; of the lens what is below."""
