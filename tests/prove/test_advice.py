@@ -44,6 +44,7 @@ OTHER = {
     "frame-fixed": "prove/test_frames_alone.py",
     "frames-located": "prove/test_frames_alone.py",
     "plan-too-coarse": "cli/test_vision_require.py",
+    "camera-drift": "prove/test_camera_drift.py",
     "lens-focal-open": "cli/test_vision_intrinsics.py",
     "lens-found-folds": "cli/test_vision_intrinsics.py",
     "lens-folds-outside": "cli/test_vision_intrinsics.py",
@@ -106,7 +107,8 @@ OTHER = {
     "views-exchanged": "diagnose/test_views.py",
 }
 OTHER |= dict.fromkeys(
-    ("phantom-exchanged", "phantom-unit", "phantom-mirrored", "pixel-size"), "diagnose/test_phantom.py"
+    ("phantom-exchanged", "phantom-unit", "phantom-mirrored", "phantom-displaced", "pixel-size"),
+    "diagnose/test_phantom.py",
 )
 OTHER |= dict.fromkeys(
     "labels-turned poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved "
