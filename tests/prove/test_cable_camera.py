@@ -70,3 +70,11 @@ def test_a_cable_that_slipped_is_named_beside_a_camera(tmp_path):
     (said,) = [r for r in ran.document["verdict"]["reasons"] if "slipped" in r]
     assert ran.status == 3 and "from row 17 to row 31 c3.l0" in said
     assert 18 < float(re.search(r"off by ([\d.]+) mm", said)[1]) < 22
+
+
+@pytest.mark.slow
+def test_a_place_that_its_prior_holds_back_is_named(tmp_path):
+    """30 mm off with a sigma of 2 mm: the data move it by 9 mm only, farther than they should."""
+    ran = identify(tmp_path, lambda text: text.replace("0.010000, -0.25", "0.040000, -0.25"))
+    (said,) = [r for r in ran.document["remarks"] if r["code"] == CODE]
+    assert "the place of eye" in said["sentence"] and said["numbers"]["name"] == "eye.y"

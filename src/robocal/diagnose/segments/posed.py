@@ -4,9 +4,10 @@
 
 r are all numbers that were measured at a configuration, L their columns of its pose, B a basis of what the pose does not touch: as
 many numbers of equal noise as the readings are more than a pose needs. An instrument of which configurations have more or fewer
-numbers, as a camera has, says of each pose what it says: Q^T r of L = Q R, as many numbers as a pose. What may have moved: the place
-from which a sensor of the machine counts (a free number of it that its making does not leave, such as the zero of a cable that slipped),
-all such places together (encoders that were switched on again), or the instrument.
+numbers, as a camera has, says of each pose what it says: Q^T r of L = Q R, as many numbers as a pose.
+
+What may have moved: the place from which a sensor of the machine counts (a free number of it that its making does not leave, such as
+the zero of a cable that slipped), all such places together (encoders that were switched on again), or the instrument.
 """
 
 from __future__ import annotations

@@ -84,7 +84,7 @@ class MapRemarks:
     PLAN_BLIND = Phrase("{count} of the {total} poses show no marker of the first plan: they are not counted")
     PLAN_TOO_COARSE = Phrase(
         "no plan has the camera's place within {asked} rms along every axis: the best has {best}",
-        "Plan larger markers (--size), raised ones (--height), more poses, or markers that are surveyed (--survey).",
+        "Compare plans with larger or raised markers (--size, --height), more poses, or markers that are surveyed (--survey).",
     )
     MAP_WITHOUT_SIGMA = Phrase(
         "{file} states no sigma: the poses count its markers as known exactly",
