@@ -110,6 +110,16 @@ def test_a_lens_that_is_found_beside_the_camera(tmp_path):
     assert np.abs(off_by(told, made)).max() < 4
 
 
+@pytest.mark.parametrize("words", [("--free-lens",), ("--lens", "lens.yaml")])
+def test_poses_of_a_target_have_no_lens(tmp_path, words):
+    """An option that would change nothing is refused, and its value is told as it was typed."""
+    made = world()
+    target = poses(tmp_path, made.seen, name="target.csv")
+    ran = robocal("vision", "hand-eye", target, poses(tmp_path, made.told), *words)
+    assert ran.status == 2 and "measured poses need no lens" in ran.err and words[0] in ran.err
+    assert "Posix" not in ran.err and "True" not in ran.err
+
+
 def test_a_right_lens_is_not_contradicted_by_the_arms_errors(tmp_path):
     """They move all corners of a view alike: corners one by one would be 12 sigma sure of a wrong focal length."""
     made = world(seed=4)
