@@ -210,6 +210,17 @@ def test_edges_that_were_said_to_be_finer_scatter_all_the_same(tmp_path, lens, s
     assert "prior-contradicted" not in codes(told)  # the verdict has it
 
 
+def test_a_loss_is_no_option_of_a_map_that_stays(tmp_path, lens):
+    """Where photographs are placed, corners are sifted instead: an option that would change nothing is refused."""
+    ran = run("vision", "map", usual(tmp_path)[0], "--lens", lens, "--held", "map.yaml", "--loss", "none")
+    assert ran.status == 2 and "--loss" in ran.err and "the map stays as it is" in ran.err
+
+
+def test_a_number_that_no_lens_has_is_named(tmp_path, lens):
+    ran = run("vision", "map", usual(tmp_path)[0], "--lens", lens, "--size", "60", "--fix", "k1,zz")
+    assert ran.status == 2 and "no number of this lens" in ran.err and "zz" in ran.err
+
+
 def test_what_sigma_holds_is_told(tmp_path, lens):
     """Of all lengths together too: a sentence that says otherwise contradicts the numbers above it."""
     ran = run("vision", "map", usual(tmp_path)[0], "--lens", lens, "--size", "60")

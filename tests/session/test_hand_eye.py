@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import robocal
+from hand_eye_stream import stream
 from hand_eye_world import FORMS, IMAGE, codes, corners, hand_eye, lens_file, named, off_by, poses, world
 from lens_world import LENS, SQUARE, marker_rows, see, write
 from ruamel.yaml import YAML
@@ -108,6 +109,27 @@ def test_a_lens_that_is_found_beside_the_camera(tmp_path):
     found = read_lens(tmp_path / "cell" / "lens.yaml").lens
     assert abs(found.numbers[0] - 1050) < 3 * found.sigma["fx"] < 20
     assert np.abs(off_by(told, made)).max() < 4
+
+
+@pytest.mark.parametrize("words", [("--free-lens",), ("--lens", "lens.yaml")])
+def test_poses_of_a_target_have_no_lens(tmp_path, words):
+    """An option that would change nothing is refused, and its value is told as it was typed."""
+    made = world()
+    target = poses(tmp_path, made.seen, name="target.csv")
+    ran = robocal("vision", "hand-eye", target, poses(tmp_path, made.told), *words)
+    assert ran.status == 2 and "measured poses need no lens" in ran.err and words[0] in ran.err
+    assert "Posix" not in ran.err and "True" not in ran.err
+
+
+@pytest.mark.parametrize("inhand", [True, False])
+def test_clocks_that_are_far_apart(tmp_path, inhand):
+    """Seconds are no likeness of near delays by chance: the clear one is found, and told where nobody asked for it."""
+    made, words = stream(tmp_path, delay=1.5, inhand=inhand)
+    told, status = hand_eye(*words, "--free-delay")
+    assert status == 0 and np.abs(off_by(told, made)).max() < 4
+    told, status = hand_eye(*words)
+    (said,) = [r for r in (*told["remarks"], *told["verdict"]["remarks"]) if r["code"] == "clocks-apart"]
+    assert status == 3 and said["numbers"]["delay"]["value"] == pytest.approx(1.5, abs=0.03)
 
 
 def test_a_right_lens_is_not_contradicted_by_the_arms_errors(tmp_path):

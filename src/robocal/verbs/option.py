@@ -176,7 +176,8 @@ class BaseOptions:
         """Raises ModelError for an option that means nothing beside the others."""
         for name in names:
             if self.departs(name):
-                key, found = "--" + name.replace("_", "-"), getattr(self, name)
+                key, told = "--" + name.replace("_", "-"), getattr(self, name)
+                found = "given" if told is True else os.fspath(told) if isinstance(told, os.PathLike) else told
                 raise ModelError(message, key=key, found=found, expected=expected)
 
     def si(self, units: Any) -> SimpleNamespace:

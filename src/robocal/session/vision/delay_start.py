@@ -17,18 +17,28 @@ __all__ = ["start_delay"]
 
 SPAN = 0.2  # grid: s
 FARTHEST, STEP = 0.6, 0.005  # grid: s, of delays that are tried
+FAR, CLEAR = 5.0, 0.25  # grid: s that are tried where no near delay leaves a quarter of what delays leave
 ENOUGH = 0.5  # grid: of the spans, that must lie within the path
 
 
 def start_delay(path: PosePath, time: Array, seen: Array) -> float:
-    """The delay (s) of times (m,) at which poses (m, 4, 4) were seen; 0 where nothing tells it."""
+    """The delay (s) of times (m,) at which poses (m, 4, 4) were seen, a far one where it is clear and no near one is; 0 where nothing
+    tells it."""
+    near, clear = _search(path, time, seen, FARTHEST)
+    if clear:
+        return near
+    far, clear = _search(path, time, seen, FAR)
+    return far if clear else near
+
+
+def _search(path: PosePath, time: Array, seen: Array, farthest: float) -> tuple[float, bool]:
     order = np.argsort(time, kind="stable")
     time, seen = time[order], seen[order]
     first = np.arange(len(time))
     second = np.searchsorted(time, time + SPAN)
     first, second = first[second < len(time)], second[second < len(time)]
     turned = _angle(seen[first], seen[second])
-    delays = np.arange(-FARTHEST, FARTHEST + STEP / 2, STEP)
+    delays = np.arange(-farthest, farthest + STEP / 2, STEP)
     delays = delays[np.argsort(np.abs(delays), kind="stable")]
     missed = np.full(len(delays), np.inf)
     middle = (path.time[1:] + path.time[:-1]) / 2
@@ -38,7 +48,9 @@ def start_delay(path: PosePath, time: Array, seen: Array) -> float:
         if inside.sum() > ENOUGH * len(first):
             a, b = (np.searchsorted(middle, time[i[inside]] - delay) for i in (first, second))
             missed[k] = np.median(np.abs(turned[inside] - _angle(path.poses[a], path.poses[b])))
-    return float(delays[np.argmin(missed)]) if np.isfinite(missed).any() else 0.0
+    if not (tried := np.isfinite(missed)).any():
+        return 0.0, False
+    return float(delays[np.argmin(missed)]), bool(missed.min() < CLEAR * np.median(missed[tried]))
 
 
 def _angle(a: Array, b: Array) -> Array:

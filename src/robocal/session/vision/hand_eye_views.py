@@ -29,7 +29,7 @@ from robocal.vision.lenses import Lens
 __all__ = ["HandEyeViews", "read_views"]
 
 PIXELS = ("fx", "fy", "cx", "cy")  # numbers of a lens that are in pixels
-OF_CORNERS = ("lens", "size", "square", "checker", "sheet", "image", "dictionary", "charuco")
+OF_CORNERS = ("lens", "free_lens", "size", "square", "checker", "sheet", "image", "dictionary", "charuco")
 OF_POSES = ("target_units", "target_quaternion", "target_inverse")
 
 

@@ -22,6 +22,7 @@ from robocal.parameters import FRAME_SYMBOLS, Parameter, ParameterTable
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
+from robocal.session.vision.lens_prior import free_numbers
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.camera import MODELS
 from robocal.vision.lens_start import FlatViews, find_focal, flat_places, look_flat
@@ -69,10 +70,7 @@ def fit_lens(
     """The lens that views show, beside the nominal one, which is `known` from elsewhere, or a plain camera. Numbers in `fix` stay as they
     are there. Raises ModelError."""
     symbols = nominal.kind.symbols
-    strange = [s for s in fix if s not in symbols]
-    if strange:
-        raise ModelError("no number of this lens", key="--fix", found=strange[0], expected=", ".join(symbols))
-    free = tuple(s for s in symbols if s not in fix)
+    free = free_numbers(nominal, fix)
     if not free:
         expected = f"at least one of {', '.join(symbols)} to be found"
         raise ModelError(

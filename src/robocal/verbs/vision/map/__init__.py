@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "details", "run", "sections"]
 
-OF_A_NEW_MAP = ("size", "origin", "without", "fix", "prior")
+OF_A_NEW_MAP = ("size", "origin", "without", "fix", "prior", "loss")
 CORNERS = Arg(
     "CORNERS", "corners.csv of robocal vision detect, a table with view, marker, corner, u, v, or a folder of images."
 )
@@ -108,7 +108,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ma
     ends = (".csv", ".json", ".html") if o.held else (".yaml", ".covariance.csv", ".json", ".html")
     if o.held:
         for name in OF_A_NEW_MAP:
-            if getattr(o, name):
+            if o.departs(name):
                 raise ModelError("the map stays as it is", key=f"--{name}", found="--held", expected="one of the two")
     if o.output is not None and o.output.suffix.lower() not in ("", ends[0]):
         expected = f"a name that ends in {ends[0]}"
