@@ -45,7 +45,6 @@ OTHER = {
     "frame-fixed": "prove/test_frames_alone.py",
     "frames-located": "prove/test_frames_alone.py",
     "plan-too-coarse": "cli/test_vision_require.py",
-    "camera-drift": "prove/test_camera_drift.py",
     "lens-focal-open": "cli/test_vision_intrinsics.py",
     "lens-found-folds": "cli/test_vision_intrinsics.py",
     "lens-folds-outside": "cli/test_vision_intrinsics.py",
