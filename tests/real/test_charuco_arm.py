@@ -54,7 +54,7 @@ def test_the_lens_is_found_too(cell):
     assert status == 0 and again["error"]["rms"] == pytest.approx(told["error"]["rms"], rel=1e-3)
     assert told["corners"]["rms"] < 1.8 and told["error"]["rms"] < 4.0
     (said,) = [r for r in told["remarks"] if r["code"] == "lens-contradicted"]
-    assert {"cx", "k1"} <= {n.split()[0] for n in said["numbers"]["names"]}
+    assert {"cx", "k1", "k2", "p1"} <= {n.split()[0] for n in said["numbers"]["names"]}
     camera = np.array(told["frames"][0]["xyz"])
     assert np.linalg.norm(camera - 1e3 * np.array([-0.019646, 1.27843, 0.283965])) < 40
     pairs = {c["name"]: c["values"] for c in told["pairs"]["columns"]}
