@@ -10,8 +10,8 @@ import numpy as np
 from robocal._record import replace
 from robocal._types import Array
 from robocal.diagnose.camera_views import AXES_EXCHANGED, IMAGE_MIRRORED, TARGET_TURNED, VIEWS_SHIFTED
-from robocal.diagnose.limits import HAND_STILL, HAND_TURNS, LENS_CONTRADICTED, LENS_MATERIAL, LENS_PULL
 from robocal.diagnose.segments.find import find_segments
+from robocal.diagnose.vision_limits import HAND_STILL, HAND_TURNS, LENS_CONTRADICTED, LENS_MATERIAL, LENS_PULL
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import uncertainty
 from robocal.geometry import se3, so3

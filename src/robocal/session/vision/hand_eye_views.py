@@ -10,7 +10,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import LENS_CENTRE_PRIOR, LENS_DISTORTION_PRIOR
+from robocal.diagnose.vision_limits import LENS_CENTRE_PRIOR, LENS_DISTORTION_PRIOR
 from robocal.errors import ModelError
 from robocal.files.csvtable import read_csv
 from robocal.files.lens import read_lens
