@@ -181,10 +181,14 @@ def looks_into(node: ast.AST, names: set[str]) -> bool:
     return False
 
 
+@pytest.fixture(scope="package")
+def programs(programs):
+    """Every file outside the tables of words, by its path."""
+    return {path: tree for path, tree in programs.items() if not path.startswith("remarks/")}
+
+
 def test_no_code_looks_into_sentences(programs):
-    """In every file outside the tables of words."""
-    outside = {path: tree for path, tree in programs.items() if not path.startswith("remarks/")}
-    found = {f"{path}:{line}" for path, tree in outside.items() for line in looks(tree)}
+    found = {f"{path}:{line}" for path, tree in programs.items() for line in looks(tree)}
     assert found == set(), "decide by code and numbers, not by words"
 
 
