@@ -194,7 +194,9 @@ def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) ->
     robot = replace(robot, sources=({"": model.source} if model.source else {}) | sources, assumed=assumed)
     if model.calibrate is None:
         return robot
-    free = {n for i, word in enumerate(model.calibrate.free) for n in _match(robot, word, ("calibrate", "free", i), values)}
+    free = {
+        n for i, word in enumerate(model.calibrate.free) for n in _match(robot, word, ("calibrate", "free", i), values)
+    }
     return replace(robot, table=robot.table.with_free(free).with_priors(_priors(robot, model.calibrate, values)))
 
 
