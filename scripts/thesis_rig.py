@@ -37,6 +37,7 @@ ZERO = 0.01  # m: zeros of the length sensors are off by that; the rig's file do
 SYMBOLS = "fx fy cx cy k1 k2 p1 p2 k3".split()
 BOARD = np.array([(x, y, 0.0) for y in range(7) for x in range(10)]) * 0.04
 DOMES = {"dome15": 0.015, "dome50": 0.05, "tight": 0.015}
+FAMILY, BLUR, GREY = "36h11", 0.8, 5.0  # of drawn images: markers, px, grey levels
 SEEN = 2  # poses that see a marker whose height is told by more than one image
 TIGHT = 0.0005  # of the distortion, and 1 px: as a calibration alone states it
 
@@ -197,7 +198,7 @@ def numbers(values, digits=6):
     return "[" + ", ".join(f"{v:.{digits}f}" for v in values) + "]"
 
 
-def write(said, folder, rig, rng, camera, case):
+def write(said, folder, rig, rng, camera, case, images=False):
     """The files that a user has."""
     folder.mkdir(parents=True, exist_ok=True)
     many = said["poses"]["calibration"]
@@ -231,6 +232,9 @@ def write(said, folder, rig, rng, camera, case):
         uv = uv + rng.normal(scale=noise, size=uv.shape)
         rows += [[f"p{p}", f"m{m}", k, f"{u:.4f}", f"{v:.4f}"] for k, (u, v) in enumerate(uv.tolist())]
     table(folder / "pixels.csv", ["id", "marker", "corner", "u", "v"], rows)
+    if images:
+        photograph(rig, rng, folder, camera)
+        noise = "{columns: [su, sv]}"
     wide = said["prior_used"]
     px, bend = (1.0, TIGHT) if case == "tight" else (wide["focal_and_centre_px"], wide["distortion"])
     words = ", ".join(f"{s}: {v:.8g}" for s, v in zip(SYMBOLS, rig.given_lens, strict=True))
@@ -335,6 +339,41 @@ def two_stages(said, rig, folder, camera):
     return verify(folder, rig, said, place, "staged")
 
 
+def photograph(rig, rng, folder, camera):
+    """Draws the images, finds their corners, and puts these in the place of pixels.csv."""
+    import cv2
+
+    from robocal.files.images import family_cells
+    from robocal.simulation.images import Photograph, render, texture
+    from robocal.vision.sheets import Marker, Sheet
+
+    images, size = folder / "images", tuple(camera["resolution"])
+    images.mkdir(exist_ok=True)
+    cells = family_cells(FAMILY, range(len(rig.markers)))
+    paper = rig.edge * (1 + 2 / cells.shape[1])
+    sheets = [
+        Sheet(f"m{i}", paper, paper, (Marker(FAMILY, i, cells[i], 0.0, 0.0, rig.edge),))
+        for i in range(len(rig.markers))
+    ]
+    how = Photograph(blur=BLUR, noise=GREY)
+    for p in sorted({p for p, _, _ in rig.seen}):
+        back = se3.inverse(rig.poses[p] @ rig.eye)
+        near = [(s, back @ t) for s, t in zip(sheets, rig.markers, strict=True) if (back @ t)[2, 3] > 0.1]
+        near = [(s, t) for s, t in near if np.hypot(*t[:2, 3]) < 1.5 * t[2, 3]]
+        cv2.imwrite(
+            str(images / f"p{p}.png"), render(near, rig.lens, size, how, texture(size, int(rng.integers(1 << 30))), rng)
+        )
+    rc.vision.detect(images, dictionary=FAMILY, size=1e3 * rig.printed, output=folder / "found.csv", force=True)
+    with (folder / "found.csv").open(encoding="utf-8") as file:
+        head, *rows = list(csv.reader(file))
+    view, marker = head.index("view"), head.index("marker")
+    rig.seen = [(int(r[view][1:]), int(r[marker]), None) for r in rows[::4]]
+    for r in rows:
+        r[marker] = f"m{r[marker]}"
+    head[view] = "id"
+    table(folder / "pixels.csv", head, rows)
+
+
 def told_pose(t):
     """A pose as a file has it, m and deg."""
     v = se3.to_vector(t)
@@ -399,15 +438,16 @@ def main():
     given = words.parse_args()
     said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))
     given.folder.mkdir(parents=True, exist_ok=True)
-    record = given.folder / f"{given.case}.jsonl"
+    case = given.case + "-images" * given.images
+    record = given.folder / f"{case}.jsonl"
     done = {r["seed"]: r for r in map(json.loads, record.read_text().splitlines())} if record.is_file() else {}
     wanted = range(given.first, given.first + given.seeds)
     for seed in wanted:
-        folder = given.folder / given.case / str(seed)
+        folder = given.folder / case / str(seed)
         if seed in done:
             continue
         rig, rng, camera = draw(said, seed, given.case)
-        write(said, folder, rig, rng, camera, given.case)
+        write(said, folder, rig, rng, camera, given.case, given.images)
         if given.draw:
             continue
         began = time.process_time()
@@ -427,7 +467,8 @@ def main():
     if rows:
         middle = {k: float(np.median([r[k] for r in rows])) for k in rows[0] if k not in ("seed", "verdict", "named")}
         pooled = [np.sqrt(np.mean([r[k] ** 2 for r in rows])) for k in ("marker 0 mm", "predicted")]
-        print(f"{given.case}, median of {len(rows)}: {figures(middle)}")
+        print(f"{case}, median of {len(rows)}: {figures(middle)}")
+        print(f"worst: {figures({k: max(r[k] for r in rows) for k in middle})}")
         print(f"pooled rms over predicted (frame of marker 0): {pooled[0] / pooled[1]:.2f}")
 
 

@@ -195,7 +195,7 @@ class SensorGroup:
 
 
 @record(kw_only=True)
-class GroupAgreement:
+class AgreementRow:
     """A group of sensors, or what was stated beforehand, against the others; length is its rms at the machine, z how many sigma the
     farthest of what was stated is off."""
 
@@ -220,7 +220,7 @@ class FitReport:
     chi2: Number = None
     dof: Number = None
     groups: list[SensorGroup] = field(default_factory=list)
-    agreement: list[GroupAgreement] = field(default_factory=list)
+    agreement: list[AgreementRow] = field(default_factory=list)
     sigma_source: str = ""
     passes: Passes | None = None
     filter: Passes | None = None

@@ -19,7 +19,13 @@ from robocal.cables.geometry import COMMON, PLATFORM, STRETCH, SYMBOLS, WHEEL, C
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FileError, ModelError, one_of
 from robocal.files.cable.cable_model import (
-    MATERIALS, CableCalibrateModel, CableModel, CableRobotModel, CableUnits, CableValues, CommonModel,
+    MATERIALS,
+    CableCalibrateModel,
+    CableModel,
+    CableRobotModel,
+    CableUnits,
+    CableValues,
+    CommonModel,
 )  # fmt: skip
 from robocal.files.cable.cablefile import CableFile, robot_remarks
 from robocal.files.cable.caspr import read_caspr
@@ -175,7 +181,6 @@ def _missing_zero(rows: list[CableRow], document: YamlDocument) -> Iterator[Rema
 
 
 def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) -> CableRobot:
-    document = values.document
     zeros = [0.0 if row.own.zero is None else values.number(row.own.zero, (*row.at, "zero"), "m") for row in rows]
     known = _materials(rows, values)
     for key, what, read, si in (
