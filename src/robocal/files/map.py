@@ -7,10 +7,12 @@ units: {length: mm, angle: deg}
 markers:                                  # T_map_marker; z out of the printed side, x right, y up; sigma: x y z, and turns about these axes
   - {id: 60, size: 120, xyz: [6.35, 126.7, 550.5], rotation_vector: [69.3, 69.3, 69.3], sigma: [0.1, 0.1, 0.2, 0.02, 0.02, 0.01]}
 covariance: map.covariance.csv            # of all together, in m and rad; the file is read without it where it is not there
+size_sigma: 0.2                           # what sizes as they were told could be off by, all alike, and each in percent:
+size_scatter: 0.3                         # where sizes were found beside the places
 source: what it was made from
 
 The covariance is a table of its own: one row and one column for each of x y z rx ry rz of every
-marker. JSON has it in itself, in m and rad.
+marker, and behind them one for the edge of each, where sizes were found. JSON has it in itself, in m and rad.
 """
 
 from __future__ import annotations
@@ -92,6 +94,8 @@ class MapModel(FileModel):
     units: UnitsModel
     markers: list[MapMarkerModel]
     covariance: str | list[list[FiniteFloat]] | None = None
+    size_sigma: FiniteFloat | None = None
+    size_scatter: FiniteFloat | None = None
     source: str = ""
 
 
@@ -137,6 +141,18 @@ def _read_own(document: YamlDocument, name: str) -> tuple[tuple[MarkerMap, ...],
     sigma = None if not all(with_sigma) else (np.array([m.sigma for m in given.markers]) * scale).ravel()
     covariance, remarks = _covariance(document, given.covariance, names, sigma)
     made = MarkerMap(names, size, vector, covariance, given.dictionary, given.source or document.path.name)
+    for key in ("size_sigma", "size_scatter"):
+        value = getattr(given, key)
+        document.insist(
+            value is None or value >= 0, "not a standard deviation", (key,), found=value, expected="0 or more"
+        )
+    if covariance is not None and len(covariance) > 6 * len(names):
+        both = given.size_sigma is not None and given.size_scatter is not None
+        expected = "both beside a covariance that holds edges"
+        document.insist(both, "size_sigma or size_scatter is missing", ("covariance",), expected=expected)
+        own = 6 * len(names)
+        told = float(units.length.to_si(np.array(given.size_sigma))), 1e-2 * float(given.size_scatter or 0.0)
+        made = replace(made, covariance=covariance[:own, :own], size_covariance=covariance[own:], size_told=told)
     return (made,), remarks
 
 
@@ -159,14 +175,14 @@ def _covariance(
         where: dict[str, Any] = {"file": place}
     else:
         for i, row in enumerate(given):
-            if len(row) != 6 * len(names):
-                expected = f"{6 * len(names)}, six for each marker"
+            if len(row) != len(given) or len(given) not in (6 * len(names), 7 * len(names)):
+                expected = f"{6 * len(names)}, six for each marker, or {7 * len(names)} with edges"
                 document.fail("wrong number of values", ("covariance", i), found=len(row), expected=expected)
-        document.insist(len(given) == 6 * len(names), "wrong number of rows", ("covariance",), found=len(given))
+        document.insist(given, "wrong number of rows", ("covariance",), found=0)
         matrix = np.array(given, dtype=float)
         where = {"file": document.path, "key": "covariance"}
     _check_matrix(matrix, names, where)
-    own = np.sqrt(np.diag(matrix))
+    own = np.sqrt(np.diag(matrix)[: 6 * len(names)])
     if sigma is not None and (np.abs(own - sigma) > SAME_SIGMA * np.maximum(own, sigma)).any():
         i = int(np.argmax(np.abs(own - sigma) / np.maximum(own, sigma).clip(1e-30)))
         raise FormatError(
@@ -195,18 +211,25 @@ def _check_matrix(matrix: Array, names: Sequence[str], where: dict[str, Any]) ->
 
 
 def _titles(names: Sequence[str]) -> list[str]:
-    return [f"{n}.{s}" for n in names for s in FRAME_SYMBOLS]
+    """Of places, and behind them of edges, where these are."""
+    return [*(f"{n}.{s}" for n in names for s in FRAME_SYMBOLS), *(f"{n}.edge" for n in names)]
+
+
+def _unit(i: int, names: Sequence[str]) -> str:
+    return "rad" if i % 6 > 2 and i < 6 * len(names) else "m"
 
 
 def _read_table(place: Path, names: Sequence[str]) -> Array:
     table = read_csv(place)
     wanted = _titles(names)
+    if len(table.names) == 6 * len(names):
+        wanted = wanted[: 6 * len(names)]
     if list(table.names) != wanted or len(table) != len(wanted):
         wrong = next((a for a, b in zip(table.names, wanted, strict=False) if a != b), f"{len(table)} rows")
         expected = f"{len(wanted)} columns and rows, {wanted[0]} to {wanted[-1]}, as the map has its markers"
         raise FormatError("the covariance is of other markers than the map", file=place, found=wrong, expected=expected)
     for i, title in enumerate(wanted):
-        si = "rad" if i % 6 > 2 else "m"
+        si = _unit(i, names)
         if table.units[i] != si:
             raise FormatError("another unit", file=place, column=title, found=table.units[i], expected=si)
     return table.numbers(wanted)
@@ -216,8 +239,10 @@ def map_covariance_text(known: MarkerMap) -> str:
     """The table of a map's covariance, m and rad. Raises ModelError where it states none."""
     if known.covariance is None:
         raise ModelError("this map states no covariance", expected="one that was found from images")
-    heads = [f"{t} [{'rad' if i % 6 > 2 else 'm'}]" for i, t in enumerate(_titles(known.names))]
-    return csv_columns(heads, [[f"{v:.12g}" for v in column] for column in known.covariance.T.tolist()])
+    joint = known.joint
+    assert joint is not None
+    heads = [f"{t} [{_unit(i, known.names)}]" for i, t in enumerate(_titles(known.names)[: len(joint)])]
+    return csv_columns(heads, [[f"{v:.12g}" for v in column] for column in joint.T.tolist()])
 
 
 def _own_text(known: MarkerMap, beside: str) -> str:
@@ -245,6 +270,14 @@ def _own_text(known: MarkerMap, beside: str) -> str:
         lines.append(f"  - {{{', '.join(parts)}}}")
     if known.covariance is not None and beside:
         lines.append(f"covariance: {json.dumps(beside, ensure_ascii=False)}    # of all together, m and rad")
+        if known.size_told is not None:
+            shift, scatter = (
+                float(f"{v:.6g}") for v in (units.length.from_si(known.size_told[0]), 100 * known.size_told[1])
+            )
+            lines += [
+                f"size_sigma: {number(shift)}    # sizes as told: all alike",
+                f"size_scatter: {number(scatter)}    # each, in percent",
+            ]
     if known.source:
         lines.append(f"source: {quote(known.source)}")
     return "\n".join(lines) + "\n"
@@ -266,7 +299,9 @@ def _json_text(known: MarkerMap, beside: str) -> str:
     ]
     parts: dict[str, Any] = {"robocal": 1, "kind": "map", "dictionary": known.family}
     parts |= {"units": {"length": "m", "angle": "rad"}, "markers": markers}
-    parts |= {"covariance": known.covariance, "source": known.source}
+    if known.size_told is not None:
+        parts |= {"size_sigma": known.size_told[0], "size_scatter": 100 * known.size_told[1]}
+    parts |= {"covariance": known.joint, "source": known.source}
     return json_text({k: v for k, v in parts.items() if v is not None})
 
 

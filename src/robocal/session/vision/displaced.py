@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robocal import _scipy as scipy
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import CELL_UNIT_NEAR, MARKER_MOVED_CHANCE, POSE_RIVAL
+from robocal.diagnose.limits import CELL_UNIT_NEAR, MARKER_MOVED_CHANCE, MARKER_SIZE_CHANCE, POSE_RIVAL
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -101,11 +102,11 @@ def with_map_prior(
     table: CornerTable, maps: Sequence[MarkerMap], loss: str, edges: EdgeErrors | None = None
 ) -> tuple[CornerTable, tuple[DisplacedMarker, ...]]:
     """Corners whose markers have a start, with what maps say of these beforehand; and markers that contradict it, of which nothing is
-    taken. Raises ModelError."""
+    taken; edges are free within what is known of them. Raises ModelError."""
     _refuse_units(table, maps)
-    _refuse_others(table, maps)
+    _refuse_others(table, maps, edges)
     data, prior = _believe(table.data, maps)
-    displaced = find_displaced(with_edges(replace(table, data=data), edges).data, prior, loss)
+    displaced = find_displaced(with_edges(replace(table, data=data), edges, prior).data, prior, loss)
     if len(displaced) > most_displaced(prior):
         raise ModelError(
             "more than single markers contradict the prior", key="--prior",
@@ -115,8 +116,10 @@ def with_map_prior(
     if displaced:
         gone = {m.change.name for m in displaced}
         rest = [[n for n in m.names if n not in gone] for m in maps]
-        data, _ = _believe(table.data, [take_markers(m, names) for m, names in zip(maps, rest, strict=True) if names])
-    return replace(table, data=data), displaced
+        data, prior = _believe(
+            table.data, [take_markers(m, names) for m, names in zip(maps, rest, strict=True) if names]
+        )
+    return with_edges(replace(table, data=data), edges, prior), displaced
 
 
 def measure_displaced(
@@ -139,8 +142,9 @@ def measure_displaced(
     return tuple(out)
 
 
-def _refuse_others(table: CornerTable, maps: Sequence[MarkerMap]) -> None:
-    """Raises ModelError for markers of another size or dictionary than those that are seen."""
+def _refuse_others(table: CornerTable, maps: Sequence[MarkerMap], edges: EdgeErrors | None) -> None:
+    """Raises ModelError for markers of another size or dictionary than those that are seen, or whose sizes were found elsewhere than
+    they are told."""
     obs = table.pixels
     assert obs.target is not None
     seen = {t.name: 2 * float(np.abs(obs.extra["point"][obs.target == i, 0]).max()) for i, t in enumerate(obs.targets)}
@@ -148,12 +152,22 @@ def _refuse_others(table: CornerTable, maps: Sequence[MarkerMap]) -> None:
         if None not in (m.family, table.family) and m.family != table.family:
             raise ModelError("a prior of another dictionary", key="--prior", found=m.family, expected=table.family)
         for name, edge in zip(m.names, m.size.tolist(), strict=True):
-            if name in seen and abs(edge - seen[name]) > SAME_SIZE * edge:
+            if name in seen and (
+                abs(edge - seen[name]) > SAME_SIZE * edge or _contradicted(m, edge - seen[name], seen[name], edges)
+            ):
                 found, expected = (
                     f"{1e3 * seen[name]:g} mm for marker {name}",
                     f"{1e3 * edge:g} mm, as the prior has it",
                 )
                 raise ModelError("another size than that of the prior", key="--size", found=found, expected=expected)
+
+
+def _contradicted(known: MarkerMap, off: float, told: float, edges: EdgeErrors | None) -> bool:
+    """Whether a size that a map found is too far from the one that is told now, for both to be of one print."""
+    if edges is None or known.size_covariance is None:
+        return False
+    chi2 = off**2 / float(edges.covariance(np.array([told]))[0, 0])
+    return float(scipy.special.chdtrc(1, chi2)) * len(known.names) < MARKER_SIZE_CHANCE
 
 
 def _refuse_units(table: CornerTable, maps: Sequence[MarkerMap]) -> None:
