@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -35,12 +35,14 @@ __all__ = [
     "with_map_prior",
 ]
 
+LEAST = 3  # grid: markers that have a place to one another
 FEW, SHARE = 3, 8  # grid: markers that are looked for, or one in so many: of more it is the prior that is wrong
 FINEST = 1e-9  # tolerance: m: markers that lie in one place
 UNITS = {  # by how much a length is too large that is read in one unit, and meant in another
     1000.0: ("m", "mm"), 1e-3: ("mm", "m"), 100.0: ("m", "cm"), 10.0: ("cm", "mm"), 0.1: ("mm", "cm"),
     1 / 25.4: ("mm", "inch"), 25.4: ("inch", "mm"), 1 / 0.0254: ("m", "inch"), 0.0254: ("inch", "m"), 2.54: ("inch", "cm"),
-    1 / 2.54: ("cm", "inch"),
+    1 / 2.54: ("cm", "inch"), 1 / 0.3048: ("m", "ft"), 0.3048: ("ft", "m"), 304.8: ("ft", "mm"), 1 / 304.8: ("mm", "ft"),
+    12.0: ("ft", "inch"), 1 / 12: ("inch", "ft"),
 }  # fmt: skip
 SAME_SIZE = 0.02  # tolerance: of the edge: printers scale by less
 
@@ -105,8 +107,10 @@ def with_map_prior(
     taken; edges are free within what is known of them. Raises ModelError."""
     _refuse_units(table, maps)
     _refuse_others(table, maps, edges)
-    data, prior = _believe(table.data, maps)
-    displaced = find_displaced(with_edges(replace(table, data=data), edges, prior).data, prior, loss)
+    far = _far(table, maps)
+    near = _without(maps, {m.change.name for m in far})
+    data, prior = _believe(table.data, near)
+    displaced = far + find_displaced(with_edges(replace(table, data=data), edges, prior).data, prior, loss)
     if len(displaced) > most_displaced(prior):
         raise ModelError(
             "more than single markers contradict the prior", key="--prior",
@@ -114,12 +118,37 @@ def with_map_prior(
             expected="a map of these markers as they stand now; leave those that moved out of the file",
         )  # fmt: skip
     if displaced:
-        gone = {m.change.name for m in displaced}
-        rest = [[n for n in m.names if n not in gone] for m in maps]
-        data, prior = _believe(
-            table.data, [take_markers(m, names) for m, names in zip(maps, rest, strict=True) if names]
-        )
+        data, prior = _believe(table.data, _without(maps, {m.change.name for m in displaced}))
     return with_edges(replace(table, data=data), edges, prior), displaced
+
+
+def _without(maps: Sequence[MarkerMap], gone: Collection[str]) -> list[MarkerMap]:
+    """What maps say of the other markers."""
+    rest = [[n for n in m.names if n not in gone] for m in maps]
+    return [take_markers(m, names) for m, names in zip(maps, rest, strict=True) if names]
+
+
+def _far(table: CornerTable, maps: Sequence[MarkerMap]) -> tuple[DisplacedMarker, ...]:
+    """Markers that a map has farther off than all that is seen of it is wide, the others laid on where they are seen: slips, beside which
+    no fit of the map begins. The farthest is taken out until none is."""
+    seen = {t.name: se3.from_vector(np.array(t.value)) for t in table.pixels.targets}
+    out = []
+    for m in maps:
+        names = [n for n in m.names if n in seen]
+        while len(names) > LEAST:
+            told = take_markers(replace(m, covariance=None, size_covariance=None), names)
+            there = np.stack([seen[n] for n in names])
+            move = rigid(told.vector[:, :3], there[:, :3, 3])
+            middle = np.median(there[:, :3, 3], axis=0)
+            wide = 2 * float(np.linalg.norm(there[:, :3, 3] - middle, axis=1).max())
+            steps, turns = se3.displacement(move @ told.poses, there)
+            apart = np.linalg.norm(steps, axis=1)
+            worst = int(apart.argmax())
+            if apart[worst] <= wide:
+                break
+            away, turn = float(apart[worst]), float(np.linalg.norm(turns[worst]))
+            out.append(DisplacedMarker(MarkerChange(names.pop(worst), away, turn, 0.0, float("inf"), 6), ""))
+    return tuple(out)
 
 
 def measure_displaced(

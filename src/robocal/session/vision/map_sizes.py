@@ -14,7 +14,8 @@ Source: Baarda, A testing procedure for use in geodetic networks (1968).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -22,12 +23,23 @@ from robocal import _scipy as scipy
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import MARKER_SIZE, MARKER_SIZE_CHANCE
+from robocal.errors import ModelError
 from robocal.measure.pixels import EDGE, GROWTH
 from robocal.parameters import Together
 from robocal.session.vision.corner_table import CornerTable
 from robocal.session.vision.map_prior import MapPrior
 
-__all__ = ["EdgeErrors", "MarkerSize", "MarkerSizes", "edges_of", "find_sizes", "prior_of", "size_of_all", "with_edges"]
+__all__ = [
+    "EdgeErrors",
+    "MarkerSize",
+    "MarkerSizes",
+    "edges_of",
+    "errors_told",
+    "find_sizes",
+    "prior_of",
+    "size_of_all",
+    "with_edges",
+]
 
 FINEST = 1e-6  # tolerance: m: no edge is known better, and a prior that is exact in some direction has no inverse
 TOLD = (
@@ -35,6 +47,7 @@ TOLD = (
 )
 SEEN = 1e-4  # tolerance: of the information: the size of all together, which no view tells
 SHARE = 0.2  # tolerance: of the markers: where more have another size, all scatter
+LARGE = 1 / 3  # tolerance: of an edge, a sigma: at three sigma there would be none
 UNKNOWN = 1.0  # tolerance: m: nobody knows less of an edge
 
 
@@ -49,6 +62,24 @@ class EdgeErrors:
         """Of edges (M,) m, (M, M)."""
         own = (self.scatter * edges) ** 2 + FINEST**2
         return np.asarray(self.shift**2 + np.diag(own))
+
+
+def errors_told(o: Any, edges: Iterable[float]) -> EdgeErrors:
+    """What edges (m) may be off by, as options tell it (mm, percent). Raises ModelError for as much as an edge itself."""
+    shift, scatter = 1e-3 * float(o.size_sigma), 1e-2 * float(o.size_scatter)
+    least = min(edges, default=float("inf"))
+    if shift > LARGE * least:
+        found, expected = (
+            f"{1e3 * shift:g} mm beside an edge of {1e3 * least:g} mm",
+            "how surely it is known, as 0.2; the edge itself is --size",
+        )
+        raise ModelError("no marker is known as badly", key="--size-sigma", found=found, expected=expected)
+    if scatter > LARGE:
+        raise ModelError(
+            "no markers differ as much", key="--size-scatter", found=f"{100 * scatter:g} %",
+            expected="percent of an edge, as 0.3; edges that differ are told one by one: --size 7=120",
+        )  # fmt: skip
+    return EdgeErrors(shift, scatter)
 
 
 @record
