@@ -15,7 +15,7 @@ from robocal._record import replace
 from robocal._types import Array
 from robocal.measure.data import Observations
 from robocal.remarks.english import declare
-from robocal.remarks.remark import Number, Quantity
+from robocal.remarks.remark import Number
 
 __all__ = ["CORNERS_REORDERED", "TARGET_UNIT", "target_changes"]
 
