@@ -166,7 +166,9 @@ def find_frame_steps(model: Model, data: DataSet, fitted: Problem, x: Array, sig
     """The frames of data, as they were fitted at x (1, P), that have two places; `sigma` are standard deviations of what was fitted."""
     if fitted.sizes[1][1] > 0 or not fitted.n:
         return []
-    data = DataSet(data.configurations, tuple(count_all(o, i) for i, o in enumerate(data.observations)))
+    # What is set aside among readings without a frame is no matter of frames.
+    again = [count_all(o, i) if o.frame is not None or o.targets else o for i, o in enumerate(data.observations)]
+    data = DataSet(data.configurations, tuple(again))
     values = dict(zip(fitted.table.names, x[0].tolist(), strict=False))
     free, out = list(fitted.free), []
     before = build(model, data, values=values).with_weights(fitted.weights).with_free(free).with_loss("huber")
