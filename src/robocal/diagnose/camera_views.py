@@ -42,14 +42,7 @@ from robocal.measure.reach import reach
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
-__all__ = [
-    "AXES_EXCHANGED",
-    "IMAGE_MIRRORED",
-    "TARGET_TURNED",
-    "VIEWS_SHIFTED",
-    "carriers",
-    "wrong_views",
-]
+__all__ = ["AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "carriers", "wrong_views"]
 
 AXES_EXCHANGED = declare(
     "axes-exchanged",

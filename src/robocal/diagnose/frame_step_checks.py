@@ -38,7 +38,9 @@ def frame_steps(context: Context[Model]) -> list[Finding]:
     """Frames that stand elsewhere from a configuration on. They are refused where the numbers that were fitted are off by it."""
     fit = context.need_fit
     # What is wrong with all views, or a fit that found no end, leaves nothing to ask of single frames.
-    if not fit.solution.settled() or any(f.level is Level.REFUSE for c in (findings_of_segments, wrong_views) for f in c.run(context)):
+    if not fit.solution.settled() or any(
+        f.level is Level.REFUSE for c in (findings_of_segments, wrong_views) for f in c.run(context)
+    ):
         return []
     sigma = dict(zip(fit.total.names, fit.total.sigma.tolist(), strict=True))
     steps = find_frame_steps(context.model, fit.data, fit.problem, fit.solution.x, sigma)
@@ -65,7 +67,9 @@ def _finding(context: Context[Model], step: FrameStep) -> Finding:
 
 def _seen(data: DataSet, name: str) -> Iterable[Observations]:
     """The observations in which a frame is looked at, or looks."""
-    return (o for o in data.observations if name in {t.name for t in o.targets} | ({o.frame.name} if o.frame else set()))
+    return (
+        o for o in data.observations if name in {t.name for t in o.targets} | ({o.frame.name} if o.frame else set())
+    )
 
 
 def _what(data: DataSet, name: str) -> str:
