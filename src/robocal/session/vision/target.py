@@ -12,7 +12,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import DICTIONARY_AHEAD
+from robocal.diagnose.vision_limits import DICTIONARY_AHEAD
 from robocal.errors import FileError, ModelError, look_up
 from robocal.files.apriltag_search import find_tags, tag_search
 from robocal.files.image_files import GreyImage, ImageSource, read_images
