@@ -316,7 +316,7 @@ def two_stages(said, rig, folder, camera):
     with (folder / "pixels.csv").open(encoding="utf-8") as file:
         rows = [[r["id"], r["marker"][1:], r["corner"], r["u"], r["v"]] for r in csv.DictReader(file)]
     table(folder / "corners.csv", ["view", "marker", "corner", "u", "v"], rows)
-    rc.vision.map(
+    rc.camera.map(
         folder / "corners.csv", lens=folder / "lens.yaml", size=[f"{1e3 * rig.printed:g}"], origin="0", fix=list(SYMBOLS),
         output=folder / "map.yaml", force=True, size_sigma=0, size_scatter=0,
     )  # fmt: skip
@@ -363,7 +363,7 @@ def photograph(rig, rng, folder, camera):
         cv2.imwrite(
             str(images / f"p{p}.png"), render(near, rig.lens, size, how, texture(size, int(rng.integers(1 << 30))), rng)
         )
-    rc.vision.detect(images, dictionary=FAMILY, size=1e3 * rig.printed, output=folder / "found.csv", force=True)
+    rc.camera.detect(images, dictionary=FAMILY, size=1e3 * rig.printed, output=folder / "found.csv", force=True)
     with (folder / "found.csv").open(encoding="utf-8") as file:
         head, *rows = list(csv.reader(file))
     view, marker = head.index("view"), head.index("marker")
