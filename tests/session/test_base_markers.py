@@ -10,7 +10,7 @@ from cables.thesis_rig import SIX, specification, thesis_rig
 
 from robocal.geometry import se3, so3
 from robocal.measure.data import DataSet
-from robocal.session.base_markers import place_targets
+from robocal.session.base_markers import leave_lone_targets, place_targets
 from robocal.vision.camera import SYMBOLS
 
 NEAR = 0.08, 0.08  # m, rad: far less than markers are apart, and near enough for any fit
@@ -53,3 +53,29 @@ def test_they_start_near_where_they_are(rig, known):
 
 def test_what_is_stated_stays(rig):
     assert place_targets(rig.robot, rig.data) is rig.data
+
+
+def test_a_marker_that_one_view_shows_is_left_out(rig):
+    data = unplaced(rig, known=True)
+    pixels, lengths = data.observations
+    where = pixels.configuration[pixels.target == 7]
+    alone = pixels.take(np.flatnonzero((pixels.target != 7) | (pixels.configuration == where[0])))
+    less, left = leave_lone_targets(replace(data, observations=(alone, lengths)))
+    assert "m7" in left and "m0" not in left
+    kept = less.observations[0]
+    assert not set(left) & {t.name for t in kept.targets} and less.observations[1] is lengths
+    # Every row that stays shows what it showed.
+    names = [t.name for t in kept.targets]
+    shown = [pixels.targets[i].name for i in alone.target if pixels.targets[i].name not in left]
+    assert [names[i] for i in kept.target] == shown
+
+
+def test_what_alone_says_where_a_view_is_stays(rig):
+    """A view that shows nothing else would lose its place."""
+    data = unplaced(rig, known=True)
+    pixels, lengths = data.observations
+    view = pixels.configuration[pixels.target == 7][0]
+    some = pixels.take(np.flatnonzero((pixels.target == 7) == (pixels.configuration == view)))
+    known = replace(data, observations=(some, lengths))
+    assert leave_lone_targets(known) == (known, ())
+    assert leave_lone_targets(rig.data) == (rig.data, ())

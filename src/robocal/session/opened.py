@@ -29,7 +29,7 @@ from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
-from robocal.session.base_markers import place_targets
+from robocal.session.base_markers import leave_lone_targets, place_targets
 from robocal.session.prediction import Prediction
 from robocal.session.watching import Watch, computable
 
@@ -145,9 +145,11 @@ class Opened(Generic[M]):
         one_frame_per_name(reading)
         if freedom_of(self.machine) is not None:
             reading = replace(reading, dataset=place_configurations(self.machine, reading.dataset.by_id()))
-        reading = replace(reading, dataset=place_targets(self.machine, reading.dataset))
+        joined, lone = leave_lone_targets(reading.dataset)
+        reading = replace(reading, dataset=place_targets(self.machine, joined))
         reading, undone = without_half_turns(self.machine, reading)
-        return self.inputs_of(reading, *undone)
+        left = (Remark.of(Code.TARGETS_SEEN_ONCE, targets=lone),) if lone else ()
+        return self.inputs_of(reading, *undone, *left)
 
     def inputs_of(self, reading: Reading, *remarks: Remark) -> Inputs:
         """The machine with what was read of it, and remarks."""
