@@ -429,6 +429,7 @@ def main():
     words.add_argument(
         "--two-stages", action="store_true", help="beside it the map first, then the robot with the map held"
     )
+    words.add_argument("--images", action="store_true", help="corners from drawn images: texture, blur 0.8 px, noise 5")
     words.add_argument("--draw", action="store_true", help="write the files alone")
     given = words.parse_args()
     said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))

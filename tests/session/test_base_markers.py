@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from cables.thesis_rig import SIX, specification, thesis_rig
 from robocal.geometry import se3, so3
 from robocal.measure.data import DataSet
 from robocal.session.base_markers import leave_lone_targets, place_targets
+from robocal.session.inputs import read_inputs
 from robocal.vision.camera import SYMBOLS
 
 NEAR = 0.08, 0.08  # m, rad: far less than markers are apart, and near enough for any fit
@@ -79,3 +81,12 @@ def test_what_alone_says_where_a_view_is_stays(rig):
     known = replace(data, observations=(some, lengths))
     assert leave_lone_targets(known) == (known, ())
     assert leave_lone_targets(rig.data) == (rig.data, ())
+
+
+def test_reading_the_files_of_a_robot_places_its_markers():
+    folder = Path(__file__).parents[2] / "examples" / "cable-camera"
+    read = read_inputs(folder / "robot.yaml", [folder / "lengths.yaml", folder / "pixels.yaml"])
+    (pixels,) = (o for o in read.data.observations if o.kind == "pixels")
+    assert len(pixels.targets) > 5 and all(any(t.value) for t in pixels.targets[1:])
+    shown = np.unique(pixels.configuration)
+    assert np.linalg.norm(read.data.configurations.start[shown][:, :3], axis=1).min() > 0.1

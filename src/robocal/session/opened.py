@@ -145,14 +145,15 @@ class Opened(Generic[M]):
         one_frame_per_name(reading)
         if freedom_of(self.machine) is not None:
             reading = replace(reading, dataset=place_configurations(self.machine, reading.dataset.by_id()))
-        joined, lone = leave_lone_targets(reading.dataset)
-        reading = replace(reading, dataset=place_targets(self.machine, joined))
         reading, undone = without_half_turns(self.machine, reading)
-        left = (Remark.of(Code.TARGETS_SEEN_ONCE, targets=lone),) if lone else ()
-        return self.inputs_of(reading, *undone, *left)
+        return self.inputs_of(reading, *undone)
 
     def inputs_of(self, reading: Reading, *remarks: Remark) -> Inputs:
-        """The machine with what was read of it, and remarks."""
+        """The machine with what was read of it, where targets of unknown places begin too, and remarks."""
+        joined, lone = leave_lone_targets(reading.dataset)
+        reading = replace(reading, dataset=place_targets(self.machine, joined))
+        if lone:
+            remarks = (*remarks, Remark.of(Code.TARGETS_SEEN_ONCE, targets=lone))
         return Inputs(self, reading, (*self.inputs, *reading.files), (*self.warnings, *reading.warnings, *remarks))
 
     def simulator(self, request: Request) -> Simulator[M]:
