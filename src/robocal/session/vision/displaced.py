@@ -9,7 +9,8 @@ import numpy as np
 from robocal import _scipy as scipy
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import CELL_UNIT_NEAR, MARKER_MOVED_CHANCE, MARKER_SIZE_CHANCE, POSE_RIVAL
+from robocal.diagnose.limits import CELL_UNIT_NEAR
+from robocal.diagnose.vision_limits import MARKER_MOVED_CHANCE, MARKER_SIZE_CHANCE, POSE_RIVAL
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem

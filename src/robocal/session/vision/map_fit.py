@@ -14,7 +14,8 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import FOLDS, HOLD_OUT_PLACES, MARKER_SIZE, MARKER_SIZE_CHANCE
+from robocal.diagnose.limits import FOLDS, HOLD_OUT_PLACES
+from robocal.diagnose.vision_limits import MARKER_SIZE, MARKER_SIZE_CHANCE
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.options import Options
 from robocal.fit.scale import without_scales

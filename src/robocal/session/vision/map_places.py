@@ -11,7 +11,8 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.diagnose.limits import GROSS_SHARE, LENS_MISSES, LENS_MISSES_TIMES, MARKER_SIZE
+from robocal.diagnose.limits import GROSS_SHARE
+from robocal.diagnose.vision_limits import LENS_MISSES, LENS_MISSES_TIMES, MARKER_SIZE
 from robocal.errors import ModelError
 from robocal.files.display import listing_text
 from robocal.files.lens import read_lens

@@ -16,7 +16,7 @@ import numpy as np
 from robocal import _scipy as scipy
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import MARKER_MOVED_CHANCE
+from robocal.diagnose.vision_limits import MARKER_MOVED_CHANCE
 from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.geometry.fits import rigid

@@ -11,7 +11,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Ints
-from robocal.diagnose.limits import MAP_WEAK
+from robocal.diagnose.vision_limits import MAP_WEAK
 from robocal.errors import ModelError
 from robocal.files.display import to_display
 from robocal.files.lens import read_lens

@@ -22,7 +22,7 @@ import numpy as np
 from robocal import _scipy as scipy
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import MARKER_SIZE, MARKER_SIZE_CHANCE
+from robocal.diagnose.vision_limits import MARKER_SIZE, MARKER_SIZE_CHANCE
 from robocal.errors import ModelError
 from robocal.measure.pixels import EDGE, GROWTH
 from robocal.parameters import Together

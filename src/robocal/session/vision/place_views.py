@@ -18,7 +18,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.gross import sift
-from robocal.diagnose.limits import MARKER_SIZE, MARKER_SIZE_CHANCE, POSE_RIVAL
+from robocal.diagnose.vision_limits import MARKER_SIZE, MARKER_SIZE_CHANCE, POSE_RIVAL
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
