@@ -31,7 +31,7 @@ from robocal.diagnose.limits import EXPLAINED_CLEARLY, EXPLANATIONS_ALIKE, VIEWS
 from robocal.diagnose.target_changes import target_changes
 from robocal.diagnose.view_blocks import subsample_views
 from robocal.estimate.problem import Problem
-from robocal.fit.baseline import fit_baseline
+from robocal.fit.baseline import Baseline, fit_baseline
 from robocal.fit.noise import owners, quantile
 from robocal.geometry import se3
 from robocal.measure.base import kind_of
@@ -42,14 +42,7 @@ from robocal.measure.reach import reach
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
-__all__ = [
-    "AXES_EXCHANGED",
-    "IMAGE_MIRRORED",
-    "TARGET_TURNED",
-    "VIEWS_SHIFTED",
-    "carriers",
-    "wrong_views",
-]
+__all__ = ["AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "carriers", "wrong_views"]
 
 AXES_EXCHANGED = declare(
     "axes-exchanged",
@@ -99,6 +92,11 @@ class _ViewTrial:
     left: Array
     behind: Array
 
+    @property
+    def asks(self) -> bool:
+        """Whether that is more than a nominal machine leaves."""
+        return bool((self.left > VIEWS_ASK).any() or (self.behind > VIEWS_BEHIND).any())
+
 
 @record
 class _ViewChange:
@@ -119,8 +117,10 @@ def wrong_views(context: Context[Model]) -> list[Finding]:
     cameras = [i for i, o in enumerate(data.observations) if o.kind == "pixels" and o.value.ndim == 2]
     if not cameras:
         return []
-    stated = _measure(data, base.problem, base.x)
-    if (stated.left > VIEWS_ASK).any() or (stated.behind > VIEWS_BEHIND).any():
+    # What everything free explains, the machine was off by: no view has to be read in another way.
+    free = context.soft if context.fit is None else Baseline(context.fit.problem, context.fit.solution.x)
+    ends = (base,) if free is None else (base, free)
+    if all(_measure(data, end.problem, end.x).asks for end in ends):
         whole = DataSet(data.configurations, tuple(replace(o, used=None) for o in data.observations))
         return _ViewSearch(context.model, whole, tuple(cameras)).explain()
     return []
@@ -187,7 +187,7 @@ class _ViewSearch:
     def _of_group(self, group: tuple[int, ...], stated: _ViewTrial | None = None) -> list[Finding]:
         """The changes of some cameras that explain them, alike."""
         stated = stated or self._fit({}, robust=True)
-        if not (stated.left > VIEWS_ASK).any() and not (stated.behind > VIEWS_BEHIND).any():
+        if not stated.asks:
             return []
         return list(self._best(list(self._changes(group)), stated))
 

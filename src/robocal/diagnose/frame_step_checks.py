@@ -71,7 +71,12 @@ def _fitted(data: DataSet, step: FrameStep) -> float:
     for obs in _seen(data, step.frame):
         mine = np.ones(len(obs), dtype=bool)
         if obs.frame is None or obs.frame.name != step.frame:
-            mine = np.array([obs.targets[t].name == step.frame for t in (obs.target if obs.target is not None else np.zeros(len(obs), int))])
+            mine = np.array(
+                [
+                    obs.targets[t].name == step.frame
+                    for t in (obs.target if obs.target is not None else np.zeros(len(obs), int))
+                ]
+            )
         late.append((obs.configuration >= (-1 if step.first is None else step.first))[mine])
         used.append((np.ones(len(obs), dtype=bool) if obs.used is None else obs.used)[mine])
     after, fitted = np.concatenate(late), np.concatenate(used)
@@ -80,7 +85,9 @@ def _fitted(data: DataSet, step: FrameStep) -> float:
 
 def _seen(data: DataSet, name: str) -> Iterable[Observations]:
     """The observations in which a frame is looked at, or looks."""
-    return (o for o in data.observations if name in {t.name for t in o.targets} | ({o.frame.name} if o.frame else set()))
+    return (
+        o for o in data.observations if name in {t.name for t in o.targets} | ({o.frame.name} if o.frame else set())
+    )
 
 
 def _what(data: DataSet, name: str) -> str:

@@ -91,7 +91,9 @@ class _Step:
 class _Look:
     """What the rows of a problem at x say of frames and zeros that may have moved."""
 
-    def __init__(self, model: Model, data: DataSet, problem: Problem, x: Array, unit_names: Mapping[str, Sequence[str]]) -> None:
+    def __init__(
+        self, model: Model, data: DataSet, problem: Problem, x: Array, unit_names: Mapping[str, Sequence[str]]
+    ) -> None:
         every = [n for names in unit_names.values() for n in names if n not in problem.free]
         wide = problem.with_free([*problem.free, *dict.fromkeys(every)])
         lin = wide.linearize(x)
@@ -162,7 +164,9 @@ def _informs(problem: Problem) -> Array:
     return np.array([0.0 if p is None else p**-2.0 for p in priors])
 
 
-def find_frame_steps(model: Model, data: DataSet, fitted: Problem, x: Array, sigma: Mapping[str, float]) -> list[FrameStep]:
+def find_frame_steps(
+    model: Model, data: DataSet, fitted: Problem, x: Array, sigma: Mapping[str, float]
+) -> list[FrameStep]:
     """The frames of data, as they were fitted at x (1, P), that have two places; `sigma` are standard deviations of what was fitted."""
     if fitted.sizes[1][1] > 0 or not fitted.n:
         return []
@@ -304,7 +308,9 @@ def _split(data: DataSet, name: str, first: int, value: tuple[float, ...]) -> Da
         if own and late.any():
             target = np.zeros(len(obs), dtype=np.int64) if obs.target is None else np.array(obs.target)
             target[late & (target == own[0])] = len(obs.targets)
-            other: Frame = replace(obs.targets[own[0]], name=f"{name} {LATER}", value=value, free=(True,) * 6, prior=None)
+            other: Frame = replace(
+                obs.targets[own[0]], name=f"{name} {LATER}", value=value, free=(True,) * 6, prior=None
+            )
             obs = replace(obs, targets=(*obs.targets, other), target=target)
         out.append(obs)
     return DataSet(data.configurations, tuple(out))

@@ -93,7 +93,12 @@ def _far(own: Array) -> Bools:
 
 
 def _leave(
-    context: Context[Model], data: DataSet, terms: Sequence[tuple[int, Rows]], beside: Sequence[Rows], seeing: Sequence[int], x: Array
+    context: Context[Model],
+    data: DataSet,
+    terms: Sequence[tuple[int, Rows]],
+    beside: Sequence[Rows],
+    seeing: Sequence[int],
+    x: Array,
 ) -> Array:
     """The same of poses at x (1, P)."""
     count = len(data.configurations)

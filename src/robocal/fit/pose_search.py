@@ -14,7 +14,9 @@ from robocal.estimate.problem import Problem
 __all__ = ["search_costly_poses", "search_single_poses"]
 
 TRIED = 60  # grid: poses that are tried
-COSTLY = 4.0  # tolerance: times what most cost, or noise does: a search costs little, and changes nothing of a right pose
+COSTLY = (
+    4.0  # tolerance: times what most cost, or noise does: a search costs little, and changes nothing of a right pose
+)
 BEGUN = 3  # grid: of these, from how many a fit begins
 CLEARLY = 0.9  # tolerance: of the cost of its rows: a pose that leaves no less than that stays
 
