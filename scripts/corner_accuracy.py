@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robocal._types import Array
-from robocal.diagnose.limits import IMAGE_SMEAR
+from robocal.diagnose.vision_limits import IMAGE_SMEAR
 from robocal.files.image_files import GreyImage
 from robocal.files.images import family_cells, opencv
 from robocal.files.marker_search import find_markers

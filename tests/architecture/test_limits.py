@@ -1,4 +1,4 @@
-"""A number on which something is decided stands in diagnose/limits.py, or fit/limits.py: whoever compares with a named constant takes it from there."""
+"""A number on which something is decided is a limit (diagnose/limits.py and beside it): whoever compares with a named constant takes it from there."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 SOURCE = Path(__file__).parents[2] / "src"
 WHERE = ("diagnose", "prove", "files/causes.py", "files/data_checks.py", "session", "fit/starts/unknown_zeros.py")
-HOME = ("robocal.diagnose.limits", "robocal.fit.limits")
+HOME = ("robocal.diagnose.limits", "robocal.diagnose.vision_limits", "robocal.fit.limits")
 MARK = re.compile(r"# (tolerance|grid)\b")
 ORDER = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
 
@@ -76,7 +76,7 @@ def test_what_is_compared_is_a_limit():
         place = SOURCE / "robocal" / part
         for path in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
             wrong += [f"{path.relative_to(SOURCE)}, {o}" for o in offences(path.read_text(encoding="utf-8"), module)]
-    assert not wrong, "from diagnose/limits.py, or marked `# tolerance: why` or `# grid: why`:\n" + "\n".join(wrong)
+    assert not wrong, "a limit, or marked `# tolerance: why` or `# grid: why`:\n" + "\n".join(wrong)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robocal.diagnose.limits import FRONTAL
+from robocal.diagnose.vision_limits import FRONTAL
 from robocal.files.image_files import find_images, read_images
 from robocal.geometry import se3, so3
 from robocal.session.vision.target import Target

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.diagnose.check_registry import Context, Finding, When, check, doubt
-from robocal.diagnose.limits import CAMERA_DRIFT, CAMERA_DRIFT_VIEWS
+from robocal.diagnose.vision_limits import CAMERA_DRIFT, CAMERA_DRIFT_VIEWS
 from robocal.fit.noise import owners
 from robocal.geometry import se3, so3
 from robocal.measure.machine import Model

@@ -15,7 +15,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Ints
-from robocal.diagnose import limits
+from robocal.diagnose import vision_limits
 from robocal.diagnose.check_registry import Context, Finding, When, check, doubt, refuse
 from robocal.fit.starts.image_planes import affine_image
 from robocal.geometry import se3
@@ -91,11 +91,11 @@ def phantom_causes(context: Context[Model]) -> Iterator[Finding]:
         # A smaller list leaves less of everything: where the probe hardly moves, exactly so much less.
         factor = facts.get("factor")
         smaller = max(1.0, factor) if isinstance(factor, float) else 1.0
-        if limits.PHANTOM_TIMES * smaller * left < stated < np.inf:
+        if vision_limits.PHANTOM_TIMES * smaller * left < stated < np.inf:
             yield refuse(code, **facts, group=obs.label, stated=Quantity(stated), left=Quantity(left))
             continue
         own, others, name = max(_without_each(rows, obs), default=(0.0, np.inf, ""))
-        if limits.PHANTOM_TIMES * others < own < np.inf:
+        if vision_limits.PHANTOM_TIMES * others < own < np.inf:
             yield refuse(DISPLACED, name=name, group=obs.label, stated=Quantity(own), left=Quantity(others))
 
 
@@ -167,7 +167,7 @@ def pixel_sizes(context: Context[Model]) -> Iterator[Finding]:
         found = np.array([context.values[n] for n in names])
         ratio = found / np.array([stated[s] for s in PIXEL_SIZES])
         factor = float(np.exp(np.log(np.abs(ratio)).mean()))
-        if np.abs(np.log(np.abs(ratio))).max() > np.log1p(limits.PIXEL_FACTOR):
+        if np.abs(np.log(np.abs(ratio))).max() > np.log1p(vision_limits.PIXEL_FACTOR):
             yield doubt(
                 PIXELS, group=obs.label, u=Quantity(float(found[0])), v=Quantity(float(found[1])), factor=factor
             )

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from robocal._record import cached_property, record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
+from robocal.estimate.evaluation import CHUNK, evaluate_all, evaluate_pieces, greatest_length
 from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
 from robocal.estimate.priors import add_shared
 from robocal.estimate.terms import Linear, Normal, ProblemTerm, Residuals, pieces, whiten_rows
@@ -30,11 +31,6 @@ from robocal.parameters import ParameterTable
 
 __all__ = ["Problem"]
 
-# Doubles per chunk of Jacobian: small enough to stay in the second-level cache.
-CHUNK = 1 << 16
-POSE = 16  # numbers
-PIECES = 8  # of which a part of many rows is made at least
-TOGETHER = 64  # rows
 NOTHING = np.empty((0, 0))
 # What is worked out of a problem once, by what it depends on: rows (and columns), names and free columns, values and priors.
 _OF_ROWS = frozenset({"bound_terms", "_summed", "_bare", "numbers", "aside", "pairs"})
@@ -66,40 +62,6 @@ def _check_loss(loss: str) -> str:
     if loss not in LOSSES:
         raise ModelError("unknown loss", found=loss, expected=", ".join(LOSSES))
     return loss
-
-
-def _evaluate(term: ProblemTerm, x: Array, step: int = 1) -> Iterator[tuple[slice, Array]]:
-    """Residuals (B, rows, d) of a term without Jacobian at x (B, P); of many vectors some rows at a time: what a row passes through, a
-    pose at most, stays in the cache."""
-    every, m = np.arange(len(x)), len(term.scale)
-    rows = max(m, 1) if len(x) == 1 else max(1, CHUNK // (POSE * len(x)))
-    if step > 1:  # those of one piece are much alike
-        rows = max(1, min(rows, m // (PIECES * step)))
-    for first in range(0, max(m, 1), step * rows):
-        last = min(first + rows, m)
-        yield slice(first, last), term.evaluate(x, every, first, last - first)[0]
-
-
-def _evaluate_own(term: ProblemTerm, x: Array, own: Ints) -> Array:
-    """Residuals (m, d) of each row of a term at its own one of x (B, P), own (m,), NaN below 0; some rows at a time, of which most lie
-    at few of x."""
-    out = np.full(term.scale.shape, np.nan)
-    for first in range(0, len(own), TOGETHER):
-        mine = own[first : first + TOGETHER]
-        asked, at = np.unique(mine[mine >= 0], return_inverse=True)
-        rows = np.flatnonzero(mine >= 0)
-        if len(rows):
-            out[first + rows] = term.evaluate(x[asked], asked, first, len(mine))[0][at, rows]
-    return out
-
-
-def _all_rows(term: ProblemTerm, x: Array, own: Ints | None) -> Array:
-    """Residuals of all rows of a term, as `Problem.residuals` has them."""
-    if own is not None:
-        return _evaluate_own(term, x, own[term.configuration])
-    parts = [r for _, r in _evaluate(term, x)]
-    r = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
-    return np.asarray(r[0] if len(x) == 1 else r)
 
 
 @record(kw_only=True)
@@ -354,8 +316,8 @@ class Problem(Unknowns):
         x = np.atleast_2d(x)
         out = []
         for term in self._bare:
-            value = _all_rows(term.plain, x, own)
-            apart = None if term.plain is term else _all_rows(term, x, own)
+            value = evaluate_all(term.plain, x, own)
+            apart = None if term.plain is term else evaluate_all(term, x, own)
             where = term.scale, term.configuration
             out.append(
                 Residuals(value, *where, term.group, term.kind, term.parts, term.used, term.lever, term.reading, apart)
@@ -365,7 +327,7 @@ class Problem(Unknowns):
     def residual_pieces(self, x: Array, step: int = 1) -> Iterator[tuple[ProblemTerm, slice, Array]]:
         """The same of many vectors, (B, rows, d), some rows at a time: all of them, or one piece of every `step`."""
         for term in self._bare:
-            for rows, r in _evaluate(term, x, step):
+            for rows, r in evaluate_pieces(term, x, step):
                 yield term, rows, r
 
     def greatest_error(self, x: Array, unit: str = "m") -> Array:
@@ -374,22 +336,7 @@ class Problem(Unknowns):
 
         Source: the identification algorithm of the RV-2AJ article, equation 14 (docs/references.md).
         """
-        x = np.atleast_2d(x)
-        worst, counted, lengths = np.zeros(len(x)), self.in_use, False
-        for rows in self.residuals(x):
-            for part, (_, _, own) in enumerate(rows.parts):
-                some = rows.used & counted[rows.configuration]
-                if own != unit or not rows.reading or not some.any():
-                    continue
-                lengths = True
-                error = rows.length(part).reshape(len(x), -1)[:, some]
-                worst = np.maximum(worst, error.max(axis=1))
-        if not lengths:
-            raise ModelError(
-                "nothing that was measured is a length, so there is no error to stop at", key="tolerance",
-                expected="no tolerance, or data with positions, poses, ranges or lengths",
-            )  # fmt: skip
-        return worst
+        return greatest_length(self.residuals(np.atleast_2d(x)), self.in_use, len(np.atleast_2d(x)), unit)
 
     def linearize(self, x: Array, configurations: Ints | None = None) -> Linear:
         """Whitened r and dense J at one x (P,) or (1, P), of the rows that count, of the given configurations or of all with positive

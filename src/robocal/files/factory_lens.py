@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from robocal.diagnose.limits import LENS_FACTORY_PRIOR
+from robocal.diagnose.vision_limits import LENS_FACTORY_PRIOR
 from robocal.errors import FormatError
 from robocal.files.text import Source
 from robocal.files.yamlio import YamlDocument

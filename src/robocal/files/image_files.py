@@ -14,7 +14,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import VIDEO_FRAMES
+from robocal.diagnose.vision_limits import VIDEO_FRAMES
 from robocal.errors import FileError, reason_of
 from robocal.files.image_orientation import as_stored, stated_orientation
 from robocal.files.images import opencv

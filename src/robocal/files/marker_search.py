@@ -13,7 +13,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array, Ints
-from robocal.diagnose.limits import DICTIONARY_AHEAD
+from robocal.diagnose.vision_limits import DICTIONARY_AHEAD
 from robocal.errors import ModelError
 from robocal.files.images import FAMILIES, opencv
 

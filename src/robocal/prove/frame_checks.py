@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal._types import Array
-from robocal.diagnose import limits
+from robocal.diagnose import vision_limits
 from robocal.diagnose.check_registry import Finding, Given, When, check, note, qualify, refuse
 from robocal.geometry import so3
 from robocal.measure.data import Frame
@@ -76,11 +76,11 @@ def hand_turns(context: Decision[Model]) -> Iterator[Finding]:
         return
     away = so3.log(np.swapaxes(so3.project(turns.mean(axis=0))[None], 1, 2) @ turns)
     values, axes = np.linalg.eigh(np.cov(away.T, bias=True))
-    if values[1] >= limits.HAND_TURNS**2:
+    if values[1] >= vision_limits.HAND_TURNS**2:
         return
     along = away @ axes[:, ::-1]
     first, second, _ = (Quantity(float(v), "rad") for v in np.ptp(along, axis=0))
-    if values[2] < limits.HAND_TURNS**2:
+    if values[2] < vision_limits.HAND_TURNS**2:
         apart = "apart" if len(names) > 1 else None
         yield refuse(LITTLE_TURN, first=first, second=second, names=names, apart=apart)
     else:
@@ -104,7 +104,9 @@ def _both_sides(context: Decision[Model]) -> tuple[str, ...]:
 def _known(frame: Frame) -> bool:
     """Whether a prior places a frame, as well as a result would have to."""
     prior = frame.prior
-    return prior is not None and max(prior[:3]) <= limits.KNOWN_PLACE and max(prior[3:]) <= limits.FRAME_TURN
+    return (
+        prior is not None and max(prior[:3]) <= vision_limits.KNOWN_PLACE and max(prior[3:]) <= vision_limits.FRAME_TURN
+    )
 
 
 def _turns(context: Decision[Model]) -> Array | None:
@@ -142,7 +144,8 @@ def frames_loose(context: Decision[Model]) -> Iterator[Finding]:
         parts = (FRAME_SYMBOLS[:3], FRAME_SYMBOLS[3:])
         size[owner] = [float(np.sqrt(sum(own.get(f"{owner}.{s}", 0.0) for s in part))) for part in parts]
     name, (place, turn) = max(
-        size.items(), key=lambda item: max(item[1][0] / limits.FRAME_PLACE, item[1][1] / limits.FRAME_TURN)
+        size.items(),
+        key=lambda item: max(item[1][0] / vision_limits.FRAME_PLACE, item[1][1] / vision_limits.FRAME_TURN),
     )
-    if place > limits.FRAME_PLACE or turn > limits.FRAME_TURN:
+    if place > vision_limits.FRAME_PLACE or turn > vision_limits.FRAME_TURN:
         yield qualify(LOOSE, name=name, place=Quantity(place, "m"), turn=Quantity(turn, "rad"))

@@ -23,7 +23,8 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import ARM_EXPLAINS, FRAMES_LEFT
+from robocal.diagnose.limits import FRAMES_LEFT
+from robocal.diagnose.vision_limits import ARM_EXPLAINS
 from robocal.estimate.elimination import beside_blocks, reweight, triangle
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.fit.fit import Fit

@@ -17,7 +17,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.diagnose.limits import ARM_EXPLAINS, ROBOT_PLACE, ROBOT_TURN
+from robocal.diagnose.vision_limits import ARM_EXPLAINS, ROBOT_PLACE, ROBOT_TURN
 from robocal.estimate.elimination import reweight
 from robocal.estimate.terms import Linear
 from robocal.fit.fit import Fit

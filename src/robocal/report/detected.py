@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from robocal.diagnose.limits import IMAGE_SMEAR
+from robocal.diagnose.vision_limits import IMAGE_SMEAR
 from robocal.remarks.remark import percent
 from robocal.report.lens_page import further_section
 from robocal.report.sections import Cell, Detail, Figure, Section, Style, Text, ends, figure, quiet, table

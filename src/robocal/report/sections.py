@@ -7,14 +7,14 @@ has room for is a `Detail`; what a terminal says unless more is asked for is a s
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 from robocal._record import record, replace
-from robocal.quantities import Column, Listing
-from robocal.remarks.remark import Message, singular
+from robocal.quantities import Listing
+from robocal.remarks.remark import Message
+from robocal.report.cells import Cell, Mark, Noted, Style, cell_of, figure, singular_cell, word_and_style
 
 __all__ = [
     "OWN_FITTED",
@@ -23,30 +23,8 @@ __all__ = [
     "messages", "quiet", "spread", "strong", "table", "word_and_style",
 ]  # fmt: skip
 
-Style = Literal["", "good", "doubtful", "bad", "strong", "quiet", "strange", "title", "term", "code"]
-Mark = Literal["", "before", "after", "held", "aside"]
-Cell: TypeAlias = "str | tuple[str, Style] | Noted"
-
-
 OWN_FITTED = "own frames fitted"  # to the rows whose errors are told: poses and instruments met only there
 SPREAD = ("mean", "rms", "95 %", "max", "n")
-
-
-@record
-class Noted:
-    """A cell with a remark of a few words, the mark of the series that it tells of, or a picture (SVG) in place of its word."""
-
-    word: str
-    note: str = ""
-    mark: Mark = ""
-    style: Style = ""
-    svg: str = ""
-
-
-def _tell_one(cell: Cell) -> Cell:
-    if isinstance(cell, Noted):
-        return cell
-    return singular(cell) if isinstance(cell, str) else (singular(cell[0]), cell[1])
 
 
 @record
@@ -57,7 +35,7 @@ class Text:
     indent: int = 0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "parts", tuple(map(_tell_one, self.parts)))
+        object.__setattr__(self, "parts", tuple(map(singular_cell, self.parts)))
 
     @classmethod
     def of(cls, *parts: Cell, indent: int = 0) -> Text:
@@ -286,11 +264,6 @@ def messages(document: Any, said: Sequence[str]) -> list[Message]:
     return [Sentence(s, advice.get(s, "")) for s in said]
 
 
-def word_and_style(cell: Cell) -> tuple[str, Style]:
-    """A cell without its remark."""
-    return (cell, "") if isinstance(cell, str) else (cell.word, cell.style) if isinstance(cell, Noted) else cell
-
-
 def quiet(*lines: str, indent: int = 0) -> tuple[Text, ...]:
     """Lines that matter less than the others."""
     return tuple(Text(((line, "quiet"),), indent) for line in lines)
@@ -321,35 +294,11 @@ def listing_table(listing: Listing, *, title: str = "", most: int | None = None,
     """A table of a listing, or of its first rows, as the columns say that they are shown."""
     values = [c.plain[:most] for c in listing.columns]
     numbers = tuple(i for i, column in enumerate(values) if any(isinstance(v, int | float) for v in column))
-    cells = [[_cell(v, c) for v in column] for c, column in zip(listing.columns, values, strict=True)]
+    cells = [[cell_of(v, c) for v in column] for c, column in zip(listing.columns, values, strict=True)]
     heads = tuple(c.label or c.header for c in listing.columns)
     return Table(heads, tuple(zip(*cells, strict=True)), numbers, title, tuple(styles))
-
-
-def _cell(value: Any, column: Column) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, list) and column.spec == "to":
-        return " to ".join(f"{v:g}" for v in value)
-    if isinstance(value, list):
-        return ", ".join(_cell(v, column) for v in value)
-    if isinstance(value, float):
-        return format(value, column.spec) if column.spec and math.isfinite(value) else figure(value, column.figures)
-    return "" if value is None else str(value)
 
 
 def spread(s: Any) -> tuple[str, ...]:
     """A statistic as the cells of a table, under SPREAD."""
     return (*(figure(v) for v in (s.mean, s.rms, s.p95, s.max)), str(s.n))
-
-
-def figure(value: float | None, digits: int = 4) -> str:
-    """A number as people read it: significant digits, no exponent where it can be helped."""
-    if value is None or not math.isfinite(value):
-        return "-"
-    if value == 0:
-        return "0"
-    size = math.floor(math.log10(abs(value)))
-    if size < -6 or size > 6:
-        return f"{value:.{digits - 1}e}"
-    return f"{value:.{max(digits - 1 - size, 0)}f}"

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robocal._types import Array
-from robocal.diagnose.limits import BOARD_MISFIT
+from robocal.diagnose.vision_limits import BOARD_MISFIT
 from robocal.errors import ModelError
 from robocal.files.marker_search import MarkersInImage, charuco_markers
 from robocal.remarks.code import Code

@@ -12,7 +12,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Ints
-from robocal.diagnose.limits import CORNER_AT_REST
+from robocal.diagnose.vision_limits import CORNER_AT_REST
 from robocal.errors import ModelError
 from robocal.files.image_files import GreyImage, find_images, read_images
 from robocal.measure.machine import Rig

@@ -13,7 +13,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
-from robocal.diagnose.limits import TARGET_LEAST, TARGET_MOST
+from robocal.diagnose.vision_limits import TARGET_LEAST, TARGET_MOST
 from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.dataset import Reading, read_datasets

@@ -12,7 +12,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.diagnose.limits import ROBOT_PLACE, ROBOT_TURN
+from robocal.diagnose.vision_limits import ROBOT_PLACE, ROBOT_TURN
 from robocal.fit.free_poses import own_poses
 from robocal.geometry import se3
 from robocal.measure.base import problem as build

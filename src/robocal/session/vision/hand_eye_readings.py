@@ -14,7 +14,8 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array, Ints
-from robocal.diagnose.limits import EXPLAINED_CLEARLY, EXPLANATIONS_ALIKE, HAND_EYE_ASK
+from robocal.diagnose.limits import EXPLAINED_CLEARLY, EXPLANATIONS_ALIKE
+from robocal.diagnose.vision_limits import HAND_EYE_ASK
 from robocal.files import orientation
 from robocal.files.robot_poses import RobotPoses
 from robocal.fit.starts.frames import hand_eye

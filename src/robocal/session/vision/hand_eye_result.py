@@ -11,7 +11,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When
 from robocal.diagnose.check_registry import run as run_checks
-from robocal.diagnose.limits import HAND_EYE_LEFT, ROBOT_PLACE, ROBOT_TURN
+from robocal.diagnose.vision_limits import HAND_EYE_LEFT, ROBOT_PLACE, ROBOT_TURN
 from robocal.files.display import listing_text, to_display
 from robocal.files.hand_eye_forms import easy_handeye_text, static_transform_text, urdf_joint_text
 from robocal.files.lens import lens_text

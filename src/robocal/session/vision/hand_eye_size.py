@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._record import replace
-from robocal.diagnose.limits import TARGET_SIZE_LEFT, TARGET_SIZE_MATERIAL, TARGET_SIZE_SIGMA
+from robocal.diagnose.vision_limits import TARGET_SIZE_LEFT, TARGET_SIZE_MATERIAL, TARGET_SIZE_SIGMA
 from robocal.geometry import se3, so3
 from robocal.measure.machine import Rig
 from robocal.prove.decision import Decision

@@ -15,7 +15,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
-from robocal.diagnose.limits import CLOCK_LATE
+from robocal.diagnose.vision_limits import CLOCK_LATE
 from robocal.errors import ModelError
 from robocal.files.robot_poses import RobotPoses
 from robocal.fit.options import Options as Solver

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from robocal.diagnose.limits import FRONTAL, IMAGE_BLUR, IMAGE_COVERAGE, IMAGE_SMEAR, IMAGE_VIEWS, IMAGE_WHITE
+from robocal.diagnose.vision_limits import FRONTAL, IMAGE_BLUR, IMAGE_COVERAGE, IMAGE_SMEAR, IMAGE_VIEWS, IMAGE_WHITE
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.vision.target import Target

@@ -8,7 +8,7 @@ import numpy as np
 
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Finding, doubt, qualify, refuse
-from robocal.diagnose.limits import (
+from robocal.diagnose.vision_limits import (
     IMAGE_COVERAGE,
     LENS_CENTRE,
     LENS_FOCAL,

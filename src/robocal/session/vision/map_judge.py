@@ -12,8 +12,8 @@ import numpy as np
 from robocal._record import replace
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When, doubt, qualify
 from robocal.diagnose.check_registry import run as run_checks
-from robocal.diagnose.limits import LENS_CONTRADICTED, LENS_MISSES, MAP_ASIDE, MAP_MISSES, MAP_UNSEEN, MAP_WEAK
 from robocal.diagnose.stated_priors import CONTRADICTED
+from robocal.diagnose.vision_limits import LENS_CONTRADICTED, LENS_MISSES, MAP_ASIDE, MAP_MISSES, MAP_UNSEEN, MAP_WEAK
 from robocal.measure.machine import Rig
 from robocal.measure.pixels import EDGE
 from robocal.prove.decision import REGION, Decision

@@ -15,7 +15,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.diagnose.limits import MARKER_MOVED, MARKER_MOVED_VIEWS
+from robocal.diagnose.vision_limits import MARKER_MOVED, MARKER_MOVED_VIEWS
 from robocal.errors import ModelError
 from robocal.vision.camera import project
 from robocal.vision.map_start import MapStart, MarkerSights

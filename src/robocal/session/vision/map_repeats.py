@@ -10,7 +10,7 @@ import numpy as np
 
 from robocal import _scipy as scipy
 from robocal._record import record
-from robocal.diagnose.limits import MAPS_CHANCE, MAPS_SCALE, MARKER_MOVED_CHANCE, POSE_RIVAL
+from robocal.diagnose.vision_limits import MAPS_CHANCE, MAPS_SCALE, MARKER_MOVED_CHANCE, POSE_RIVAL
 from robocal.files.display import listing_text
 from robocal.files.map import MapFile, read_map
 from robocal.files.parts import Document, Origin

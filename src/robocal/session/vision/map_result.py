@@ -11,7 +11,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Ints
-from robocal.diagnose.limits import MAP_WEAK
+from robocal.diagnose.vision_limits import MAP_WEAK
 from robocal.errors import ModelError
 from robocal.files.display import to_display
 from robocal.files.lens import read_lens
@@ -37,7 +37,8 @@ from robocal.session.vision.map_fit import MapFit, fit_map
 from robocal.session.vision.map_images import fit_with_images, open_corners
 from robocal.session.vision.map_judge import judge_map, remarks_of_map
 from robocal.session.vision.map_moved import MarkerMotion, find_moved
-from robocal.session.vision.map_sizes import EdgeErrors, edges_of
+from robocal.session.vision.map_sizes import edges_of, errors_told
+from robocal.session.vision.map_table import sizes_of
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 from robocal.vision.maps import MarkerMap
@@ -237,6 +238,11 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
     if watch:
         watch({"stage": "read"})
     read = read_lens(o.lens)
+    if not o.size and o.departs("size_sigma"):
+        found = f"--size-sigma {o.size_sigma:g}, which is how surely it is known"
+        raise ModelError("the size of the markers is not stated", key="--size", found=found, expected="--size MM too")
+    usual, own = sizes_of(o.size)
+    edges = errors_told(o, [1e-3 * e for e in (usual, *own.values()) if e is not None])
     table = open_corners(o, read.lens, watch)
     if o.origin is not None and o.origin not in table.marker:
         raise ModelError(
@@ -253,7 +259,6 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
         )
     source = f"{len(table.data.configurations)} views, {Path(o.corners).name}"
     with computable(o.corners):
-        edges = EdgeErrors(1e-3 * o.size_sigma, 1e-2 * o.size_scatter)
 
         def fit_of(corners: CornerTable) -> MapFit:
             return fit_map(corners, given, o.loss, o.origin, source, watch, before.maps if before else (), edges)

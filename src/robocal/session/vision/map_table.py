@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from robocal._record import replace
-from robocal.diagnose.limits import CORNERS_OUTSIDE, MAP_VIEWS
+from robocal.diagnose.vision_limits import CORNERS_OUTSIDE, MAP_VIEWS
 from robocal.errors import FormatError, ModelError
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark

@@ -9,7 +9,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.diagnose.limits import IMAGE_SMEAR, SMEAR_CELL
+from robocal.diagnose.vision_limits import IMAGE_SMEAR, SMEAR_CELL
 from robocal.files.image_files import GreyImage
 from robocal.files.kinds.corner_covariance import COVARIANCE, WITH_OTHERS
 from robocal.files.marker_search import encode_picture
