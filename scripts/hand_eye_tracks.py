@@ -9,6 +9,7 @@ ours       median error of X, mm and deg
 best       the solver with the least median error of all, and that error; in `temporal` it is told the true delay
 paired     median of the ratios of both errors, sequence by sequence
 delay      the largest error of the delay (ms)
+sigma      share of the sequences whose error of place is below two standard deviations of its length, as told
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from robocal.geometry.pose_path import PosePath
 from robocal.measure.reach import reach
 from robocal.prove.verdict import verdict_of
 from robocal.session.vision.arm_errors import JointedArm
-from robocal.session.vision.pose_pairs import PosePairs, locate_camera
+from robocal.session.vision.pose_pairs import CAMERA, TARGET, PosePairs, locate_camera
 
 try:
     from kinhec import benchmark, io, metrics, pipeline
@@ -84,8 +85,11 @@ def answer(seq: io.Sequence, seed: int) -> Answer:
     spent = time.process_time() - began
     x, y = (found.camera, found.target) if seq.eye_in_hand else (found.target, found.camera)
     errors = metrics.calibration_errors(x, seq.X, y, seq.Y)
+    names, covariance = (found.arm or found.decision).spread
+    own = CAMERA if seq.eye_in_hand else TARGET
+    sigma = np.sqrt(sum(covariance[i, i] for i in (names.index(f"{own}.{s}") for s in "xyz")))
     late = None if found.delay is None else 1e3 * abs(found.delay[0] - seq.time_offset)
-    told = {"mm": errors["X_trans_err_mm"], "deg": errors["X_rot_err_deg"], "delay": late}
+    told = {"mm": errors["X_trans_err_mm"], "deg": errors["X_rot_err_deg"], "delay": late, "sigma": 1e3 * float(sigma)}
     return {**facts, "status": verdict.status, "why": [r.code for r in verdict.reasons], "cpu": spent, **told}
 
 
@@ -113,7 +117,7 @@ def summary(track: str, answers: list[Answer]) -> str:
     why = ", ".join(f"{n} {code}" for code, n in lacks.most_common())
     words = f"| {track} | {len(good)} of {len(answers)}{f' ({why})' if why else ''} "
     if not good:
-        return f"{words}| | | |"
+        return f"{words}|{' |' * 8}"
     ours = np.array([(a["mm"], a["deg"]) for a in good])
     told = {s for a in good for s in a["solvers"]}
     nan = (np.nan, np.nan)
@@ -126,7 +130,9 @@ def summary(track: str, answers: list[Answer]) -> str:
             f"{np.median(ours[:, k]):.3g} {unit} | {np.nanmedian(errors[best][:, k]):.3g} {unit} ({best}) | {paired:.2f}"
         )
     delays = [a["delay"] for a in good if a["delay"] is not None]
-    return f"{words}| {' | '.join(cells)} | {f'{max(delays):.2f} ms' if delays else ''} |"
+    held = np.mean([a["mm"] < 2 * a["sigma"] for a in good if "sigma" in a] or [np.nan])
+    late = f"{max(delays):.2f} ms" if delays else ""
+    return f"{words}| {' | '.join(cells)} | {late} | {100 * held:.0f} % |"
 
 
 def main() -> None:
@@ -157,9 +163,7 @@ def main() -> None:
 
 def tell(tracks: Mapping[str, list[Answer]]) -> None:
     """The table."""
-    print(
-        "| track | answered | ours | best | paired | ours | best | paired | delay |\n|---|---|---|---|---|---|---|---|---|"
-    )
+    print(f"| track | answered | ours | best | paired | ours | best | paired | delay | sigma |\n|---|{'---|' * 9}")
     for track, answers in sorted(tracks.items()):
         print(summary(track, answers))
     flips = [a for a in tracks.get("outliers", ()) if "planar_flip" in a["level"] and a["outlier_fraction"] == 0.2]

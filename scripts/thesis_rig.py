@@ -7,10 +7,12 @@ aligned    rms error of the verification poses after the best fit of the identif
 marker 0   the same in the frame of marker 0, mm
 first      the same relative to the first verification pose, mm
 a          rms error of a coordinate of the frame anchors in the frame of marker 0, mm
-map Z      largest error of the height of a corner, aligned, mm
+map Z      largest error of the height of a corner, aligned, mm; a marker that a single pose sees is left out by `identify`
 predicted  sigma of the poses in the frame of marker 0, as `cable forward` has it, mm
+chi2       of all errors of the robot's, camera's and markers' numbers, by the covariance that the run states, per number
 --case chooses how the lens was calibrated: `real` (OpenCV, 20 views), `dome15` and `dome50` (k1 wrong by 0.015 and 0.05), `tight` (by 0.015
-with a prior of 0.0005), `narrow` (fx 1500, 0.5 px). A seed takes about a minute.
+with a prior of 0.0005), `narrow` (fx 1500, 0.5 px). A seed takes about a minute. Rows are appended to FOLDER/CASE.jsonl; seeds that
+stand there are not computed again.
 """
 
 from __future__ import annotations
@@ -34,6 +36,7 @@ ZERO = 0.01  # m: zeros of the length sensors are off by that; the rig's file do
 SYMBOLS = "fx fy cx cy k1 k2 p1 p2 k3".split()
 BOARD = np.array([(x, y, 0.0) for y in range(7) for x in range(10)]) * 0.04
 DOMES = {"dome15": 0.015, "dome50": 0.05, "tight": 0.015}
+FAMILY, BLUR, GREY = "36h11", 0.8, 5.0  # of drawn images: markers, px, grey levels
 TIGHT = 0.0005  # of the distortion, and 1 px: as a calibration alone states it
 
 
@@ -47,6 +50,7 @@ class Rig:
     eye: np.ndarray
     lens: np.ndarray
     markers: np.ndarray  # T_base_marker (M, 4, 4), marker 0 first
+    printed: float  # the edge of a marker as it should be
     edge: float
     poses: np.ndarray
     tension: np.ndarray
@@ -175,7 +179,8 @@ def draw(said, seed, case):
     else:
         given = calibrated_lens(said, rng, lens)
     zeros = rng.normal(scale=ZERO, size=8)
-    return Rig(anchors, platform, zeros, eye, lens, markers, edge, poses, tension, seen, given_eye, given), rng, c
+    size = said["markers"]["size"]
+    return Rig(anchors, platform, zeros, eye, lens, markers, size, edge, poses, tension, seen, given_eye, given), rng, c
 
 
 def table(path, head, rows):
@@ -191,7 +196,7 @@ def numbers(values, digits=6):
     return "[" + ", ".join(f"{v:.{digits}f}" for v in values) + "]"
 
 
-def write(said, folder, rig, rng, camera, case):
+def write(said, folder, rig, rng, camera, case, images=False):
     """The files that a user has."""
     folder.mkdir(parents=True, exist_ok=True)
     many = said["poses"]["calibration"]
@@ -208,7 +213,7 @@ def write(said, folder, rig, rng, camera, case):
         f"frame_anchors:\n{anchors}\nplatform_anchors:\n{points}\ncables:\n{cables}\n"
         f"every_cable: {{tension: [10, 140], elasticity: {cable['elongation_per_N']}}}\n"
         f"platform: {{mass: {said['weight_N'] / 9.81:.4f}, centre_of_mass: [0, 0, 0]}}\n"
-        "calibrate: {free: [ax, ay, az, l0]}\nsource: simulated\n",
+        "calibrate: {free: [ax, ay, az, l0], prior: {ax: 0.03, ay: 0.03, az: 0.03}}\nsource: simulated\n",
         encoding="utf-8",
     )
     pulls = [f"t{i + 1} [N]" for i in range(8)]
@@ -225,15 +230,15 @@ def write(said, folder, rig, rng, camera, case):
         uv = uv + rng.normal(scale=noise, size=uv.shape)
         rows += [[f"p{p}", f"m{m}", k, f"{u:.4f}", f"{v:.4f}"] for k, (u, v) in enumerate(uv.tolist())]
     table(folder / "pixels.csv", ["id", "marker", "corner", "u", "v"], rows)
+    if images:
+        photograph(rig, rng, folder, camera)
+        noise = "{columns: [su, sv]}"
     wide = said["prior_used"]
     px, bend = (1.0, TIGHT) if case == "tight" else (wide["focal_and_centre_px"], wide["distortion"])
     words = ", ".join(f"{s}: {v:.8g}" for s, v in zip(SYMBOLS, rig.given_lens, strict=True))
     sigma = ", ".join(f"{s}: {px if i < 4 else bend}" for i, s in enumerate(SYMBOLS[:8]))
-    eye = se3.to_vector(rig.given_eye)
-    first = se3.to_vector(rig.markers[0])
     seen = sorted({m for _, m, _ in rig.seen} - {0})
-    frame = f"xyz: {numbers(eye[:3])}, rotation_vector: {numbers(np.degrees(eye[3:]))}"
-    zero = f"xyz: {numbers(first[:3], 9)}, rotation_vector: {numbers(np.degrees(first[3:]), 9)}"
+    frame, zero = told_pose(rig.given_eye), told_pose(rig.markers[0])
     others = "\n".join(f"  m{m}: {{mount: base, free: true}}" for m in seen)
     (folder / "pixels.yaml").write_text(
         f"robocal: 1\nkind: pixels\nfile: pixels.csv\nunits: {{length: m, angle: deg}}\npixels: {{columns: [u, v], sigma: {noise}}}\n"
@@ -295,17 +300,121 @@ def judge(rig, markers, anchors, poses, sigma, true):
     }  # fmt: skip
 
 
-def verify(folder, rig, said, run="run"):
-    """The verification poses from lengths alone, by the identified robot."""
+def two_stages(said, rig, folder, camera):
+    """The figures of the way in two stages: a map from images alone, with the lens as calibrated; then the robot, with lens and map
+    held."""
+    resolution = camera["resolution"]
+    words = ", ".join(f"{s}: {v:.8g}" for s, v in zip(SYMBOLS, rig.given_lens, strict=True))
+    (folder / "lens.yaml").write_text(
+        f"robocal: 1\nkind: lens\nmodel: brown\nimage: {resolution}\nnumbers: {{{words}}}\n", encoding="utf-8"
+    )
+    with (folder / "pixels.csv").open(encoding="utf-8") as file:
+        rows = [[r["id"], r["marker"][1:], r["corner"], r["u"], r["v"]] for r in csv.DictReader(file)]
+    table(folder / "corners.csv", ["view", "marker", "corner", "u", "v"], rows)
+    rc.camera.map(
+        folder / "corners.csv", lens=folder / "lens.yaml", size=[f"{1e3 * rig.printed:g}"], origin="0", fix=list(SYMBOLS),
+        output=folder / "map.yaml", force=True, size_sigma=0, size_scatter=0,
+    )  # fmt: skip
+    map_ = YAML(typ="safe").load((folder / "map.yaml").read_text(encoding="utf-8"))
+    place = {
+        m["id"]: rig.markers[0] @ se3.from_vector(np.append(np.array(m["xyz"]) / 1e3, np.radians(m["rotation_vector"])))
+        for m in map_["markers"]
+    }
+    held = (f"  m{m}: {{mount: base, free: false, {told_pose(t)}}}" for m, t in place.items())
+    (folder / "held.yaml").write_text(
+        f"robocal: 1\nkind: pixels\nfile: pixels.csv\nunits: {{length: m, angle: deg}}\n"
+        f"pixels: {{columns: [u, v], sigma: {camera['corner_noise_px']}}}\n"
+        f"corners: {{column: corner, size: {rig.printed}}}\nimage: {resolution}\ncamera: {{file: lens.yaml}}\n"
+        f"frame: {{name: eye, mount: tool, free: true, {told_pose(rig.given_eye)}{EYE}}}\n"
+        f"target: {{column: marker}}\ntargets:\n" + "\n".join(held) + "\nconfiguration: {id: id}\n",
+        encoding="utf-8",
+    )
+    data = [folder / "lengths.yaml", folder / "held.yaml"]
+    rc.identify(folder / "robot.yaml", data, output=folder / "staged", force=True, leave_one_out=False)
+    return verify(folder, rig, said, place, "staged")
+
+
+def photograph(rig, rng, folder, camera):
+    """Draws the images, finds their corners, and puts these in the place of pixels.csv."""
+    import cv2
+
+    from robocal.files.images import family_cells
+    from robocal.simulation.images import Photograph, render, texture
+    from robocal.vision.sheets import Marker, Sheet
+
+    images, size = folder / "images", tuple(camera["resolution"])
+    images.mkdir(exist_ok=True)
+    cells = family_cells(FAMILY, range(len(rig.markers)))
+    paper = rig.edge * (1 + 2 / cells.shape[1])
+    sheets = [
+        Sheet(f"m{i}", paper, paper, (Marker(FAMILY, i, cells[i], 0.0, 0.0, rig.edge),))
+        for i in range(len(rig.markers))
+    ]
+    how = Photograph(blur=BLUR, noise=GREY)
+    for p in sorted({p for p, _, _ in rig.seen}):
+        back = se3.inverse(rig.poses[p] @ rig.eye)
+        near = [(s, back @ t) for s, t in zip(sheets, rig.markers, strict=True) if (back @ t)[2, 3] > 0.1]
+        near = [(s, t) for s, t in near if np.hypot(*t[:2, 3]) < 1.5 * t[2, 3]]
+        cv2.imwrite(
+            str(images / f"p{p}.png"), render(near, rig.lens, size, how, texture(size, int(rng.integers(1 << 30))), rng)
+        )
+    rc.camera.detect(images, dictionary=FAMILY, size=1e3 * rig.printed, output=folder / "found.csv", force=True)
+    with (folder / "found.csv").open(encoding="utf-8") as file:
+        head, *rows = list(csv.reader(file))
+    view, marker = head.index("view"), head.index("marker")
+    rig.seen = [(int(r[view][1:]), int(r[marker]), None) for r in rows[::4]]
+    for r in rows:
+        r[marker] = f"m{r[marker]}"
+    head[view] = "id"
+    table(folder / "pixels.csv", head, rows)
+
+
+def told_pose(t):
+    """A pose as a file has it, m and deg."""
+    v = se3.to_vector(t)
+    return f"xyz: {numbers(v[:3], 9)}, rotation_vector: {numbers(np.degrees(v[3:]), 9)}"
+
+
+def agreement(rig, run):
+    """Chi2 per number of what was identified, by the covariance that the run states: of all, robot, camera and map."""
+    known = json.loads((run / "covariance.json").read_text(encoding="utf-8"))
+    place = {n: i for i, n in enumerate(known["names"])}
+    value = np.array(known["values"])
+    error = np.full(len(value), np.nan)
+    true = {f"c{i}.a{s}": a for i, row in enumerate(rig.anchors, start=1) for s, a in zip("xyz", row, strict=True)}
+    true |= {f"c{i}.l0": z for i, z in enumerate(rig.zeros, start=1)}
+    true |= {f"lens.{s}": v for s, v in zip(SYMBOLS, rig.lens, strict=True)} | {"print.size": rig.edge / rig.printed}
+    for name, goal in true.items():
+        if name in place:
+            error[place[name]] = value[place[name]] - goal
+    for name, t in {"eye": rig.eye, **{f"m{i}": t for i, t in enumerate(rig.markers)}}.items():
+        six = [place.get(f"{name}.{s}") for s in ("x", "y", "z", "rx", "ry", "rz")]
+        if None not in six:
+            error[six[:3]] = value[six[:3]] - t[:3, 3]
+            error[six[3:]] = so3.log(so3.exp(value[six[3:]]) @ t[:3, :3].T)
+    covariance = np.array(known["covariance"])
+    sigma = np.sqrt(np.diag(covariance))
+    seen = np.isfinite(error) & (sigma > 0)
+    kind = np.array(["map" if n[0] == "m" else "robot" if n[0] == "c" else "camera" for n in known["names"]])
+    out = {}
+    for word, part in {"all": seen, **{k: seen & (kind == k) for k in ("robot", "camera", "map")}}.items():
+        e, c, s = error[part], covariance[np.ix_(part, part)], sigma[part]
+        out[f"chi2 {word}"] = float((e / s) @ np.linalg.solve(c / np.outer(s, s), e / s) / part.sum())
+    return out
+
+
+def verify(folder, rig, said, known=None, run="run"):
+    """The verification poses from lengths alone, by the identified robot; `known` are markers that were held."""
     markers, anchors = identified(folder / run)
-    markers[0] = rig.markers[0]
+    markers |= {0: rig.markers[0]} | (known or {})
     noise = said["cable"]["length_noise"]
     made = rc.cable.forward(folder / run, folder / "verify.csv", sigma=noise)
     columns = {c.name: np.asarray(c.values) for c in made.listing.columns if c.name != "id"}
     vector = np.column_stack([columns[n] for n in "xyz"] + [np.radians(columns[n]) for n in ("rx", "ry", "rz")])
     true = rig.poses[said["poses"]["calibration"] :]
-    return judge(
-        rig, markers, anchors, se3.from_vector(vector.astype(float)), columns["sigma_position"].astype(float), true
+    sigma = columns["sigma_position"].astype(float)
+    return judge(rig, markers, anchors, se3.from_vector(vector.astype(float)), sigma, true) | agreement(
+        rig, folder / run
     )
 
 
@@ -317,30 +426,57 @@ def main():
     words.add_argument("--case", default="real", choices=["real", *DOMES, "narrow"])
     words.add_argument("--seeds", type=int, default=40)
     words.add_argument("--first", type=int, default=0)
+    words.add_argument(
+        "--two-stages", action="store_true", help="beside it the map first, then the robot with the map held"
+    )
+    words.add_argument("--images", action="store_true", help="corners from drawn images: texture, blur 0.8 px, noise 5")
     words.add_argument("--draw", action="store_true", help="write the files alone")
     given = words.parse_args()
     said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))
-    rows = []
-    for seed in range(given.first, given.first + given.seeds):
-        folder = given.folder / given.case / str(seed)
+    given.folder.mkdir(parents=True, exist_ok=True)
+    case = given.case + "-images" * given.images
+    record = given.folder / f"{case}.jsonl"
+    done = {r["seed"]: r for r in map(json.loads, record.read_text().splitlines())} if record.is_file() else {}
+    wanted = range(given.first, given.first + given.seeds)
+    for seed in wanted:
+        folder = given.folder / case / str(seed)
+        if seed in done:
+            continue
         rig, rng, camera = draw(said, seed, given.case)
-        write(said, folder, rig, rng, camera, given.case)
+        write(said, folder, rig, rng, camera, given.case, given.images)
         if given.draw:
             continue
         began = time.process_time()
         data = [folder / "lengths.yaml", folder / "pixels.yaml"]
-        made = rc.identify(folder / "robot.yaml", data, output=folder / "run", force=True)
-        spent = time.process_time() - began
-        row = verify(folder, rig, said)
-        rows.append(row)
-        said_of = ", ".join(dict.fromkeys(r.code for r in made.result.remarks if r.code in NAMED))
-        figures = "  ".join(f"{k} {v:.2f}" for k, v in row.items())
-        print(f"{seed}: {made.result.verdict.status}  {figures}  {spent:.0f} s  {said_of}", flush=True)
+        made = rc.identify(folder / "robot.yaml", data, output=folder / "run", force=True, leave_one_out=False)
+        row = verify(folder, rig, said) | agreement(rig, folder / "run")
+        if given.two_stages:
+            staged = two_stages(said, rig, folder, camera)
+            row |= {f"staged {k}": staged[k] for k in ("aligned mm", "aligned deg", "marker 0 mm", "map Z mm")}
+        codes = list(dict.fromkeys(r.code for r in made.result.remarks if r.code in NAMED))
+        about = {"seed": seed, "verdict": made.result.verdict.status, "named": codes}
+        done[seed] = about | row | {"cpu s": time.process_time() - began}
+        with record.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(done[seed]) + "\n")
+        print(told(done[seed]), flush=True)
+    rows = [done[s] for s in wanted if s in done]
     if rows:
-        middle = {k: float(np.median([r[k] for r in rows])) for k in rows[0]}
+        middle = {k: float(np.median([r[k] for r in rows])) for k in rows[0] if k not in ("seed", "verdict", "named")}
         pooled = [np.sqrt(np.mean([r[k] ** 2 for r in rows])) for k in ("marker 0 mm", "predicted")]
-        print(f"median of {len(rows)}: " + "  ".join(f"{k} {v:.2f}" for k, v in middle.items()))
+        print(f"{case}, median of {len(rows)}: {figures(middle)}")
+        print(f"worst: {figures({k: max(r[k] for r in rows) for k in middle})}")
         print(f"pooled rms over predicted (frame of marker 0): {pooled[0] / pooled[1]:.2f}")
+
+
+def figures(row):
+    """Numbers in a line."""
+    return "  ".join(f"{k} {v:.2f}" for k, v in row.items())
+
+
+def told(row):
+    """A seed in a line."""
+    numbers_ = {k: v for k, v in row.items() if k not in ("seed", "verdict", "named")}
+    return f"{row['seed']}: {row['verdict']}  {figures(numbers_)}  {', '.join(row['named'])}"
 
 
 NAMED = (

@@ -208,6 +208,27 @@ def test_a_prior_of_the_lens_that_pulls_the_camera(tmp_path):
     assert status == 0 and np.abs(off_by(told, made)).max() < 4
 
 
+def test_a_lens_stays_within_what_its_file_says(tmp_path):
+    """Beside --free-lens: a centre known to a hundredth of a pixel stays, what the file says nothing of is found, and the camera is no
+    farther off than without the file."""
+    made = world(6, count=18)
+    views, place, *_ = cell(tmp_path, made)
+    given = lens_file(tmp_path, LENS | {"fx": 1053.0, "k1": -0.2}, "known.yaml")
+    with open(given, "a") as stream:
+        stream.write("sigma: {fx: 3.0, fy: 3.0, cx: 0.01, cy: 0.01}\n")
+    told, status = hand_eye(views, place, "--lens", given, "--image", IMAGE, "--free-lens")
+    assert status == 0 and np.abs(off_by(told, made)).max() < 4
+    lens = {c["name"]: c["values"] for c in told["lens"]["columns"]}
+    found, sigma = (dict(zip(lens["name"], lens[k], strict=True)) for k in ("found", "sigma"))
+    assert abs(found["cx"] - LENS["cx"]) < 0.04 and abs(found["cy"] - LENS["cy"]) < 0.04
+    assert abs(found["k1"] - LENS["k1"]) < 4 * sigma["k1"] < 0.02
+    off = {}
+    for name, more in (("with", ("--lens", given)), ("without", ())):
+        camera = np.array(hand_eye(views, place, *more, "--image", IMAGE, "--free-lens")[0]["frames"][0]["matrix"])
+        off[name] = np.linalg.norm(camera[:3, 3] - 1e3 * made.camera[:3, 3])
+    assert off["with"] < 1.1 * off["without"]
+
+
 @pytest.mark.parametrize(("inhand", "factor"), [(True, 0.97), (False, 1.03), (True, 0.99)])
 def test_a_target_of_another_size(tmp_path, inhand, factor):
     """A board stated too large by a percent or three puts the camera off by a centimetre; its own size leaves nothing of that."""

@@ -138,6 +138,9 @@ def test_what_the_file_cannot_hold_is_said():
         ("name: c2", "name: 'c[2]'", ["row 18", "cables[1].name", "not a usable name for a cable", "brackets"]),
         ("robocal: 1\n", "", ["key robocal: a key is missing"]),
         ("free: [ax,", "free: [aax,", ["calibrate.free[0]", "did you mean 'ax'"]),
+        ("c1]}", "c1], prior: {ax: 0}}", ["calibrate.prior.ax", "above 0"]),
+        ("c1]}", "c1], prior: {aax: 30}}", ["calibrate.prior.aax", "did you mean 'ax'"]),
+        ("c1]}", "c1], prior: {c3: 30}}", ["calibrate.prior.c3", "several units"]),
         ("length: mm", "length: mmm", ["units.length", "did you mean 'mm'"]),
         ("every_cable: {tension: [0.01, 0.1], ", "every_cable: {", ["tension is given for some cables only", "none for c1"]),
     ],
@@ -152,6 +155,11 @@ def test_bad_files_get_one_clear_message(old, new, words):
         made(text)
     for word in ("robot.yaml", *words):
         assert word in str(caught.value), str(caught.value)
+
+
+def test_how_far_off_a_tape_measure_is():
+    table = made(ROBOT.replace("c1]}", "c1], prior: {c2.ax: 5, ax: 30, az: {value: 1, unit: cm}}}")).robot.table
+    assert [table[n].prior for n in ("c1.ax", "c2.ax", "c2.az", "c2.ay")] == [0.03, 0.005, 0.01, None]
 
 
 EIGHT = """\

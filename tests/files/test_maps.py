@@ -4,6 +4,8 @@ map is refused by file, key and marker."""
 from __future__ import annotations
 
 import json
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ import pytest
 from robocal.errors import FileError, FormatError, InputError, ModelError
 from robocal.files.map import MAP_FORMS, map_covariance_text, map_text, read_map
 from robocal.geometry import se3, so3
-from robocal.vision.map_gauge import move_map, project_covariance, rigid_motions
+from robocal.vision.map_gauge import move_map, project_covariance, rigid_motions, rigid_projector, take_markers
 from robocal.vision.maps import MarkerMap
 
 
@@ -63,6 +65,32 @@ def test_what_is_written_comes_back(tmp_path, form):
         np.testing.assert_allclose(back.covariance, project_covariance(given, alone), atol=1e-14)
     else:
         assert back.covariance is None
+
+
+@pytest.mark.parametrize("form", ["robocal", "json"])
+def test_sizes_that_were_found_come_back(tmp_path, form):
+    """With their covariance beside the places, and what was told of them; a part of the map, and a turned one, have theirs."""
+    bare = map_of()
+    a = 1e-4 * np.random.default_rng(1).normal(size=(35, 35))
+    joint = a @ a.T
+    joint[:30, :30] = project_covariance(bare, joint[:30, :30])
+    joint[30:, :30] = joint[30:, :30] @ rigid_projector(bare).T
+    joint[:30, 30:] = joint[30:, :30].T
+    given = replace(bare, covariance=joint[:30, :30], size_covariance=joint[30:], size_told=(2e-4, 3e-3))
+    write(tmp_path, map_covariance_text(given), "map.covariance.csv")
+    text = map_text(given, form, "map.covariance.csv")
+    back = read_map(write(tmp_path, text)).map
+    np.testing.assert_allclose(back.joint, joint, rtol=0, atol=1e-11 * joint.max())
+    assert back.size_told == pytest.approx((2e-4, 3e-3))
+    some = take_markers(move_map(back, se3.from_vector([1, 2, 3, 0.4, 0.5, 0.6])), back.names[1:3])
+    rows = [*range(6, 18), 31, 32]
+    np.testing.assert_allclose(some.size_covariance[:, 12:], joint[31:33, 31:33], atol=1e-11 * joint.max())
+    assert np.linalg.eigvalsh(some.joint) == pytest.approx(np.linalg.eigvalsh(joint[np.ix_(rows, rows)]), rel=1e-3)
+    gone = "\n".join(line for line in text.replace(', "size_', ',\n"size_').splitlines() if "size_scatter" not in line)
+    with pytest.raises(FormatError, match="size_sigma or size_scatter is missing"):
+        read_map(write(tmp_path, gone))
+    with pytest.raises(FormatError, match="not a standard deviation"):
+        read_map(write(tmp_path, re.sub(r'size_sigma("?): [0-9.e-]+', r"size_sigma\1: -1", text)))
 
 
 def test_a_map_without_covariance(tmp_path):

@@ -43,6 +43,11 @@ def test_a_wrong_k1_is_found_beside_the_robot(tmp_path):
     assert abs(abs(found["print.size"]["identified"] - 1) - 3e-3) < 4 * found["print.size"]["sigma"]
     for group in ran.document["fit"]["groups"]:
         assert group["chi2"] < 1.3 * group["dof"]
+    said = {(g["name"], g["kind"]): g for g in ran.document["fit"]["agreement"]}
+    assert [k[1] for k in said] == ["lengths", "pixels", "place", "lens", "size"]
+    assert all(g["chi2"] < 3 * g["dof"] for g in said.values())
+    # 0.3 px of 900 px a radian, seen from 1 to 2 m.
+    assert 0.2 < said["eye", "pixels"]["length"] < 0.8 and said["lens", "lens"]["length"] is None
 
 
 # obeys: prior-contradicted
@@ -51,6 +56,12 @@ def test_a_lens_that_is_stated_too_well_names_the_camera(tmp_path):
     ran = identify(tmp_path, lens_within("0.0005"))
     (said,) = [r for r in ran.document["remarks"] if r["code"] == CODE]
     assert "the camera (lens)" in said["sentence"] and said["numbers"]["z"] > 5
+    worst = max((g for g in ran.document["fit"]["agreement"] if g["z"]), key=lambda g: g["z"])
+    assert (
+        worst["name"] == "lens"
+        and worst["z"] == pytest.approx(said["numbers"]["z"])
+        and worst["chi2"] > 25 * worst["dof"]
+    )
     again = identify(tmp_path, lens_within("0.05"))
     assert CODE not in codes(again) and again.status == 0
 

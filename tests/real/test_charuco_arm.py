@@ -64,7 +64,8 @@ def test_the_lens_is_found_too(cell):
 @pytest.mark.parametrize(("more", "most"), [((), 3.8), (("--free-lens",), 1.8)])
 def test_four_rounds_of_every_fourth_view(cell, more, most):
     """Of the 15 views with corners of squares every fourth is left out together: their corners, px, both axes together.
-    With the lens fixed 3.7 is the aim, and 3.76 what is reached: corners count as independent, and errors of poses are not."""
+    With the lens fixed 3.76 is reached, where the least squares of all corners reach 3.85. The 3.7 that was asked for is theirs on the 290
+    corners of OpenCV's detector; there robocal has 3.70, and 3.72 from its own corners: `python scripts/charuco_arm.py`."""
     folder, words = cell
     lines = [line.split(",") for line in (folder / "corners.csv").read_text().splitlines()]
     board = [line for line in lines if line[1] in ("marker", "board")]

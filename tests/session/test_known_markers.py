@@ -31,7 +31,7 @@ def known():
     return replace(bare, covariance=project_covariance(bare, SIGMA**2 * np.eye(6 * len(poses))))
 
 
-def find(folder, known, true, *, prior=True, count=5, text=None):
+def find(folder, known, true, *, prior=True, count=5, text=None, **how):
     """The outcome of a map of a room, with what is known of it in a file."""
     views = cameras(np.random.default_rng(5), count)
     rows = map_rows(sightings(true.poses, views, np.full(len(true.names), EDGE)), 0.1, np.random.default_rng(6))
@@ -41,7 +41,9 @@ def find(folder, known, true, *, prior=True, count=5, text=None):
     if known.covariance is not None:
         (folder / "before.csv").write_text(map_covariance_text(known))
     before = folder / "before.yaml" if prior else None
-    return run(Options(corners=folder / "corners.csv", lens=folder / "lens.yaml", size=("60",), prior=before))
+    return run(
+        Options(corners=folder / "corners.csv", lens=folder / "lens.yaml", **{"size": ("60",), "prior": before} | how)
+    )
 
 
 def distance(found, true):
@@ -99,6 +101,33 @@ def test_a_slip_of_the_comma_is_one_marker(tmp_path, known):
     assert named.change.name == "0" and named.change.distance == pytest.approx(away, rel=0.01)
 
 
+def test_a_place_that_is_a_hundred_times_off_is_one_marker(tmp_path, known):
+    """No fit begins beside it, and the others are not blamed; two such are two."""
+    for slips in ({0: 100.0}, {2: 100.0}, {4: -50.0, 9: 1000.0}):
+        vector = known.vector.copy()
+        for k, factor in slips.items():
+            vector[k, :3] *= factor
+        made = find(tmp_path, replace(known, vector=vector), known, count=12)
+        assert sorted(m.change.name for m in made.result.fit.displaced) == sorted(map(str, slips))
+        assert made.trusted and {r.code for r in made.remarks} == {"marker-moved-since"}
+        assert distance(made.result.map, known) < SIGMA
+
+
+@pytest.mark.parametrize(
+    ("how", "words", "key"),
+    [
+        ({"size": (), "size_sigma": 60.0}, "the size of the markers is not stated.*--size-sigma 60", "--size"),
+        ({"size_sigma": 60.0}, "no marker is known as badly", "--size-sigma"),
+        ({"size_scatter": 60.0}, "no markers differ as much", "--size-scatter"),
+        ({"size": ("60", "77=120")}, "a size of a marker that no view shows", "--size"),
+    ],
+)
+def test_a_size_at_the_wrong_option_is_named(tmp_path, known, how, words, key):
+    with pytest.raises(ModelError, match=words) as error:
+        find(tmp_path, known, known, **how)
+    assert error.value.key == key
+
+
 def test_boards_of_tagslam_are_a_prior(tmp_path, known):
     """Markers 0 and 1 are a board of two rows, as printed, and so is nothing else; the board has no pose in the world."""
     poses = known.poses.copy()
@@ -117,7 +146,7 @@ def test_boards_of_tagslam_are_a_prior(tmp_path, known):
     assert off[True] < 3e-5 < off[False]
 
 
-@pytest.mark.parametrize(("factor", "right"), [(1000.0, "mm"), (1 / 25.4, "inch")])
+@pytest.mark.parametrize(("factor", "right"), [(1000.0, "mm"), (1 / 25.4, "inch"), (1 / 304.8, "ft")])
 def test_a_prior_in_another_unit_is_named(tmp_path, known, factor, right):
     vector = known.vector * np.repeat([factor, 1.0], 3)
     with pytest.raises(ModelError, match="another unit") as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +18,13 @@ from robocal.measure.machine import Rig
 from robocal.session.base_markers import whole_sights
 from robocal.session.vision.lens_prior import lens_with_prior
 from robocal.session.vision.map_fit import fit_map
-from robocal.session.vision.map_sizes import EdgeErrors, with_edges
+from robocal.session.vision.map_sizes import EdgeErrors, MarkerSizes, with_edges
 from robocal.session.vision.map_table import read_map_table, sizes_of
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.camera import MODELS
 from robocal.vision.lenses import Lens
-from robocal.vision.map_gauge import move_map, rigid_motions, rigid_projector
+from robocal.vision.map_comparison import compare_maps
+from robocal.vision.map_gauge import move_map, rigid_motions, rigid_projector, take_markers
 from robocal.vision.map_start import grow_map
 
 NOISE = 0.1
@@ -136,6 +138,40 @@ def test_intervals_hold_the_truth_of_prints_that_are_not_exact(tmp_path, shift, 
     share = np.mean(held, axis=0)
     print("held:", dict(zip(("places", "turns"), share.round(3).tolist(), strict=True)))
     assert (share > (0.93 if FULL else 0.8)).all() and (not FULL or (share < 0.97).all()) and max(far) > 5
+
+
+@pytest.mark.slow
+def test_maps_of_the_same_prints_have_the_error_of_their_sizes_in_common(tmp_path):
+    """A second map of prints that are 0.5 % too large does not make the scale surer, and between two maps it is no scatter."""
+    told, true, maps = EdgeErrors(2e-4, 3e-3), room(np.random.default_rng(0)), []
+    for k in range(3):
+        rng = np.random.default_rng(50 + k)
+        rows = map_rows(sightings(true, cameras(rng, 12), np.full(len(true), 1.005 * EDGE)), NOISE, rng)
+        table = read_map_table(Path(write(tmp_path / f"{k}.csv", rows)), known_lens(), sizes_of(["60"]), None, (), ())
+        maps.append(fit_map(table, known_lens(), "huber", edges=told).map)
+
+    def scale(known):
+        off = error_of(known, true).reshape(-1, 6)[:, :3].ravel()
+        p = (known.vector[:, :3] - known.vector[:, :3].mean(axis=0)).ravel()
+        rows = (6 * np.arange(len(known.names))[:, None] + np.arange(3)).ravel()
+        return p @ off / (p @ p), np.sqrt(p @ known.covariance[np.ix_(rows, rows)] @ p) / (p @ p)
+
+    one, sigma = scale(maps[0])[1], scale(maps[2])[1]
+    again = fit_map(table, known_lens(), "huber", edges=told, prior=[maps[0]])
+    assert not again.displaced and again.sizes == MarkerSizes()
+    found, common = scale(again.map)
+    assert common == pytest.approx(one, rel=0.02) and sigma == pytest.approx(one, rel=0.02)
+    assert abs(found) < 2.5 * common and np.trace(again.map.covariance) < np.trace(maps[2].covariance)
+    some = fit_map(table, known_lens(), "huber", edges=told, prior=[take_markers(maps[0], maps[0].names[:6])])
+    assert scale(some.map)[1] > 0.9 * one  # edges of the others follow from those that the map found
+    twice = fit_map(table, known_lens(), "huber", edges=told, prior=[replace(maps[0], size_covariance=None)])
+    assert scale(twice.map)[1] < 0.75 * one  # what a prior of other measurements does
+    found = compare_maps(maps)
+    ratio = np.sqrt(np.mean(found.deviation**2) / np.mean(found.predicted**2))
+    print("scatter over predicted", ratio, "chi2", found.chi2, "of", found.dof)
+    assert 0.7 < ratio < 1.4 and found.chi2 < 1.3 * found.dof
+    whole = compare_maps([replace(m, size_told=None) for m in maps]).predicted
+    assert np.mean(whole) > 5 * np.mean(found.predicted)
 
 
 def test_edges_are_columns_as_differences_say(tmp_path):

@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 
 from robocal._record import field, record, replace
-from robocal._types import Array, Bools, Ints
+from robocal._types import Array, Bools
 from robocal.diagnose.camera_changes import (
     exchange_axes,
     half_turn,
@@ -26,10 +26,12 @@ from robocal.diagnose.camera_changes import (
     turned_views,
     view_poses,
 )  # fmt: skip
-from robocal.diagnose.check_registry import Context, Finding, When, check, refuse
+from robocal.diagnose.check_registry import Context, Finding, When, check, once, refuse
 from robocal.diagnose.limits import EXPLAINED_CLEARLY, EXPLANATIONS_ALIKE, VIEWS_ASK, VIEWS_BEHIND, VIEWS_RIGHT
+from robocal.diagnose.target_changes import target_changes
+from robocal.diagnose.view_blocks import subsample_views
 from robocal.estimate.problem import Problem
-from robocal.fit.baseline import fit_baseline
+from robocal.fit.baseline import Baseline, fit_baseline
 from robocal.fit.noise import owners, quantile
 from robocal.geometry import se3
 from robocal.measure.base import kind_of
@@ -40,15 +42,7 @@ from robocal.measure.reach import reach
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
-__all__ = [
-    "AXES_EXCHANGED",
-    "IMAGE_MIRRORED",
-    "TARGET_TURNED",
-    "VIEWS_SHIFTED",
-    "carriers",
-    "subsample_views",
-    "wrong_views",
-]
+__all__ = ["AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "carriers", "wrong_views"]
 
 AXES_EXCHANGED = declare(
     "axes-exchanged",
@@ -85,6 +79,7 @@ TURNED = 4  # grid: cameras of which each may be turned as a whole
 SHIFTS = (1, -1, 2, -2)  # grid: places by which lists are out of step
 NAMED = 8  # grid: views that are named
 FLAT = 0.999  # tolerance: a cosine: points that lie across z
+FINE = 1e-4  # tolerance: of a focal length: noise of corners
 LEAST = 1e-3  # tolerance: of a focal length: nobody asks whether less is left
 Reread = Callable[[Observations], Observations]
 
@@ -96,6 +91,11 @@ class _ViewTrial:
 
     left: Array
     behind: Array
+
+    @property
+    def asks(self) -> bool:
+        """Whether that is more than a nominal machine leaves."""
+        return bool((self.left > VIEWS_ASK).any() or (self.behind > VIEWS_BEHIND).any())
 
 
 @record
@@ -110,16 +110,20 @@ class _ViewChange:
 
 
 @check("views-as-stated", When.PROOF, order=190, needs=("data", "base"))
-def wrong_views(context: Context[Model]) -> Iterator[Finding]:
+@once
+def wrong_views(context: Context[Model]) -> list[Finding]:
     """What is wrong with all views of a camera."""
     data, base = context.need_data, context.need_baseline
     cameras = [i for i, o in enumerate(data.observations) if o.kind == "pixels" and o.value.ndim == 2]
     if not cameras:
-        return
-    stated = _measure(data, base.problem, base.x)
-    if (stated.left > VIEWS_ASK).any() or (stated.behind > VIEWS_BEHIND).any():
+        return []
+    # What everything free explains, the machine was off by: no view has to be read in another way.
+    free = context.soft if context.fit is None else Baseline(context.fit.problem, context.fit.solution.x)
+    ends = (base,) if free is None else (base, free)
+    if all(_measure(data, end.problem, end.x).asks for end in ends):
         whole = DataSet(data.configurations, tuple(replace(o, used=None) for o in data.observations))
-        yield from _ViewSearch(context.model, whole, tuple(cameras)).explain()
+        return _ViewSearch(context.model, whole, tuple(cameras)).explain()
+    return []
 
 
 def _measure(data: DataSet, problem: Problem, x: Array) -> _ViewTrial:
@@ -135,6 +139,11 @@ def _measure(data: DataSet, problem: Problem, x: Array) -> _ViewTrial:
     return _ViewTrial(
         np.array([[quantile(e, level) / size for e, size in pairs] for level in (0.5, VIEWS_RIGHT)]), behind
     )
+
+
+def _size_of(trial: _ViewTrial) -> float:
+    """What is left of all instruments: each counts by its own size, however little another one is known."""
+    return float(np.log(np.maximum(trial.left, FINE)).sum())
 
 
 def _size(obs: Observations) -> float:
@@ -178,7 +187,7 @@ class _ViewSearch:
     def _of_group(self, group: tuple[int, ...], stated: _ViewTrial | None = None) -> list[Finding]:
         """The changes of some cameras that explain them, alike."""
         stated = stated or self._fit({}, robust=True)
-        if not (stated.left > VIEWS_ASK).any() and not (stated.behind > VIEWS_BEHIND).any():
+        if not stated.asks:
             return []
         return list(self._best(list(self._changes(group)), stated))
 
@@ -190,13 +199,15 @@ class _ViewSearch:
 
     def _best(self, changes: list[_ViewChange], stated: _ViewTrial) -> Iterator[Finding]:
         """Findings of the changes that leave least, where they explain what was left."""
-        rough = [float(self._fit(c.cameras_read).left.sum()) for c in changes]
+        rough = [_size_of(self._fit(c.cameras_read)) for c in changes]
         few = [changes[i] for i in np.argsort(rough, kind="stable")[:BEST]]
         trials = [(c, self._fit(c.cameras_read, robust=True, against=stated)) for c in few]
-        good = [(float(t.left.sum()), c, t) for c, t in trials if any(_explains(stated, t, k) for k in range(2))]
-        least = min((g[0] for g in good), default=0.0)
-        for left, change, trial in good:
-            if left <= EXPLANATIONS_ALIKE * least:
+        good = [(c, t) for c, t in trials if any(self._explains(stated, t, k) for k in range(2))]
+        if not good:
+            return
+        least = EXPLANATIONS_ALIKE * np.maximum(min((t for _, t in good), key=_size_of).left, FINE)
+        for change, trial in good:
+            if (trial.left <= least).all():
                 yield self._finding(change, stated, trial)
 
     def _fit(
@@ -216,7 +227,7 @@ class _ViewSearch:
 
             def hopeless(problem: Problem, x: Array) -> bool:
                 trial = _measure(part, problem, x)
-                return against is not None and not any(_explains(against, trial, k) for k in range(2))
+                return against is not None and not any(self._explains(against, trial, k) for k in range(2))
 
             found = fit_baseline(self.model, part, everyone, "tukey" if robust else "none", hopeless=hopeless)
             return _measure(part, found.problem, found.x)
@@ -229,7 +240,16 @@ class _ViewSearch:
             where, way = ("below", "up") if shift < 0 else ("above", "down")
             words = {"shift": f"{abs(shift)} view{'s' if abs(shift) > 1 else ''}", "where": where, "way": way}
             yield _ViewChange(VIEWS_SHIFTED, dict.fromkeys(group, partial(shift_views, shift=shift)), words)
+        for code, read, numbers in target_changes([self.data.observations[i] for i in group]):
+            yield _ViewChange(code, dict.fromkeys(group, read), numbers)
         yield from self._turns(group)
+
+    def _explains(self, stated: _ViewTrial, trial: _ViewTrial, level: int) -> bool:
+        """Whether a change explains what was left of half or of three quarters of the rows: every target stands before its camera, and
+        all instruments are explained. A machine leaves as much as its making does."""
+        own = (self.model.table[n] for n in self.model.geometric)
+        most = max([VIEWS_ASK, *(p.scale for p in own if p.unit == "m" and p.free)])
+        return _explains(stated, trial, level, most)
 
     def _turns(self, group: tuple[int, ...]) -> Iterator[_ViewChange]:
         """Half a turn of the target in the views that ask for it, and in some cameras in the others."""
@@ -258,7 +278,7 @@ class _ViewSearch:
         group = [i for i in change.cameras_read if i not in change.turned or change.turned[i][1].any()]
         some = [self.data.observations[i] for i in group]
         # Told in the numbers of the instrument that was worst; where poses follow the cameras, it may be another one.
-        level = int(_explains(stated, trial, 1))
+        level = int(self._explains(stated, trial, 1))
         worst = int(np.argmax(stated.left[level]))
         size, unit = _size(self.data.observations[worst]), kind_of(self.data.observations[worst]).parts[0][2]
         numbers: dict[str, Number] = {
@@ -289,11 +309,10 @@ class _ViewSearch:
         return {"count": len(names), "total": total, "views": (*names[:NAMED], *more), "x": ends[0], "y": ends[1]}
 
 
-def _explains(stated: _ViewTrial, trial: _ViewTrial, level: int) -> bool:
-    """Whether a change explains what was left of half or of three quarters of the rows: every target stands before its camera, and all
-    instruments are explained."""
+def _explains(stated: _ViewTrial, trial: _ViewTrial, level: int, most: float) -> bool:
+    """Whether what is left falls clearly, to `most` at most."""
     before, after = float(stated.left[level].max()), float(trial.left[level].max())
-    if (trial.behind > VIEWS_BEHIND).any() or after > VIEWS_ASK:
+    if (trial.behind > VIEWS_BEHIND).any() or after > most:
         return False
     # What is explained from behind is a mirrored image: the right one leaves no less.
     if (stated.behind > VIEWS_BEHIND).any():
@@ -319,17 +338,6 @@ def _merge(found: Sequence[Finding]) -> list[Finding]:
             elif value is not None or name not in known:
                 known[name] = value
     return [refuse(str(key[0]), **numbers) for key, numbers in out.items() if isinstance(key, tuple)]
-
-
-def subsample_views(obs: Observations, where: Ints, points: int) -> Observations:
-    """Some rows of some configurations of one instrument."""
-    order = np.lexsort((np.arange(len(obs)), obs.configuration))
-    c = obs.configuration[order]
-    first = np.flatnonzero(np.append(True, np.diff(c) != 0))
-    count = np.diff(np.append(first, len(c)))
-    rank = np.arange(len(c)) - np.repeat(first, count)
-    step = np.repeat(np.maximum(count // points, 1), count)
-    return obs.take(np.sort(order[(rank % step == 0) & np.isin(c, where)]))
 
 
 def carriers(model: Model, data: DataSet) -> Array | None:

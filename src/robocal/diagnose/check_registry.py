@@ -131,7 +131,8 @@ def once(make: Callable[[C], T]) -> Callable[[C], T]:
 
 @record
 class Context(Generic[M_co]):
-    """A machine, and what there is beside it: measurements, the baseline, a fit to all of them with its options."""
+    """A machine, and what there is beside it: measurements, the baseline, a fit to all of them with its options; `soft` is where a fit of
+    everything free ended that serves no more than to look at rows."""
 
     model: M_co
     data: DataSet | None = None
@@ -139,12 +140,18 @@ class Context(Generic[M_co]):
     fit: Fit | None = None
     options: Options | None = None
     watch: Watch | None = field(default=None, compare=False)
+    soft: Baseline | None = None
     memo: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)  # what `once` has computed
 
     @property
     def improvement(self) -> bool:
         """Whether unseen measurements prove a gain: not known before there is a proof."""
         return False
+
+    @property
+    def silent(self) -> tuple[str, ...]:
+        """Checks that mean nothing here."""
+        return ()
 
     @property
     def need_data(self) -> DataSet:

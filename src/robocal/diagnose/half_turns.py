@@ -18,7 +18,8 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array, Bools
 from robocal.diagnose.camera_changes import ViewPoses, half_turn, half_turns_open, turn_views, turned_views, view_poses
-from robocal.diagnose.camera_views import carriers, subsample_views
+from robocal.diagnose.camera_views import carriers
+from robocal.diagnose.view_blocks import subsample_views
 from robocal.fit.baseline import fit_baseline
 from robocal.geometry import se3
 from robocal.measure.base import predict_rows

@@ -16,7 +16,7 @@ from robocal.diagnose.limits import VIEW_FAR
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Observations
 
-__all__ = ["join_views", "view_blocks"]
+__all__ = ["join_views", "subsample_views", "view_blocks"]
 
 
 def join_views(data: DataSet, far: Sequence[Bools]) -> tuple[Bools, ...]:
@@ -43,3 +43,14 @@ def _mostly(key: Ints, far: Bools, otherwise: Ints) -> Ints:
     """The key of rows (k,) where more than half of those with this key, two at least, are far."""
     count, many = np.bincount(key), np.bincount(key, far)
     return np.where(((many > VIEW_FAR * count) & (count > 1))[key], key, otherwise)
+
+
+def subsample_views(obs: Observations, where: Ints, points: int) -> Observations:
+    """Some rows of some configurations of one instrument."""
+    order = np.lexsort((np.arange(len(obs)), obs.configuration))
+    c = obs.configuration[order]
+    first = np.flatnonzero(np.append(True, np.diff(c) != 0))
+    count = np.diff(np.append(first, len(c)))
+    rank = np.arange(len(c)) - np.repeat(first, count)
+    step = np.repeat(np.maximum(count // points, 1), count)
+    return obs.take(np.sort(order[(rank % step == 0) & np.isin(c, where)]))

@@ -39,6 +39,7 @@ LEVEL = 0.95  # of every interval and band
 MANY, DEGREE = 200, 24  # radii at once that are worth a polynomial, and its degree
 ROOMY = 3  # rows for each number of a block: of fewer, what they leave says little
 WIDE = 64  # grid: columns from which on it pays to look which of them are touched
+CLEAR = 1e-9  # tolerance: of the largest pivot: columns that data determine, for sure
 MOST_KNOWN = 1 - 1e-3  # leverage: of what knows more its residual says nothing
 
 
@@ -136,28 +137,43 @@ def leverages(problem: Problem, x: Array, configurations: Ints) -> tuple[Array, 
     taken, left = beside_blocks(lin)
     if not problem.n:
         return taken, np.zeros(len(taken))
-    scale, root = problem.scales, problem.prior_root
-    parts = _touched(left, lin.local)
-    square = root.T @ root
-    for rows, some in parts:
-        square[np.ix_(some, some)] += lin.j[np.ix_(rows, some)].T @ left[np.ix_(rows, some)]
-    values, vectors = np.linalg.eigh(square * np.outer(scale, scale))
-    known = values > len(values) * EPS * values[-1]
-    turned = scale[:, None] * vectors[:, known] / np.sqrt(values[known])
+    square, parts = problem.prior_root.T @ problem.prior_root, _touched(left, lin.local)
+    for rows, some, felt in parts:
+        square[some[:, None], some] += lin.j[rows][:, some].T @ felt
+    turned = _inverse_root(square, problem.scales)
     out = np.zeros(len(left))
-    for rows, some in parts:
-        out[rows] = np.sum((left[np.ix_(rows, some)] @ turned[some]) ** 2, axis=1)
+    for rows, some, felt in parts:
+        seen = felt @ turned[some]
+        out[rows] = np.einsum("mk,mk->m", seen, seen)
     return taken, out
 
 
-def _touched(left: Array, local: Ints) -> list[tuple[Ints, Ints]]:
-    """Rows of M J (N, n), and the columns that they touch: of many columns those of one local block touch few."""
+def _inverse_root(square: Array, scale: Array) -> Array:
+    """S (n, k) with S S^T the inverse of a symmetric matrix (n, n); what it does not determine of columns of these scales (n,) is left
+    out."""
+    scaled = square * np.outer(scale, scale)
+    low, failed = scipy.lapack.dpotrf(scaled, lower=1, clean=1)
+    pivots = np.abs(np.diag(low))
+    if not failed and pivots.min(initial=1.0) ** 2 > CLEAR * pivots.max(initial=1.0) ** 2:
+        inverse, failed = scipy.lapack.dtrtri(low, lower=1)
+        if not failed:
+            return np.asarray(scale[:, None] * inverse.T)
+    values, vectors = np.linalg.eigh(scaled)
+    known = values > len(values) * EPS * values[-1]
+    return np.asarray(scale[:, None] * vectors[:, known] / np.sqrt(values[known]))
+
+
+def _touched(left: Array, local: Ints) -> list[tuple[Ints, Ints, Array]]:
+    """Rows of M J (N, n), the columns that they touch, and those of M J: of many columns those of one local block touch few."""
     n = left.shape[1]
     if n < WIDE or not len(local):
-        return [(np.arange(len(left)), np.arange(n))]
-    order = np.argsort(local, kind="stable")
-    parts = np.split(order, np.flatnonzero(np.diff(local[order])) + 1)
-    return [(rows, np.flatnonzero(left[rows].any(axis=0))) for rows in parts]
+        return [(np.arange(len(left)), np.arange(n), left)]
+    order, parts = np.argsort(local, kind="stable"), []
+    for rows in np.split(order, np.flatnonzero(np.diff(local[order])) + 1):
+        own = left[rows]
+        some = np.flatnonzero(own.any(axis=0))
+        parts.append((rows, some, own[:, some]))
+    return parts
 
 
 def band(jacobian: Array, covariance: Array) -> Array:

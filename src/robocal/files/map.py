@@ -7,18 +7,19 @@ units: {length: mm, angle: deg}
 markers:                                  # T_map_marker; z out of the printed side, x right, y up; sigma: x y z, and turns about these axes
   - {id: 60, size: 120, xyz: [6.35, 126.7, 550.5], rotation_vector: [69.3, 69.3, 69.3], sigma: [0.1, 0.1, 0.2, 0.02, 0.02, 0.01]}
 covariance: map.covariance.csv            # of all together, in m and rad; the file is read without it where it is not there
+size_sigma: 0.2                           # what sizes as they were told could be off by, all alike, and each in percent:
+size_scatter: 0.3                         # where sizes were found beside the places
 source: what it was made from
 
 The covariance is a table of its own: one row and one column for each of x y z rx ry rz of every
-marker. JSON has it in itself, in m and rad.
+marker, and behind them one for the edge of each, where sizes were found. JSON has it in itself, in m and rad.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
@@ -26,8 +27,8 @@ from pydantic import FiniteFloat
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.errors import FormatError, ModelError, look_up
-from robocal.files.csvtable import csv_columns, read_csv
+from robocal.errors import FormatError, look_up
+from robocal.files.map_covariance import map_covariance_text, read_map_covariance
 from robocal.files.other_maps import mapper_text, ply_map_text, read_mapper, read_ply_map, spaced
 from robocal.files.plain import json_text
 from robocal.files.schema import FileModel, Name, Triple, UnitsModel, Version, validate
@@ -35,8 +36,6 @@ from robocal.files.tagslam import read_tagslam, tagslam_text
 from robocal.files.text import InputFile, Source, read_text
 from robocal.files.units import Units, number, parse_unit
 from robocal.files.yamlio import YamlDocument, parse, quote
-from robocal.parameters import FRAME_SYMBOLS
-from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.vision.maps import MarkerMap
 
@@ -45,8 +44,6 @@ __all__ = ["COVARIANCE_SUFFIX", "MAP_FORMS", "MapFile", "is_map", "map_covarianc
 LIMIT = 32 << 20  # bytes
 COVARIANCE_SUFFIX = ".covariance.csv"
 EXPECTED = "map.yaml of robocal, tagslam.yaml of TagSLAM, a MarkerMap of ArUco, or a PLY of corners"
-SAME_SIGMA = 1e-3  # tolerance: of a sigma as map.yaml has it, with six digits, and as its covariance has it
-ROUNDING = 1e-6  # tolerance: of the halves of a covariance, and below 0, of its largest
 
 
 @record(eq=False)
@@ -92,6 +89,8 @@ class MapModel(FileModel):
     units: UnitsModel
     markers: list[MapMarkerModel]
     covariance: str | list[list[FiniteFloat]] | None = None
+    size_sigma: FiniteFloat | None = None
+    size_scatter: FiniteFloat | None = None
     source: str = ""
 
 
@@ -135,89 +134,21 @@ def _read_own(document: YamlDocument, name: str) -> tuple[tuple[MarkerMap, ...],
     size = units.length.to_si(np.array([m.size for m in given.markers]))
     scale = np.array([units.length.factor] * 3 + [units.angle.factor] * 3)
     sigma = None if not all(with_sigma) else (np.array([m.sigma for m in given.markers]) * scale).ravel()
-    covariance, remarks = _covariance(document, given.covariance, names, sigma)
+    covariance, remarks = read_map_covariance(document, given.covariance, names, sigma)
     made = MarkerMap(names, size, vector, covariance, given.dictionary, given.source or document.path.name)
+    for key in ("size_sigma", "size_scatter"):
+        value = getattr(given, key)
+        document.insist(
+            value is None or value >= 0, "not a standard deviation", (key,), found=value, expected="0 or more"
+        )
+    if covariance is not None and len(covariance) > 6 * len(names):
+        both = given.size_sigma is not None and given.size_scatter is not None
+        expected = "both beside a covariance that holds edges"
+        document.insist(both, "size_sigma or size_scatter is missing", ("covariance",), expected=expected)
+        own = 6 * len(names)
+        told = float(units.length.to_si(np.array(given.size_sigma))), 1e-2 * float(given.size_scatter or 0.0)
+        made = replace(made, covariance=covariance[:own, :own], size_covariance=covariance[own:], size_told=told)
     return (made,), remarks
-
-
-def _covariance(
-    document: YamlDocument, given: str | list[list[float]] | None, names: Sequence[str], sigma: Array | None
-) -> tuple[Array | None, tuple[Remark, ...]]:
-    """The covariance that a map states, of its table where that is there, else of its sigmas alone."""
-    if given is None:
-        return None if sigma is None else np.diag(sigma**2), ()
-    if isinstance(given, str):
-        plain = given and Path(given).name == given
-        document.insist(plain, "not the name of a file beside this one", ("covariance",), found=given)
-        document.insist(sigma is not None, "a covariance, but markers without sigma", ("covariance",))
-        assert sigma is not None
-        place = document.path.parent / given
-        if not place.exists():
-            facts = {"file": str(document.path), "table": given}
-            return np.diag(sigma**2), (Remark.of(Code.MAP_COVARIANCE_MISSING, **facts),)
-        matrix = _read_table(place, names)
-        where: dict[str, Any] = {"file": place}
-    else:
-        for i, row in enumerate(given):
-            if len(row) != 6 * len(names):
-                expected = f"{6 * len(names)}, six for each marker"
-                document.fail("wrong number of values", ("covariance", i), found=len(row), expected=expected)
-        document.insist(len(given) == 6 * len(names), "wrong number of rows", ("covariance",), found=len(given))
-        matrix = np.array(given, dtype=float)
-        where = {"file": document.path, "key": "covariance"}
-    _check_matrix(matrix, names, where)
-    own = np.sqrt(np.diag(matrix))
-    if sigma is not None and (np.abs(own - sigma) > SAME_SIGMA * np.maximum(own, sigma)).any():
-        i = int(np.argmax(np.abs(own - sigma) / np.maximum(own, sigma).clip(1e-30)))
-        raise FormatError(
-            f"the covariance is of another map than {document.path.name}", found=f"{own[i]:.4g} for {_titles(names)[i]}",
-            expected=f"sigma as the map has it, {sigma[i]:.4g}", **where,
-        )  # fmt: skip
-    return (matrix + matrix.T) / 2, ()
-
-
-def _check_matrix(matrix: Array, names: Sequence[str], where: dict[str, Any]) -> None:
-    """Raises FormatError for what no covariance is. No motion of the whole map is counted in it, so it has directions of variance 0."""
-    least = int(np.argmin(np.diag(matrix)))
-    if matrix[least, least] < 0:
-        raise FormatError("a variance below 0", found=_titles(names)[least], **where)
-    size = np.sqrt(np.outer(np.diag(matrix), np.diag(matrix)))
-    uneven = np.abs(matrix - matrix.T) > ROUNDING * size
-    if uneven.any():
-        i, j = np.argwhere(uneven)[0]
-        titles = _titles(names)
-        raise FormatError("the covariance is not symmetric", found=f"{titles[i]} with {titles[j]}", **where)
-    # Of equal units: each row over its standard deviation.
-    root = np.sqrt(np.where(np.diag(matrix) > 0, np.diag(matrix), 1.0))
-    values = np.linalg.eigvalsh(matrix / np.outer(root, root))
-    if values[0] < -ROUNDING * max(values[-1], 1.0):
-        raise FormatError("not a covariance: a variance below 0 in some direction", found=float(values[0]), **where)
-
-
-def _titles(names: Sequence[str]) -> list[str]:
-    return [f"{n}.{s}" for n in names for s in FRAME_SYMBOLS]
-
-
-def _read_table(place: Path, names: Sequence[str]) -> Array:
-    table = read_csv(place)
-    wanted = _titles(names)
-    if list(table.names) != wanted or len(table) != len(wanted):
-        wrong = next((a for a, b in zip(table.names, wanted, strict=False) if a != b), f"{len(table)} rows")
-        expected = f"{len(wanted)} columns and rows, {wanted[0]} to {wanted[-1]}, as the map has its markers"
-        raise FormatError("the covariance is of other markers than the map", file=place, found=wrong, expected=expected)
-    for i, title in enumerate(wanted):
-        si = "rad" if i % 6 > 2 else "m"
-        if table.units[i] != si:
-            raise FormatError("another unit", file=place, column=title, found=table.units[i], expected=si)
-    return table.numbers(wanted)
-
-
-def map_covariance_text(known: MarkerMap) -> str:
-    """The table of a map's covariance, m and rad. Raises ModelError where it states none."""
-    if known.covariance is None:
-        raise ModelError("this map states no covariance", expected="one that was found from images")
-    heads = [f"{t} [{'rad' if i % 6 > 2 else 'm'}]" for i, t in enumerate(_titles(known.names))]
-    return csv_columns(heads, [[f"{v:.12g}" for v in column] for column in known.covariance.T.tolist()])
 
 
 def _own_text(known: MarkerMap, beside: str) -> str:
@@ -245,6 +176,14 @@ def _own_text(known: MarkerMap, beside: str) -> str:
         lines.append(f"  - {{{', '.join(parts)}}}")
     if known.covariance is not None and beside:
         lines.append(f"covariance: {json.dumps(beside, ensure_ascii=False)}    # of all together, m and rad")
+        if known.size_told is not None:
+            shift, scatter = (
+                float(f"{v:.6g}") for v in (units.length.from_si(known.size_told[0]), 100 * known.size_told[1])
+            )
+            lines += [
+                f"size_sigma: {number(shift)}    # sizes as told: all alike",
+                f"size_scatter: {number(scatter)}    # each, in percent",
+            ]
     if known.source:
         lines.append(f"source: {quote(known.source)}")
     return "\n".join(lines) + "\n"
@@ -266,7 +205,9 @@ def _json_text(known: MarkerMap, beside: str) -> str:
     ]
     parts: dict[str, Any] = {"robocal": 1, "kind": "map", "dictionary": known.family}
     parts |= {"units": {"length": "m", "angle": "rad"}, "markers": markers}
-    parts |= {"covariance": known.covariance, "source": known.source}
+    if known.size_told is not None:
+        parts |= {"size_sigma": known.size_told[0], "size_scatter": 100 * known.size_told[1]}
+    parts |= {"covariance": known.joint, "source": known.source}
     return json_text({k: v for k, v in parts.items() if v is not None})
 
 

@@ -195,6 +195,21 @@ class SensorGroup:
 
 
 @record(kw_only=True)
+class AgreementRow:
+    """A group of sensors, or what was stated beforehand, against the others; length is its rms at the machine, z how many sigma the
+    farthest of what was stated is off."""
+
+    name: str
+    kind: str
+    n: int
+    chi2: Number = None
+    dof: Number = None
+    length: Amount | None = None
+    farthest: str = ""
+    z: Number = None
+
+
+@record(kw_only=True)
 class FitReport:
     """How the solver came to its end; history is the cost, passes what stood after every pass, filter after every configuration that a
     filter took in."""
@@ -205,6 +220,7 @@ class FitReport:
     chi2: Number = None
     dof: Number = None
     groups: list[SensorGroup] = field(default_factory=list)
+    agreement: list[AgreementRow] = field(default_factory=list)
     sigma_source: str = ""
     passes: Passes | None = None
     filter: Passes | None = None

@@ -174,6 +174,14 @@ class PixelRows(SightRows):
         t = t[0, sight[first]]
         return float(np.mean(np.einsum("si,si->s", t[:, 2, :3], self._points(x[:1], first)[0]) + t[:, 2, 3] <= 0))
 
+    def metres_per_pixel(self, x: Array) -> Array:
+        """What a pixel is across the direction of sight at the distance of each point, (m,)."""
+        (t, _, _), sight, _ = self.bind(np.full(x.shape[1], -1, dtype=np.int64)).look(x, 0, len(self.index))
+        t = t[0, sight]
+        away = np.einsum("mij,mj->mi", t[:, :3, :3], self._points(x[:1], slice(None))[0]) + t[:, :3, 3]
+        fx, fy = x[0, self.numbers[:2]]
+        return np.asarray(np.linalg.norm(away, axis=1) / np.sqrt(fx * fy))
+
     def _points(self, x: Array, rows: Any) -> Array:
         """Where points are in the frame of their target, (B, m, 3); of a single target."""
         edge = self._edges(x)[:, 0]

@@ -28,6 +28,7 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.parameters import ParameterTable
 from robocal.progress import Watch
+from robocal.prove.agreement import GroupAgreement, agreement_of
 from robocal.prove.bands import mean_conditions, range_of_joints
 from robocal.prove.bootstrap import Resampled, bootstrap_of
 from robocal.prove.course import Passes, filter_passes, passes_of
@@ -100,6 +101,7 @@ class Identification(Generic[M_co]):
     passes: Passes | None  # how the fit came about
     filter: Passes | None  # the same of a filter, over the measurements
     whitened_rows: WhitenedRows | None  # the rows at the solution, for a comparison with another run
+    agreement: tuple[GroupAgreement, ...]  # what each group of sensors says of the others
 
     @property
     def warnings(self) -> tuple[Remark, ...]:
@@ -137,4 +139,5 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         conditions=mean_conditions(data.configurations), resampled=bootstrap_of(made), holds=range_of(made), scale=common_scale(made),
         whitened_rows=whiten_fit(made), offsets=offsets_alone(made), frames=tuple(locate_frames(made)),
         pose_from_lengths=pose_from_lengths(made), passes=passes_of(made), filter=filter_passes(made), shape=shape_of(made),
+        agreement=agreement_of(made),
     )  # fmt: skip

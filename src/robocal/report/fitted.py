@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from robocal.diagnose.limits import PRIOR_SIGMA
 from robocal.report import matrix, pictures
 from robocal.report.numbers import ranges
 from robocal.report.passes import over_measurements, over_passes
@@ -32,6 +33,15 @@ def fit_sections(result: Any) -> Iterator[Section]:
     yield Section.of(
         "", Detail(lambda: _sensors(fit)), title="Sensors and their noise", key="groups", brief=(), folded=True
     )
+    if any(g.farthest for g in fit.agreement):
+        yield Section.of(
+            "",
+            Detail(lambda: _agreement(fit.agreement)),
+            title="What sensors say of each other",
+            key="agreement",
+            brief=(),
+            folded=True,
+        )
 
 
 def _convergence(result: Any) -> Iterator[Block | None]:
@@ -99,6 +109,30 @@ def _sensors(fit: Any) -> Iterator[Block]:
         " (the spread of repeated measurements) or ", ("estimated", "term"),
         " (from the residuals of this fit, which then cannot test themselves).",
     )  # fmt: skip
+
+
+def _agreement(found: Any) -> Iterator[Block]:
+    """What each group of sensors, and what was stated, says of the others."""
+    rows = [
+        (
+            g.name, g.kind, str(g.n), figure(g.dof, 3), figure(g.chi2, 3), _ratio(g.chi2, g.dof), figure(g.length, 3), g.farthest or "-",
+            figure(g.z, 2),
+        )
+        for g in found
+    ]  # fmt: skip
+    columns = ("group", "kind", "values", "dof", "χ²", "χ²/dof", "rms, mm", "farthest", "σ")
+    caption = (
+        "Sensors: what is left against their noise; pixels also in mm at the points that they show. What was stated: how far the others "
+        "move it, against what they may. χ²/dof is near 1 where all agree."
+    )
+    yield table(*columns, right=(2, 3, 4, 5, 6, 8), rows=rows, caption=caption)
+    worst = max((g for g in found if g.z is not None), key=lambda g: g.z)
+    if worst.z > PRIOR_SIGMA:
+        yield Text.of(
+            f"The others contradict what was stated of {worst.name}: {worst.farthest} is {figure(worst.z, 2)} σ off."
+        )
+    else:
+        yield Text.of("The others contradict nothing that was stated.")
 
 
 def _ratio(chi2: float | None, dof: float | None) -> str:

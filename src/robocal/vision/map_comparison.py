@@ -9,6 +9,11 @@ and of two maps with d = x_2 - x_1 and S = C_1 + C_2 the shift that one marker a
 
     w = S^+ d,   shift_i = (S^+)_ii^-1 w_i,   w_i^T (S^+)_ii^-1 w_i ~ chi2(6)
 
+Maps of the same prints that were told the same sizes have the error e of these in common, P = cov(e). With D_pe the covariance of places
+and edges, the places of each follow e by D_pe P^-1, and between such maps C_k counts without that:
+
+    C - D_pe P^-1 D_pe^T
+
 Sources: Gower, Generalized Procrustes analysis (1975); Baarda (1968).
 """
 
@@ -18,7 +23,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
@@ -29,6 +34,7 @@ from robocal.vision.maps import MarkerMap
 __all__ = ["MapComparison", "ShiftTest", "compare_maps", "find_shifts"]
 
 ROUNDS = 10  # grid: of the mean and the motions to it
+FINEST = 1e-6  # tolerance: m: no edge is known better
 RANK = 1e-9  # tolerance: of the largest variance: what a covariance says of directions is rounding below
 
 
@@ -99,6 +105,8 @@ def compare_maps(maps: Sequence[MarkerMap], reference: str | None = None) -> Map
     first = reference or names[0]
     if first not in names:
         raise ModelError("no such marker in all maps", key="--reference", found=first, expected=", ".join(names[:8]))
+    if all(m.size_told is not None for m in maps):
+        maps = [_without_sizes(m) for m in maps]
     some = [take_markers(m, names) for m in maps]
     mean = some[0].corners
     for _ in range(ROUNDS):
@@ -115,6 +123,17 @@ def compare_maps(maps: Sequence[MarkerMap], reference: str | None = None) -> Map
         tuple(turned), first, corners, middle, anchored, np.linalg.norm(middle.mean(axis=1) - middle[at].mean(axis=0), axis=1),
         _scales(corners, middle), chi2, dof, predicted,
     )  # fmt: skip
+
+
+def _without_sizes(known: MarkerMap) -> MarkerMap:
+    """The map with the covariance of what no other map of these prints has in common with it."""
+    if known.covariance is None or known.size_covariance is None or known.size_told is None:
+        return known
+    shift, scatter = known.size_told
+    told = shift**2 + np.diag((scatter * known.size) ** 2 + FINEST**2)
+    across = known.size_covariance[:, : len(known.covariance)]
+    own = known.covariance - across.T @ np.linalg.solve(told, across)
+    return replace(known, covariance=(own + own.T) / 2, size_covariance=None, size_told=None)
 
 
 def _frame(corners: Array) -> Array:

@@ -76,8 +76,15 @@ def turn_covariance(covariance: Array, rotation: Array) -> Array:
 
 def move_map(known: MarkerMap, transform: Array) -> MarkerMap:
     """The same map in another frame: T_other_marker = T_other_map T_map_marker."""
-    turned = None if known.covariance is None else turn_covariance(known.covariance, transform[:3, :3])
-    return replace(known, vector=se3.to_vector(transform @ known.poses), covariance=turned)
+    r = transform[:3, :3]
+    turned = None if known.covariance is None else turn_covariance(known.covariance, r)
+    sizes = known.size_covariance
+    if sizes is not None:
+        count = 6 * len(known.names)
+        across = (sizes[:, :count].reshape(len(sizes), -1, 3) @ r.T).reshape(len(sizes), count)
+        sizes = np.hstack([across, sizes[:, count:]])
+    vector = se3.to_vector(transform @ known.poses)
+    return replace(known, vector=vector, covariance=turned, size_covariance=sizes)
 
 
 def take_markers(known: MarkerMap, names: Sequence[str]) -> MarkerMap:
@@ -85,4 +92,9 @@ def take_markers(known: MarkerMap, names: Sequence[str]) -> MarkerMap:
     at = [known.names.index(n) for n in names]
     rows = (6 * np.array(at)[:, None] + np.arange(6)).ravel()
     covariance = None if known.covariance is None else known.covariance[np.ix_(rows, rows)]
-    return replace(known, names=tuple(names), size=known.size[at], vector=known.vector[at], covariance=covariance)
+    sizes = known.size_covariance
+    if sizes is not None:
+        sizes = sizes[np.ix_(at, [*rows.tolist(), *(6 * len(known.names) + i for i in at)])]
+    return replace(
+        known, names=tuple(names), size=known.size[at], vector=known.vector[at], covariance=covariance, size_covariance=sizes
+    )  # fmt: skip

@@ -18,6 +18,10 @@ class MarkerMap:
     """Names (M) of markers, the edges of their black squares (M,) in m, their poses T_map_marker as frame vectors (M, 6), and the
     covariance (6M, 6M) of the small motions (v, w) of each in map axes, p <- p + v and R <- exp(w) R, or None where nobody states it.
 
+    Where sizes were found beside the places, `size_covariance` (M, 7M) is that of each edge with the small motions of all markers, and
+    behind these with all edges, m and rad; `size_told` is what the edges that were told could be off by: all alike (m), and each (of
+    itself). Every map of these prints has that error in common.
+
     A map is known but for where it is as a whole: its covariance is the one in which no motion of all markers together is counted. z of
     a marker points out of its printed side, corners are counted from the top left: 0 (-, +), 1 (+, +), 2 (+, -), 3 (-, -).
     """
@@ -28,6 +32,8 @@ class MarkerMap:
     covariance: Array | None = None
     family: str | None = None
     source: str = ""
+    size_covariance: Array | None = None
+    size_told: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         count = len(self.names)
@@ -44,6 +50,14 @@ class MarkerMap:
     def poses(self) -> Array:
         """T_map_marker (M, 4, 4)."""
         return se3.from_vector(self.vector)
+
+    @property
+    def joint(self) -> Array | None:
+        """The covariance (7M, 7M) of the small motions, and behind them of the edges; (6M, 6M) where sizes were not found."""
+        if self.covariance is None or self.size_covariance is None:
+            return self.covariance
+        across = self.size_covariance[:, : len(self.covariance)]
+        return np.block([[self.covariance, across.T], [self.size_covariance]])
 
     @property
     def corners(self) -> Array:

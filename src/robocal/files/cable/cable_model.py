@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, Field
 
 from robocal._record import record
 from robocal._types import Array
@@ -19,7 +19,9 @@ from robocal.files.schema import FileModel, Name, Version
 from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import Path_, YamlDocument, path_text
 
-__all__ = ["MATERIALS", "CableModel", "CableRobotModel", "CableUnits", "CableValues", "CommonModel"]
+__all__ = [
+    "MATERIALS", "CableCalibrateModel", "CableModel", "CableRobotModel", "CableUnits", "CableValues", "CommonModel",
+]  # fmt: skip
 
 
 class CableUnitsModel(FileModel):
@@ -73,9 +75,11 @@ class PlatformModel(FileModel):
 
 
 class CableCalibrateModel(FileModel):
-    """What is to be identified: ax ay az bx by bz l0, a cable, or single names."""
+    """What is to be identified: ax ay az bx by bz l0, a cable, or single names; and how far off what is stated may be, one standard
+    deviation by symbol or single name."""
 
     free: list[str]
+    prior: dict[str, Any] = Field(default_factory=dict)
 
 
 OrEmpty = BeforeValidator(lambda value: {} if value is None else value)

@@ -18,7 +18,15 @@ from robocal._types import Array
 from robocal.cables.geometry import COMMON, PLATFORM, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FileError, ModelError, one_of
-from robocal.files.cable.cable_model import MATERIALS, CableModel, CableRobotModel, CableUnits, CableValues, CommonModel
+from robocal.files.cable.cable_model import (
+    MATERIALS,
+    CableCalibrateModel,
+    CableModel,
+    CableRobotModel,
+    CableUnits,
+    CableValues,
+    CommonModel,
+)  # fmt: skip
 from robocal.files.cable.cablefile import CableFile, robot_remarks
 from robocal.files.cable.caspr import read_caspr
 from robocal.files.cable.published import read_published
@@ -173,7 +181,6 @@ def _missing_zero(rows: list[CableRow], document: YamlDocument) -> Iterator[Rema
 
 
 def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) -> CableRobot:
-    document = values.document
     zeros = [0.0 if row.own.zero is None else values.number(row.own.zero, (*row.at, "zero"), "m") for row in rows]
     known = _materials(rows, values)
     for key, what, read, si in (
@@ -192,15 +199,36 @@ def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) ->
     robot = replace(robot, sources=({"": model.source} if model.source else {}) | sources, assumed=assumed)
     if model.calibrate is None:
         return robot
-    free: set[str] = set()
-    for i, word in enumerate(model.calibrate.free):
-        try:
-            free.update(robot.table.match([word]))
-        except ModelError as error:
-            expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, STRETCH))}"
-            at, near = ("calibrate", "free", i), error.suggestion
-            document.fail(error.message, at, found=word, expected=expected, suggestion=near)
-    return replace(robot, table=robot.table.with_free(free))
+    free = {
+        n for i, word in enumerate(model.calibrate.free) for n in _match(robot, word, ("calibrate", "free", i), values)
+    }
+    return replace(robot, table=robot.table.with_free(free).with_priors(_priors(robot, model.calibrate, values)))
+
+
+def _match(robot: CableRobot, word: str, at: Path_, values: CableValues) -> tuple[str, ...]:
+    """Names of parameters that a word selects."""
+    try:
+        return robot.table.match([word])
+    except ModelError as error:
+        expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, STRETCH))}"
+        values.document.fail(error.message, at, found=word, expected=expected, suggestion=error.suggestion)
+
+
+def _priors(robot: CableRobot, said: CableCalibrateModel, values: CableValues) -> dict[str, float]:
+    """Standard deviations of what is stated, SI; a single name is stronger than a symbol or a cable."""
+    out: dict[str, float] = {}
+    for word in sorted(said.prior, key=lambda w: w in robot.table):
+        at = ("calibrate", "prior", word)
+        names = _match(robot, word, at, values)
+        units = {robot.table[n].unit for n in names}
+        if len(units) > 1:
+            expected = f"one of {', '.join(SYMBOLS)}, or one name"
+            values.document.fail("a prior of several units", at, found=word, expected=expected)
+        sigma = values.number(said.prior[word], at, units.pop())
+        message, expected = "a prior is a standard deviation", "a number above 0"
+        values.document.insist(sigma > 0, message, at, found=said.prior[word], expected=expected)
+        out |= dict.fromkeys(names, sigma)
+    return out
 
 
 def _shared(rows: list[CableRow]) -> dict[str, str]:

@@ -24,7 +24,7 @@ from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
 from robocal.session.vision.further import views_before_a_fit
 from robocal.session.vision.judge import judge_views
-from robocal.session.vision.target import Target, find_target, target_of, target_on
+from robocal.session.vision.target import SEARCHES, Target, find_target, target_of, target_on, use_search
 from robocal.session.vision.views import ImageView, ViewSummary, list_corners, look_at, look_mirrored
 from robocal.vision.sightings import BOARD, METHODS, coverage_of, find_islands
 
@@ -138,6 +138,7 @@ def detect(o: Any, watch: Watch | None = None, command: str = "", files: tuple[s
         wanted: Target | None = target_on(o.sheet)
     else:
         wanted = target_of(*(getattr(o, n) for n in named))
+    wanted = use_search(wanted, getattr(o, "search", SEARCHES[0]))
     sources = find_images(o.images)
     lengths = Target(size=_metres(o.size), square=_metres(o.square))
     target, said = find_target(wanted, lengths, sources, o.every, watch)

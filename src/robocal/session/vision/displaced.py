@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from robocal import _scipy as scipy
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.limits import CELL_UNIT_NEAR
-from robocal.diagnose.vision_limits import MARKER_MOVED_CHANCE, POSE_RIVAL
+from robocal.diagnose.vision_limits import MARKER_MOVED_CHANCE, MARKER_SIZE_CHANCE, POSE_RIVAL
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -35,12 +36,14 @@ __all__ = [
     "with_map_prior",
 ]
 
+LEAST = 3  # grid: markers that have a place to one another
 FEW, SHARE = 3, 8  # grid: markers that are looked for, or one in so many: of more it is the prior that is wrong
 FINEST = 1e-9  # tolerance: m: markers that lie in one place
 UNITS = {  # by how much a length is too large that is read in one unit, and meant in another
     1000.0: ("m", "mm"), 1e-3: ("mm", "m"), 100.0: ("m", "cm"), 10.0: ("cm", "mm"), 0.1: ("mm", "cm"),
     1 / 25.4: ("mm", "inch"), 25.4: ("inch", "mm"), 1 / 0.0254: ("m", "inch"), 0.0254: ("inch", "m"), 2.54: ("inch", "cm"),
-    1 / 2.54: ("cm", "inch"),
+    1 / 2.54: ("cm", "inch"), 1 / 0.3048: ("m", "ft"), 0.3048: ("ft", "m"), 304.8: ("ft", "mm"), 1 / 304.8: ("mm", "ft"),
+    12.0: ("ft", "inch"), 1 / 12: ("inch", "ft"),
 }  # fmt: skip
 SAME_SIZE = 0.02  # tolerance: of the edge: printers scale by less
 
@@ -102,11 +105,13 @@ def with_map_prior(
     table: CornerTable, maps: Sequence[MarkerMap], loss: str, edges: EdgeErrors | None = None
 ) -> tuple[CornerTable, tuple[DisplacedMarker, ...]]:
     """Corners whose markers have a start, with what maps say of these beforehand; and markers that contradict it, of which nothing is
-    taken. Raises ModelError."""
+    taken; edges are free within what is known of them. Raises ModelError."""
     _refuse_units(table, maps)
-    _refuse_others(table, maps)
-    data, prior = _believe(table.data, maps)
-    displaced = find_displaced(with_edges(replace(table, data=data), edges).data, prior, loss)
+    _refuse_others(table, maps, edges)
+    far = _far(table, maps)
+    near = _without(maps, {m.change.name for m in far})
+    data, prior = _believe(table.data, near)
+    displaced = far + find_displaced(with_edges(replace(table, data=data), edges, prior).data, prior, loss)
     if len(displaced) > most_displaced(prior):
         raise ModelError(
             "more than single markers contradict the prior", key="--prior",
@@ -114,10 +119,37 @@ def with_map_prior(
             expected="a map of these markers as they stand now; leave those that moved out of the file",
         )  # fmt: skip
     if displaced:
-        gone = {m.change.name for m in displaced}
-        rest = [[n for n in m.names if n not in gone] for m in maps]
-        data, _ = _believe(table.data, [take_markers(m, names) for m, names in zip(maps, rest, strict=True) if names])
-    return replace(table, data=data), displaced
+        data, prior = _believe(table.data, _without(maps, {m.change.name for m in displaced}))
+    return with_edges(replace(table, data=data), edges, prior), displaced
+
+
+def _without(maps: Sequence[MarkerMap], gone: Collection[str]) -> list[MarkerMap]:
+    """What maps say of the other markers."""
+    rest = [[n for n in m.names if n not in gone] for m in maps]
+    return [take_markers(m, names) for m, names in zip(maps, rest, strict=True) if names]
+
+
+def _far(table: CornerTable, maps: Sequence[MarkerMap]) -> tuple[DisplacedMarker, ...]:
+    """Markers that a map has farther off than all that is seen of it is wide, the others laid on where they are seen: slips, beside which
+    no fit of the map begins. The farthest is taken out until none is."""
+    seen = {t.name: se3.from_vector(np.array(t.value)) for t in table.pixels.targets}
+    out = []
+    for m in maps:
+        names = [n for n in m.names if n in seen]
+        while len(names) > LEAST:
+            told = take_markers(replace(m, covariance=None, size_covariance=None), names)
+            there = np.stack([seen[n] for n in names])
+            move = rigid(told.vector[:, :3], there[:, :3, 3])
+            middle = np.median(there[:, :3, 3], axis=0)
+            wide = 2 * float(np.linalg.norm(there[:, :3, 3] - middle, axis=1).max())
+            steps, turns = se3.displacement(move @ told.poses, there)
+            apart = np.linalg.norm(steps, axis=1)
+            worst = int(apart.argmax())
+            if apart[worst] <= wide:
+                break
+            away, turn = float(apart[worst]), float(np.linalg.norm(turns[worst]))
+            out.append(DisplacedMarker(MarkerChange(names.pop(worst), away, turn, 0.0, float("inf"), 6), ""))
+    return tuple(out)
 
 
 def measure_displaced(
@@ -140,8 +172,9 @@ def measure_displaced(
     return tuple(out)
 
 
-def _refuse_others(table: CornerTable, maps: Sequence[MarkerMap]) -> None:
-    """Raises ModelError for markers of another size or dictionary than those that are seen."""
+def _refuse_others(table: CornerTable, maps: Sequence[MarkerMap], edges: EdgeErrors | None) -> None:
+    """Raises ModelError for markers of another size or dictionary than those that are seen, or whose sizes were found elsewhere than
+    they are told."""
     obs = table.pixels
     assert obs.target is not None
     seen = {t.name: 2 * float(np.abs(obs.extra["point"][obs.target == i, 0]).max()) for i, t in enumerate(obs.targets)}
@@ -149,12 +182,22 @@ def _refuse_others(table: CornerTable, maps: Sequence[MarkerMap]) -> None:
         if None not in (m.family, table.family) and m.family != table.family:
             raise ModelError("a prior of another dictionary", key="--prior", found=m.family, expected=table.family)
         for name, edge in zip(m.names, m.size.tolist(), strict=True):
-            if name in seen and abs(edge - seen[name]) > SAME_SIZE * edge:
+            if name in seen and (
+                abs(edge - seen[name]) > SAME_SIZE * edge or _contradicted(m, edge - seen[name], seen[name], edges)
+            ):
                 found, expected = (
                     f"{1e3 * seen[name]:g} mm for marker {name}",
                     f"{1e3 * edge:g} mm, as the prior has it",
                 )
                 raise ModelError("another size than that of the prior", key="--size", found=found, expected=expected)
+
+
+def _contradicted(known: MarkerMap, off: float, told: float, edges: EdgeErrors | None) -> bool:
+    """Whether a size that a map found is too far from the one that is told now, for both to be of one print."""
+    if edges is None or known.size_covariance is None:
+        return False
+    chi2 = off**2 / float(edges.covariance(np.array([told]))[0, 0])
+    return float(scipy.special.chdtrc(1, chi2)) * len(known.names) < MARKER_SIZE_CHANCE
 
 
 def _refuse_units(table: CornerTable, maps: Sequence[MarkerMap]) -> None:

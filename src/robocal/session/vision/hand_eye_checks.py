@@ -60,15 +60,15 @@ def contradict_lens(opened: HandEyeData, made: Decision[Rig], normal: float) -> 
 
 def _pull(opened: HandEyeData, made: Decision[Rig]) -> float:
     """How far a prior of the lens that views contradict pulls frames, in their sigma: C P^-1 (found - given)."""
-    options, (names, covariance) = opened.observations.options, made.spread
-    given = dict(zip(opened.lens.kind.symbols, opened.lens.numbers, strict=True)) if opened.lens is not None else {}
-    stated = options.get("known", ())
-    assert isinstance(stated, tuple)
-    known = [s for s in stated if f"{CAMERA}.{s}" in names]
+    before, (names, covariance) = opened.source.prior, made.spread
+    if before is None:
+        return 0.0
+    given = dict(zip(before.kind.symbols, before.numbers, strict=True))
+    known = [s for s in before.known if f"{CAMERA}.{s}" in names]
     if not known:
         return 0.0
-    kept = [stated.index(s) for s in known]
-    prior = np.array(options["covariance"], dtype=float)[np.ix_(kept, kept)]
+    kept = [before.known.index(s) for s in known]
+    prior = np.array(before.covariance, dtype=float)[np.ix_(kept, kept)]
     at = [names.index(f"{CAMERA}.{s}") for s in known]
     placed = [i for i, n in enumerate(names) if i not in at]
     change = np.array([made.values[f"{CAMERA}.{s}"] - given[s] for s in known])

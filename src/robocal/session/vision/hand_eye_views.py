@@ -22,7 +22,7 @@ from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable, read_corners
 from robocal.session.vision.detection import Detected
 from robocal.session.vision.hand_eye_images import LENS_EXPECTED, detect_corners, is_table
-from robocal.session.vision.lens_fit import fit_lens, lens_of, plain_lens
+from robocal.session.vision.lens_fit import fit_lens, improve_lens, lens_of, plain_lens
 from robocal.vision.camera import MODELS
 from robocal.vision.lenses import Lens
 
@@ -36,14 +36,15 @@ OF_POSES = ("target_units", "target_quaternion", "target_inverse")
 @record(kw_only=True, eq=False)
 class HandEyeViews:
     """The `names` of views, which may be numbered rows only (`named`), their `times` (s) where a column has some, and the rows; the lens,
-    and in words how it is known, or how poses were read; the table of corners; `target`: poses as they were read, and whether they were
-    of the camera in it; whether the shutter rolls; files, remarks."""
+    with the covariance to which it is known beforehand as `prior`, and in words how it is known, or how poses were read; the table of
+    corners; `target`: poses as they were read, and whether they were of the camera in it; whether the shutter rolls; files, remarks."""
 
     names: tuple[str, ...]
     named: bool
     times: Array | None
     observations: Observations
     lens: Lens | None
+    prior: Lens | None
     description: str
     table: CornerTable | None
     detected: Detected | None
@@ -69,10 +70,14 @@ def read_views(o: Any, watch: Watch | None = None) -> HandEyeViews:
     else:
         return _measured(o)
     lens, words, files, rolling = _lens(o, table, watch)
+    prior = _knowledge(o, lens)
+    found = prior if o.lens is None or not o.free_lens else improve_lens(table, prior, watch)
     obs = table.pixels
-    options = {**obs.options, "camera": CAMERA, "intrinsics": lens.numbers, **_knowledge(o, lens)}
+    options = {**obs.options, "camera": CAMERA, "intrinsics": found.numbers, "free": found.known}
+    if found.known:
+        options |= {"known": found.known, "covariance": found.covariance}
     return HandEyeViews(
-        names=table.data.configurations.ids, named=True, times=None, observations=replace(obs, options=options), lens=lens,
+        names=table.data.configurations.ids, named=True, times=None, observations=replace(obs, options=options), lens=lens, prior=prior,
         description=words, table=table, detected=detected, target=None, rolling=rolling,
         files=(*(table.files if detected is None else detected.inputs), *files),
         remarks=(*(() if detected is None else detected.remarks), *table.remarks),
@@ -96,7 +101,7 @@ def _measured(o: Any) -> HandEyeViews:
     rows = tuple(f"{o.corners.name}:{i + 1}" for i in range(len(read)))
     obs = Observations("pose", np.arange(len(read)), se3.to_vector(read.pose), group="poses", source=str(o.corners))
     return HandEyeViews(
-        names=read.names or rows, named=read.names is not None, times=read.times, observations=obs, lens=None,
+        names=read.names or rows, named=read.names is not None, times=read.times, observations=obs, lens=None, prior=None,
         description=f"poses of a target: {read.notation}", table=None, detected=None, target=read, target_inverse=o.target_inverse,
         files=read.files, remarks=(),
     )  # fmt: skip
@@ -135,17 +140,16 @@ def _lens_of_views(table: CornerTable, watch: Watch | None) -> Lens:
     return lens
 
 
-def _knowledge(o: Any, lens: Lens) -> dict[str, object]:
-    """What is free of a lens, and how well it is known beforehand: by its file or the views alone, else by the prior of
+def _knowledge(o: Any, lens: Lens) -> Lens:
+    """The lens with the covariance of what is free of it: as its file states it or the views alone tell it; of other numbers that of
     --free-lens."""
-    symbols = MODELS[lens.model].symbols
     if not o.free_lens or o.lens is None:
-        if not lens.known:
-            return {"free": ()}
-        return {"free": lens.known, "known": lens.known, "covariance": lens.covariance}
-    some = [s for s in symbols if s not in _unused(lens)]
-    sigma = np.array([LENS_CENTRE_PRIOR if s in PIXELS else LENS_DISTORTION_PRIOR for s in some])
-    return {"free": tuple(some), "known": tuple(some), "covariance": tuple(map(tuple, np.diag(sigma**2).tolist()))}
+        return lens
+    free = [*lens.known, *(s for s in MODELS[lens.model].symbols if s not in {*_unused(lens), *lens.known})]
+    sigma = np.array([LENS_CENTRE_PRIOR if s in PIXELS else LENS_DISTORTION_PRIOR for s in free])
+    covariance, stated = np.diag(sigma**2), len(lens.known)
+    covariance[:stated, :stated] = np.array(lens.covariance).reshape(stated, stated)
+    return Lens.of(lens.model, lens.numbers, lens.size, free, covariance, lens.source)
 
 
 def _unused(lens: Lens) -> Sequence[str]:

@@ -28,7 +28,17 @@ from robocal.vision.camera import MODELS
 from robocal.vision.lens_start import FlatViews, find_focal, flat_places, look_flat
 from robocal.vision.lenses import Lens
 
-__all__ = ["camera_points", "expected_of", "fit_lens", "lens_of", "look_at_views", "plain_lens", "tilts", "view_poses"]
+__all__ = [
+    "camera_points",
+    "expected_of",
+    "fit_lens",
+    "improve_lens",
+    "lens_of",
+    "look_at_views",
+    "plain_lens",
+    "tilts",
+    "view_poses",
+]
 
 # What the numbers of a lens are expected to be off by without data: of the width of the image; else without a unit.
 OF_WIDTH = {"fx": 0.3, "fy": 0.3, "cx": 0.05, "cy": 0.05}
@@ -93,10 +103,21 @@ def fit_lens(
     return replace(made, fit=replace(fit, solution=replace(fit.solution, x=ended.x, cost=ended.cost)))
 
 
+def improve_lens(table: CornerTable, prior: Lens, watch: Watch | None = None) -> Lens:
+    """What views say of a lens beside its covariance, each with a pose of its own; the lens itself where they say nothing."""
+    model = Rig(CAMERA)
+    try:
+        begun = place_markers(table.with_prior(prior))
+        made = decide(model, place_configurations(model, begun.data), Options(), watch)
+    except ModelError:
+        return prior
+    return lens_of(made, prior, table.size, prior.source)
+
+
 def lens_of(made: Decision[Rig], nominal: Lens, size: tuple[int, int], source: str = "") -> Lens:
     """The lens that was found, with what its numbers may be off by."""
     symbols = nominal.kind.symbols
-    numbers = [made.values[f"{CAMERA}.{s}"] for s in symbols]
+    numbers = [made.values.get(f"{CAMERA}.{s}", v) for s, v in zip(symbols, nominal.numbers, strict=True)]
     names, covariance = made.spread
     at = [names.index(f"{CAMERA}.{s}") for s in symbols if f"{CAMERA}.{s}" in names]
     known = [i for i in at if covariance[i, i] > 0]

@@ -29,10 +29,18 @@ from robocal.prove.decision import Decision, decide
 from robocal.session.vision.corner_table import CAMERA, CornerTable
 from robocal.session.vision.displaced import DisplacedMarker, measure_displaced, with_map_prior
 from robocal.session.vision.map_moved import refuse_moved
-from robocal.session.vision.map_sizes import EdgeErrors, MarkerSizes, edges_of, find_sizes, size_of_all, with_edges
+from robocal.session.vision.map_sizes import (
+    EdgeErrors,
+    MarkerSizes,
+    edges_of,
+    find_sizes,
+    prior_of,
+    size_of_all,
+    with_edges,
+)
 from robocal.session.vision.marker_places import place_markers
 from robocal.vision.lenses import Lens
-from robocal.vision.map_gauge import move_map, project_covariance
+from robocal.vision.map_gauge import move_map, project_covariance, rigid_projector
 from robocal.vision.map_start import MapStart, MarkerSights
 from robocal.vision.maps import MarkerMap
 
@@ -77,7 +85,8 @@ def fit_map(
     displaced: tuple[DisplacedMarker, ...] = ()
     if prior:
         begun, displaced = with_map_prior(begun, prior, loss, edges)
-    begun = with_edges(begun, edges)
+    else:
+        begun = with_edges(begun, edges)
     # Of many views each is left out with others: one by one they would take as many fits of the whole map.
     options = Options(loss=loss)
     if len(ids) > HOLD_OUT_PLACES:
@@ -86,7 +95,7 @@ def fit_map(
     fit = made.need_fit
     ended = least_squares(fit.problem, fit.solution.x, cost_tolerance=EXACT)
     made = replace(made, fit=replace(fit, solution=replace(fit.solution, x=ended.x, cost=ended.cost)))
-    known = _map_of(made, begun, source)
+    known = _map_of(made, begun, source, edges)
     displaced = measure_displaced(displaced, prior, known)
     views = se3.inverse(se3.from_vector(made.need_fit.problem.values_of(0, ended.x)[0].reshape(-1, 6)))
     seen = np.bincount(begun.pixels.target if begun.pixels.target is not None else (), minlength=len(known.names))
@@ -105,28 +114,34 @@ def _sizes_of(made: Decision[Rig], table: CornerTable, edges: EdgeErrors | None,
         return MarkerSizes()
     at = [total.names.index(n) for n in rows]
     off = np.array([made.values[n] for n in rows])
-    facts = edges_of(table), off, total.covariance[np.ix_(at, at)], edges
+    facts = edges_of(table), off, total.covariance[np.ix_(at, at)], prior_of(table)
     if known:  # distances that contradict sizes are no fault of single markers
         larger, chance = size_of_all(*facts)
         if chance < MARKER_SIZE_CHANCE and abs(larger) > MARKER_SIZE:
             return MarkerSizes(larger=larger)
-    return find_sizes(names, *facts)
+    return find_sizes(names, *facts, edges.scatter)
 
 
-def _map_of(made: Decision[Rig], table: CornerTable, source: str) -> MarkerMap:
-    """The map as it was fitted, with the covariance in which no motion of all markers is counted."""
+def _map_of(made: Decision[Rig], table: CornerTable, source: str, edges: EdgeErrors | None) -> MarkerMap:
+    """The map as it was fitted, with the covariance in which no motion of all markers is counted, and that of its sizes."""
     obs = table.pixels
     names = [t.name for t in obs.targets]
     vector = np.array([[made.values[f"{n}.{s}"] for s in FRAME_SYMBOLS] for n in names])
     size = edges_of(table) + [made.values.get(f"{n}.{EDGE}", 0.0) for n in names]
     known = MarkerMap(tuple(names), size, vector, None, table.family, source)
-    own = {n: i for i, n in enumerate(f"{n}.{s}" for n in names for s in FRAME_SYMBOLS)}
+    rows = [*(f"{n}.{s}" for n in names for s in FRAME_SYMBOLS), *(f"{n}.{EDGE}" for n in names)]
+    own = {n: i for i, n in enumerate(rows)}
     total = without_scales(made.need_fit.total)
     covariance = np.zeros((len(own), len(own)))
     told = [i for i, n in enumerate(total.names) if n in own]
     at = [own[total.names[i]] for i in told]
     covariance[np.ix_(at, at)] = total.covariance[np.ix_(told, told)]
-    return replace(known, covariance=project_covariance(known, covariance))
+    count = 6 * len(names)
+    motions = project_covariance(known, covariance[:count, :count])
+    if edges is None:
+        return replace(known, covariance=motions)
+    sizes = np.hstack([covariance[count:, :count] @ rigid_projector(known).T, covariance[count:, count:]])
+    return replace(known, covariance=motions, size_covariance=sizes, size_told=(edges.shift, edges.scatter))
 
 
 def _lens_of(made: Decision[Rig], lens: Lens) -> Lens:

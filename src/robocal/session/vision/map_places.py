@@ -28,7 +28,7 @@ from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
 from robocal.session.vision.corner_table import CornerTable
 from robocal.session.vision.map_images import open_corners_of_map
-from robocal.session.vision.map_sizes import EdgeErrors
+from robocal.session.vision.map_sizes import errors_told
 from robocal.session.vision.place_views import LocatedViews, locate_views
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
@@ -181,6 +181,7 @@ def find_places(
         expected = "lens.yaml of robocal vision intrinsics, or a file of OpenCV, ROS or Kalibr"
         raise ModelError("images are placed through a lens", key="--lens", expected=expected)
     through = read_lens(o.lens)
+    edges = errors_told(o, known.size.tolist())
     if table is None:
         table = open_corners_of_map(o, known, through.lens, watch)
     lens = through.lens
@@ -190,7 +191,7 @@ def find_places(
     if known.family is not None and table.family is not None and known.family != table.family:
         raise ModelError("a map of another dictionary", key="--held", found=known.family, expected=table.family)
     with computable(o.held):
-        views = locate_views(table, known, lens, EdgeErrors(1e-3 * o.size_sigma, 1e-2 * o.size_scatter), watch)
+        views = locate_views(table, known, lens, edges, watch)
     said = [*read.file.remarks, *through.file.remarks, *table.remarks, *_remarks(views, known, lens, o)]
     return MapPlaces(
         views=views, known=known, lens=lens, files=files, warnings=tuple(said), reasons=tuple(_reasons(views, table, known)),

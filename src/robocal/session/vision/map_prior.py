@@ -9,7 +9,7 @@ wide where the map is only a prior of what its markers are to one another, narro
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -21,11 +21,22 @@ from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.geometry.fits import rigid
 from robocal.measure.data import Frame
+from robocal.measure.pixels import EDGE
 from robocal.parameters import FRAME_SYMBOLS, Together
 from robocal.vision.map_gauge import move_map, rigid_motions, take_markers
 from robocal.vision.maps import MarkerMap
 
-__all__ = ["FIXED", "LOOSE", "NEAR", "MapPrior", "MarkerChange", "chance_of", "find_contradictions", "prior_targets"]
+__all__ = [
+    "FIXED",
+    "LOOSE",
+    "NEAR",
+    "MapPrior",
+    "MarkerChange",
+    "SizedPrior",
+    "chance_of",
+    "find_contradictions",
+    "prior_targets",
+]
 
 LOOSE = (
     0.3,
@@ -36,16 +47,26 @@ NEAR = (
     1e-4,
 )  # tolerance: m and rad of the one map that says where all is: a turn of 0.05 rad would pass for a scale, 1 - cos
 FIXED = 1e-6, 1e-6  # tolerance: m and rad of a whole map: far less than any map is known to
+FINEST_EDGE = 1e-6  # tolerance: m: the same of an edge
 FINEST = 3e-6  # tolerance: m and rad of a single marker: a prior that is exact in some direction has no inverse
 
 
 @record(eq=False)
 class MapPrior:
     """Targets at the places that a prior gives them, with standard deviations, and the priors that they share; other targets stay as they
-    were."""
+    were. `sized` are the same priors where the map found sizes, with these."""
 
     targets: tuple[Frame, ...]
     together: tuple[Together, ...]
+    sized: tuple[SizedPrior, ...] = ()
+
+
+@record
+class SizedPrior:
+    """A prior of markers and of their edges, and the edges (m) that it has, by the names of their parameters."""
+
+    shared: Together
+    edges: Mapping[str, float]
 
 
 @record
@@ -74,6 +95,7 @@ def prior_targets(
     a marker that two maps have."""
     by_name = {t.name: t for t in targets}
     out: list[Together] = []
+    sized: list[SizedPrior] = []
     done: dict[str, MarkerMap] = {}
     for given in maps:
         names = [n for n in given.names if n in by_name]
@@ -96,7 +118,13 @@ def prior_targets(
             by_name[name] = replace(by_name[name], value=tuple(vector), free=(True,) * 6, prior=tuple(own))
         rows = tuple(f"{n}.{s}" for n in names for s in FRAME_SYMBOLS)
         out.append(Together(rows, tuple(map(tuple, covariance.tolist()))))
-    return MapPrior(tuple(by_name[t.name] for t in targets), tuple(out))
+        if known.size_covariance is not None:
+            own, count = [f"{n}.{EDGE}" for n in names], len(covariance)
+            across, edges = known.size_covariance[:, :count], known.size_covariance[:, count:]
+            joint = np.block([[covariance, across.T], [across, edges + FINEST_EDGE**2 * np.eye(len(own))]])
+            shared = Together((*rows, *own), tuple(map(tuple, joint.tolist())))
+            sized.append(SizedPrior(shared, dict(zip(own, known.size.tolist(), strict=True))))
+    return MapPrior(tuple(by_name[t.name] for t in targets), tuple(out), tuple(sized))
 
 
 def widen(known: MarkerMap, whole: tuple[float, float]) -> Array:

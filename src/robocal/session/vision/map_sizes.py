@@ -14,7 +14,8 @@ Source: Baarda, A testing procedure for use in geodetic networks (1968).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -22,15 +23,31 @@ from robocal import _scipy as scipy
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.vision_limits import MARKER_SIZE, MARKER_SIZE_CHANCE
+from robocal.errors import ModelError
 from robocal.measure.pixels import EDGE, GROWTH
 from robocal.parameters import Together
 from robocal.session.vision.corner_table import CornerTable
+from robocal.session.vision.map_prior import MapPrior
 
-__all__ = ["EdgeErrors", "MarkerSize", "MarkerSizes", "edges_of", "find_sizes", "size_of_all", "with_edges"]
+__all__ = [
+    "EdgeErrors",
+    "MarkerSize",
+    "MarkerSizes",
+    "edges_of",
+    "errors_told",
+    "find_sizes",
+    "prior_of",
+    "size_of_all",
+    "with_edges",
+]
 
 FINEST = 1e-6  # tolerance: m: no edge is known better, and a prior that is exact in some direction has no inverse
+TOLD = (
+    0.1  # tolerance: of the information on the size of all: below, a fit does not know its own sigma well enough to ask
+)
 SEEN = 1e-4  # tolerance: of the information: the size of all together, which no view tells
 SHARE = 0.2  # tolerance: of the markers: where more have another size, all scatter
+LARGE = 1 / 3  # tolerance: of an edge, a sigma: at three sigma there would be none
 UNKNOWN = 1.0  # tolerance: m: nobody knows less of an edge
 
 
@@ -45,6 +62,24 @@ class EdgeErrors:
         """Of edges (M,) m, (M, M)."""
         own = (self.scatter * edges) ** 2 + FINEST**2
         return np.asarray(self.shift**2 + np.diag(own))
+
+
+def errors_told(o: Any, edges: Iterable[float]) -> EdgeErrors:
+    """What edges (m) may be off by, as options tell it (mm, percent). Raises ModelError for as much as an edge itself."""
+    shift, scatter = 1e-3 * float(o.size_sigma), 1e-2 * float(o.size_scatter)
+    least = min(edges, default=float("inf"))
+    if shift > LARGE * least:
+        found, expected = (
+            f"{1e3 * shift:g} mm beside an edge of {1e3 * least:g} mm",
+            "how surely it is known, as 0.2; the edge itself is --size",
+        )
+        raise ModelError("no marker is known as badly", key="--size-sigma", found=found, expected=expected)
+    if scatter > LARGE:
+        raise ModelError(
+            "no markers differ as much", key="--size-scatter", found=f"{100 * scatter:g} %",
+            expected="percent of an edge, as 0.3; edges that differ are told one by one: --size 7=120",
+        )  # fmt: skip
+    return EdgeErrors(shift, scatter)
 
 
 @record
@@ -67,19 +102,54 @@ class MarkerSize:
     chi2: float
 
 
-def with_edges(table: CornerTable, errors: EdgeErrors | None) -> CornerTable:
-    """The same with edges that are free within their prior; exact ones where no errors are told."""
+def with_edges(table: CornerTable, errors: EdgeErrors | None, prior: MapPrior | None = None) -> CornerTable:
+    """The same with edges that are free within their prior; exact ones where no errors are told.
+
+    A map that found sizes has the error of its prints in its places: its own edges are not told anew, and those of other markers are
+    known as they follow from them. With C of `errors`, and of the map's edges e found off by f with covariance E,
+
+    K = C_oe C_ee^-1,   edge_o = told_o + K f,   cov = C_oo - K C_eo + K E K^T
+    """
     if errors is None:
         return table
     obs = table.pixels
-    edges = edges_of(table)
-    growth = np.sign(obs.extra["point"]) / 2
-    rows = tuple(f"{t.name}.{EDGE}" for t in obs.targets)
-    shared = Together(rows, tuple(map(tuple, errors.covariance(edges).tolist())))
-    known = obs.options.get("together", ())
-    assert isinstance(known, tuple)
-    obs = replace(obs, extra={**obs.extra, GROWTH: growth}, options={**obs.options, "together": (*known, shared)})
+    edges, rows = edges_of(table), [f"{t.name}.{EDGE}" for t in obs.targets]
+    together = obs.options.get("together", ())
+    assert isinstance(together, tuple)
+    covariance, new = errors.covariance(edges), edges
+    for sized in prior.sized if prior else ():
+        known, rest = ([i for i, r in enumerate(rows) if (r in sized.shared.names) == one] for one in (True, False))
+        new = edges.copy()
+        new[known] = [sized.edges[rows[i]] for i in known]
+        k = covariance[np.ix_(rest, known)] @ np.linalg.inv(covariance[np.ix_(known, known)])
+        new[rest] += k @ (new - edges)[known]
+        names = [*sized.shared.names, *(rows[i] for i in rest)]
+        joint = sized.shared.of(sized.shared.names)
+        across = k @ joint[[sized.shared.names.index(rows[i]) for i in known]]
+        own = covariance[np.ix_(rest, rest)] - k @ covariance[np.ix_(known, rest)]
+        own += across[:, [sized.shared.names.index(rows[i]) for i in known]] @ k.T
+        joint = np.block([[joint, across.T], [across, (own + own.T) / 2]])
+        together = (*(t for t in together if t.names[0] not in names), _shared(names, joint))
+    if not any(rows[0] in t.names for t in together):
+        together = (*together, _shared(rows, covariance))
+    assert obs.target is not None
+    point = obs.extra["point"] * (new / edges)[obs.target][:, None]
+    extra = {**obs.extra, "point": point, GROWTH: np.sign(point) / 2}
+    obs = replace(obs, extra=extra, options={**obs.options, "together": together})
     return replace(table, data=replace(table.data, observations=(obs,)))
+
+
+def prior_of(table: CornerTable) -> Array:
+    """The covariance (M, M) of what is believed of edges that are free."""
+    together = table.pixels.options["together"]
+    assert isinstance(together, tuple)
+    rows = [f"{t.name}.{EDGE}" for t in table.pixels.targets]
+    (shared,) = (t for t in together if rows[0] in t.names)
+    return np.asarray(shared.of(rows))
+
+
+def _shared(names: Sequence[str], covariance: Array) -> Together:
+    return Together(tuple(names), tuple(map(tuple, covariance.tolist())))
 
 
 def edges_of(table: CornerTable) -> Array:
@@ -90,10 +160,12 @@ def edges_of(table: CornerTable) -> Array:
     return np.asarray(2 * np.abs(obs.extra["point"][first, 0]))
 
 
-def find_sizes(names: Sequence[str], told: Array, off: Array, spread: Array, errors: EdgeErrors) -> MarkerSizes:
-    """Of edges that are told (M,), what they were found to be off by (M,) with its covariance (M, M), and what was believed of it; the
-    worst first."""
-    prior = errors.covariance(told)
+def find_sizes(
+    names: Sequence[str], told: Array, off: Array, spread: Array, believed: Array, scatter: float
+) -> MarkerSizes:
+    """Of edges that are told (M,), what they were found to be off by (M,) with its covariance (M, M), what was `believed` of it (M, M),
+    and by how much each alone was; the worst first."""
+    prior = believed.copy()
     seen = np.linalg.inv(spread)
     pull, data = seen @ off, seen - np.linalg.inv(prior)
     gone: dict[int, float] = {}
@@ -112,25 +184,25 @@ def find_sizes(names: Sequence[str], told: Array, off: Array, spread: Array, err
         gone[worst] = float(chi2[worst])
         prior[worst, worst] += UNKNOWN**2
     if len(gone) > SHARE * len(told):  # so many are no single markers
-        gone, prior = {}, errors.covariance(told)
+        gone, prior = {}, believed
     now = np.linalg.inv(data + np.linalg.inv(prior))
     e = now @ pull
     wrong = tuple(MarkerSize(names[k], float(told[k]), float(told[k] + e[k]), g) for k, g in gone.items())
-    return MarkerSizes(wrong, _scatter(e, now, prior, told, errors))
+    return MarkerSizes(wrong, _scatter(e, now, prior, told, scatter))
 
 
-def size_of_all(told: Array, off: Array, spread: Array, errors: EdgeErrors) -> tuple[float, float]:
+def size_of_all(told: Array, off: Array, spread: Array, believed: Array) -> tuple[float, float]:
     """By how much all edges (M,) together are larger than told beside distances that are known, of themselves, and the chance of as much;
     of edges that were found to be off by (M,), with their covariance (M, M)."""
-    information = np.linalg.inv(errors.covariance(told))
+    information = np.linalg.inv(believed)
     pull = told @ information @ off
     seen = told @ (information - information @ spread @ information) @ told
-    if seen <= SEEN * (told @ information @ told):
+    if seen <= TOLD * (told @ information @ told):
         return 0.0, 1.0
     return float(pull / seen), float(scipy.special.chdtrc(1, pull**2 / seen))
 
 
-def _scatter(e: Array, now: Array, prior: Array, told: Array, errors: EdgeErrors) -> float | None:
+def _scatter(e: Array, now: Array, prior: Array, told: Array, scatter: float) -> float | None:
     """By how much edges scatter, where chance does not make as much of what was told: of all combinations that views see.
 
     w^T S^-1 w = dof + (found^2 - scatter^2) tr(S diag(told^2)) in the mean: views that see edges dimly stretch w by less.
@@ -142,5 +214,5 @@ def _scatter(e: Array, now: Array, prior: Array, told: Array, errors: EdgeErrors
     some = values > SEEN * values[-1]
     chi2, dof = float(np.sum((along.T[some] @ w) ** 2 / values[some])), int(some.sum())
     seen = float(values[some] @ ((told / scale) ** 2 @ along[:, some] ** 2))
-    found = float(np.sqrt(errors.scatter**2 + max(chi2 - dof, 0.0) / seen)) if seen > 0 else 0.0
+    found = float(np.sqrt(scatter**2 + max(chi2 - dof, 0.0) / seen)) if seen > 0 else 0.0
     return found if found > MARKER_SIZE and scipy.special.chdtrc(dof, chi2) < MARKER_SIZE_CHANCE else None

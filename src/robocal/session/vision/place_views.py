@@ -104,7 +104,7 @@ def locate_views(
     every = np.arange(len(data.configurations))
     clean = sift(Rig(CAMERA), data, every, watch).data
     moved = {m.change.name: m.other for m in find_displaced(clean, prior, "none")[: most_displaced(prior)]}
-    clean = with_edges(replace(table, data=exclude_markers(clean, [*moved])), edges).data
+    clean = with_edges(replace(table, data=exclude_markers(clean, [*moved])), edges, prior).data
     noisy, x = _fit(clean)
     covariance = _local_covariance(noisy, x)
     inward = se3.from_vector(noisy.values_of(0, x)[0])
@@ -144,7 +144,9 @@ def _larger(problem: Problem, x: Array, known: MarkerMap, edges: EdgeErrors | No
         return None
     at = [problem.free.index(n) for n in names]
     off = x[0, [problem.table.index[n] for n in names]]
-    share, chance = size_of_all(known.size, off, uncertainty(problem, x).covariance[np.ix_(at, at)], edges)
+    shared = [t for t in problem.table.together if names[0] in t.names]
+    known_to = shared[0].of(names) if shared else np.diag([float(problem.table[n].prior or 0.0) ** 2 for n in names])
+    share, chance = size_of_all(known.size, off, uncertainty(problem, x).covariance[np.ix_(at, at)], known_to)
     return share if chance < MARKER_SIZE_CHANCE and abs(share) > MARKER_SIZE else None
 
 

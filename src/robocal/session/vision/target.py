@@ -14,9 +14,11 @@ from robocal._record import record, replace
 from robocal._types import Array
 from robocal.diagnose.vision_limits import DICTIONARY_AHEAD
 from robocal.errors import FileError, ModelError, look_up
+from robocal.files.apriltag_search import find_tags, tag_search
 from robocal.files.image_files import GreyImage, ImageSource, read_images
 from robocal.files.images import FAMILIES, family_border, family_cells
 from robocal.files.marker_search import (
+    MarkersInImage,
     charuco_markers,
     choose_family,
     find_charuco,
@@ -35,8 +37,9 @@ from robocal.vision.checker.crossing import fit_saddles
 from robocal.vision.sheets import SQUARE, Sheet, inner_corners, marker_corners
 from robocal.vision.sightings import BOARD, METHODS, Sighting, fit_sighting
 
-__all__ = ["Target", "find_target", "target_of", "target_on"]
+__all__ = ["SEARCHES", "Target", "find_target", "target_of", "target_on", "use_search"]
 
+SEARCHES = ("opencv", "apriltag")
 LOOKS = 3  # images that tell what the target is
 FURTHER = 2  # grid: markers of larger numbers than a dictionary has, that are no chance
 FEWEST, PLAIN = (
@@ -50,7 +53,7 @@ MOST_SQUARES = 200  # tolerance: what a board may have
 class Target:
     """Markers of a dictionary (`family`), a board of `squares` (columns, rows), or both: ChArUco. Edges in m, where they are known;
     `legacy`: the first square of a ChArUco board is white where rows are even, as OpenCV before 4.6 printed it; `border`: cells of black
-    around the code of a marker; `sheet`: what stands where, where its file was given."""
+    around the code of a marker; `sheet`: what stands where, where its file was given; `library`: one of SEARCHES."""
 
     family: str | None = None
     squares: tuple[int, int] | None = None
@@ -59,6 +62,7 @@ class Target:
     legacy: bool = False
     border: int = 1
     sheet: Sheet | None = None
+    library: str = SEARCHES[0]
 
     @property
     def text(self) -> str:
@@ -89,7 +93,7 @@ class Target:
         dropped: list[int] = []
         strangers: list[int] = []
         if self.family is not None:
-            found = find_markers(image.grey, self.family, self.border, self.ids)
+            found = self.find(image.grey, self.family)
             for number, corners in zip(found.ids.tolist(), found.corners, strict=True):
                 cells = self.cells(number)
                 if cells is None:
@@ -112,6 +116,12 @@ class Target:
                 if board is not None:
                     seen.append(board)
         return seen, dropped, strangers
+
+    def find(self, grey: Array, family: str) -> MarkersInImage:
+        """Where its markers may be in an image (h, w) of bytes."""
+        if self.library == SEARCHES[1]:
+            return find_tags(grey, family)
+        return find_markers(grey, family, self.border, self.ids)
 
     @property
     def ids(self) -> tuple[int, ...]:
@@ -214,6 +224,17 @@ def target_of(
     return None if family is None else Target(family, None, size, square)
 
 
+def use_search(target: Target | None, search: str) -> Target | None:
+    """The target as options name it, looked for by one of SEARCHES. Raises ModelError, MissingExtra."""
+    if search == SEARCHES[0]:
+        return target
+    if target is None or target.family is None or target.squares is not None or target.border != 1:
+        expected = "--dictionary or --sheet of AprilTags with one cell of black around the code; or --search opencv"
+        raise ModelError("the AprilTag library looks for single tags", key="--search", found=search, expected=expected)
+    tag_search(target.family)
+    return replace(target, library=search)
+
+
 def read_squares(word: str, key: str) -> tuple[int, int]:
     found = re.fullmatch(r"\s*(\d+)\s*[xX×]\s*(\d+)\s*", word)
     numbers = (int(found[1]), int(found[2])) if found else (0, 0)
@@ -286,7 +307,7 @@ def _check(
     family = wanted.family
     if family is None:
         return wanted, []
-    found = [find_markers(i.grey, family, wanted.border) for i in some]
+    found = [wanted.find(i.grey, family) for i in some]
     count = sum(map(len, found))
     if wanted.squares is not None and wanted.sheet is None:
         finds = {

@@ -180,7 +180,7 @@ def check_data(inputs: Inputs, watch: Watch | None = None) -> Checked:
     problem, x = baseline(machine, sifted.data, everyone, watch)
     free = problem.table.free
     seen = analyse(problem.with_free(free), x) if free else None
-    context = Context(machine, measured, Baseline(problem, x), watch=watch)
+    context = Context(machine, measured, Baseline(problem, x), watch=watch, soft=Baseline(sifted.problem, sifted.x))
     findings = [*run(When.DATA, context), *findings_of_segments.run(context), *wrong_views.run(context)]
     strange = name_outliers(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
     findings += exchanged_views(sifted.data, strange)

@@ -56,6 +56,12 @@ class Options(BaseOptions):
     square: float | None = option(
         None, "Edge of a square of a board, as measured on the print", "MM", unit="mm", above=0
     )
+    search: str = option(
+        "opencv",
+        "What looks for markers; the AprilTag library needs pip install 'robocal[apriltag]'",
+        "NAME",
+        choices=("opencv", "apriltag"),
+    )
     every: int = option(10, "Of a video, take one frame in so many", "N", least=1)
     output: Path | None = option(
         None, "Write the list here, and a document and a page beside it", "FILE.csv", short="-o"

@@ -53,7 +53,7 @@ class Options(BaseOptions):
     )
     free_lens: bool = option(
         False,
-        "Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand, by --lens or by these views",
+        "Find the lens too: known as lens.yaml says, else to 10 px (focal length, centre) and 0.1 (distortion), or by these views",
     )
     free_delay: bool = option(
         False, "Find how far the camera's clock is behind that of the robot too: poses with times, of a hand that moves"

@@ -1,0 +1,165 @@
+"""What the thesis' rig allows at best: `python scripts/thesis_bound.py RIG.yaml --seeds 10`, the figures of `thesis_rig.py` foretold.
+
+Independent of robocal's estimators: the information of all corners, lengths and stated priors at the truth, from differences of a camera
+and of cable lengths that are written here. Errors are drawn from its inverse (Cramer and Rao) and judged as `thesis_rig.py` judges a run;
+verification poses are solved from lengths with new noise. --floor states beside it that markers lie on a flat floor: heights within
+1.5 mm and tilts within 0.3 deg, as the rig's file draws them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+import scipy.linalg
+from ruamel.yaml import YAML
+from scipy.spatial.transform import Rotation
+
+sys.path.insert(0, str(Path(__file__).parent))
+import thesis_rig
+
+STEP = 1e-6  # of differences, m and rad
+LENS, EYE, SIZE, ANCHORS, ZEROS, MARKERS = 0, 8, 14, 15, 39, 47  # where unknowns begin; poses stand behind the markers
+DRAWS = 100
+
+
+def turned(t, step):
+    """Poses (..., 4, 4) moved by (6,): along, and about the axes in which they stand."""
+    out = t.copy()
+    out[..., :3, 3] += step[:3]
+    out[..., :3, :3] = Rotation.from_rotvec(step[3:]).as_matrix() @ t[..., :3, :3]
+    return out
+
+
+def inverse(t):
+    """Of poses (..., 4, 4)."""
+    out = np.zeros_like(t)
+    out[..., :3, :3] = np.swapaxes(t[..., :3, :3], -1, -2)
+    out[..., :3, 3] = -np.einsum("...ij,...j->...i", out[..., :3, :3], t[..., :3, 3])
+    out[..., 3, 3] = 1
+    return out
+
+
+def image(pose, marker, eye, lens, edge):
+    """Corners (n, 4, 2) in pixels."""
+    t = inverse(pose @ eye) @ marker
+    p = np.einsum("nij,cj->nci", t[:, :3, :3], thesis_rig.square(edge)) + t[:, None, :3, 3]
+    x, y = p[..., 0] / p[..., 2], p[..., 1] / p[..., 2]
+    r2, p1, p2 = x * x + y * y, lens[6], lens[7]
+    d = 1 + lens[4] * r2 + lens[5] * r2**2
+    u = lens[0] * (x * d + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + lens[2]
+    v = lens[1] * (y * d + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + lens[3]
+    return np.stack([u, v], axis=-1)
+
+
+def slopes(known):
+    """How corners answer (n, 8, k) to pose, marker, eye (6 each), lens (8) and edge."""
+    out = []
+    for which, count in enumerate((6, 6, 6, 8, 1)):
+        for i in range(count):
+            step = STEP if which != 3 or i > 3 else 1e3 * STEP
+            ends = []
+            for sign in (1, -1):
+                some, move = list(known), np.zeros(9 if which == 3 else 6)
+                move[i] = sign * step
+                some[which] = (
+                    turned(known[which], move) if which < 3 else known[which] + (move if which == 3 else move[0])
+                )
+                ends.append(image(*some))
+            out.append(((ends[0] - ends[1]) / (2 * step)).reshape(len(known[0]), 8))
+    return np.split(np.stack(out, axis=-1), [6, 12, 18, 26], axis=-1)
+
+
+def by_lengths(said, rig, poses, tension):
+    """How lengths answer to poses (k, 8, 6) and anchors (k, 8, 3), and their sigma (k, 8): noise, and tensions known to a share."""
+    b = np.einsum("kij,cj->kci", poses[:, :3, :3], rig.platform)
+    way = b + poses[:, None, :3, 3] - rig.anchors
+    full = np.linalg.norm(way, axis=2, keepdims=True)
+    stretch = said["cable"]["elongation_per_N"] * tension
+    along = way / full / (1 + stretch)[..., None]
+    sigma = np.hypot(said["cable"]["length_noise"], full[..., 0] * stretch * said["cable"]["tension_known_to"])
+    return np.concatenate([along, np.cross(b, along)], axis=-1), -along, sigma
+
+
+def foretell(said, seed, case, floor, least):
+    """The median of every figure over draws."""
+    rig, _, camera = thesis_rig.draw(said, seed, case)
+    many = np.bincount([m for _, m, _ in rig.seen], minlength=len(rig.markers))
+    rig.seen = [s for s in rig.seen if many[s[1]] >= least]
+    view, marker = (np.array([s[k] for s in rig.seen]) for k in (0, 1))
+    many, used = said["poses"]["calibration"], np.unique(np.append(marker, 0))
+    seat = np.full(len(rig.markers), -1)
+    seat[used] = np.arange(len(used)) - 1
+    poses, last = MARKERS + 6 * (len(used) - 1), MARKERS + 6 * (len(used) - 1) + 6 * many
+    by_pose, by_marker, by_eye, by_lens, by_edge = slopes(
+        (rig.poses[view], rig.markers[marker], rig.eye, rig.lens, rig.edge)
+    )
+    a, row = np.zeros((len(view), 8, last)), np.arange(len(view))
+    a[:, :, LENS:EYE], a[:, :, EYE:SIZE], a[:, :, SIZE:ANCHORS] = by_lens, by_eye, by_edge
+    free = seat[marker] >= 0
+    for j in range(6):
+        a[row, :, poses + 6 * view + j] = by_pose[:, :, j]
+        a[row[free], :, MARKERS + 6 * seat[marker[free]] + j] = by_marker[free, :, j]
+    a = a.reshape(-1, last) / camera["corner_noise_px"]
+    to_pose, to_anchor, sigma = by_lengths(said, rig, rig.poses[:many], rig.tension[:many])
+    b = np.zeros((many, 8, last))
+    for c in range(8):
+        b[:, c, ANCHORS + 3 * c : ANCHORS + 3 * c + 3], b[:, c, ZEROS + c] = to_anchor[:, c], -1
+    for k in range(many):
+        b[k, :, poses + 6 * k : poses + 6 * k + 6] = to_pose[k]
+    b = (b / sigma[..., None]).reshape(-1, last)
+    prior, wide = np.full(last, np.inf), said["prior_used"]
+    prior[LENS:EYE] = [wide["focal_and_centre_px"]] * 4 + [wide["distortion"]] * 4
+    if case == "tight":
+        prior[LENS:EYE] = [1.0] * 4 + [thesis_rig.TIGHT] * 4
+    prior[EYE:SIZE] = [0.002] * 3 + [np.deg2rad(0.3)] * 3
+    prior[SIZE], prior[ANCHORS:ZEROS] = 0.003 * rig.printed, 0.03
+    if floor:
+        for at in range(MARKERS, poses, 6):
+            prior[at + 2], prior[at + 3 : at + 5] = said["markers"]["height_sd"], np.deg2rad(said["markers"]["tilt_sd"])
+    information = a.T @ a + b.T @ b + np.diag(1 / prior**2)
+    scale = 1 / np.sqrt(np.diag(information))
+    root = np.linalg.cholesky(information * np.outer(scale, scale))
+    rng = np.random.default_rng(seed)
+    errors = scipy.linalg.solve_triangular(root.T, rng.normal(size=(last, DRAWS)), lower=False) * scale[:, None]
+    true = rig.poses[many:]
+    to_pose, to_anchor, sigma = by_lengths(said, rig, true, rig.tension[many:])
+    rows = []
+    for e in errors.T:
+        anchors, zeros = e[ANCHORS:ZEROS].reshape(8, 3), e[ZEROS:MARKERS]
+        off = zeros - np.einsum("kci,ci->kc", to_anchor, anchors) + rng.normal(size=sigma.shape) * sigma
+        found = np.stack(
+            [turned(t, np.linalg.lstsq(j, r, rcond=None)[0]) for t, j, r in zip(true, to_pose, off, strict=True)]
+        )
+        place = {
+            int(m): turned(rig.markers[m], e[MARKERS + 6 * seat[m] :][:6]) if seat[m] >= 0 else rig.markers[m]
+            for m in used
+        }
+        rows.append(thesis_rig.judge(rig, place, rig.anchors + anchors, found, np.ones(len(true)), true))
+    return {k: float(np.median([r[k] for r in rows])) for k in rows[0] if k != "predicted"}
+
+
+def main():
+    """Prints every seed, and the median."""
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("rig", type=Path)
+    words.add_argument("--case", default="real", choices=["real", *thesis_rig.DOMES, "narrow"])
+    words.add_argument("--seeds", type=int, default=10)
+    words.add_argument("--floor", action="store_true", help="state that the floor is flat")
+    words.add_argument(
+        "--least", type=int, default=2, help="poses that see a marker, else it is left out, as `identify` does"
+    )
+    given = words.parse_args()
+    said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))
+    rows = []
+    for seed in range(given.seeds):
+        rows.append(foretell(said, seed, given.case, given.floor, given.least))
+        print(f"{seed}: {thesis_rig.figures(rows[-1])}", flush=True)
+    middle = {k: float(np.median([r[k] for r in rows])) for k in rows[0]}
+    print(f"{given.case}, median of {len(rows)}: {thesis_rig.figures(middle)}")
+
+
+if __name__ == "__main__":
+    main()

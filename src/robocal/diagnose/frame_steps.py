@@ -1,0 +1,316 @@
+"""Frames that have two places: a marker, a camera, an image plane or a phantom that moved at some configuration, or never was where a
+file has it.
+
+    g_i = C_i^T r,   A_i = C_i^T C_i,   X_i = C_i^T J        of configuration i, local poses projected out of all of them
+    s = sum_{i >= k} g_i,   I = sum A_i - (sum X_i) H (sum X_i)^T,   H = (J^T J + P)^-1,   gain(k) = s^T I^-1 s
+
+C are the six columns of a frame, J those that were fitted, P the priors, r what the fit leaves. The score test asks every frame at every
+configuration k at once; for a frame that the fit could not move freely the first configuration is asked too. The best is fitted
+with two places, and the fall of the cost is what counts. It follows chi2 with six degrees of freedom, enlarged by what single views gain
+(their median), and by serial correlation. Source: Rao (1948), as `stated_numbers`; Andrews, Econometrica 61 (1993).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from robocal import _scipy as scipy
+from robocal._record import record, replace
+from robocal._types import Array, Ints
+from robocal.diagnose import limits
+from robocal.diagnose.segments.candidate_rows import count_all
+from robocal.diagnose.serial import correlation_factor
+from robocal.estimate.elimination import beside_blocks
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
+from robocal.fit.frames_alike import frames_of
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.machine import Model, sensor_zeros
+from robocal.parameters import FRAME_SYMBOLS
+
+__all__ = ["FrameStep", "find_frame_steps"]
+
+MEDIAN = 5.348  # of chi2 with six degrees of freedom
+SOFT = 1e-3  # tolerance: of a column's own information: what the model answers but for this much is not seen
+LATER = "later"  # what the second place of a frame is called
+DENSE = 40_000_000  # grid: numbers of a Jacobian beyond which nothing is looked for
+MOST = 3  # grid: steps that are looked for
+RIVALS = 4  # grid: of the frames that gain as much, how many are fitted
+
+
+@record
+class FrameStep:
+    """A frame, the configuration from which on it stands elsewhere (None: it never stood where it was stated), how far (m, rad), the
+    chance that nothing moved, how far the fitted numbers are off by it in their sigma, and other frames that explain as much."""
+
+    frame: str
+    first: int | None
+    shift: float
+    turn: float
+    chance: float
+    pull: float
+    share: float  # of the cost
+    rivals: tuple[str, ...] = ()
+
+
+@record
+class _Sums:
+    """Of one unit what every configuration says: g (U, q), A (U, q, q), X (U, q, n); its configurations in order, (m,)."""
+
+    g: Array
+    a: Array
+    x: Array
+    seen: Ints
+
+    def gain(self, profile: Array, h: Array) -> float:
+        """Of a motion in proportion to a profile (m,) over its configurations."""
+        s = np.einsum("i,iq->q", profile, self.g[self.seen])
+        own = np.einsum("i,iqp->qp", profile**2, self.a[self.seen])
+        return _gain(s, own, np.einsum("i,iqn->qn", profile, self.x[self.seen]), h)
+
+
+def _gain(s: Array, own: Array, cross: Array, h: Array) -> float:
+    size = np.sqrt(np.where(np.diag(own) > 0, np.diag(own), 1.0))
+    info = (own - cross @ h @ cross.T) / size[:, None] / size
+    info[np.diag_indices(len(info))] += SOFT
+    return float(s / size @ np.linalg.solve(info, s / size))
+
+
+@record
+class _Step:
+    """What a unit gains most by, and from which of its configurations on (None: all)."""
+
+    name: str
+    first: int | None
+    gain: float
+
+
+class _Look:
+    """What the rows of a problem at x say of frames and zeros that may have moved."""
+
+    def __init__(
+        self, model: Model, data: DataSet, problem: Problem, x: Array, unit_names: Mapping[str, Sequence[str]]
+    ) -> None:
+        every = [n for names in unit_names.values() for n in names if n not in problem.free]
+        wide = problem.with_free([*problem.free, *dict.fromkeys(every)])
+        lin = wide.linearize(x)
+        root = np.sqrt(wide.with_loss("huber").slopes(lin.r**2, lin))
+        rows = np.hstack([lin.j, lin.r[:, None]]) * root[:, None]
+        left = beside_blocks(replace(lin, j=rows, jl=lin.jl * root[:, None], jm=lin.jm * root[:, None]))[1]
+        n = problem.n
+        at = [wide.free.index(f) for f in problem.free]
+        j, r = left[:, at], left[:, -1]
+        a = j.T @ j + np.diag(_informs(problem))
+        scale = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
+        self.h = np.linalg.pinv(a / scale[:, None] / scale, rcond=1e-12) / scale[:, None] / scale
+        r = r - j @ (self.h @ (j.T @ r))
+        count, order = problem.configurations, np.argsort(lin.configuration, kind="stable")
+        ends = np.searchsorted(lin.configuration[order], np.arange(count + 1))
+        self.units: dict[str, _Sums] = {}
+        for name, names in unit_names.items():
+            c = left[:, [wide.free.index(f) for f in names]]
+            touched = (lin.j[:, [wide.free.index(f) for f in names]] != 0).any(axis=1)
+            q = c.shape[1]
+            g, own, cross = np.zeros((count, q)), np.zeros((count, q, q)), np.zeros((count, q, n))
+            seen = np.unique(lin.configuration[touched])
+            for i in seen.tolist():
+                some = order[ends[i] : ends[i + 1]]
+                g[i], own[i], cross[i] = c[some].T @ r[some], c[some].T @ c[some], c[some].T @ j[some]
+            self.units[name] = _Sums(g, own, cross, seen)
+
+    def dispersion(self) -> float:
+        """By how much more than noise single views gain, 1 at least."""
+        alone = [
+            _gain(u.g[i], u.a[i], u.x[i], self.h) / u.g.shape[1]
+            for u in self.units.values()
+            for i in u.seen.tolist()
+            if u.g.shape[1] == len(FRAME_SYMBOLS)
+        ]
+        return max(1.0, float(np.median(alone)) / MEDIAN * len(FRAME_SYMBOLS)) if alone else 1.0
+
+    def best(self, name: str, stated: bool) -> _Step | None:
+        """The step of a unit that gains most; `stated` asks whether it ever was where it is said to be."""
+        u = self.units[name]
+        m, fewest = len(u.seen), int(limits.SEGMENT_VIEWS)
+        if m < fewest:
+            return None
+        tried: list[tuple[float, int | None]] = [(u.gain(np.ones(m), self.h), None)] if stated else []
+        s, own, cross = (np.cumsum(v[u.seen][::-1], axis=0)[::-1] for v in (u.g, u.a, u.x))
+        tried += [(_gain(s[k], own[k], cross[k], self.h), k) for k in range(fewest, m - fewest + 1)]
+        if not tried:
+            return None
+        gain, k = max(tried, key=lambda t: t[0])
+        if k is not None and self._slow(u, k, gain):
+            return None
+        return _Step(name, None if k is None else int(u.seen[k]), gain)
+
+    def _slow(self, u: _Sums, k: int, gain: float) -> bool:
+        """Whether a ramp about the same place explains more than the step."""
+        m = len(u.seen)
+        at, width = np.arange(m) + 0.5, 2 * int(limits.SEGMENT_VIEWS)
+        while width <= 2 * m:
+            if u.gain(np.clip((at - k) / width + 0.5, 0, 1), self.h) > gain:
+                return True
+            width *= 2
+        return False
+
+
+def _informs(problem: Problem) -> Array:
+    """1 / sigma^2 of the free columns that have a prior, (n,)."""
+    priors = [problem.table[n].prior if problem.table[n].prior_informs else None for n in problem.free]
+    return np.array([0.0 if p is None else p**-2.0 for p in priors])
+
+
+def find_frame_steps(
+    model: Model, data: DataSet, fitted: Problem, x: Array, sigma: Mapping[str, float]
+) -> list[FrameStep]:
+    """The frames of data, as they were fitted at x (1, P), that have two places; `sigma` are standard deviations of what was fitted."""
+    if fitted.sizes[1][1] > 0 or not fitted.n:
+        return []
+    # What is set aside among readings without a frame is no matter of frames.
+    again = [count_all(o, i) if o.frame is not None or o.targets else o for i, o in enumerate(data.observations)]
+    data = DataSet(data.configurations, tuple(again))
+    values = dict(zip(fitted.table.names, x[0].tolist(), strict=False))
+    free, out = list(fitted.free), []
+    before = build(model, data, values=values).with_weights(fitted.weights).with_free(free).with_loss("huber")
+    frames = {n: [f"{n}.{s}" for s in FRAME_SYMBOLS] for n in frames_of(data)}
+    frames = {n: own for n, own in frames.items() if all(s in before.table.index for s in own)}
+    zeros = {n: [n] for n in sensor_zeros(model)}
+    if not frames or int(before.numbers.sum()) * (fitted.n + 6 * len(frames)) > DENSE:
+        return []
+    at = _placed(before, fitted, x)
+    for _ in range(MOST):
+        look = _Look(model, data, before, at, {**frames, **zeros})
+        spread = look.dispersion()
+        known = frames_of(data)
+        loose = {n for n in frames if all(known[n].free) and known[n].prior is None}
+        steps = [s for n in look.units if (s := look.best(n, n in frames and n not in loose)) is not None]
+        tried = float(sum(len(u.seen) for u in look.units.values()))
+        steps = sorted(steps, key=lambda s: -s.gain)
+        if not steps or steps[0].name in zeros or _chance(steps[0].gain, spread, tried, look) > limits.FRAME_CHANCE:
+            break
+        rivals = [s for s in steps if s.name in frames and s.gain > limits.SEGMENT_RIVAL * steps[0].gain][:RIVALS]
+        base = least_squares(before, at, max_iterations=30, cost_tolerance=1e-6)
+        trials = [_refit(model, data, before, base.x, s, spread) for s in rivals]
+        trials.sort(key=lambda t: t.cost)
+        best = trials[0]
+        gain = 2 * (float(base.cost[0]) - best.cost)
+        chance = _chance(gain / best.serial, spread, tried, look)
+        if chance > limits.FRAME_CHANCE:
+            break
+        alike = tuple(t.step.name for t in trials[1:] if 2 * (t.cost - best.cost) < limits.SEGMENT_ALIKE * spread)
+        pull = _pull(best, alike, values, sigma)
+        name = best.step.name.removesuffix(f" {LATER}")
+        share = gain / max(2 * float(base.cost[0]), 1e-300)
+        out.append(FrameStep(name, best.step.first, best.shift, best.turn, chance, pull, share, alike))
+        data, before, at = best.data, best.problem, best.x
+        if best.step.first is None:
+            continue
+        later = f"{best.step.name} {LATER}"
+        frames[later] = [f"{later}.{s}" for s in FRAME_SYMBOLS]
+    return out
+
+
+def _pull(best: _Trial, alike: Sequence[str], values: Mapping[str, float], sigma: Mapping[str, float]) -> float:
+    """How far the fitted numbers are off in their sigma. A frame that was fitted where one of its two places is, is right."""
+    own = {f"{n}.{s}" for n in (best.step.name, *alike) for s in FRAME_SYMBOLS}
+    away = {n: s for n, s in sigma.items() if s > 0 and n in best.values}
+    most = max((abs(best.values[n] - values[n]) / s for n, s in away.items() if n not in own), default=0.0)
+    if best.step.first is None:
+        return most
+    each = []
+    for name in (best.step.name, f"{best.step.name} {LATER}"):
+        pairs = [(f"{best.step.name}.{s}", f"{name}.{s}") for s in FRAME_SYMBOLS]
+        each.append(max((abs(best.values[b] - values[a]) / away[a] for a, b in pairs if a in away), default=0.0))
+    return max(most, min(each))
+
+
+def _chance(gain: float, spread: float, tried: float, look: _Look) -> float:
+    """Of so much by chance, after all that was tried."""
+    q = len(FRAME_SYMBOLS)
+    dof = max(float(sum(len(u.seen) for u in look.units.values())) - q, 1.0)
+    return float(scipy.special.fdtrc(q, dof, max(gain, 0.0) / (spread * q))) * tried
+
+
+def _placed(made: Problem, fitted: Problem, x: Array) -> Array:
+    """The start of a problem of the same configurations, with every block where the fit has left it."""
+    out = np.array(made.start)
+    for there, here in zip(made.places, fitted.places, strict=True):
+        out[:, there] = x[:, here]
+    return out
+
+
+@record(eq=False)
+class _Trial:
+    """A fit in which a frame has two places."""
+
+    step: _Step
+    data: DataSet
+    problem: Problem
+    x: Array
+    cost: float
+    serial: float
+    shift: float
+    turn: float
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """All numbers by name."""
+        return dict(zip(self.problem.table.names, self.x[0].tolist(), strict=False))
+
+
+def _refit(model: Model, data: DataSet, before: Problem, x: Array, step: _Step, spread: float) -> _Trial:
+    """The fit with the two places of a step, begun where the one was."""
+    values = dict(zip(before.table.names, x[0].tolist(), strict=False))
+    own, later = ([f"{n}.{s}" for s in FRAME_SYMBOLS] for n in (step.name, f"{step.name} {LATER}"))
+    split, moved = data, own
+    if step.first is not None:
+        split = _split(data, step.name, step.first, tuple(values[n] for n in own))
+        values |= {b: values[a] for a, b in zip(own, later, strict=True)}
+        moved = later
+    free = dict.fromkeys((*before.free, *moved))
+    made = build(model, split, values=values).with_weights(before.weights).with_free(list(free)).with_loss("huber")
+    if step.first is None:
+        made = made.with_table(made.table.with_priors(dict.fromkeys(own)))
+    found = least_squares(made, _placed(made, before, x), max_iterations=50, cost_tolerance=1e-6)
+    there = dict(zip(made.table.names, found.x[0].tolist(), strict=False))
+    away = _away([there[n] for n in moved], [(there if step.first is not None else values)[n] for n in own])
+    look = _Look(model, split, made, found.x, {step.name: moved})
+    u = look.units[step.name]
+    size = np.sqrt(np.einsum("iqq->q", u.a))
+    serial = correlation_factor(u.g[u.seen] / np.where(size > 0, size, 1.0)) if len(u.seen) > 1 else 1.0
+    return _Trial(step, split, made, found.x, float(found.cost[0]), serial, *away)
+
+
+def _away(here: Sequence[float], there: Sequence[float]) -> tuple[float, float]:
+    """How far two frames are apart (m, rad)."""
+    from robocal.geometry import se3
+
+    shift, turn = se3.displacement(*(se3.from_vector(np.array(v)) for v in (there, here)))
+    return float(np.linalg.norm(shift)), float(np.linalg.norm(turn))
+
+
+def _split(data: DataSet, name: str, first: int, value: tuple[float, ...]) -> DataSet:
+    """The data in which a frame has another name from a configuration on."""
+    out: list[Observations] = []
+    for obs in data.observations:
+        late = obs.configuration >= first
+        if obs.frame is not None and obs.frame.name == name:
+            other = replace(obs.frame, name=f"{name} {LATER}", value=value, free=(True,) * 6, prior=None)
+            rows = np.flatnonzero(late)
+            out += [obs.take(np.flatnonzero(~late))] if not late.all() else []
+            out += [replace(obs.take(rows), frame=other)] if len(rows) else []
+            continue
+        own = [i for i, t in enumerate(obs.targets) if t.name == name]
+        if own and late.any():
+            target = np.zeros(len(obs), dtype=np.int64) if obs.target is None else np.array(obs.target)
+            target[late & (target == own[0])] = len(obs.targets)
+            other: Frame = replace(
+                obs.targets[own[0]], name=f"{name} {LATER}", value=value, free=(True,) * 6, prior=None
+            )
+            obs = replace(obs, targets=(*obs.targets, other), target=target)
+        out.append(obs)
+    return DataSet(data.configurations, tuple(out))

@@ -1,0 +1,125 @@
+"""Views beside readings of another configuration, of a machine whose poses are found from both: an image beside other lengths.
+
+    e_ij = rms over sensors s of (h_s(X_i) - y_js) / sigma_s,    X_i the pose that the views of configuration i alone give
+
+A view is where it belongs where e_ii is of the size of most. One that is not, and fits the readings of another configuration j, belongs
+there; two that fit each other's are exchanged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from robocal._types import Array, Bools
+from robocal.diagnose.check_registry import Context, Finding, Machines, When, check, doubt
+from robocal.diagnose.exchanged_views import VIEWS_EXCHANGED
+from robocal.diagnose.limits import EXPLAINED_CLEARLY, VIEW_FITS
+from robocal.estimate.least_squares import least_squares
+from robocal.fit.noise import median, owners
+from robocal.fit.pose_search import search_single_poses
+from robocal.measure.base import Rows, kind_of
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Model
+from robocal.remarks.english import declare
+from robocal.remarks.remark import Quantity
+
+__all__: list[str] = []
+
+VIEW_OF_ANOTHER = declare(
+    "view-of-another",
+    "the view {view} of {instruments} stands beside the readings of another configuration: it fits those of {partner} to {left:.3g} rms, and "
+    "its own to {stated:.3g}",
+    "Give the image the readings of its own moment in {files}, or leave it out.",
+)
+TYPICAL = 3  # grid: configurations of which it is known what is usual
+
+
+@check("view-readings", When.FIT, order=16, needs=("data", "fit"), machines=Machines.POSED)
+def views_of_others(context: Context[Model]) -> Iterator[Finding]:
+    """Every view that fits the readings of another configuration."""
+    data = context.need_data
+    seeing = [i for i, o in enumerate(data.observations) if kind_of(o).views]
+    labels = tuple(dict.fromkeys(data.observations[i].label for i in seeing))
+    error = _errors(context, data, seeing)
+    if error is None:
+        return
+    own, fits = np.diag(error), dict[int, list[int]]()
+    off = _far(own)
+    usual = VIEW_FITS * median(own[np.isfinite(own)]) if off.any() else 0.0
+    for i in np.flatnonzero(off).tolist():
+        good = [j for j in np.argsort(error[i]).tolist() if error[i, j] <= min(usual, own[i] / EXPLAINED_CLEARLY)]
+        if good:
+            fits[i] = good
+    ids, told = data.configurations.ids, set[int]()
+    files = tuple(dict.fromkeys(data.observations[i].source.replace("\\", "/").rpartition("/")[2] for i in seeing))
+    for i, good in fits.items():
+        if i in told:
+            continue
+        mutual = next((j for j in good if i in fits.get(j, ()) and j not in told), None)
+        j = good[0] if mutual is None else mutual
+        amounts = {"stated": Quantity(float(own[i]), "m"), "left": Quantity(float(error[i, j]), "m")}
+        said = {"view": ids[i], "partner": ids[j], "instruments": labels, "files": files}
+        if mutual is None:
+            yield doubt(VIEW_OF_ANOTHER, **said, **amounts)
+        else:
+            told.add(j)
+            yield doubt(VIEWS_EXCHANGED, **said, every=None, **amounts)
+
+
+def _errors(context: Context[Model], data: DataSet, seeing: list[int]) -> Array | None:
+    """What readings of configuration j leave at the pose that views alone give of i, rms (U, U); NaN where one of them is not known. None
+    where views have no other readings beside them."""
+    fit = context.need_fit
+    terms = list(owners(data, fit.problem))
+    beside = [t for i, t in terms if i not in seeing and t.scale.shape[1] == 1 and t.touches[0]]
+    if not seeing or not beside:
+        return None
+    alone = fit.problem.with_terms([t.with_every_row() for _, t in terms])
+    alone = alone.without([np.full(len(t.index), i not in seeing) for i, t in terms])
+    alone = alone.with_free(()).with_loss("huber")
+    x = least_squares(alone, fit.solution.x, max_iterations=30, cost_tolerance=1e-6).x
+    error = _leave(context, data, terms, beside, seeing, x)
+    # A pose that the readings have drawn away may have ended in another valley of its view.
+    off = _far(np.diag(error))
+    return error if not off.any() else _leave(context, data, terms, beside, seeing, search_single_poses(alone, x, off))
+
+
+def _far(own: Array) -> Bools:
+    """Which configurations leave more than is usual."""
+    known = own[np.isfinite(own)]
+    return own > VIEW_FITS * median(known) if len(known) >= TYPICAL else np.zeros(len(own), dtype=bool)
+
+
+def _leave(
+    context: Context[Model],
+    data: DataSet,
+    terms: Sequence[tuple[int, Rows]],
+    beside: Sequence[Rows],
+    seeing: Sequence[int],
+    x: Array,
+) -> Array:
+    """The same of poses at x (1, P)."""
+    count = len(data.configurations)
+    seen = np.zeros(count, dtype=bool)
+    for i in seeing:
+        seen[data.observations[i].configuration] = True
+    square, many = np.zeros((count, count)), np.zeros((count, count))
+    for number, term in terms:
+        if term not in beside:
+            continue
+        obs = data.observations[number]
+        word = next((w for w in context.model.parts if w in obs.extra), None)
+        sensor = np.zeros(len(term.index)) if word is None else obs.extra[word][term.index]
+        predicted = term.predict(x)[:, 0]
+        for s in np.unique(sensor):
+            mine = np.flatnonzero(sensor == s)
+            here, there = np.full(count, np.nan), np.full(count, np.nan)
+            here[term.configuration[mine]], there[term.configuration[mine]] = predicted[mine], term.value[0, mine, 0]
+            off = here[:, None] - there[None]
+            ok = np.isfinite(off)
+            square[ok] += off[ok] ** 2
+            many += ok
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(seen[:, None] & (many > 0), np.sqrt(square / many), np.nan)
