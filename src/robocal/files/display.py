@@ -155,8 +155,8 @@ def _cells(values: list[Any], column: Column) -> list[str]:
     """The cells of a column; numbers alone are written at once, as are those beside cells that are empty."""
     kinds = set(map(type, values))
     if kinds <= {float, type(None)} and len(kinds) == 2:
-        cells = iter(_cells([v for v in values if v is not None], column))
-        return ["" if v is None else next(cells) for v in values]
+        known = iter(_cells([v for v in values if v is not None], column))
+        return ["" if v is None else next(known) for v in values]
     if kinds != {float}:
         return [_cell(v, column) for v in values]
     if column.decimals is not None:
