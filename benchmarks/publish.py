@@ -119,10 +119,11 @@ def waits(rows: list[dict]) -> str:
     """One row per command."""
     body = [
         [r["what"], number(r["cpu_s"], "s"), number(r["peak_MB"], "MB"), number(r.get("before_cpu_s"), "s")]
-        + [number(r.get("before_peak_MB"), "MB"), number(r["cpu_s_over_before"])]
+        + [number(r.get("before_peak_MB"), "MB"), number(r["cpu_s_over_before"]), number(r.get("wall_s_over_before"))]
         for r in rows
     ]
-    return table.markdown(["robocal", "CPU time", "memory", "before", "memory before", "CPU time over before"], body)
+    heads = ["robocal", "CPU time", "memory", "before", "memory before", "CPU time over before", "by the clock"]
+    return table.markdown(heads, body)
 
 
 def head(document: dict, section: str) -> str:

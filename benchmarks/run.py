@@ -138,11 +138,11 @@ def joint() -> dict[str, list[dict]]:
     return section.sections()
 
 
-def waits(against: Path | None = None, rounds: int | None = None) -> dict[str, list[dict]]:
+def waits(against: Path | None = None, rounds: int | None = None, words=()) -> dict[str, list[dict]]:
     """What a user waits for: whole commands, those of another state of the project in turn with them."""
     import waits as section
 
-    return {"waits": section.section(against and against.resolve(), rounds or section.ROUNDS)}
+    return {"waits": section.section(against and against.resolve(), rounds or section.ROUNDS, words)}
 
 
 SECTIONS = {"cross_validation": cross_validation, "robocal": robocal, "cables": cables, "joint": joint, "waits": waits}
@@ -176,9 +176,12 @@ def main() -> int:
         "--against", type=Path, metavar="SRC", help="waits: the sources of another state, beside this one"
     )
     parser.add_argument("--waits-rounds", type=int, metavar="N", help="waits: how often every command is run")
+    parser.add_argument(
+        "--waits-only", nargs="+", default=(), metavar="WORD", help="waits: rows whose names hold one of these"
+    )
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args()
-    waits_for = {"against": options.against, "rounds": options.waits_rounds}
+    waits_for = {"against": options.against, "rounds": options.waits_rounds, "words": options.waits_only}
     if options.section:
         output = options.output or RESULTS
         document = json.loads(output.read_text()) if output.exists() else {}

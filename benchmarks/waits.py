@@ -2,9 +2,11 @@
 
     python -m benchmarks --section waits [--against OTHER/src] [--waits-rounds 5]
 
-CPU seconds (user and system) and the largest memory of the process; medians of rounds in which both states take turns, after one
-run of each that fills its cache. The data are made by `robocal simulate` of this state, once, under `.cache/waits`; both states
-read the same files, and run folders that they have written themselves. A command that a state does not finish has no numbers of it.
+CPU seconds (user and system), seconds by the clock and the largest memory of the process; medians of rounds in which both states take
+turns, after one run of each that fills its cache. First runs begin with an empty cache, and CPU counts the process that compiles beside.
+Calls of Python (`wait_calls.py`) count themselves: seconds of the call, without the start. The data are made by `robocal simulate` of
+this state, once, under `.cache/waits`; both states read the same files, and run folders that they have written themselves. A command that
+a state does not finish has no numbers of it.
 """
 
 import csv
@@ -18,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from contestants import THREADS
+from wait_calls import CALLS
 
 HERE = Path(__file__).resolve().parent
 OWN = HERE.parent / "src"
@@ -26,6 +29,8 @@ CABLES = HERE.parent / "examples" / "cable-laval" / "robot.yaml"
 ROUNDS = 5
 MEGABYTE = 1024.0  # in what the system counts
 
+SEEN = "--free ax,ay,az,l0"  # without anything free of the robot there would be nothing to compare
+
 # What makes the folders of data, and a run folder beside the data.
 MADE = {
     "few": "simulate irb-120 -n 80",
@@ -33,13 +38,12 @@ MADE = {
     "many": "simulate irb-120 -n 100000",
     "seen": "simulate irb-120 -n 100000 --kind pose --noise 0.05",
     "seen-again": "simulate irb-120 -n 100000 --kind pose --noise 0.1",
+    "cables-few": f"simulate {CABLES} -n 80",
     "cables": f"simulate {CABLES} -n 10000",
     "cables-later": f"simulate {CABLES} -n 10000 --seed 1",
 }
 RUNS = {"few": "few/robot.yaml few/data.yaml"} | {
-    # Without anything free of the robot there would be nothing to compare.
-    name: f"{name}/robot.yaml {name}/lengths.yaml {name}/pose.yaml --free ax,ay,az,l0"
-    for name in ("cables", "cables-later")
+    name: f"{name}/robot.yaml {name}/lengths.yaml {name}/pose.yaml {SEEN}" for name in ("cables", "cables-later")
 }
 # Columns of a folder's table that a file of its own has.
 CUT = {
@@ -61,15 +65,36 @@ WAITS = {
     "compensate, 10 000 rows": "compensate few/RUN rows/program.csv -o OUT",
     "cable drift, two runs of 10 000 rows": "cable drift cables/RUN cables-later/RUN",
 }
+# The same with an empty cache: what is compiled counts.
+FIRST = {
+    "first identify of an arm": "identify few/robot.yaml few/data.yaml -o OUT",
+    "first cable poses": f"cable poses {CABLES} -n 100 -o OUT",
+    "first identify of a cable robot": f"identify cables-few/robot.yaml cables-few/lengths.yaml cables-few/pose.yaml {SEEN} -o OUT",
+}
+# Counts a command with all that it starts, also what outlives it: of those it is the parent (on Linux).
+COUNT = """
+import ctypes, os, resource, subprocess, sys, time
+getattr(ctypes.CDLL(None), "prctl", lambda *_: None)(36, 1, 0, 0, 0)
+began, quiet = time.perf_counter(), subprocess.DEVNULL
+status = subprocess.call(sys.argv[1:], stdout=quiet, stderr=quiet)
+wall = time.perf_counter() - began
+try:
+    while True:
+        os.wait()
+except ChildProcessError:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(status, wall, used.ru_utime + used.ru_stime, used.ru_maxrss)
+"""
 LONG = 60.0  # seconds of CPU: what takes a state longer is run once
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Of one process: CPU seconds and the largest memory in MB."""
+    """Of one process: CPU seconds, the largest memory in MB, and seconds by the clock."""
 
     cpu: float
     memory: float
+    wall: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -85,21 +110,30 @@ class State:
         own = self.source.parent / ".venv" / "bin" / "python"
         return own if own.exists() else Path(sys.executable)
 
-    def run(self, words: str) -> Cost | None:
-        """A command in the folder of the data; None where it does not finish."""
+    @property
+    def environment(self) -> dict[str, str]:
+        """One thread, its sources, and a cache of its own: robocal keeps few, and other states would take turns in it."""
+        own = {"PYTHONPATH": str(self.source), "ROBOCAL_CACHE_DIR": str(DATA / f"cache-{self.name}")}
+        return os.environ | THREADS | own
+
+    def run(self, words: str, first: bool = False) -> Cost | None:
+        """A command in the folder of the data, `first` with an empty cache; None where it does not finish."""
         with tempfile.TemporaryDirectory() as folder:
             words = words.replace("OUT", f"{folder}/out").replace("RUN", f"run-{self.name}")
-            # A cache of its own: robocal keeps few, and other states would take turns in it.
-            env = os.environ | THREADS | {"PYTHONPATH": str(self.source)}
-            env |= {"ROBOCAL_CACHE_DIR": str(DATA / f"cache-{self.name}")}
-            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-            command = [str(self.python), "-m", "robocal", *words.split()]
-            process = subprocess.Popen(command, env=env, cwd=DATA, **quiet)
-            _, status, used = os.wait4(process.pid, 0)
+            empty = {"ROBOCAL_CACHE_DIR": f"{folder}/cache"} if first else {}
+            command = [sys.executable, "-c", COUNT, str(self.python), "-m", "robocal", *words.split()]
+            done = subprocess.run(
+                command, env=self.environment | empty, cwd=DATA, stdout=subprocess.PIPE, text=True, check=True
+            )
+        status, wall, cpu, memory = map(float, done.stdout.split())
         # 3 says that a result must not be trusted: it was computed all the same.
-        if os.waitstatus_to_exitcode(status) not in (0, 3):
-            return None
-        return Cost(used.ru_utime + used.ru_stime, used.ru_maxrss / MEGABYTE)
+        return Cost(cpu, memory / MEGABYTE, wall) if status in (0, 3) else None
+
+    def call(self, name: str) -> Cost | None:
+        """A call of Python, by its own clock; None where the state has no benchmarks, or not this one."""
+        command = [str(self.python), str(HERE / "wait_calls.py"), str(self.source.parent / "benchmarks"), name]
+        done = subprocess.run(command, env=self.environment, cwd=HERE, capture_output=True, text=True)
+        return Cost(float(done.stdout), 0.0) if done.returncode == 0 else None
 
     def prepare(self, wanted) -> None:
         """Writes the run folders that commands read."""
@@ -133,7 +167,8 @@ def cut(source: Path, target: Path, begins) -> None:
 
 def measure(names, against: Path | None, rounds: int) -> list[dict]:
     """A row for each command: medians of this state, of the other one, and what this one takes of that."""
-    wanted = {word.split("/")[0] for name in names for word in WAITS[name].split() if "/" in word}
+    commands = WAITS | FIRST
+    wanted = {word.split("/")[0] for name in names for word in commands.get(name, "").split() if "/" in word}
     prepare(wanted)
     states = [State("new", OWN)] + ([State("before", against)] if against else [])
     for state in states:
@@ -144,9 +179,9 @@ def measure(names, against: Path | None, rounds: int) -> list[dict]:
     for name in names:
         costs: dict[str, list[Cost]] = {state.name: [] for state in states}
         asked = list(states)
-        for turn in range(rounds + 1):
+        for turn in range(name not in WAITS, rounds + 1):  # what begins empty, or has its own warm-up, needs none
             for state in list(asked):
-                cost = state.run(WAITS[name])
+                cost = state.run(commands[name], name in FIRST) if name in commands else state.call(name)
                 if cost is None or cost.cpu > LONG:
                     asked.remove(state)
                 if cost is not None and (turn or cost.cpu > LONG):  # the first one fills the cache
@@ -162,13 +197,15 @@ def summarise(name: str, costs: dict[str, list[Cost]]) -> dict:
     for state, found in costs.items():
         key = "before_" if state == "before" else ""
         row[f"{key}cpu_s"] = statistics.median(c.cpu for c in found) if found else None
-        row[f"{key}peak_MB"] = statistics.median(c.memory for c in found) if found else None
-    for what in ("cpu_s", "peak_MB"):
+        row[f"{key}wall_s"] = statistics.median(c.wall for c in found) or None if found else None
+        row[f"{key}peak_MB"] = statistics.median(c.memory for c in found) or None if found else None
+    for what in ("cpu_s", "wall_s", "peak_MB"):
         now, before = row[what], row.get(f"before_{what}")
         row[f"{what}_over_before"] = now / before if now and before else None
     return row
 
 
-def section(against: Path | None = None, rounds: int = ROUNDS, names=tuple(WAITS)) -> list[dict]:
-    """Every command, or some of them."""
-    return measure([n for n in WAITS if n in names], against, rounds)
+def section(against: Path | None = None, rounds: int = ROUNDS, names=()) -> list[dict]:
+    """Every command and call, or those whose names hold one of these words."""
+    every = (*WAITS, *FIRST, *CALLS)
+    return measure([n for n in every if not names or any(word in n for word in names)], against, rounds)
