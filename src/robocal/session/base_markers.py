@@ -125,8 +125,13 @@ def _place(model: Model, data: DataSet, number: int) -> DataSet:
         for i, t in enumerate(obs.targets)
         if _unplaced(t) and placed[i]
     }
+    camera = obs.frame if eye is None else replace(obs.frame, value=tuple(se3.to_vector(eye).tolist()))
     observations = tuple(
-        replace(o, targets=tuple(replace(t, value=known.get(t.name, t.value)) for t in o.targets))
+        replace(
+            o,
+            frame=camera if o.frame == obs.frame else o.frame,
+            targets=tuple(replace(t, value=known.get(t.name, t.value)) for t in o.targets),
+        )
         for o in data.observations
     )
     configurations = data.configurations
