@@ -48,9 +48,10 @@ def leverages(problem: Problem, x: Array, configurations: Ints) -> dict[Key, tup
         d = d + np.swapaxes(root, 1, 2) @ root
     inverse = invert_blocks(d)
     w = inverse @ b
-    a -= b.reshape(-1, n).T @ w.reshape(-1, n)
+    rows = count * size, n
+    a -= b.reshape(rows).T @ w.reshape(rows)
     covariance = _invert(a, problem.scales)
-    wide = (w.reshape(-1, n) @ covariance).reshape(w.shape)
+    wide = (w.reshape(rows) @ covariance).reshape(w.shape)
     inner = wide @ np.swapaxes(w, 1, 2)
     return {
         key: (
@@ -88,7 +89,7 @@ def _add(problem: Problem, term: ProblemTerm, x: Array, chosen: Bools, groups: d
     begins = np.flatnonzero(np.append(True, np.diff(block[order]) != 0)) if len(order) else order
     touched = block[order[begins]]
     for start, stop, unit in term.parts:
-        own = j[:, start:stop].reshape(-1, len(free))
+        own = j[:, start:stop].reshape(len(j) * (stop - start), len(free))
         key = term.group, unit
         if key not in groups:
             groups[key] = _Said(np.zeros((count, size, size)), np.zeros((count, size, n)), np.zeros((n, n)))
