@@ -58,6 +58,7 @@ FACTS = {
     *(Code.MOTIONS_OPEN, Code.AND_MORE, Code.HOLES, Code.FOLLOWS_TURN, Code.WORTH_ALONE),
     *(
         Code.HALF_TURNS_UNDONE,
+        Code.TARGETS_SEEN_ONCE,
         Code.IMAGE_PLACES,
         Code.OVER_THE_RANGE,
         Code.SCALE_SEEN,

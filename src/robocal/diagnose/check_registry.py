@@ -149,6 +149,11 @@ class Context(Generic[M_co]):
         return False
 
     @property
+    def silent(self) -> tuple[str, ...]:
+        """Checks that mean nothing here."""
+        return ()
+
+    @property
     def need_data(self) -> DataSet:
         """The data, where there must be some."""
         assert self.data is not None

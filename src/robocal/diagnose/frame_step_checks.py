@@ -38,9 +38,8 @@ def frame_steps(context: Context[Model]) -> list[Finding]:
     """Frames that stand elsewhere from a configuration on. They are refused where the numbers that were fitted are off by it."""
     fit = context.need_fit
     # What is wrong with all views, or a fit that found no end, leaves nothing to ask of single frames.
-    if not fit.solution.settled() or any(
-        f.level is Level.REFUSE for c in (findings_of_segments, wrong_views) for f in c.run(context)
-    ):
+    asked = [c for c in (findings_of_segments, wrong_views) if c.name not in context.silent]
+    if not fit.solution.settled() or any(f.level is Level.REFUSE for c in asked for f in c.run(context)):
         return []
     sigma = dict(zip(fit.total.names, fit.total.sigma.tolist(), strict=True))
     steps = find_frame_steps(context.model, fit.data, fit.problem, fit.solution.x, sigma)
@@ -55,7 +54,8 @@ def _finding(context: Context[Model], step: FrameStep) -> Finding:
         "turn": Quantity(step.turn, "rad"),
         "others": ", ".join(_what(data, n) for n in step.rivals) or None,
     }
-    level = refuse if step.pull > limits.FRAME_PULL else doubt
+    mixed = step.chance < limits.SEGMENT_CHANCE and _fitted(data, step) > limits.FRAME_FITTED
+    level = refuse if mixed or step.pull > limits.FRAME_PULL else doubt
     if step.first is None:
         return level(FRAME_ELSEWHERE, **numbers)
     seen = next(iter(_seen(data, step.frame)))
@@ -63,6 +63,24 @@ def _finding(context: Context[Model], step: FrameStep) -> Finding:
     known = np.arange(len(seen)) if seen.rows is None else seen.rows
     numbers |= {"first": data.configurations.ids[step.first], "file": seen.source.replace("\\", "/").rpartition("/")[2]}
     return level(FRAME_MOVED, **numbers, row=int(known[rows].min()), last=int(known.max()))
+
+
+def _fitted(data: DataSet, step: FrameStep) -> float:
+    """Which share of the rows of either place was fitted, the smaller of the two: what was set aside bends nothing."""
+    late, used = [], []
+    for obs in _seen(data, step.frame):
+        mine = np.ones(len(obs), dtype=bool)
+        if obs.frame is None or obs.frame.name != step.frame:
+            mine = np.array(
+                [
+                    obs.targets[t].name == step.frame
+                    for t in (obs.target if obs.target is not None else np.zeros(len(obs), int))
+                ]
+            )
+        late.append((obs.configuration >= (-1 if step.first is None else step.first))[mine])
+        used.append((np.ones(len(obs), dtype=bool) if obs.used is None else obs.used)[mine])
+    after, fitted = np.concatenate(late), np.concatenate(used)
+    return min((float(fitted[some].mean()) for some in (after, ~after) if some.any()), default=0.0)
 
 
 def _seen(data: DataSet, name: str) -> Iterable[Observations]:
