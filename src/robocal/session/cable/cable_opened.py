@@ -43,7 +43,6 @@ from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.report.sections import Section
-from robocal.session.base_markers import place_targets
 from robocal.session.cable.calibrated import of_file
 from robocal.session.cable.statics_options import robot_inputs
 from robocal.session.cable.summary import facts, summary
@@ -244,7 +243,7 @@ class OpenedCable(Opened[CableRobot]):
         with computable(self.given, *data):
             remarks = data_remarks(file, joined, watch)
             joined, said = add_tensions(file, joined)
-            joined = place_targets(file.robot, place_configurations(file.robot, joined))
+            joined = place_configurations(file.robot, joined)
         return self.inputs_of(replace(reading, dataset=joined), *remarks, *said)
 
     def simulator(self, request: Request) -> Simulator[CableRobot]:
