@@ -224,7 +224,7 @@ def hand_eye(
     robot: The robot's poses, flange in base: a CSV, or a folder with a YAML file for each.
     camera: Where the camera is: in the hand, or fixed beside the robot.
     lens: The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera.
-    free_lens: Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand, by --lens or by these views.
+    free_lens: Find the lens too: known as lens.yaml says, else to 10 px (focal length, centre) and 0.1 (distortion), or by these views.
     free_delay: Find how far the camera's clock is behind that of the robot too: poses with times, of a hand that moves.
     free_size: Find the size of the target too: the robot's poses say how long a metre is.
     maker: Whose poses these are: columns, units and turns as on the pendant: ur, kuka, abb, fanuc.
