@@ -57,24 +57,24 @@ class FrameStep:
 
 @record
 class _Sums:
-    """Of one unit what every configuration says: g (U, q), A (U, q, q), X (U, q, n); its configurations in order, (m,)."""
+    """Of one unit what every configuration says: g (U, q), A (U, q, q), X (U, q, n) and X H; its configurations in order, (m,)."""
 
     g: Array
     a: Array
     x: Array
+    xh: Array
     seen: Ints
 
-    def gain(self, profile: Array, h: Array) -> float:
+    def gain(self, profile: Array) -> float:
         """Of a motion in proportion to a profile (m,) over its configurations."""
-        s = np.einsum("i,iq->q", profile, self.g[self.seen])
-        own = np.einsum("i,iqp->qp", profile**2, self.a[self.seen])
-        return _gain(s, own, np.einsum("i,iqn->qn", profile, self.x[self.seen]), h)
+        s, x, xh = (np.tensordot(profile, v[self.seen], 1) for v in (self.g, self.x, self.xh))
+        return _gain(s, np.tensordot(profile**2, self.a[self.seen], 1), xh @ x.T)
 
 
-def _gain(s: Array, own: Array, cross: Array, h: Array) -> float:
+def _gain(s: Array, own: Array, taken: Array) -> float:
     size = np.sqrt(np.where(np.diag(own) > 0, np.diag(own), 1.0))
-    info = (own - cross @ h @ cross.T) / size[:, None] / size
-    info[np.diag_indices(len(info))] += SOFT
+    info = (own - taken) / size[:, None] / size
+    info.flat[:: len(info) + 1] += SOFT
     return float(s / size @ np.linalg.solve(info, s / size))
 
 
@@ -108,22 +108,27 @@ class _Look:
         r = r - j @ (self.h @ (j.T @ r))
         count, order = problem.configurations, np.argsort(lin.configuration, kind="stable")
         ends = np.searchsorted(lin.configuration[order], np.arange(count + 1))
+        columns = {name: [wide.free.index(f) for f in names] for name, names in unit_names.items()}
+        touched = {name: np.unique(lin.configuration[(lin.j[:, c] != 0).any(axis=1)]) for name, c in columns.items()}
         self.units: dict[str, _Sums] = {}
-        for name, names in unit_names.items():
-            c = left[:, [wide.free.index(f) for f in names]]
-            touched = (lin.j[:, [wide.free.index(f) for f in names]] != 0).any(axis=1)
-            q = c.shape[1]
-            g, own, cross = np.zeros((count, q)), np.zeros((count, q, q)), np.zeros((count, q, n))
-            seen = np.unique(lin.configuration[touched])
-            for i in seen.tolist():
-                some = order[ends[i] : ends[i + 1]]
-                g[i], own[i], cross[i] = c[some].T @ r[some], c[some].T @ c[some], c[some].T @ j[some]
-            self.units[name] = _Sums(g, own, cross, seen)
+        for name, seen in touched.items():
+            k = len(columns[name])
+            x, xh = np.zeros((2, count, k, n))
+            self.units[name] = _Sums(np.zeros((count, k)), np.zeros((count, k, k)), x, xh, seen)
+        for i in range(count):
+            some = order[ends[i] : ends[i + 1]]
+            mine, here, at_rest = left[some], j[some], r[some]  # once for all that a view shows
+            for name, u in self.units.items():
+                if i in touched[name]:
+                    c = mine[:, columns[name]]
+                    u.g[i], u.a[i], u.x[i] = c.T @ at_rest, c.T @ c, c.T @ here
+        for u in self.units.values():
+            u.xh[u.seen] = (u.x[u.seen].reshape(-1, n) @ self.h).reshape(u.x[u.seen].shape)
 
     def dispersion(self) -> float:
         """By how much more than noise single views gain, 1 at least."""
         alone = [
-            _gain(u.g[i], u.a[i], u.x[i], self.h) / u.g.shape[1]
+            _gain(u.g[i], u.a[i], u.xh[i] @ u.x[i].T) / u.g.shape[1]
             for u in self.units.values()
             for i in u.seen.tolist()
             if u.g.shape[1] == len(FRAME_SYMBOLS)
@@ -136,9 +141,10 @@ class _Look:
         m, fewest = len(u.seen), int(limits.SEGMENT_VIEWS)
         if m < fewest:
             return None
-        tried: list[tuple[float, int | None]] = [(u.gain(np.ones(m), self.h), None)] if stated else []
-        s, own, cross = (np.cumsum(v[u.seen][::-1], axis=0)[::-1] for v in (u.g, u.a, u.x))
-        tried += [(_gain(s[k], own[k], cross[k], self.h), k) for k in range(fewest, m - fewest + 1)]
+        tried: list[tuple[float, int | None]] = [(u.gain(np.ones(m)), None)] if stated else []
+        s, own, x, xh = (np.cumsum(v[u.seen][::-1], axis=0)[::-1] for v in (u.g, u.a, u.x, u.xh))
+        taken = xh @ np.swapaxes(x, 1, 2)
+        tried += [(_gain(s[k], own[k], taken[k]), k) for k in range(fewest, m - fewest + 1)]
         if not tried:
             return None
         gain, k = max(tried, key=lambda t: t[0])
@@ -151,7 +157,7 @@ class _Look:
         m = len(u.seen)
         at, width = np.arange(m) + 0.5, 2 * int(limits.SEGMENT_VIEWS)
         while width <= 2 * m:
-            if u.gain(np.clip((at - k) / width + 0.5, 0, 1), self.h) > gain:
+            if u.gain(np.clip((at - k) / width + 0.5, 0, 1)) > gain:
                 return True
             width *= 2
         return False
