@@ -5,13 +5,8 @@ A check is a function with a line above it; no list names it:
     @check("encoder-slip", When.FIT, order=500, needs=("fit",))
     def encoder_slip(context: Context[Model]) -> Iterator[Finding]: ...
 
-The modules of a package are looked through when its checks run for the first time. `order` says where the findings of a check
-stand among those of the same time.
-
-A context is a machine, its data and a fit to them, with everything that several checks ask, computed once. What a check needs is
-loaded when it is asked for: rows of a file are checked long before anything is fitted.
-
-A finding is a code with its numbers, and what it means for the verdict:
+`order` says where the findings of a check stand among those of the same time. A context is a machine, its data and a fit to them, with
+everything that several checks ask, computed once. A finding is a code with its numbers, and what it means for the verdict:
 
 refuse     data or model are wrong: no number of the fit may be used
 qualify    a gain is not proven, or only near what was measured

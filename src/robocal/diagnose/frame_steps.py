@@ -26,7 +26,7 @@ from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.frames_alike import frames_of
 from robocal.measure.base import problem as build
-from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model, sensor_zeros
 from robocal.parameters import FRAME_SYMBOLS
 
@@ -329,7 +329,7 @@ def _split(data: DataSet, name: str, later: str, first: int, value: tuple[float,
         if own and late.any():
             target = np.zeros(len(obs), dtype=np.int64) if obs.target is None else np.array(obs.target)
             target[late & (target == own[0])] = len(obs.targets)
-            other: Frame = replace(obs.targets[own[0]], name=later, value=value, free=(True,) * 6, prior=None)
-            obs = replace(obs, targets=(*obs.targets, other), target=target)
+            second = replace(obs.targets[own[0]], name=later, value=value, free=(True,) * 6, prior=None)
+            obs = replace(obs, targets=(*obs.targets, second), target=target)
         out.append(obs)
     return DataSet(data.configurations, tuple(out))
