@@ -11,12 +11,14 @@ a state does not finish has no numbers of it.
 
 import csv
 import os
+import resource
 import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from contestants import THREADS
@@ -42,6 +44,8 @@ MADE = {
     "cables": f"simulate {CABLES} -n 10000",
     "cables-later": f"simulate {CABLES} -n 10000 --seed 1",
 }
+# What `corner_data.py` makes of the same name.
+CORNERS = ("cable", "cable-map", "arm-map", "cameras")
 RUNS = {"few": "few/robot.yaml few/data.yaml"} | {
     name: f"{name}/robot.yaml {name}/lengths.yaml {name}/pose.yaml {SEEN}" for name in ("cables", "cables-later")
 }
@@ -63,6 +67,12 @@ WAITS = {
     "validate, 10 000 rows": "validate few/RUN rows/data.yaml",
     "compensate, 80 rows": "compensate few/RUN few/program.csv -o OUT",
     "compensate, 10 000 rows": "compensate few/RUN rows/program.csv -o OUT",
+    "check, 1 000 corners of a cable robot": "check cable/robot.yaml cable/lengths.yaml cable/camera.yaml",
+    "check, 10 000 corners of a cable robot": "check cable-map/robot.yaml cable-map/lengths.yaml cable-map/camera.yaml",
+    "identify, 9 500 corners of four cameras": "identify irb-120 "
+    + " ".join(f"cameras/camera{k}.yaml" for k in range(4)),
+    "identify, 10 000 corners, arm and map": "identify irb-120 arm-map/camera.yaml",
+    "identify, 10 000 corners, cables and map": "identify cable-map/robot.yaml cable-map/lengths.yaml cable-map/camera.yaml",
     "cable drift, two runs of 10 000 rows": "cable drift cables/RUN cables-later/RUN",
 }
 # The same with an empty cache: what is compiled counts.
@@ -86,6 +96,7 @@ except ChildProcessError:
 print(status, wall, used.ru_utime + used.ru_stime, used.ru_maxrss)
 """
 LONG = 60.0  # seconds of CPU: what takes a state longer is run once
+MOST = 600  # seconds of CPU: what takes longer is not finished
 
 
 @dataclass(frozen=True)
@@ -122,9 +133,9 @@ class State:
             words = words.replace("OUT", f"{folder}/out").replace("RUN", f"run-{self.name}")
             empty = {"ROBOCAL_CACHE_DIR": f"{folder}/cache"} if first else {}
             command = [sys.executable, "-c", COUNT, str(self.python), "-m", "robocal", *words.split()]
-            done = subprocess.run(
-                command, env=self.environment | empty, cwd=DATA, stdout=subprocess.PIPE, text=True, check=True
-            )
+            limit = partial(resource.setrlimit, resource.RLIMIT_CPU, (MOST, MOST))
+            kept = {"env": self.environment | empty, "cwd": DATA, "preexec_fn": limit}
+            done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, **kept)
         status, wall, cpu, memory = map(float, done.stdout.split())
         # 3 says that a result must not be trusted: it was computed all the same.
         return Cost(cpu, memory / MEGABYTE, wall) if status in (0, 3) else None
@@ -151,6 +162,10 @@ def prepare(wanted) -> None:
         for name, (source, columns) in CUT.items():
             if name.startswith(f"{folder}/"):
                 cut(DATA / source, DATA / name, columns)
+        (DATA / folder / "done").touch()
+    for folder in [f for f in CORNERS if f in wanted and not (DATA / f / "done").exists()]:
+        made = [sys.executable, str(HERE / "corner_data.py"), folder, str(DATA / folder)]
+        subprocess.run(made, env=os.environ | THREADS | {"PYTHONPATH": str(OWN)}, check=True)
         (DATA / folder / "done").touch()
 
 
