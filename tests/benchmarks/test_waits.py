@@ -19,7 +19,7 @@ def waits(monkeypatch):
 
 def test_what_commands_read_is_made(waits):
     read = [word for words in waits.WAITS.values() for word in words.split() if "/" in word]
-    assert {word.split("/")[0] for word in read} <= set(waits.MADE)
+    assert {word.split("/")[0] for word in read} <= {*waits.MADE, *waits.CORNERS}
     assert {word.split("/")[0] for word in read if word.endswith("/RUN")} <= set(waits.RUNS)
     assert {word for word in read if word.endswith(("poses.csv", "program.csv"))} == set(waits.CUT)
 
