@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -31,6 +32,8 @@ def test_export_and_predict_tell_the_verdict(run, tmp_path, status, said):
     exported = robocal("export", str(folder), "--format", "yaml")
     predicted = robocal("predict", str(folder), str(EXAMPLE / "data.csv"), "--json", "-o", str(tmp_path / "rows.csv"))
     drawn, told = (tmp_path / "rows.html").read_text(), json.loads(predicted.out)
+    order = re.findall(r"<h([123])", drawn)
+    assert order[:2] == ["1", "2"] and order.count("1") == 1, "a heading of the page, then one of a part"
     assert f'max="{len(told["poses"]["columns"][0]["values"]) - 1}"' in drawn and told["written"][1].endswith(
         "rows.html"
     )

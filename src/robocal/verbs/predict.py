@@ -71,10 +71,11 @@ def sections(made: Outcome[Prediction]) -> Iterator[Section]:
     """One line per pose: where, and how far that may be off."""
     found = made.result
     yield Section.of("", Text.of((found.name, "strong"), f"   {found.what}"))
-    yield Section.of("", Detail(lambda: _draw(found)), key="machine", brief=())
+    yield Section.of("", Detail(lambda: _draw(found)), title="Machine", key="machine", brief=())
     lines = [f"... and {len(found.poses) - MOST} more; the CSV of -o FILE has all"] if len(found.poses) > MOST else []
     right = tuple(range(1, len(found.table.columns)))
-    yield Section.of("", replace(listing_table(found.table, most=MOST), right=right), *quiet(*lines, found.notes))
+    rows = replace(listing_table(found.table, most=MOST), right=right)
+    yield Section.of("", rows, *quiet(*lines, found.notes), title="Predicted rows")
     yield from ends(made.remarks)
     if made.written:
         yield Section.of("", *(Text.of(f"Written: {path}") for path in made.written))
