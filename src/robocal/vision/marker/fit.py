@@ -27,7 +27,7 @@ from robocal.vision.marker.misfits import (
     foreign_pixels,
     glare_pixels,
     parts_of,
-    pull_of_parts,
+    variance_of_parts,
     shares_parts,
 )
 
@@ -130,12 +130,14 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     if shares_parts(number, rest, box[2], limit):
         # How far the misfits of each part pull the corners, beside how far noise would: the fit has taken a share of both.
         part = parts_of(number, box[2])
-        pull, own = np.empty((PARTS**2, size)), np.empty((PARTS**2, size, size))
+        score, own = np.empty((PARTS**2, size)), np.empty((PARTS**2, size, size))
         for k in range(PARTS**2):
             some = part == k
             sum_pixels(seen[some], at[some], by[some], p, ink, joints, limit, size, g, a, rest[some])
-            pull[k], own[k] = g[:size], _whole(a)[:size, :size]
-        share = max(share, pull_of_parts(pull, own, by_h @ inverse[:8], inverse) / noise**2)
+            score[k], own[k] = g[:size], _whole(a)[:size, :size]
+        share = max(
+            share, variance_of_parts(score, own, by_h @ inverse[:8], np.asarray(inverse, dtype=float)) / noise**2
+        )
     spread *= share
     if lens is None:
         # What the fit would be if that lens had moved the pixels: a step from here.
