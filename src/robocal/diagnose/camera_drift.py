@@ -2,18 +2,22 @@
 
     r = J x + t J_f v,    share = 1 - |r - J x - t J_f v|^2 / |r|^2,    t = -1 at the first view ... 1 at the last
 
-J_f are the columns of its frame. A robot that errs by pose looks like this for a small part of the squares; six numbers that explain nearly
-all of some thousand pixels are a motion of the camera, or of what carries its target.
+J_f are the columns of its frame. Errors of an arm that nobody calibrated look like this for a part of the squares, the larger the more the
+order of the views goes along one joint. Six numbers that explain nearly all of some thousand pixels are a motion of the camera, or of what
+carries its target.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Context, Finding, When, check, doubt
 from robocal.diagnose.vision_limits import CAMERA_DRIFT, CAMERA_DRIFT_VIEWS
+from robocal.estimate.problem import Problem
+from robocal.estimate.terms import Linear
 from robocal.fit.noise import owners
 from robocal.geometry import se3, so3
 from robocal.measure.machine import Model
@@ -21,7 +25,17 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
-__all__ = ["camera_drift"]
+__all__ = ["camera_drift", "steady_motion"]
+
+
+def steady_motion(problem: Problem, lin: Linear, own: Bools, at: Sequence[int], views: Ints) -> tuple[float, Array]:
+    """The share of the squares of rows `own` (N,) that a steady motion of the frame in columns `at` over the `views` explains, and half of
+    that motion, (6,)."""
+    time = np.where(own, np.interp(lin.configuration, views, np.linspace(-1, 1, len(views))), 0.0)
+    both = np.hstack([lin.j, lin.j[:, at] * time[:, None]]) * np.concatenate([problem.scales, problem.scales[at]])
+    step = np.linalg.lstsq(both, -lin.r, rcond=None)[0]
+    less = float(lin.r @ lin.r) - float(np.sum((lin.r + both @ step) ** 2))
+    return less / float(lin.r[own] @ lin.r[own]), step[problem.n :] * problem.scales[at]
 
 
 @check("camera-drift", When.FIT, order=235, needs=("fit",))
@@ -45,17 +59,13 @@ def camera_drift(context: Context[Model]) -> Iterator[Finding]:
         if len(views) < CAMERA_DRIFT_VIEWS or not set(names) <= set(problem.free) or not own.any():
             continue
         at = [problem.free.index(n) for n in names]
-        time = np.where(own, np.interp(lin.configuration, views, np.linspace(-1, 1, len(views))), 0.0)
-        both = np.hstack([lin.j, lin.j[:, at] * time[:, None]]) * np.concatenate([problem.scales, problem.scales[at]])
-        step = np.linalg.lstsq(both, -lin.r, rcond=None)[0]
-        less = float(lin.r @ lin.r) - float(np.sum((lin.r + both @ step) ** 2))
-        share = less / float(lin.r[own] @ lin.r[own])
+        share, step = steady_motion(problem, lin, own, at, views)
         if share <= CAMERA_DRIFT:
             continue
         ends = []
         for way in (-1.0, 1.0):
             move = np.zeros((1, problem.n))
-            move[0, at] = way * step[problem.n :] * problem.scales[at]
+            move[0, at] = way * step
             x = problem.retract(fit.solution.x, move)[0]
             ends.append(se3.inverse(se3.from_vector(np.array([x[problem.table.index[n]] for n in names]))))
         first, last = ends if obs.frame.mount == "base" else map(se3.inverse, ends)

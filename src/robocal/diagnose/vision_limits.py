@@ -85,8 +85,9 @@ LENS_MISSES_TIMES = limit(3.0, "times what corners are known to", "Corners that 
 LENS_TILT = limit(45.0, "deg", "Views so far from the front tell focal length and distance apart, where corners fit their places.")
 LENS_CENTRE = limit(0.1, "of the width", "Lenses are mounted to some hundredths; exchanged coordinates and crops are off by more.")
 LENS_UNSEEN = limit(2.0, "times", "A lens that misses other views by so much has learnt the views that it was fitted to.")
-CAMERA_DRIFT = limit(0.85, "of the squared residuals of a camera",
-    "Of three cameras that stood still a steady motion explains 45 to 65 %; of one that crept 96 %.", "tests/real/test_ur3_hand_eye.py")
+CAMERA_DRIFT = limit(0.9, "of the squared residuals of a camera",
+    "Errors of uncalibrated arms exceed it in 0.4 % of cells with views in order along one joint, in none of 4800 others.",
+    "tests/prove/test_camera_drift.py")
 CAMERA_DRIFT_VIEWS = limit(12, "views", "Fewer views have hardly more poses than a motion has numbers.")
 FRONTAL = limit(20.0, "deg", "Nearer to frontal, both poses of a square leave about the same of corners known to 0.3 px.",
     "tests/real/test_marker_poses.py")
