@@ -10,7 +10,15 @@ from cli.runs import robocal
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cable-camera"
 pytestmark = pytest.mark.slow
-CODES = {"frame-moved", "frame-elsewhere", "view-of-another", "corners-reordered", "target-unit", "views-shifted", "copied"}
+CODES = {
+    "frame-moved",
+    "frame-elsewhere",
+    "view-of-another",
+    "corners-reordered",
+    "target-unit",
+    "views-shifted",
+    "copied",
+}
 
 
 def identify(folder, rows=lambda rows: rows, words=lambda text: text):
@@ -33,9 +41,7 @@ def pose(row):
 
 def slide(rows, marker, size, first=15):
     """A marker that looks `size` px to the right from a pose on."""
-    return [
-        [*r[:3], f"{float(r[3]) + size:.4f}", r[4]] if r[1] == marker and pose(r) >= first else r for r in rows
-    ]
+    return [[*r[:3], f"{float(r[3]) + size:.4f}", r[4]] if r[1] == marker and pose(r) >= first else r for r in rows]
 
 
 def test_nothing_is_said_of_the_example(tmp_path):

@@ -53,7 +53,9 @@ def lag(delay, seed):
     return one.code, after.value if after else -before.value
 
 
-@pytest.mark.parametrize("delay", [0.05, pytest.param(-0.1, marks=pytest.mark.slow), pytest.param(0.3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "delay", [0.05, pytest.param(-0.1, marks=pytest.mark.slow), pytest.param(0.3, marks=pytest.mark.slow)]
+)
 def test_a_delay_of_a_camera_is_named_to_a_tenth(delay):
     code, found = lag(delay, 1)
     assert code == Code.LATE and found == pytest.approx(delay, rel=0.1)
