@@ -7,7 +7,7 @@ import numpy as np
 from robocal._types import Array, Bools, Ints
 from robocal.vision.marker._kernels import CUT
 
-__all__ = ["around", "foreign_pixels", "glare_pixels", "parts_of", "variance_of_parts", "shares_parts"]
+__all__ = ["around", "foreign_pixels", "glare_pixels", "parts_of", "shares_parts", "variance_of_parts"]
 
 # tolerance: of the contrast, and of noise: a pixel that is off by more shows something else, as glare, and so may its neighbours
 FOREIGN, RIM = (0.5, 6.0), 3  # px
