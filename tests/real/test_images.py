@@ -20,6 +20,7 @@ def test_apriltags_are_found_all_and_no_others(shared_data):
     assert told["target"]["dictionary"] == "36h11" and told["methods"] == {"all pixels": TAGS - old}
     found = columns(told)
     ids = {v: {m for w, m in zip(found["view"], found["marker"], strict=True) if w == v} for v in set(found["view"])}
+    print(f"\n71 tags asked, found {told['methods']}")
     scenes = [{22, 24, 58, 85, 144, 198}, {60, 82, 318, 328, 387}, {76}]
     assert all(any(some <= scene for scene in scenes) for some in ids.values())
     assert not {r["code"] for r in told["remarks"]} & {"motion-blur", "image-overexposed", "two-of-one-number"}
@@ -55,6 +56,7 @@ def test_the_lens_of_a_ur3_camera_is_no_worse_than_published(shared_data, tmp_pa
     assert robocal("vision", "detect", folder, "--checker", "10x8", "--square", 20, "-o", corners).status == 0
     told = robocal("vision", "intrinsics", corners, "--json").document
     assert told["verdict"]["status"] == "improved" and len(told["views"]["columns"][0]["values"]) == 36
+    print("\n0.249 px asked, fitted {fitted[rms]:.4f}, left out {left_out[rms]:.4f}".format(**told["errors"]))
     assert told["errors"]["fitted"]["rms"] < 0.235  # published: 0.249
     assert told["errors"]["fitted"]["rms"] < told["errors"]["left_out"]["rms"] < 0.26
     of = {c["name"]: c["values"] for c in told["numbers"]["columns"]}
@@ -103,9 +105,9 @@ def test_corners_of_a_charuco_board_lie_in_its_plane(shared_data):
         sizes.append(1 + grown)
         axis[number] = np.array(left) - grown * np.array(by)
         off.append(axis[number])
-    assert (
-        np.sqrt(np.mean(np.square(np.concatenate(off)))) < 0.48
-    )  # four edges 0.48, the whole marker in its place 0.55
+    plane = np.sqrt(np.mean(np.square(np.concatenate(off))))
+    print(f"\n0.56 px asked, in the plane {plane:.3f}; 0.4 % asked, sizes {np.std(sizes) / np.mean(sizes):.2%}")
+    assert plane < 0.48  # four edges 0.48, the whole marker in its place 0.55
     assert np.sqrt(np.mean(np.square(axis[12]))) < 0.25  # 0.38 by the whole marker in its place
     assert np.std(sizes) / np.mean(sizes) < 0.004
     # The issue's own figures are of homographies and one lens: 0.797 of a corner search and 0.599 of its four edges; asked 0.56, 0.4 %.

@@ -31,6 +31,7 @@ def test_a_tag_on_a_turntable_has_the_angles_that_were_set(shared_data):
     back = [r @ so3.exp([0, np.radians(a), 0]) for a, r in turned.items()]  # about the tag's own upright axis
     u, _, v = np.linalg.svd(np.mean(back, axis=0))
     off = [np.degrees(np.linalg.norm(so3.log((u @ v).T @ b))) for b in back]
+    print(f"\n2.5 deg asked, rotation {np.sqrt(np.mean(np.square(off))):.3f} rms")
     assert np.sqrt(np.mean(np.square(off))) < 2.5
     plain = [np.degrees(np.arctan2(r[0, 2], -r[2, 2])) - a for a, r in turned.items()]
     assert np.sqrt(np.mean(np.square(plain))) < 2.5

@@ -59,7 +59,9 @@ def test_the_lens_is_that_of_opencv():
     made = fit_lens(table(uv.astype(float), points=points.astype(float)), plain_lens(SIZE, "brown"))
     found = parameter_results(made)
     ours, own = (np.array([getattr(p, name) for p in found]) for name in ("identified", "sigma"))
-    assert np.abs((ours - theirs) / own).max() < 1e-6
+    apart = np.abs((ours - theirs) / own).max()
+    print(f"\n1e-6 sigma asked, apart by {apart:.1e}")
+    assert apart < 1e-6
     assert np.allclose(own, sigma.ravel()[:9], rtol=1e-4)
     left = np.concatenate([r.value for r in made.residuals])
     assert np.sqrt((left**2).sum(axis=1).mean()) == pytest.approx(rms, rel=1e-9)
@@ -83,7 +85,9 @@ def test_a_pixel_is_as_sure_as_mrcal_says(far):
     _, to_point, to_lens = project(points, lens)
     found = pixel_covariance(made, points, to_point, to_lens, [f"{CAMERA}.{s}" for s in SYMBOLS], far)
     # Noise is divided by the degrees of freedom here, by the number of rows there.
-    assert np.sqrt(np.linalg.eigvalsh(found)[:, -1]) == pytest.approx(MRCAL[far], rel=0.05)
+    ours = np.sqrt(np.linalg.eigvalsh(found)[:, -1])
+    print(f"\n10 % asked, over mrcal's {ours / MRCAL[far]}")
+    assert ours == pytest.approx(MRCAL[far], rel=0.05)
 
 
 @pytest.mark.slow

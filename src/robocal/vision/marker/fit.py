@@ -27,8 +27,8 @@ from robocal.vision.marker.misfits import (
     foreign_pixels,
     glare_pixels,
     parts_of,
-    pull_of_parts,
     shares_parts,
+    variance_of_parts,
 )
 
 __all__ = ["SQUARE", "MarkerFit", "fit_marker", "homography"]
@@ -125,18 +125,19 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     except np.linalg.LinAlgError:
         return None
     found, by_h = corners_of(p[:8])
-    spread = noise**2 * (by_h @ inverse[:8, :8] @ by_h.T)
-    share = share_misfits(grey, inside, rest, box[2], limit, NEAR)
-    if shares_parts(number, rest, box[2], limit):
+    plain, wide = by_h @ inverse[:8, :8] @ by_h.T, 0.0
+    spread = noise**2 * share_misfits(grey, inside, rest, box[2], limit, NEAR) * plain
+    if lens is not None and shares_parts(number, rest, box[2], limit):  # an unknown lens bends parts alike
         # How far the misfits of each part pull the corners, beside how far noise would: the fit has taken a share of both.
         part = parts_of(number, box[2])
-        pull, own = np.empty((PARTS**2, size)), np.empty((PARTS**2, size, size))
+        score, own = np.empty((PARTS**2, size)), np.empty((PARTS**2, size, size))
         for k in range(PARTS**2):
             some = part == k
             sum_pixels(seen[some], at[some], by[some], p, ink, joints, limit, size, g, a, rest[some])
-            pull[k], own[k] = g[:size], _whole(a)[:size, :size]
-        share = max(share, pull_of_parts(pull, own, by_h @ inverse[:8], inverse) / noise**2)
-    spread *= share
+            score[k], own[k] = g[:size], _whole(a)[:size, :size]
+        wide = variance_of_parts(score, own, by_h @ inverse[:8], np.asarray(inverse, dtype=float)) * float(
+            np.trace(plain)
+        )
     if lens is None:
         # What the fit would be if that lens had moved the pixels: a step from here.
         bent, left = bend_of(at, found, image.shape)
@@ -144,6 +145,7 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
         moved = left.ravel() - by_h @ np.linalg.solve(_whole(a)[:size, :size], g[:size])[:8]
         spread += np.outer(moved, moved) + (OTHER_LENS**2 * moved @ moved / 8) * np.eye(8)
     else:
+        spread *= max(1.0, wide / float(np.trace(spread)))
         rays = np.column_stack([(found - lens[2:4]) / lens[:2], np.ones(4)])
         found, by, _ = project(rays, lens)
         turn = np.zeros((8, 8))

@@ -7,7 +7,7 @@ import numpy as np
 from robocal._types import Array, Bools, Ints
 from robocal.vision.marker._kernels import CUT
 
-__all__ = ["around", "foreign_pixels", "glare_pixels", "parts_of", "pull_of_parts", "shares_parts"]
+__all__ = ["around", "foreign_pixels", "glare_pixels", "parts_of", "shares_parts", "variance_of_parts"]
 
 # tolerance: of the contrast, and of noise: a pixel that is off by more shows something else, as glare, and so may its neighbours
 FOREIGN, RIM = (0.5, 6.0), 3  # px
@@ -56,7 +56,7 @@ def shares_parts(number: Ints, rest: Array, width: int, limit: float) -> bool:
     return bool(np.mean(total[some] ** 2 / count[some]) > TOGETHER * np.mean(cut**2))
 
 
-def pull_of_parts(pull: Array, own: Array, by: Array, inverse: Array) -> float:
+def variance_of_parts(score: Array, own: Array, by: Array, inverse: Array) -> float:
     """The variance of a pixel that explains how far parts move numbers, whose derivatives by the parameters are `by` (m, n), through the
     inverse (n, n) of all normal matrices; of parts the gradients (PARTS^2, n) and normal matrices. The largest for parts, fours, and so on:
 
@@ -65,9 +65,9 @@ def pull_of_parts(pull: Array, own: Array, by: Array, inverse: Array) -> float:
     while count > 1:
         through = by @ own
         usual = np.sum(through * by) - np.sum((through @ inverse) * through)
-        most = max(most, float(np.sum((pull @ by.T) ** 2) / usual))
+        most = max(most, float(np.sum((score @ by.T) ** 2) / usual))
         count //= 2
-        pull, own = (_four(v, count).sum(axis=1) for v in (pull, own))
+        score, own = (_four(v, count).sum(axis=1) for v in (score, own))
     return most
 
 
