@@ -55,7 +55,8 @@ def agreement_of(made: Decision[Model]) -> tuple[GroupAgreement, ...]:
 
 def _lengths(fit: Fit) -> dict[str, float]:
     """Rms of pixels as lengths at the points that they show, by group."""
-    x, found = fit.solution.x, {}
+    x = fit.solution.x
+    found: dict[str, list[Array]] = {}
     for term, r in zip(fit.problem.terms, fit.problem.residuals(fit.solution.x), strict=True):
         if isinstance(term, PixelRows):
             across = r.value * term.metres_per_pixel(x)[:, None]
