@@ -11,7 +11,7 @@ map Z      largest error of the height of a corner, aligned, mm; a marker that a
 predicted  sigma of the poses in the frame of marker 0, as `cable forward` has it, mm
 chi2       of all errors of the robot's, camera's and markers' numbers, by the covariance that the run states, per number
 --case chooses how the lens was calibrated: `real` (OpenCV, 20 views), `dome15` and `dome50` (k1 wrong by 0.015 and 0.05), `tight` (by 0.015
-with a prior of 0.0005), `narrow` (fx 1500, 0.5 px). A seed takes about a minute. Rows are appended to FOLDER/CASE.jsonl; seeds that
+with a prior of 0.0005), `narrow` (fx 1500, 0.5 px). A seed takes about half a minute. Rows are appended to FOLDER/CASE.jsonl; seeds that
 stand there are not computed again.
 """
 
@@ -408,7 +408,8 @@ def verify(folder, rig, said, known=None, run="run"):
     markers, anchors = identified(folder / run)
     markers |= {0: rig.markers[0]} | (known or {})
     noise = said["cable"]["length_noise"]
-    made = rc.cable.forward(folder / run, folder / "verify.csv", sigma=noise)
+    # Upright: lengths of crossed cables would allow a platform that is turned by half as well.
+    made = rc.cable.forward(folder / run, folder / "verify.csv", sigma=noise, starts=0)
     columns = {c.name: np.asarray(c.values) for c in made.listing.columns if c.name != "id"}
     vector = np.column_stack([columns[n] for n in "xyz"] + [np.radians(columns[n]) for n in ("rx", "ry", "rz")])
     true = rig.poses[said["poses"]["calibration"] :]

@@ -120,10 +120,15 @@ def wrong_views(context: Context[Model]) -> list[Finding]:
     # What everything free explains, the machine was off by: no view has to be read in another way.
     free = context.soft if context.fit is None else Baseline(context.fit.problem, context.fit.solution.x)
     ends = (base,) if free is None else (base, free)
-    if all(_measure(data, end.problem, end.x).asks for end in ends):
-        whole = DataSet(data.configurations, tuple(replace(o, used=None) for o in data.observations))
-        return _ViewSearch(context.model, whole, tuple(cameras)).explain()
-    return []
+    return explain_views(context) if all(_measure(data, end.problem, end.x).asks for end in ends) else []
+
+
+def explain_views(context: Context[Model]) -> list[Finding]:
+    """The changes that explain what is left of views, where any do."""
+    data = context.need_data
+    cameras = tuple(i for i, o in enumerate(data.observations) if o.kind == "pixels" and o.value.ndim == 2)
+    whole = DataSet(data.configurations, tuple(replace(o, used=None) for o in data.observations))
+    return _ViewSearch(context.model, whole, cameras).explain() if cameras else []
 
 
 def _measure(data: DataSet, problem: Problem, x: Array) -> _ViewTrial:

@@ -305,18 +305,19 @@ def check(
 
 def check_fit_twice(
     doubt: tuple[str, int], refuse: tuple[str, int], machines: Machines = Machines.ANY
-) -> Callable[[Callable[[C], list[Finding]]], None]:
-    """Registers a function that looks at a fit as two checks, each with a name and an order.
+) -> Callable[[Callable[[C], list[Finding]]], Callable[[C], list[Finding]]]:
+    """Registers a function that looks at a fit as two checks, each with a name and an order, and hands it back.
 
     Its doubts stand beside the verdict. What it refuses belongs to the proof: no gain counts before that is put right.
     """
 
-    def register(find: Callable[[C], list[Finding]]) -> None:
+    def register(find: Callable[[C], list[Finding]]) -> Callable[[C], list[Finding]]:
         def of_level(level: Level) -> Callable[[C], list[Finding]]:
             return wraps(find)(lambda context: [f for f in find(context) if f.level is level])
 
         for level, when, (name, order) in ((Level.DOUBT, When.FIT, doubt), (Level.REFUSE, When.PROOF, refuse)):
             check(name, when, order=order, machines=machines, needs=("fit",))(of_level(level))
+        return find
 
     return register
 

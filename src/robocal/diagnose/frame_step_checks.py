@@ -7,10 +7,12 @@ from collections.abc import Iterable
 import numpy as np
 
 from robocal.diagnose import limits
-from robocal.diagnose.camera_views import wrong_views
+from robocal.diagnose.camera_views import explain_views, wrong_views
 from robocal.diagnose.check_registry import Context, Finding, Level, check_fit_twice, doubt, once, refuse
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.frame_steps import FrameStep, find_frame_steps
+from robocal.diagnose.stated_numbers import find_stated_number
+from robocal.diagnose.time_offset import time_offset
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model
 from robocal.remarks.english import declare
@@ -37,12 +39,16 @@ FRAME_ELSEWHERE = declare(
 def frame_steps(context: Context[Model]) -> list[Finding]:
     """Frames that stand elsewhere from a configuration on. They are refused where the numbers that were fitted are off by it."""
     fit = context.need_fit
-    # What is wrong with all views, or a fit that found no end, leaves nothing to ask of single frames.
-    asked = [c for c in (findings_of_segments, wrong_views) if c.name not in context.silent]
-    if not fit.solution.settled() or any(f.level is Level.REFUSE for c in asked for f in c.run(context)):
+    # What is wrong with all views, with a number, with the clock, or a fit that found no end, leaves nothing to ask of single frames.
+    asked = [c.run for c in (findings_of_segments, wrong_views) if c.name not in context.silent]
+    asked += [find_stated_number, time_offset]
+    if not fit.solution.settled() or any(f.level is Level.REFUSE for find in asked for f in find(context)):
         return []
     sigma = dict(zip(fit.total.names, fit.total.sigma.tolist(), strict=True))
     steps = find_frame_steps(context.model, fit.data, fit.problem, fit.solution.x, sigma)
+    # A target that seems to stand on its head is counted otherwise, and the others with it.
+    if any(s.first is None and s.turn > limits.FRAME_OTHERWISE for s in steps) and (found := explain_views(context)):
+        return found
     return [_finding(context, s) for s in steps]
 
 

@@ -29,8 +29,8 @@ __all__: list[str] = []
 
 VIEW_OF_ANOTHER = declare(
     "view-of-another",
-    "the view {view} of {instruments} stands beside the readings of another configuration: it fits those of {partner} to {left:.3g} rms, and "
-    "its own to {stated:.3g}",
+    "the view {view} of {instruments} stands beside the readings of another configuration: it fits those of {partner} to {left:.3g} rms, "
+    "and its own to {stated:.3g}",
     "Give the image the readings of its own moment in {files}, or leave it out.",
 )
 TYPICAL = 3  # grid: configurations of which it is known what is usual

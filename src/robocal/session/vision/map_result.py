@@ -37,7 +37,7 @@ from robocal.session.vision.map_fit import MapFit, fit_map
 from robocal.session.vision.map_images import fit_with_images, open_corners
 from robocal.session.vision.map_judge import judge_map, remarks_of_map
 from robocal.session.vision.map_moved import MarkerMotion, find_moved
-from robocal.session.vision.map_sizes import edges_of, errors_told
+from robocal.session.vision.map_sizes import edge_errors, edges_of
 from robocal.session.vision.map_table import sizes_of
 from robocal.session.vision.sheet_prior import PrintedSheets, read_sheets
 from robocal.session.watching import computable
@@ -244,7 +244,7 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
         raise ModelError("the size of the markers is not stated", key="--size", found=found, expected="--size MM too")
     usual, own = sizes_of(o.size, bool(o.sheet))
     sheets = read_sheets(o.sheet, usual, own)
-    edges = errors_told(o, [1e-3 * e for e in (usual, *own.values(), *(sheets.sizes or {}).values()) if e is not None])
+    edges = edge_errors(o, [1e-3 * e for e in (usual, *own.values(), *(sheets.sizes or {}).values()) if e is not None])
     table = open_corners(o, read.lens, sheets, watch)
     if o.origin is not None and o.origin not in table.marker:
         raise ModelError(

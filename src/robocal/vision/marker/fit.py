@@ -21,7 +21,15 @@ from robocal.vision.marker._kernels import (
     sum_pixels,
 )
 from robocal.vision.marker.bend import OTHER_LENS, bend_of, ideal_points, without_distortion
-from robocal.vision.marker.misfits import PARTS, around, foreign_pixels, glare_pixels, parts_of, shares_parts
+from robocal.vision.marker.misfits import (
+    PARTS,
+    around,
+    foreign_pixels,
+    glare_pixels,
+    parts_of,
+    pull_of_parts,
+    shares_parts,
+)
 
 __all__ = ["SQUARE", "MarkerFit", "fit_marker", "homography"]
 
@@ -74,14 +82,15 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     for step in range(ROUNDS):
         count = choose(ideal, slope, p, p[BLUR], 2 * QUIET / len(cells), CLEAR, joined, inside)
         if step == 0 and count:
-            dark, bright = np.percentile(grey[inside], [10, 90])
+            dark, bright = np.percentile(grey[np.flatnonzero(inside)[:: max(count // COARSE, 1)]], [10, 90])
             foreign = glare_pixels(grey, bright, box[2])
         inside &= ~foreign
-        count = int(inside.sum())
+        number = np.flatnonzero(inside)
+        count = len(number)
         if count < 2 * SIZE:
             return None
-        thin = max(count // COARSE, 1) if step == 0 else 1
-        seen, at, by = as_kernel_array(*(part[inside][::thin] for part in (grey, ideal, slope)))
+        some = number[:: max(count // COARSE, 1)] if step == 0 else number
+        seen, at, by = (part.take(some, axis=0) for part in (grey, ideal, slope))
         if step == 0:
             p[LIGHT], p[LIGHT + 3], limit = dark, bright - dark, 0.3 * (bright - dark)
         before = p.copy()
@@ -96,7 +105,7 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
         wrong = foreign_pixels(rest, noise, p[LIGHT + 3])
         if wrong.any():
             marked = np.zeros(len(inside), dtype=bool)
-            marked[np.flatnonzero(inside)[wrong]] = True
+            marked[number[wrong]] = True
             foreign |= around(marked, box[2])
         elif farthest(before, p) < SAME_PIXELS:
             break
@@ -116,20 +125,17 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     except np.linalg.LinAlgError:
         return None
     found, by_h = corners_of(p[:8])
-    by_p = by_h @ inverse[:8]
     spread = noise**2 * (by_h @ inverse[:8, :8] @ by_h.T)
     share = share_misfits(grey, inside, rest, box[2], limit, NEAR)
-    if shares_parts(inside, rest, box[2], limit):
+    if shares_parts(number, rest, box[2], limit):
         # How far the misfits of each part pull the corners, beside how far noise would: the fit has taken a share of both.
-        for count in PARTS:
-            part, pulled, usual = parts_of(inside, box[2], count), 0.0, 0.0
-            for k in range(count**2):
-                some = part == k
-                sum_pixels(seen[some], at[some], by[some], p, ink, joints, limit, size, g, a, rest[some])
-                own = by_p @ _whole(a)[:size, :size]
-                pulled += float(np.sum((by_p @ g[:size]) ** 2))
-                usual += noise**2 * float(np.sum(own * by_p) - np.sum((own @ inverse) * own))
-            share = max(share, pulled / usual)
+        part = parts_of(number, box[2])
+        pull, own = np.empty((PARTS**2, size)), np.empty((PARTS**2, size, size))
+        for k in range(PARTS**2):
+            some = part == k
+            sum_pixels(seen[some], at[some], by[some], p, ink, joints, limit, size, g, a, rest[some])
+            pull[k], own[k] = g[:size], _whole(a)[:size, :size]
+        share = max(share, pull_of_parts(pull, own, by_h @ inverse[:8], inverse) / noise**2)
     spread *= share
     if lens is None:
         # What the fit would be if that lens had moved the pixels: a step from here.

@@ -7,13 +7,13 @@ import numpy as np
 from robocal._types import Array, Bools, Ints
 from robocal.vision.marker._kernels import CUT
 
-__all__ = ["around", "foreign_pixels", "glare_pixels", "parts_of", "shares_parts"]
+__all__ = ["around", "foreign_pixels", "glare_pixels", "parts_of", "pull_of_parts", "shares_parts"]
 
 # tolerance: of the contrast, and of noise: a pixel that is off by more shows something else, as glare, and so may its neighbours
 FOREIGN, RIM = (0.5, 6.0), 3  # px
 MEDIAN = 1.4826  # the standard deviation of noise by its median
 WHITE = 230.0  # tolerance: grey levels: where a marker's white is darker, a pixel that is cut off shows glare
-PARTS = (2, 3, 4, 6, 8)  # grid: parts along a box, whose pixels may be off together
+PARTS = 8  # grid: along a box, whose pixels may be off together; and half as many, and a quarter
 # tolerance: of a part's squared sum by that of its pixels: 0.6 to 1.4 in 400 drawn markers, 15 and more under a soft light
 TOGETHER = 3.0
 
@@ -38,19 +38,40 @@ def around(pixels: Bools, width: int) -> Bools:
     return out.ravel()
 
 
-def parts_of(inside: Bools, width: int, count: int) -> Ints:
-    """The part, of count x count, in which each pixel (k,) of a box lies, of those inside."""
-    row, column = np.divmod(np.flatnonzero(inside), width)
+def parts_of(number: Ints, width: int) -> Ints:
+    """The part in which each pixel lies, of those of a box of `width` by their numbers (k,)."""
+    row, column = np.divmod(number, width)
     low, left = row.min(), column.min()
-    part: Ints = (row - low) * count // (row.max() - low + 1) * count + (column - left) * count // (
+    part: Ints = (row - low) * PARTS // (row[-1] - low + 1) * PARTS + (column - left) * PARTS // (
         column.max() - left + 1
     )
     return part
 
 
-def shares_parts(inside: Bools, rest: Array, width: int, limit: float) -> bool:
-    """Whether misfits (k,) of the pixels inside are off together, part by part: the light is not that of the model."""
-    part, cut = parts_of(inside, width, PARTS[-1]), np.clip(rest, -limit, limit)
+def shares_parts(number: Ints, rest: Array, width: int, limit: float) -> bool:
+    """Whether misfits (k,) are off together, part by part: the light is not that of the model."""
+    part, cut = parts_of(number, width), np.clip(rest, -limit, limit)
     count, total = np.bincount(part), np.bincount(part, cut)
     some = count > 0
     return bool(np.mean(total[some] ** 2 / count[some]) > TOGETHER * np.mean(cut**2))
+
+
+def pull_of_parts(pull: Array, own: Array, by: Array, inverse: Array) -> float:
+    """The variance of a pixel that explains how far parts move numbers, whose derivatives by the parameters are `by` (m, n), through the
+    inverse (n, n) of all normal matrices; of parts the gradients (PARTS^2, n) and normal matrices. The largest for parts, fours, and so on:
+
+        sum_k |B g_k|^2 = s^2 sum_k tr(B (A_k - A_k A^-1 A_k) B'),    the second term is what the fit has taken."""
+    most, count = 0.0, PARTS
+    while count > 1:
+        through = by @ own
+        usual = np.sum(through * by) - np.sum((through @ inverse) * through)
+        most = max(most, float(np.sum((pull @ by.T) ** 2) / usual))
+        count //= 2
+        pull, own = (_four(v, count).sum(axis=1) for v in (pull, own))
+    return most
+
+
+def _four(values: Array, count: int) -> Array:
+    """Values (4 count^2, ...) of parts as (count^2, 4, ...)."""
+    shape = values.shape[1:]
+    return np.asarray(values.reshape(count, 2, count, 2, *shape).swapaxes(1, 2).reshape(count**2, 4, *shape))

@@ -80,7 +80,7 @@ class Options(BaseOptions):
         None, "What is known of the markers beforehand: surveyed tags, boards, the map of last month", "FILE"
     )
     sheet: tuple[Path, ...] = option(
-        (), "sheet.yaml of robocal vision sheet, or a board of Kalibr: several sheets may be seen", "FILE"
+        (), "sheet.yaml of robocal vision sheet, or a target of Kalibr; one for each sheet", "FILE"
     )
     images: tuple[str, ...] = option(
         (), "Images of a list of corners: corners are fitted again in them, with the lens of the map", "IMAGES"
