@@ -35,7 +35,7 @@ def leverages(problem: Problem, x: Array, configurations: Ints) -> dict[Key, tup
         return _row_by_row(problem, x, configurations)
     chosen = np.zeros(len(problem.first_weight), dtype=bool)
     chosen[configurations] = True
-    groups: dict[Key, _Said] = {}
+    groups: dict[Key, _GroupSums] = {}
     for term in problem.bound_terms:
         _add(problem, term, x, chosen, groups)
     (count, size), n = problem.sizes[0], problem.n
@@ -64,7 +64,7 @@ def leverages(problem: Problem, x: Array, configurations: Ints) -> dict[Key, tup
 
 
 @record
-class _Said:
+class _GroupSums:
     """What so many numbers of one group and unit say of blocks, d (L, l, l), of both, b (L, l, n), and of shared columns, a (n, n)."""
 
     d: Array
@@ -73,7 +73,7 @@ class _Said:
     count: int = 0
 
 
-def _add(problem: Problem, term: ProblemTerm, x: Array, chosen: Bools, groups: dict[Key, _Said]) -> None:
+def _add(problem: Problem, term: ProblemTerm, x: Array, chosen: Bools, groups: dict[Key, _GroupSums]) -> None:
     """Adds the rows of a bound term that count."""
     keep, weight = chosen[term.configuration] & term.used, problem.first_weight
     (count, size), n = problem.sizes[0], problem.n
@@ -92,7 +92,7 @@ def _add(problem: Problem, term: ProblemTerm, x: Array, chosen: Bools, groups: d
         own = j[:, start:stop].reshape(len(j) * (stop - start), len(free))
         key = term.group, unit
         if key not in groups:
-            groups[key] = _Said(np.zeros((count, size, size)), np.zeros((count, size, n)), np.zeros((n, n)))
+            groups[key] = _GroupSums(np.zeros((count, size, size)), np.zeros((count, size, n)), np.zeros((n, n)))
         said = groups[key] = replace(groups[key], count=groups[key].count + int(keep.sum()) * (stop - start))
         said.a[np.ix_(free, free)] += own.T @ own
         if not len(order) or not size:

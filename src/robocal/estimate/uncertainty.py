@@ -26,6 +26,7 @@ from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.estimate.elimination import Squares, beside_blocks, eliminate, reducible, reweight, squares, triangle
 from robocal.estimate.problem import Problem
+from robocal.estimate.schur.system import reduced
 from robocal.estimate.solution import Solution
 from robocal.estimate.terms import Linear
 
@@ -97,19 +98,21 @@ def effective_columns(problem: Problem, x: Array, ended: Solution | None = None)
     n = problem.n
     if not problem.has_prior.any():
         return float(n)
-    if not problem.blocks:
-        if ended is not None and problem.loss == "none" and problem.even:
-            a = ended.normal.a[0]
-        else:
-            a = problem.with_loss("none").with_priors(False).normal(np.atleast_2d(x)).a[0] + problem.information
-        rows = int(problem.numbers[problem.in_use].sum())
+    plain, rows = problem.with_loss("none"), int(problem.numbers[problem.in_use].sum())
+    known = ended is not None and problem.loss == "none" and problem.even
+    if problem.blocks:
+        normal = ended.normal if ended is not None and known else plain.normal(np.atleast_2d(x))
+        held = _prior_trace(reduced(normal, n, problem.sizes, problem.pairs)[0], rows, problem)
+    else:
+        a = (
+            ended.normal.a[0]
+            if ended is not None and known
+            else (plain.with_priors(False).normal(np.atleast_2d(x)).a[0] + problem.information)
+        )
         held = _prior_trace(a, rows, problem)
-        if held is not None:
-            return n - held
-    left = squares(problem.with_loss("none"), x).root if reducible(problem) else eliminate(problem.linearize(x))
-    hold = problem.prior_root * problem.scales
-    held = _prior_trace(left.T @ left + problem.information, len(left), problem) if problem.blocks else None
     if held is None:
+        left = squares(plain, x).root if reducible(problem) else eliminate(problem.linearize(x))
+        hold = problem.prior_root * problem.scales
         full = triangle(np.vstack([left * problem.scales, hold]))
         # Where every column is held, the triangle has a full diagonal; elsewhere what nothing sees is held by nothing.
         regular = bool(problem.has_prior.all())

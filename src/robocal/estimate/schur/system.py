@@ -27,17 +27,21 @@ from robocal import _scipy as scipy
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.terms import Normal, Sizes
 
-__all__ = ["System", "information", "invert_blocks", "structure"]
+__all__ = ["System", "information", "invert_blocks", "reduced", "structure"]
 
 BLIND = 1e-13  # of the largest eigenvalue of a block with unit diagonal
 
 
-def information(normal: Normal, scales: Array, sizes: Sizes, pairs: Ints) -> tuple[Array, int]:
-    """R (n, n) of the shared columns, and how many columns of local blocks the rows and their priors determine, from the normal
-    equations of one problem; scales (n,) are the expected errors of the shared columns."""
-    n, rank = len(scales), 0
+def reduced(normal: Normal, n: int, sizes: Sizes, pairs: Ints) -> tuple[Array, int]:
+    """S (n, n) of the shared columns, with what their priors say where the normal equations of one problem have it, and how many columns of
+    local blocks the rows and their priors determine."""
+    rank = 0
     whole = np.tril(normal.a[0]) + np.tril(normal.a[0], -1).T
     (many, size), (more, wide) = sizes
+    if many and not more:
+        half, rank = _halves(normal.al[0])
+        y = (half @ np.swapaxes(normal.asl[0], 1, 2)).reshape(many * size, n)
+        return whole - y.T @ y, rank
     left = np.zeros((more * wide + n, more * wide + n))
     base = more * wide
     left[base:, base:] = whole
@@ -68,6 +72,14 @@ def information(normal: Normal, scales: Array, sizes: Sizes, pairs: Ints) -> tup
         whole, rank = low[base:, base:] - y.T @ y, rank + taken
     else:
         whole = np.tril(left) + np.tril(left, -1).T
+    return whole, rank
+
+
+def information(normal: Normal, scales: Array, sizes: Sizes, pairs: Ints) -> tuple[Array, int]:
+    """R (n, n) with R^T R = S, and how many columns of local blocks the rows and their priors determine, from the normal equations of one
+    problem; scales (n,) are the expected errors of the shared columns."""
+    n = len(scales)
+    whole, rank = reduced(normal, n, sizes, pairs)
     scaled = whole * np.outer(scales, scales)
     values, vectors = np.linalg.eigh(scaled) if n else (np.zeros(0), np.zeros((0, 0)))
     # What is left of a column is rounding of what it was.
