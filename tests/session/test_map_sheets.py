@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from cli.runs import robocal as run
@@ -68,6 +70,7 @@ def test_two_sheets_are_one_map(tmp_path):
     """Sizes come from the sheets; places on them help; the edge as measured tells the scale of all."""
     sheets, _ = world(tmp_path, scale=1.02)
     made = find(tmp_path, "a", "b", size="40.8")
+    assert [Path(i.file).name for i in made.result.inputs][-2:] == ["a.yaml", "b.yaml"]
     assert made.result.trusted and not made.result.fit.displaced
     a = {str(m.id): m for m in sheets[0].markers}
     one, other = (np.array([a[n].x, a[n].y]) for n in ("0", "11"))

@@ -240,8 +240,8 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
         watch({"stage": "read"})
     read = read_lens(o.lens)
     if not o.size and not o.sheet and o.departs("size_sigma"):
-        found = f"--size-sigma {o.size_sigma:g}, which is how surely it is known"
-        raise ModelError("the size of the markers is not stated", key="--size", found=found, expected="--size MM too")
+        other = f"--size-sigma {o.size_sigma:g}, which is how surely it is known"
+        raise ModelError("the size of the markers is not stated", key="--size", found=other, expected="--size MM too")
     usual, own = sizes_of(o.size, bool(o.sheet))
     sheets = read_sheets(o.sheet, usual, own)
     edges = edge_errors(o, [1e-3 * e for e in (usual, *own.values(), *(sheets.sizes or {}).values()) if e is not None])
@@ -284,7 +284,8 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
         verdict = judge_map(fit.decision, off, moved, fit.sizes, table.size[0], ids)
         found = MarkerMapResult(
             fit=fit, given=given, stated=bool(read.lens.known), table=table, off=off, verdict=verdict, moved=moved, loss=o.loss,
-            files=files, reasons=verdict.reasons, inputs=(*table.files, read.file, *([before.file] if before else [])), command=command,
+            files=files, reasons=verdict.reasons, inputs=(*table.files, read.file, *([before.file] if before else []), *sheets.files),
+            command=command,
         )  # fmt: skip
         few = [n for n, k in zip(fit.map.names, found.many.tolist(), strict=True) if k < MAP_WEAK]
         beside = remarks_of_map(fit.decision, off, fit.sizes, given, fit.lens, few)

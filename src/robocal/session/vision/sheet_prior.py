@@ -16,6 +16,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal.errors import ModelError
 from robocal.files.sheet import read_sheet
+from robocal.files.text import InputFile, read_text
 from robocal.vision.map_gauge import project_covariance
 from robocal.vision.maps import MarkerMap
 
@@ -29,18 +30,22 @@ UNLIKE = 0.1  # tolerance: of an edge: a sheet that is printed to fit the page i
 
 @record(eq=False)
 class PrintedSheets:
-    """Sheets as maps of their markers, whose names are their numbers; the edges (mm) of these; and their dictionary."""
+    """Sheets as maps of their markers, whose names are their numbers; the edges (mm) of these; their dictionary; and the files."""
 
     maps: tuple[MarkerMap, ...] = ()
     sizes: Mapping[str, float] | None = None
     family: str | None = None
+    files: tuple[InputFile, ...] = ()
 
 
 def read_sheets(places: Sequence[Path], usual: float | None, own: Mapping[str, float]) -> PrintedSheets:
     """Sheets at the scale of the edge that is told of their markers (mm), of all or of single ones; else as their files have them. Raises
     FileError, FormatError, ModelError."""
     maps: list[MarkerMap] = []
+    files: list[InputFile] = []
     for place in places:
+        text = read_text(place)
+        files.append(InputFile(text.path, text.sha256))
         sheet = read_sheet(place)
         if not sheet.markers:
             expected = "a sheet of markers; checkerboards have no numbers, robocal vision intrinsics takes them"
@@ -75,4 +80,4 @@ def read_sheets(places: Sequence[Path], usual: float | None, own: Mapping[str, f
         spread += np.diag(np.tile(np.square([PLACE, PLACE, BEND, TILT, TILT, TURN]), len(names)))
         maps.append(replace(bare, covariance=project_covariance(bare, spread)))
     sizes = {n: 1e3 * s for m in maps for n, s in zip(m.names, m.size.tolist(), strict=True)}
-    return PrintedSheets(tuple(maps), {**sizes, **own}, maps[0].family if maps else None)
+    return PrintedSheets(tuple(maps), {**sizes, **own}, maps[0].family if maps else None, tuple(files))
