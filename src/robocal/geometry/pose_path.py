@@ -3,8 +3,8 @@
     log(T_c^-1 T_k) = a_0 + a_1 (t_k - t) + a_2 (t_k - t)^2        over the nearest records c - h <= k <= c + h
 
 T_c is the record nearest to t. The least-squares parabola is the pose at t, T_c exp(a_0), with less noise than one record, and a_1 is
-its twist. h is the widest of some windows whose parabolas leave no more than the noise that the narrowest shows: a noisy twist bends
-what is found of a delay. Source: Savitzky and Golay, Analytical Chemistry 36 (1964), for vectors.
+its twist. For twists h is the widest of some windows whose parabolas leave no more than the noise that the narrowest shows: a noisy twist
+bends what is found of a delay. Source: Savitzky and Golay, Analytical Chemistry 36 (1964), for vectors.
 """
 
 from __future__ import annotations
@@ -38,20 +38,24 @@ class PosePath:
         """Which times (m,) lie within the records."""
         return np.asarray((time >= self.time[0]) & (time <= self.time[-1]))
 
-    @cached_property
+    @property
     def side(self) -> int:
-        """How many records on each side of the nearest count."""
-        n = len(self.time)
+        """How many records on each side of the nearest count for a pose."""
         step = max(float(np.median(np.diff(self.time))), 1e-9)
-        side = int(np.clip(WINDOW / step, LEAST, min(MOST, (n - 1) // 2)))
-        if 2 * side + 1 <= DEGREE + 1:
+        return int(np.clip(WINDOW / step, LEAST, min(MOST, (len(self.time) - 1) // 2)))
+
+    @cached_property
+    def wide(self) -> int:
+        """How many count for a twist."""
+        side = self.side
+        if 2 * side <= DEGREE:
             return side
-        least = self._left(side)
+        least, found = self._left(side), side
         for times in WIDER:
-            wider = times * side
-            if 2 * wider + 1 > n or (self._left(wider) > NOISE_ALONE * least).any():
-                return side if times == WIDER[0] else wider // 2
-        return wider
+            if 2 * times * side + 1 > len(self.time) or (self._left(times * side) > NOISE_ALONE * least).any():
+                break
+            found = times * side
+        return found
 
     def _left(self, side: int) -> Array:
         """What parabolas through so many records leave of each, (2,): the variance of place (m^2) and turn (rad^2)."""
@@ -62,6 +66,13 @@ class PosePath:
         rest = values - design @ (np.linalg.pinv(design) @ values)
         square = np.sum(rest**2, axis=(0, 1)).reshape(2, 3).sum(axis=1)
         return np.asarray(square / (3 * len(near) * (2 * side - DEGREE)))
+
+    def _parabola(self, near: Ints, time: Array, side: int) -> tuple[Array, Array]:
+        """Place and speed (m, 6) at times (m,), from the record that is `near` each."""
+        values, when = self._around(near, time, side)
+        scale = np.abs(when).max()
+        found = np.linalg.pinv((when / scale)[..., None] ** np.arange(DEGREE + 1)) @ values
+        return found[:, 0], found[:, 1] / scale
 
     def _around(self, near: Ints, time: Array, side: int) -> tuple[Array, Array]:
         """Records around `near` (m,) as vectors from it, (m, k, 6), and their times from `time` (m,), (m, k)."""
@@ -78,11 +89,8 @@ class PosePath:
         at the base's origin, and the turn."""
         after = np.clip(np.searchsorted(self.time, time), 1, len(self.time) - 1)
         near = after - (np.abs(self.time[after - 1] - time) < np.abs(self.time[after] - time))
-        values, when = self._around(near, time, self.side)
-        scale = np.abs(when).max()
-        design = (when / scale)[..., None] ** np.arange(DEGREE + 1)
-        found = np.linalg.pinv(design) @ values
-        place, speed = found[:, 0], found[:, 1] / scale
+        place = self._parabola(near, time, self.side)[0]
+        speed = self._parabola(near, time, self.wide)[1]
         centre = self.poses[near]
         r = centre[:, :3, :3]
         pose = se3.compose(r @ so3.exp(place[:, 3:]), centre[:, :3, 3] + (r @ place[:, :3, None])[..., 0])
