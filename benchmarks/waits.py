@@ -9,12 +9,14 @@ read the same files, and run folders that they have written themselves. A comman
 
 import csv
 import os
+import resource
 import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from contestants import THREADS
@@ -36,6 +38,8 @@ MADE = {
     "cables": f"simulate {CABLES} -n 10000",
     "cables-later": f"simulate {CABLES} -n 10000 --seed 1",
 }
+# What `corner_data.py` makes of the same name.
+CORNERS = ("cable", "cable-map", "arm-map", "cameras")
 RUNS = {"few": "few/robot.yaml few/data.yaml"} | {
     # Without anything free of the robot there would be nothing to compare.
     name: f"{name}/robot.yaml {name}/lengths.yaml {name}/pose.yaml --free ax,ay,az,l0"
@@ -59,9 +63,16 @@ WAITS = {
     "validate, 10 000 rows": "validate few/RUN rows/data.yaml",
     "compensate, 80 rows": "compensate few/RUN few/program.csv -o OUT",
     "compensate, 10 000 rows": "compensate few/RUN rows/program.csv -o OUT",
+    "check, 1 000 corners of a cable robot": "check cable/robot.yaml cable/lengths.yaml cable/camera.yaml",
+    "check, 10 000 corners of a cable robot": "check cable-map/robot.yaml cable-map/lengths.yaml cable-map/camera.yaml",
+    "identify, 9 500 corners of four cameras": "identify irb-120 "
+    + " ".join(f"cameras/camera{k}.yaml" for k in range(4)),
+    "identify, 10 000 corners, arm and map": "identify irb-120 arm-map/camera.yaml",
+    "identify, 10 000 corners, cables and map": "identify cable-map/robot.yaml cable-map/lengths.yaml cable-map/camera.yaml",
     "cable drift, two runs of 10 000 rows": "cable drift cables/RUN cables-later/RUN",
 }
 LONG = 60.0  # seconds of CPU: what takes a state longer is run once
+MOST = 600  # seconds of CPU: what takes longer is not finished
 
 
 @dataclass(frozen=True)
@@ -94,7 +105,8 @@ class State:
             env |= {"ROBOCAL_CACHE_DIR": str(DATA / f"cache-{self.name}")}
             quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
             command = [str(self.python), "-m", "robocal", *words.split()]
-            process = subprocess.Popen(command, env=env, cwd=DATA, **quiet)
+            limit = partial(resource.setrlimit, resource.RLIMIT_CPU, (MOST, MOST))
+            process = subprocess.Popen(command, env=env, cwd=DATA, preexec_fn=limit, **quiet)
             _, status, used = os.wait4(process.pid, 0)
         # 3 says that a result must not be trusted: it was computed all the same.
         if os.waitstatus_to_exitcode(status) not in (0, 3):
@@ -117,6 +129,10 @@ def prepare(wanted) -> None:
         for name, (source, columns) in CUT.items():
             if name.startswith(f"{folder}/"):
                 cut(DATA / source, DATA / name, columns)
+        (DATA / folder / "done").touch()
+    for folder in [f for f in CORNERS if f in wanted and not (DATA / f / "done").exists()]:
+        made = [sys.executable, str(HERE / "corner_data.py"), folder, str(DATA / folder)]
+        subprocess.run(made, env=os.environ | THREADS | {"PYTHONPATH": str(OWN)}, check=True)
         (DATA / folder / "done").touch()
 
 

@@ -83,9 +83,11 @@ def by_lengths(said, rig, poses, tension):
     return np.concatenate([along, np.cross(b, along)], axis=-1), -along, sigma
 
 
-def foretell(said, seed, case, floor):
+def foretell(said, seed, case, floor, least):
     """The median of every figure over draws."""
     rig, _, camera = thesis_rig.draw(said, seed, case)
+    many = np.bincount([m for _, m, _ in rig.seen], minlength=len(rig.markers))
+    rig.seen = [s for s in rig.seen if many[s[1]] >= least]
     view, marker = (np.array([s[k] for s in rig.seen]) for k in (0, 1))
     many, used = said["poses"]["calibration"], np.unique(np.append(marker, 0))
     seat = np.full(len(rig.markers), -1)
@@ -146,11 +148,14 @@ def main():
     words.add_argument("--case", default="real", choices=["real", *thesis_rig.DOMES, "narrow"])
     words.add_argument("--seeds", type=int, default=10)
     words.add_argument("--floor", action="store_true", help="state that the floor is flat")
+    words.add_argument(
+        "--least", type=int, default=2, help="poses that see a marker, else it is left out, as `identify` does"
+    )
     given = words.parse_args()
     said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))
     rows = []
     for seed in range(given.seeds):
-        rows.append(foretell(said, seed, given.case, given.floor))
+        rows.append(foretell(said, seed, given.case, given.floor, given.least))
         print(f"{seed}: {thesis_rig.figures(rows[-1])}", flush=True)
     middle = {k: float(np.median([r[k] for r in rows])) for k in rows[0]}
     print(f"{given.case}, median of {len(rows)}: {thesis_rig.figures(middle)}")

@@ -58,6 +58,7 @@ FACTS = {
     *(Code.MOTIONS_OPEN, Code.AND_MORE, Code.HOLES, Code.FOLLOWS_TURN, Code.WORTH_ALONE),
     *(
         Code.HALF_TURNS_UNDONE,
+        Code.TARGETS_SEEN_ONCE,
         Code.IMAGE_PLACES,
         Code.OVER_THE_RANGE,
         Code.SCALE_SEEN,
@@ -181,11 +182,10 @@ def looks_into(node: ast.AST, names: set[str]) -> bool:
     return False
 
 
-@pytest.fixture(scope="module")
-def programs() -> dict[str, ast.Module]:
+@pytest.fixture(scope="package")
+def programs(programs):
     """Every file outside the tables of words, by its path."""
-    paths = [p.relative_to(SOURCE) for p in sorted(SOURCE.rglob("*.py"))]
-    return {str(p): ast.parse((SOURCE / p).read_text(encoding="utf-8")) for p in paths if p.parts[0] != "remarks"}
+    return {path: tree for path, tree in programs.items() if not path.startswith("remarks/")}
 
 
 def test_no_code_looks_into_sentences(programs):

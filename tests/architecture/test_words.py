@@ -3,7 +3,6 @@ and no image stands where the field has a word of its own. `python scripts/size.
 
 from __future__ import annotations
 
-import ast
 import importlib.util
 import sys
 from pathlib import Path
@@ -28,34 +27,27 @@ def size() -> ModuleType:
     return module
 
 
-@pytest.fixture(scope="module")
-def trees(size: ModuleType) -> dict[str, ast.Module]:
-    """The programs of the package."""
-    trees: dict[str, ast.Module] = size.programs()
-    return trees
-
-
-def test_functions_are_orders_or_nouns(size, trees):
-    first, count = size.adjectives(trees)
+def test_functions_are_orders_or_nouns(size, programs):
+    first, count = size.adjectives(programs)
     assert len(first) <= MOST_ADJECTIVES * count, first
 
 
-def test_a_class_has_a_name_of_its_own(size, trees):
-    twice = size.classes_twice(trees)
+def test_a_class_has_a_name_of_its_own(size, programs):
+    twice = size.classes_twice(programs)
     assert len(twice) <= MOST_CLASSES_TWICE, twice
 
 
-def test_a_file_has_a_name_of_its_own(size, trees):
-    shared = size.shared_base_names(trees)
+def test_a_file_has_a_name_of_its_own(size, programs):
+    shared = size.shared_base_names(programs)
     assert sum(map(len, shared.values())) <= MOST_SHARED_FILES, shared
 
 
-def test_no_file_is_named_by_an_image(size, trees):
-    assert size.image_files(trees) == []
+def test_no_file_is_named_by_an_image(size, programs):
+    assert size.image_files(programs) == []
 
 
-def test_no_public_name_is_an_image(size, trees):
-    assert size.image_names(trees) == []
+def test_no_public_name_is_an_image(size, programs):
+    assert size.image_names(programs) == []
 
 
 def test_no_help_speaks_in_images(size):

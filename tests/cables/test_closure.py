@@ -36,7 +36,7 @@ def flat(anchors=TRIANGLE, **known):
 
 @pytest.mark.parametrize(("d", "m"), [(2, 3), (2, 5), (3, 4), (3, 7), (6, 7), (6, 8), (6, 9), (6, 12)])
 def test_the_tension_factor_is_that_of_a_linear_program(d, m, rng):
-    w = rng.normal(size=(size(20, 200), d, m))
+    w = rng.normal(size=(size(200, 20), d, m))
     some = w[::2]
     some[..., -1] = -(some[..., :-1] * rng.uniform(0.3, 1.0, (len(some), 1, m - 1))).sum(axis=-1)  # closed
     w[::2] = some

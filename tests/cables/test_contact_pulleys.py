@@ -83,7 +83,7 @@ def test_no_wheel_is_the_straight_cable(name, rng):
 def test_no_contact_is_missed_and_none_is_early(name, rng):
     """Against 4000 places of each motion; where the answer ends, the pair that it names is as near as it says."""
     a, b = anchors(name)
-    thick, count, steps = 0.005, size(12, 120), 4000
+    thick, count, steps = 0.005, size(120, 12), 4000
     pulleys = wheels(a, 0.08, rng)
     start, v, w = random_motions(a, rng, count)
     start = np.array(start)

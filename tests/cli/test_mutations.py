@@ -1,7 +1,7 @@
 """Valid files of every sort, damaged at random, by mistake and on purpose: never a traceback, never a hang, never a message
 that cannot be read, never exit status 0 with a wrong model.
 
-ROBOCAL_MUTATIONS is how many are made (4000 otherwise, a quarter of them in `make quick`); with ROBOCAL_MUTATIONS_LOG every one
+ROBOCAL_MUTATIONS is how many are made (4000 otherwise, an eighth of them in `make quick`); with ROBOCAL_MUTATIONS_LOG every one
 is written down there: what was done, how it ended, seconds of the processor.
 
 What is "wrong", when a mutation may also have changed what the files *mean* (another unit, another free parameter, another row)? The data
@@ -47,7 +47,7 @@ from robocal.prove.model_errors import model_errors
 
 TOTAL = int(os.environ.get("ROBOCAL_MUTATIONS", "4000"))
 LOG = os.environ.get("ROBOCAL_MUTATIONS_LOG")
-CHUNKS = 4  # the first of them is quick
+CHUNKS = 8  # the first of them is quick
 HANG = 5.0  # s of the processor
 NOISE = 0.1  # mm, twice the noise per axis
 NAMES = ("robot.yaml", "data.yaml", "data.csv")

@@ -223,6 +223,13 @@ def test_what_no_camera_sees_is_refused_before_anything_is_fitted(tmp_path, spoi
     assert ran.status == 2 and said in ran.said, ran.said
 
 
+def test_images_in_place_of_corners_are_told_what_makes_them(tmp_path):
+    (tmp_path / "a.png").write_bytes(b"")
+    for place in (tmp_path, tmp_path / "a.png"):
+        ran = run("vision", "intrinsics", place, "--size", 40)
+        assert ran.status == 2 and "these are images" in ran.said and "vision detect IMAGES -o corners.csv" in ran.said
+
+
 def test_the_size_of_the_images_must_be_known(tmp_path):
     ran = run("vision", "intrinsics", board(tmp_path))
     assert ran.status == 2 and "--image" in ran.err

@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cli.runs import robocal
 from view_worlds import GRID, MACHINES, camera, exchange, names, pixels, recorded, with_seen
 
 from robocal.diagnose.view_causes import VIEW_ALONE, VIEW_ELSEWHERE, VIEW_EXCHANGED
+from robocal.files.datawrite import data_text, table_text
 from robocal.fit.options import Options
 from robocal.geometry import se3
 from robocal.measure.base import synthesise
@@ -72,6 +74,17 @@ def test_two_views_that_are_exchanged_are_named(machine, rng):
     assert "views p4 and p17" in said.sentence and "joint values" not in said.sentence
     # A view has rows enough for a step of its own: beside the others it is none.
     assert not [r for r in found.verdict.reasons if r.code.startswith("segment")]
+
+
+def test_check_tells_the_same_of_exchanged_views(tmp_path, rng):
+    """Without a fit they are set aside as well: no part of a view is a step, and nothing moved."""
+    model, _, data = MACHINES["arm"](rng, 30, 1)
+    data = exchange(data, 0, 4, 17)
+    (tmp_path / "data.csv").write_text(table_text(data, model), encoding="utf-8")
+    (tmp_path / "data.yaml").write_text(data_text(data, model, "data.csv"), encoding="utf-8")
+    found = robocal("check", "ur10", tmp_path / "data.yaml", "--json").document
+    codes = [r["code"] for r in found["remarks"]]
+    assert "views-exchanged" in codes and not [c for c in codes if c.startswith("segment")], codes
 
 
 @pytest.mark.parametrize("partner", [5, 9])

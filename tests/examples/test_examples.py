@@ -89,8 +89,12 @@ def test_command(place, capsys, folder, number, status, verdict):
 
 
 def test_every_command_is_tried():
-    """The validation and the UR10 have tests of their own below, cable robots, studies and the camera theirs in files of their own."""
+    """The validation and the UR10 have tests of their own below, cable robots, studies and cameras theirs in files of their own."""
     own = {
+        ("arm-eye-in-hand", 0),
+        ("arm-eye-in-hand", 1),
+        ("arm-fixed-camera", 0),
+        ("arm-fixed-camera", 1),
         ("camera", 0),
         ("camera", 1),
         ("rv-2aj", 1),

@@ -76,12 +76,12 @@ def test_sizes_that_were_found_come_back(tmp_path, form):
     joint[:30, :30] = project_covariance(bare, joint[:30, :30])
     joint[30:, :30] = joint[30:, :30] @ rigid_projector(bare).T
     joint[:30, 30:] = joint[30:, :30].T
-    given = replace(bare, covariance=joint[:30, :30], size_covariance=joint[30:], size_told=(2e-4, 3e-3))
+    given = replace(bare, covariance=joint[:30, :30], size_covariance=joint[30:], size_errors=(2e-4, 3e-3))
     write(tmp_path, map_covariance_text(given), "map.covariance.csv")
     text = map_text(given, form, "map.covariance.csv")
     back = read_map(write(tmp_path, text)).map
     np.testing.assert_allclose(back.joint, joint, rtol=0, atol=1e-11 * joint.max())
-    assert back.size_told == pytest.approx((2e-4, 3e-3))
+    assert back.size_errors == pytest.approx((2e-4, 3e-3))
     some = take_markers(move_map(back, se3.from_vector([1, 2, 3, 0.4, 0.5, 0.6])), back.names[1:3])
     rows = [*range(6, 18), 31, 32]
     np.testing.assert_allclose(some.size_covariance[:, 12:], joint[31:33, 31:33], atol=1e-11 * joint.max())

@@ -47,6 +47,8 @@ WRONG = [
     (("position: {columns: [x, y, z], unit: mm}\norientation: {columns: [rx, ry, rz], form: rotation_vector, unit: deg}\n", ""), ["poses are known", "orientation"]),
     (("prior: {length: 0.3, angle: 0.2}", "prior: {length: 0, angle: 0.2}"), ["prior.length"]),
     (("units: {length: mm, angle: deg}\n", ""), ["units"]),
+    (("wire: wire\n", "scale: {sigma: 0.5 %}\nwire: wire\n"), ["scale", "the phantom's list gives it"]),
+    (("wire: wire\n", "scale: {free: true}\nwire: wire\n"), ["scale"]),
     (("phantom: {mount: base,", "phantom: {mount: tool,"), ["targets.phantom.mount", "both instrument and target"]),
     (("prior: {length: 0.3,", "free: false, prior: {length: 0.3,"), ["targets.phantom.prior", "fixed"]),
 ]  # fmt: skip

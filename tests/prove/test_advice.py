@@ -106,6 +106,8 @@ OTHER = {
     "view-exchanged": "diagnose/test_views.py",
     "views-exchanged": "diagnose/test_views.py",
 }
+OTHER |= dict.fromkeys(("frame-moved", "frame-elsewhere", "phantom-mixed"), "diagnose/test_frame_steps.py")
+OTHER |= dict.fromkeys(("view-of-another", "corners-reordered", "target-unit"), "prove/test_cable_camera_mistakes.py")
 OTHER |= dict.fromkeys(
     ("phantom-exchanged", "phantom-unit", "phantom-mirrored", "phantom-displaced", "pixel-size"),
     "diagnose/test_phantom.py",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from cables.thesis_rig import SIX, specification, thesis_rig
 
 from robocal.geometry import se3, so3
 from robocal.measure.data import DataSet
-from robocal.session.base_markers import place_targets
+from robocal.session.base_markers import leave_lone_targets, place_targets
+from robocal.session.inputs import read_inputs
 from robocal.vision.camera import SYMBOLS
 
 NEAR = 0.08, 0.08  # m, rad: far less than markers are apart, and near enough for any fit
@@ -53,3 +55,38 @@ def test_they_start_near_where_they_are(rig, known):
 
 def test_what_is_stated_stays(rig):
     assert place_targets(rig.robot, rig.data) is rig.data
+
+
+def test_a_marker_that_one_view_shows_is_left_out(rig):
+    data = unplaced(rig, known=True)
+    pixels, lengths = data.observations
+    where = pixels.configuration[pixels.target == 7]
+    alone = pixels.take(np.flatnonzero((pixels.target != 7) | (pixels.configuration == where[0])))
+    less, left = leave_lone_targets(replace(data, observations=(alone, lengths)))
+    assert "m7" in left and "m0" not in left
+    kept = less.observations[0]
+    assert not set(left) & {t.name for t in kept.targets} and less.observations[1] is lengths
+    # Every row that stays shows what it showed.
+    names = [t.name for t in kept.targets]
+    shown = [pixels.targets[i].name for i in alone.target if pixels.targets[i].name not in left]
+    assert [names[i] for i in kept.target] == shown
+
+
+def test_what_alone_says_where_a_view_is_stays(rig):
+    """A view that shows nothing else would lose its place."""
+    data = unplaced(rig, known=True)
+    pixels, lengths = data.observations
+    view = pixels.configuration[pixels.target == 7][0]
+    some = pixels.take(np.flatnonzero((pixels.target == 7) == (pixels.configuration == view)))
+    known = replace(data, observations=(some, lengths))
+    assert leave_lone_targets(known) == (known, ())
+    assert leave_lone_targets(rig.data) == (rig.data, ())
+
+
+def test_reading_the_files_of_a_robot_places_its_markers():
+    folder = Path(__file__).parents[2] / "examples" / "cable-camera"
+    read = read_inputs(folder / "robot.yaml", [folder / "lengths.yaml", folder / "pixels.yaml"])
+    (pixels,) = (o for o in read.data.observations if o.kind == "pixels")
+    assert len(pixels.targets) > 5 and all(any(t.value) for t in pixels.targets[1:])
+    shown = np.unique(pixels.configuration)
+    assert np.linalg.norm(read.data.configurations.start[shown][:, :3], axis=1).min() > 0.1

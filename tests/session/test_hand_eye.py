@@ -85,6 +85,7 @@ def test_measured_poses_of_a_target(tmp_path):
     assert robocal("vision", "hand-eye", target, robot, "--lens", lens_file(tmp_path)).status == 2
 
 
+@pytest.mark.slow
 def test_the_truth_lies_within_what_sigma_says(tmp_path):
     """Of 24 cells: 1.96 sigma holds for 95 % of the numbers of both frames, robots that stand off by 0.5 mm and mrad at every pose."""
     inside = []

@@ -170,7 +170,7 @@ def test_maps_of_the_same_prints_have_the_error_of_their_sizes_in_common(tmp_pat
     ratio = np.sqrt(np.mean(found.deviation**2) / np.mean(found.predicted**2))
     print("scatter over predicted", ratio, "chi2", found.chi2, "of", found.dof)
     assert 0.7 < ratio < 1.4 and found.chi2 < 1.3 * found.dof
-    whole = compare_maps([replace(m, size_told=None) for m in maps]).predicted
+    whole = compare_maps([replace(m, size_errors=None) for m in maps]).predicted
     assert np.mean(whole) > 5 * np.mean(found.predicted)
 
 

@@ -12,8 +12,12 @@ from unit.arm_data import SIX, TOOL, TRACKER, arm, away, measured, true_arm
 from robocal.arms.conventions import chain
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import METHODS
+from robocal.estimate.solution import Reason
+from robocal.fit.estimators import estimator
+from robocal.fit.fit import _restart
 from robocal.fit.options import Options
 from robocal.geometry import se3, so3
+from robocal.measure.base import problem as build
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.prove.identify import identify
@@ -276,6 +280,20 @@ def test_robust_identification_is_not_moved_by_gross_errors():
 def test_restarts_are_tried_when_the_first_fit_does_not_converge():
     found = identify(arm(), measured(30), Options(max_iterations=1))
     assert any(w.code is Code.RESTARTED for w in found.warnings)
+
+
+def test_a_restart_that_ended_where_the_first_was_about_to_end_is_taken():
+    """A hundred steps are not enough now and then; the same place, reached by another way, is an end."""
+    data = measured(30)
+    problem = build(arm(), data)
+    whole = estimator("lm").run(problem, problem.start, Options(), None)
+    assert whole.solution.reasons[0].converged
+    still = replace(whole.solution, reason=np.array([int(Reason.ITERATIONS)]), cost=whole.solution.cost * (1 - 1e-9))
+    first = replace(whole, solution=still)
+    found = _restart(problem, whole.solution.x, first, Options())
+    assert found is not first and found.solution.reasons[0].converged
+    far = replace(whole, solution=replace(still, cost=whole.solution.cost * 0.9))
+    assert _restart(problem, whole.solution.x, far, Options()) is far
 
 
 def test_an_improvement_that_is_none_of_the_robots():

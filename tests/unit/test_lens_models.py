@@ -7,9 +7,8 @@ import pytest
 from laws import check_jacobian
 
 from robocal.errors import ModelError
-from robocal.vision._kernels import distort, first_direction
+from robocal.vision._kernels import distort, first_direction, ideal_pixels
 from robocal.vision.camera import MODELS, fold_mask, fold_radius, image_of, model_of, project, unproject
-from robocal.vision.marker._kernels import ideal_pixels
 
 BROWN = np.array([900.0, 880.0, 320.0, 245.0, -0.2, 0.05, 0.004, -0.003, 0.02])
 LENSES = {

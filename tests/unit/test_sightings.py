@@ -16,6 +16,7 @@ from robocal.vision.sightings import METHODS, coverage_of, find_islands, fit_sig
 CELLS = np.pad(np.random.default_rng(4).integers(0, 2, (6, 6)).astype(float), 1)
 SIDE = 8 * 7.0
 CORNERS = np.array([[0.0, 0], [SIDE, 0], [SIDE, SIDE], [0, SIDE]])
+PLAIN = np.array([300.0, 300.0, 59.5, 59.5, 0.0, 0.0, 0.0, 0.0, 0.0])  # a lens that does nothing
 TILT = np.array([[1.0, 0.08, 30.3], [-0.05, 1.02, 30.6], [3e-4, 2e-4, 1.0]])
 
 
@@ -104,6 +105,47 @@ def test_glare_in_a_marker_costs_no_corner(at):
     found = fit_sighting(image, 7, true + 0.5, CELLS)
     assert found.method == METHODS[0]
     assert np.abs(found.place - true).max() < 0.06 and np.abs((found.place - true) / found.sigma).max() < 4
+
+
+@pytest.mark.parametrize("at", [(0.35, 0.7), (0.65, 0.6), (0.75, 0.3)])
+def test_glare_on_a_fifth_of_a_marker_costs_no_corner(at):
+    """A blob of 24 px across: it raises what the cost tells of noise, but not the median."""
+    true, image = places(TILT, CORNERS), drawn()
+    u, v = places(TILT, np.array([at]) * SIDE)[0]
+    far = np.hypot(*(np.indices(image.shape)[::-1] - np.array([u, v])[:, None, None]))
+    bright = np.clip(np.maximum(image, 400 / (1 + np.exp(np.minimum((far - 12) / 1.5, 50)))), 0, 255).round()
+    for glare in (bright, np.minimum(bright, 249.0)):  # cut off, or not quite
+        found = fit_sighting(glare, 7, true + 0.5, CELLS)
+        assert found.method == METHODS[0]
+        assert np.abs((found.place - true) / found.sigma).max() < 4.5 and np.abs(found.place - true).max() < 0.25
+
+
+@pytest.mark.parametrize(("wide", "more"), [(10.0, 60.0), (20.0, 60.0), (20.0, 100.0)])
+def test_a_soft_light_is_in_the_covariance(wide, more):
+    """A reflection without an edge moves corners by tenths of a pixel. No pixel of it is foreign: parts of the marker are off together."""
+    true, scaled = places(TILT, CORNERS), []
+    v, u = np.mgrid[:120, :120]
+    for k in range(4):
+        at = true[k]
+        light = more * np.exp(-((u - at[0]) ** 2 + (v - at[1]) ** 2) / (2 * wide**2))
+        found = fit_sighting(np.clip(drawn(k) + light, 0, 255).round(), 7, true + 0.5, CELLS, PLAIN)
+        e = (found.place - true).ravel()
+        scaled.append(e @ np.linalg.solve(found.covariance, e) / 8)
+    assert np.mean(scaled) < 1.6
+
+
+def test_edges_under_glare_know_how_little_they_tell():
+    """A blob on an edge moves neighbouring points of its line together."""
+    true, scaled = places(TILT, CORNERS), []
+    for k, (x, y) in enumerate([(0.2, 0.06), (0.94, 0.7), (0.7, 0.95), (0.05, 0.35)]):
+        u, v = places(TILT, np.array([[x, y]]) * SIDE)[0]
+        image = drawn(k)
+        far = np.hypot(*(np.indices(image.shape)[::-1] - np.array([u, v])[:, None, None]))
+        place, covariance = fit_edges(
+            np.maximum(image, 250 / (1 + np.exp(np.minimum((far - 5) / 1.5, 50)))), true + 0.3
+        )
+        scaled.append(np.abs((place - true).ravel() / np.sqrt(np.diag(covariance))).max())
+    assert np.median(scaled) < 4 and max(scaled) < 7
 
 
 @pytest.mark.parametrize("more", [1.5, 2.2])

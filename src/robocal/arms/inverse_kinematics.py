@@ -158,33 +158,37 @@ def _descend(task: _Task, q: Array, which: Ints) -> tuple[Array, Array, Array, A
     n = q.shape[1]
     r, j, position, angle = task.evaluate(q, which)
     cost = 0.5 * np.einsum("kd,kd->k", r, r)
-    lam = np.full(len(q), 1e-2)
-    active = np.arange(len(q))
+    # Of the rows that go on: which they are, where they stand, r, J and damping; only their numbers are moved.
+    active, here, lam = np.arange(len(q)), q.copy(), np.full(len(q), 1e-2)
     for _ in range(ITERATIONS):
-        going = ((position > TOLERANCE[0]) | (angle > TOLERANCE[1])) & (lam < 1e10)
-        active = active[going[active]]
+        going = ((position[active] > TOLERANCE[0]) | (angle[active] > TOLERANCE[1])) & (lam < 1e10)
+        if not going.all():
+            active, here, r, j, lam = active[going], here[going], r[going], j[going], lam[going]
         if not len(active):
             break
-        jt = np.swapaxes(j[active], 1, 2)
-        g = (jt @ r[active][..., None])[..., 0]
-        a = jt @ j[active]
-        here = q[active]
+        jt = np.swapaxes(j, 1, 2)
+        g = (jt @ r[..., None])[..., 0]
+        a = jt @ j
         held = ((here <= task.low) & (g > 0)) | ((here >= task.high) & (g < 0))
         diagonal = np.einsum("kii->ki", a)
-        damp = lam[active, None] * (diagonal + 1e-3 * diagonal.mean(axis=1, keepdims=True) + 1e-300)
-        a = np.where(held[:, :, None] | held[:, None, :], 0.0, a)
-        a[:, np.arange(n), np.arange(n)] += np.where(held, 1.0, damp)
-        step = -np.linalg.solve(a, np.where(held, 0.0, g)[..., None])[..., 0]
+        damp = lam[:, None] * (diagonal + 1e-3 * diagonal.mean(axis=1, keepdims=True) + 1e-300)
+        if held.any():
+            a = np.where(held[:, :, None] | held[:, None, :], 0.0, a)
+            damp, g = np.where(held, 1.0, damp), np.where(held, 0.0, g)
+        a[:, np.arange(n), np.arange(n)] += damp
+        step = -np.linalg.solve(a, g[..., None])[..., 0]
         step *= np.minimum(1.0, LONGEST / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300))
         new = np.clip(here + step, task.low, task.high)
         r2, j2, position2, angle2 = task.evaluate(new, which[active])
         cost2 = 0.5 * np.einsum("kd,kd->k", r2, r2)
         lower = cost2 < cost[active]
-        at = active[lower]
-        q[at], r[at], j[at], cost[at] = new[lower], r2[lower], j2[lower], cost2[lower]
-        position[at], angle[at] = position2[lower], angle2[lower]
-        lam[at] = np.maximum(lam[at] * 0.1, 1e-12)
-        lam[active[~lower]] *= 8.0
+        lam = np.where(lower, np.maximum(lam * 0.1, 1e-12), 8.0 * lam)
+        if lower.all():
+            at, here, r, j = active, new, r2, j2
+        else:
+            at = active[lower]
+            here[lower], r[lower], j[lower] = new[lower], r2[lower], j2[lower]
+        q[at], cost[at], position[at], angle[at] = new[lower], cost2[lower], position2[lower], angle2[lower]
     return q, cost, position, angle
 
 

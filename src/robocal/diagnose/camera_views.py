@@ -4,7 +4,7 @@ The baseline asks for it: a quarter of the points of a camera are off by more th
 Then every change of `camera_changes` is made in the rows of that camera, or of all cameras, and the frames are fitted again to a part
 of the rows. A change is named where it leaves a fifth, and little enough; changes that leave alike are told together.
 
-A camera that stands behind what it sees is a mirrored image: p and -p have one projection, so a mirrored image is explained from there.
+A camera behind what it sees is a mirrored image: p and -p have one projection.
 """
 
 from __future__ import annotations
@@ -114,16 +114,23 @@ class _ViewChange:
 def wrong_views(context: Context[Model]) -> list[Finding]:
     """What is wrong with all views of a camera."""
     data, base = context.need_data, context.need_baseline
-    cameras = [i for i, o in enumerate(data.observations) if o.kind == "pixels" and o.value.ndim == 2]
-    if not cameras:
+    if not _cameras(data):
         return []
     # What everything free explains, the machine was off by: no view has to be read in another way.
     free = context.soft if context.fit is None else Baseline(context.fit.problem, context.fit.solution.x)
     ends = (base,) if free is None else (base, free)
-    if all(_measure(data, end.problem, end.x).asks for end in ends):
-        whole = DataSet(data.configurations, tuple(replace(o, used=None) for o in data.observations))
-        return _ViewSearch(context.model, whole, tuple(cameras)).explain()
-    return []
+    return explain_views(context) if all(_measure(data, end.problem, end.x).asks for end in ends) else []
+
+
+def explain_views(context: Context[Model]) -> list[Finding]:
+    """The changes that explain what is left of views, where any do."""
+    data = context.need_data
+    whole = DataSet(data.configurations, tuple(replace(o, used=None) for o in data.observations))
+    return _ViewSearch(context.model, whole, _cameras(data)).explain()
+
+
+def _cameras(data: DataSet) -> tuple[int, ...]:
+    return tuple(i for i, o in enumerate(data.observations) if o.kind == "pixels" and o.value.ndim == 2)
 
 
 def _measure(data: DataSet, problem: Problem, x: Array) -> _ViewTrial:
@@ -142,7 +149,7 @@ def _measure(data: DataSet, problem: Problem, x: Array) -> _ViewTrial:
 
 
 def _size_of(trial: _ViewTrial) -> float:
-    """What is left of all instruments: each counts by its own size, however little another one is known."""
+    """What is left of all instruments, each by its own size."""
     return float(np.log(np.maximum(trial.left, FINE)).sum())
 
 

@@ -5,13 +5,8 @@ A check is a function with a line above it; no list names it:
     @check("encoder-slip", When.FIT, order=500, needs=("fit",))
     def encoder_slip(context: Context[Model]) -> Iterator[Finding]: ...
 
-The modules of a package are looked through when its checks run for the first time. `order` says where the findings of a check
-stand among those of the same time.
-
-A context is a machine, its data and a fit to them, with everything that several checks ask, computed once. What a check needs is
-loaded when it is asked for: rows of a file are checked long before anything is fitted.
-
-A finding is a code with its numbers, and what it means for the verdict:
+`order` says where the findings of a check stand among those of the same time. A context is a machine, its data and a fit to them, with
+everything that several checks ask, computed once. A finding is a code with its numbers, and what it means for the verdict:
 
 refuse     data or model are wrong: no number of the fit may be used
 qualify    a gain is not proven, or only near what was measured
@@ -147,6 +142,11 @@ class Context(Generic[M_co]):
     def improvement(self) -> bool:
         """Whether unseen measurements prove a gain: not known before there is a proof."""
         return False
+
+    @property
+    def silent(self) -> tuple[str, ...]:
+        """Checks that mean nothing here."""
+        return ()
 
     @property
     def need_data(self) -> DataSet:
@@ -300,18 +300,19 @@ def check(
 
 def check_fit_twice(
     doubt: tuple[str, int], refuse: tuple[str, int], machines: Machines = Machines.ANY
-) -> Callable[[Callable[[C], list[Finding]]], None]:
-    """Registers a function that looks at a fit as two checks, each with a name and an order.
+) -> Callable[[Callable[[C], list[Finding]]], Callable[[C], list[Finding]]]:
+    """Registers a function that looks at a fit as two checks, each with a name and an order, and hands it back.
 
     Its doubts stand beside the verdict. What it refuses belongs to the proof: no gain counts before that is put right.
     """
 
-    def register(find: Callable[[C], list[Finding]]) -> None:
+    def register(find: Callable[[C], list[Finding]]) -> Callable[[C], list[Finding]]:
         def of_level(level: Level) -> Callable[[C], list[Finding]]:
             return wraps(find)(lambda context: [f for f in find(context) if f.level is level])
 
         for level, when, (name, order) in ((Level.DOUBT, When.FIT, doubt), (Level.REFUSE, When.PROOF, refuse)):
             check(name, when, order=order, machines=machines, needs=("fit",))(of_level(level))
+        return find
 
     return register
 

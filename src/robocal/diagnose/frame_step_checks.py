@@ -7,10 +7,12 @@ from collections.abc import Iterable
 import numpy as np
 
 from robocal.diagnose import limits
-from robocal.diagnose.camera_views import wrong_views
+from robocal.diagnose.camera_views import explain_views, wrong_views
 from robocal.diagnose.check_registry import Context, Finding, Level, check_fit_twice, doubt, once, refuse
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.frame_steps import FrameStep, find_frame_steps
+from robocal.diagnose.stated_numbers import find_stated_number
+from robocal.diagnose.time_offset import time_offset
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model
 from robocal.remarks.english import declare
@@ -37,13 +39,16 @@ FRAME_ELSEWHERE = declare(
 def frame_steps(context: Context[Model]) -> list[Finding]:
     """Frames that stand elsewhere from a configuration on. They are refused where the numbers that were fitted are off by it."""
     fit = context.need_fit
-    # What is wrong with all views, or a fit that found no end, leaves nothing to ask of single frames.
-    if not fit.solution.settled() or any(
-        f.level is Level.REFUSE for c in (findings_of_segments, wrong_views) for f in c.run(context)
-    ):
+    # What is wrong with all views, with a number, with the clock, or a fit that found no end, leaves nothing to ask of single frames.
+    asked = [c.run for c in (findings_of_segments, wrong_views) if c.name not in context.silent]
+    asked += [find_stated_number, time_offset]
+    if not fit.solution.settled() or any(f.level is Level.REFUSE for find in asked for f in find(context)):
         return []
     sigma = dict(zip(fit.total.names, fit.total.sigma.tolist(), strict=True))
     steps = find_frame_steps(context.model, fit.data, fit.problem, fit.solution.x, sigma)
+    # A target that seems to stand on its head is counted otherwise, and the others with it.
+    if any(s.first is None and s.turn > limits.FRAME_OTHERWISE for s in steps) and (found := explain_views(context)):
+        return found
     return [_finding(context, s) for s in steps]
 
 
@@ -55,7 +60,8 @@ def _finding(context: Context[Model], step: FrameStep) -> Finding:
         "turn": Quantity(step.turn, "rad"),
         "others": ", ".join(_what(data, n) for n in step.rivals) or None,
     }
-    level = refuse if step.pull > limits.FRAME_PULL else doubt
+    mixed = step.chance < limits.SEGMENT_CHANCE and _fitted(data, step) > limits.FRAME_FITTED
+    level = refuse if mixed or step.pull > limits.FRAME_PULL else doubt
     if step.first is None:
         return level(FRAME_ELSEWHERE, **numbers)
     seen = next(iter(_seen(data, step.frame)))
@@ -63,6 +69,24 @@ def _finding(context: Context[Model], step: FrameStep) -> Finding:
     known = np.arange(len(seen)) if seen.rows is None else seen.rows
     numbers |= {"first": data.configurations.ids[step.first], "file": seen.source.replace("\\", "/").rpartition("/")[2]}
     return level(FRAME_MOVED, **numbers, row=int(known[rows].min()), last=int(known.max()))
+
+
+def _fitted(data: DataSet, step: FrameStep) -> float:
+    """Which share of the rows of either place was fitted, the smaller of the two: what was set aside bends nothing."""
+    late, used = [], []
+    for obs in _seen(data, step.frame):
+        mine = np.ones(len(obs), dtype=bool)
+        if obs.frame is None or obs.frame.name != step.frame:
+            mine = np.array(
+                [
+                    obs.targets[t].name == step.frame
+                    for t in (obs.target if obs.target is not None else np.zeros(len(obs), int))
+                ]
+            )
+        late.append((obs.configuration >= (-1 if step.first is None else step.first))[mine])
+        used.append((np.ones(len(obs), dtype=bool) if obs.used is None else obs.used)[mine])
+    after, fitted = np.concatenate(late), np.concatenate(used)
+    return min((float(fitted[some].mean()) for some in (after, ~after) if some.any()), default=0.0)
 
 
 def _seen(data: DataSet, name: str) -> Iterable[Observations]:

@@ -20,14 +20,13 @@ from robocal import _scipy as scipy
 from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.diagnose import limits
-from robocal.diagnose.segments.candidate_rows import count_all
 from robocal.diagnose.serial import correlation_factor
 from robocal.estimate.elimination import beside_blocks
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.frames_alike import frames_of
 from robocal.measure.base import problem as build
-from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model, sensor_zeros
 from robocal.parameters import FRAME_SYMBOLS
 
@@ -58,24 +57,24 @@ class FrameStep:
 
 @record
 class _Sums:
-    """Of one unit what every configuration says: g (U, q), A (U, q, q), X (U, q, n); its configurations in order, (m,)."""
+    """Of one unit what every configuration says: g (U, q), A (U, q, q), X (U, q, n) and X H; its configurations in order, (m,)."""
 
     g: Array
     a: Array
     x: Array
+    xh: Array
     seen: Ints
 
-    def gain(self, profile: Array, h: Array) -> float:
+    def gain(self, profile: Array) -> float:
         """Of a motion in proportion to a profile (m,) over its configurations."""
-        s = np.einsum("i,iq->q", profile, self.g[self.seen])
-        own = np.einsum("i,iqp->qp", profile**2, self.a[self.seen])
-        return _gain(s, own, np.einsum("i,iqn->qn", profile, self.x[self.seen]), h)
+        s, x, xh = (np.tensordot(profile, v[self.seen], 1) for v in (self.g, self.x, self.xh))
+        return _gain(s, np.tensordot(profile**2, self.a[self.seen], 1), xh @ x.T)
 
 
-def _gain(s: Array, own: Array, cross: Array, h: Array) -> float:
+def _gain(s: Array, own: Array, taken: Array) -> float:
     size = np.sqrt(np.where(np.diag(own) > 0, np.diag(own), 1.0))
-    info = (own - cross @ h @ cross.T) / size[:, None] / size
-    info[np.diag_indices(len(info))] += SOFT
+    info = (own - taken) / size[:, None] / size
+    info.flat[:: len(info) + 1] += SOFT
     return float(s / size @ np.linalg.solve(info, s / size))
 
 
@@ -109,22 +108,27 @@ class _Look:
         r = r - j @ (self.h @ (j.T @ r))
         count, order = problem.configurations, np.argsort(lin.configuration, kind="stable")
         ends = np.searchsorted(lin.configuration[order], np.arange(count + 1))
+        columns = {name: [wide.free.index(f) for f in names] for name, names in unit_names.items()}
+        touched = {name: np.unique(lin.configuration[(lin.j[:, c] != 0).any(axis=1)]) for name, c in columns.items()}
         self.units: dict[str, _Sums] = {}
-        for name, names in unit_names.items():
-            c = left[:, [wide.free.index(f) for f in names]]
-            touched = (lin.j[:, [wide.free.index(f) for f in names]] != 0).any(axis=1)
-            q = c.shape[1]
-            g, own, cross = np.zeros((count, q)), np.zeros((count, q, q)), np.zeros((count, q, n))
-            seen = np.unique(lin.configuration[touched])
-            for i in seen.tolist():
-                some = order[ends[i] : ends[i + 1]]
-                g[i], own[i], cross[i] = c[some].T @ r[some], c[some].T @ c[some], c[some].T @ j[some]
-            self.units[name] = _Sums(g, own, cross, seen)
+        for name, seen in touched.items():
+            k = len(columns[name])
+            x, xh = np.zeros((2, count, k, n))
+            self.units[name] = _Sums(np.zeros((count, k)), np.zeros((count, k, k)), x, xh, seen)
+        for i in range(count):
+            some = order[ends[i] : ends[i + 1]]
+            mine, here, at_rest = left[some], j[some], r[some]  # once for all that a view shows
+            for name, u in self.units.items():
+                if i in touched[name]:
+                    c = mine[:, columns[name]]
+                    u.g[i], u.a[i], u.x[i] = c.T @ at_rest, c.T @ c, c.T @ here
+        for u in self.units.values():
+            u.xh[u.seen] = (u.x[u.seen].reshape(-1, n) @ self.h).reshape(u.x[u.seen].shape)
 
     def dispersion(self) -> float:
         """By how much more than noise single views gain, 1 at least."""
         alone = [
-            _gain(u.g[i], u.a[i], u.x[i], self.h) / u.g.shape[1]
+            _gain(u.g[i], u.a[i], u.xh[i] @ u.x[i].T) / u.g.shape[1]
             for u in self.units.values()
             for i in u.seen.tolist()
             if u.g.shape[1] == len(FRAME_SYMBOLS)
@@ -137,9 +141,10 @@ class _Look:
         m, fewest = len(u.seen), int(limits.SEGMENT_VIEWS)
         if m < fewest:
             return None
-        tried: list[tuple[float, int | None]] = [(u.gain(np.ones(m), self.h), None)] if stated else []
-        s, own, cross = (np.cumsum(v[u.seen][::-1], axis=0)[::-1] for v in (u.g, u.a, u.x))
-        tried += [(_gain(s[k], own[k], cross[k], self.h), k) for k in range(fewest, m - fewest + 1)]
+        tried: list[tuple[float, int | None]] = [(u.gain(np.ones(m)), None)] if stated else []
+        s, own, x, xh = (np.cumsum(v[u.seen][::-1], axis=0)[::-1] for v in (u.g, u.a, u.x, u.xh))
+        taken = xh @ np.swapaxes(x, 1, 2)
+        tried += [(_gain(s[k], own[k], taken[k]), k) for k in range(fewest, m - fewest + 1)]
         if not tried:
             return None
         gain, k = max(tried, key=lambda t: t[0])
@@ -152,7 +157,7 @@ class _Look:
         m = len(u.seen)
         at, width = np.arange(m) + 0.5, 2 * int(limits.SEGMENT_VIEWS)
         while width <= 2 * m:
-            if u.gain(np.clip((at - k) / width + 0.5, 0, 1), self.h) > gain:
+            if u.gain(np.clip((at - k) / width + 0.5, 0, 1)) > gain:
                 return True
             width *= 2
         return False
@@ -170,19 +175,17 @@ def find_frame_steps(
     """The frames of data, as they were fitted at x (1, P), that have two places; `sigma` are standard deviations of what was fitted."""
     if fitted.sizes[1][1] > 0 or not fitted.n:
         return []
-    # What is set aside among readings without a frame is no matter of frames.
-    again = [count_all(o, i) if o.frame is not None or o.targets else o for i, o in enumerate(data.observations)]
-    data = DataSet(data.configurations, tuple(again))
+    data = DataSet(data.configurations, tuple(_count_again(o) for o in data.observations))
     values = dict(zip(fitted.table.names, x[0].tolist(), strict=False))
     free, out = list(fitted.free), []
     before = build(model, data, values=values).with_weights(fitted.weights).with_free(free).with_loss("huber")
     frames = {n: [f"{n}.{s}" for s in FRAME_SYMBOLS] for n in frames_of(data)}
     frames = {n: own for n, own in frames.items() if all(s in before.table.index for s in own)}
-    zeros = {n: [n] for n in sensor_zeros(model)}
+    zeros, origin = {n: [n] for n in sensor_zeros(model)}, {n: n for n in frames}
     if not frames or int(before.numbers.sum()) * (fitted.n + 6 * len(frames)) > DENSE:
         return []
     at = _placed(before, fitted, x)
-    for _ in range(MOST):
+    for k in range(MOST):
         look = _Look(model, data, before, at, {**frames, **zeros})
         spread = look.dispersion()
         known = frames_of(data)
@@ -194,23 +197,25 @@ def find_frame_steps(
             break
         rivals = [s for s in steps if s.name in frames and s.gain > limits.SEGMENT_RIVAL * steps[0].gain][:RIVALS]
         base = least_squares(before, at, max_iterations=30, cost_tolerance=1e-6)
-        trials = [_refit(model, data, before, base.x, s, spread) for s in rivals]
+        trials = [_refit(model, data, before, base.x, s, f"{s.name} {LATER} {k}") for s in rivals]
         trials.sort(key=lambda t: t.cost)
         best = trials[0]
         gain = 2 * (float(base.cost[0]) - best.cost)
         chance = _chance(gain / best.serial, spread, tried, look)
         if chance > limits.FRAME_CHANCE:
             break
-        alike = tuple(t.step.name for t in trials[1:] if 2 * (t.cost - best.cost) < limits.SEGMENT_ALIKE * spread)
+        alike = tuple(
+            origin[t.step.name] for t in trials[1:] if 2 * (t.cost - best.cost) < limits.SEGMENT_ALIKE * spread
+        )
         pull = _pull(best, alike, values, sigma)
-        name = best.step.name.removesuffix(f" {LATER}")
+        name = origin[best.step.name]
         share = gain / max(2 * float(base.cost[0]), 1e-300)
         out.append(FrameStep(name, best.step.first, best.shift, best.turn, chance, pull, share, alike))
         data, before, at = best.data, best.problem, best.x
         if best.step.first is None:
             continue
-        later = f"{best.step.name} {LATER}"
-        frames[later] = [f"{later}.{s}" for s in FRAME_SYMBOLS]
+        origin[best.later] = name
+        frames[best.later] = [f"{best.later}.{s}" for s in FRAME_SYMBOLS]
     return out
 
 
@@ -222,10 +227,25 @@ def _pull(best: _Trial, alike: Sequence[str], values: Mapping[str, float], sigma
     if best.step.first is None:
         return most
     each = []
-    for name in (best.step.name, f"{best.step.name} {LATER}"):
+    for name in (best.step.name, best.later):
         pairs = [(f"{best.step.name}.{s}", f"{name}.{s}") for s in FRAME_SYMBOLS]
         each.append(max((abs(best.values[b] - values[a]) / away[a] for a, b in pairs if a in away), default=0.0))
     return max(most, min(each))
+
+
+def _count_again(obs: Observations) -> Observations:
+    """The same, where rows that were set aside as gross count again, for there may be a reason for all of them. Readings without a frame
+    are no matter of frames; and an image that was set aside as a whole, those beside it were not, is none of several from a row on."""
+    if obs.used is None or (obs.frame is None and not obs.targets):
+        return obs
+    where, place = np.unique(obs.configuration, return_inverse=True)
+    off = np.bincount(place, ~obs.used) > limits.VIEW_FAR * np.bincount(place)
+    ends = np.flatnonzero(np.diff(off, prepend=False, append=False)).reshape(-1, 2)
+    alone = np.zeros(len(where), dtype=bool)
+    for a, b in ends:
+        alone[a:b] = b - a < limits.SEGMENT_VIEWS
+    lone = alone[place]
+    return replace(obs, used=~lone if lone.any() else None)
 
 
 def _chance(gain: float, spread: float, tried: float, look: _Look) -> float:
@@ -248,6 +268,7 @@ class _Trial:
     """A fit in which a frame has two places."""
 
     step: _Step
+    later: str
     data: DataSet
     problem: Problem
     x: Array
@@ -262,13 +283,13 @@ class _Trial:
         return dict(zip(self.problem.table.names, self.x[0].tolist(), strict=False))
 
 
-def _refit(model: Model, data: DataSet, before: Problem, x: Array, step: _Step, spread: float) -> _Trial:
-    """The fit with the two places of a step, begun where the one was."""
+def _refit(model: Model, data: DataSet, before: Problem, x: Array, step: _Step, name: str) -> _Trial:
+    """The fit with the two places of a step, the second of another name, begun where the one was."""
     values = dict(zip(before.table.names, x[0].tolist(), strict=False))
-    own, later = ([f"{n}.{s}" for s in FRAME_SYMBOLS] for n in (step.name, f"{step.name} {LATER}"))
+    own, later = ([f"{n}.{s}" for s in FRAME_SYMBOLS] for n in (step.name, name))
     split, moved = data, own
     if step.first is not None:
-        split = _split(data, step.name, step.first, tuple(values[n] for n in own))
+        split = _split(data, step.name, name, step.first, tuple(values[n] for n in own))
         values |= {b: values[a] for a, b in zip(own, later, strict=True)}
         moved = later
     free = dict.fromkeys((*before.free, *moved))
@@ -282,7 +303,7 @@ def _refit(model: Model, data: DataSet, before: Problem, x: Array, step: _Step, 
     u = look.units[step.name]
     size = np.sqrt(np.einsum("iqq->q", u.a))
     serial = correlation_factor(u.g[u.seen] / np.where(size > 0, size, 1.0)) if len(u.seen) > 1 else 1.0
-    return _Trial(step, split, made, found.x, float(found.cost[0]), serial, *away)
+    return _Trial(step, name, split, made, found.x, float(found.cost[0]), serial, *away)
 
 
 def _away(here: Sequence[float], there: Sequence[float]) -> tuple[float, float]:
@@ -293,13 +314,13 @@ def _away(here: Sequence[float], there: Sequence[float]) -> tuple[float, float]:
     return float(np.linalg.norm(shift)), float(np.linalg.norm(turn))
 
 
-def _split(data: DataSet, name: str, first: int, value: tuple[float, ...]) -> DataSet:
+def _split(data: DataSet, name: str, later: str, first: int, value: tuple[float, ...]) -> DataSet:
     """The data in which a frame has another name from a configuration on."""
     out: list[Observations] = []
     for obs in data.observations:
         late = obs.configuration >= first
         if obs.frame is not None and obs.frame.name == name:
-            other = replace(obs.frame, name=f"{name} {LATER}", value=value, free=(True,) * 6, prior=None)
+            other = replace(obs.frame, name=later, value=value, free=(True,) * 6, prior=None)
             rows = np.flatnonzero(late)
             out += [obs.take(np.flatnonzero(~late))] if not late.all() else []
             out += [replace(obs.take(rows), frame=other)] if len(rows) else []
@@ -308,9 +329,7 @@ def _split(data: DataSet, name: str, first: int, value: tuple[float, ...]) -> Da
         if own and late.any():
             target = np.zeros(len(obs), dtype=np.int64) if obs.target is None else np.array(obs.target)
             target[late & (target == own[0])] = len(obs.targets)
-            other: Frame = replace(
-                obs.targets[own[0]], name=f"{name} {LATER}", value=value, free=(True,) * 6, prior=None
-            )
-            obs = replace(obs, targets=(*obs.targets, other), target=target)
+            second = replace(obs.targets[own[0]], name=later, value=value, free=(True,) * 6, prior=None)
+            obs = replace(obs, targets=(*obs.targets, second), target=target)
         out.append(obs)
     return DataSet(data.configurations, tuple(out))

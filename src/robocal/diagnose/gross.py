@@ -42,7 +42,7 @@ from robocal.estimate.uncertainty import effective_columns
 from robocal.fit.baseline import Baseline, baseline, frame_names
 from robocal.fit.fit import Fit, chosen_weights, search_poses_again
 from robocal.fit.noise import Tau, assess, by_observation, owners, same_tau, tau_of, under
-from robocal.fit.pose_search import costly_poses, search_single_poses
+from robocal.fit.pose_search import search_costly_poses
 from robocal.fit.soft_fit import NEAR, find_noise, recall_rounds, soften, tries_noise
 from robocal.fit.subsample import subsample
 from robocal.measure.base import problem as build
@@ -140,8 +140,9 @@ def sift(model: Model, data: DataSet, configurations: Ints, watch: Watch | None 
         x, tau = _fit_until_stable(few, start, x, tau, near, loss, tuning)
         if loss == "huber" and freedom_of(model):
             # One pose in a wrong valley makes good rows gross there.
-            robust = few.problem_at(tau, tuple(np.ones(len(o), dtype=bool) for o in few.data.observations), loss)
-            x = search_single_poses(robust, x, costly_poses(robust, x))
+            every = tuple(np.ones(len(o), dtype=bool) for o in few.data.observations)
+            mine = np.isin(np.arange(len(few.data.configurations)), own)
+            x = search_costly_poses(few.problem_at(tau, every, loss), x, mine)
     used = near
     if few.data is not data:
         # A part of many rows says about where the fit ends. All of them say where it does, and are judged by that.

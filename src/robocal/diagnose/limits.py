@@ -81,6 +81,10 @@ SEGMENT_VIEWS = limit(3, "views", "Two that were exchanged lie beside each other
 SEGMENT_NUMBERS = limit(4, "numbers", "For each of what a step may have moved: fewer are met by any step.")
 FRAME_CHANCE = limit(1e-3, "chance",
     "A frame that stays where it was is named once in a thousand files.", "tests/diagnose/test_frame_steps.py")
+FRAME_FITTED = limit(0.5, "of the rows of a place",
+    "A frame of which the rows of one place were set aside is right where the others have it.", "tests/diagnose/test_frame_steps.py")
+FRAME_OTHERWISE = limit(1.0, "rad", "Nobody sets a target up so wrong: corners are counted from elsewhere, at least a quarter of a turn.",
+    "tests/prove/test_cable_camera_mistakes.py")
 FRAME_PULL = limit(3.0, "sigma", "A number that another place of a frame moves by more is wrong by what is claimed of it.",
     "tests/diagnose/test_frame_steps.py")
 REGION_SHARE = limit(0.95, "of the rows", "So many lie on a joint's own side: where its load is small, nothing bends.",

@@ -29,10 +29,16 @@ from robocal.remarks.remark import Number, Quantity
 __all__: list[str] = []
 
 INCH = 25.4
+EXCHANGES = 4  # grid: of names, one after another
 EXCHANGED = declare(
     "phantom-exchanged",
     "{one} and {other} of the phantom of {group} are exchanged: as named, points are {stated:.3g} rms from them, exchanged {left:.3g}",
     "Exchange the two names in the table, or in the list of the phantom.",
+)
+MIXED = declare(
+    "phantom-mixed",
+    "the names of the phantom of {group} are mixed up ({names}): as named, points are {stated:.3g} rms from it, so {left:.3g}",
+    "Correct these names in the table, or in the list of the phantom.",
 )
 OTHER_UNIT = declare(
     "phantom-unit",
@@ -86,7 +92,7 @@ def phantom_causes(context: Context[Model]) -> Iterator[Finding]:
         if rows is None:
             continue
         stated = rows.left()
-        tried = [(other.left(), code, facts) for other, code, facts in _others(rows, obs)]
+        tried = [(other.left(), code, facts) for other, code, facts in (*_others(rows, obs), *_mixed(rows, obs))]
         left, code, facts = min(tried, key=lambda t: t[0])
         # A smaller list leaves less of everything: where the probe hardly moves, exactly so much less.
         factor = facts.get("factor")
@@ -134,6 +140,27 @@ def _rows(context: Context[Model], obs: Observations) -> _PhantomRows | None:
     at = obs.extra[AT][known][first]
     across = obs.extra[ACROSS][known][first] if ACROSS in obs.extra else np.broadcast_to(np.eye(3), (len(at), 3, 3))
     return _PhantomRows(carried[known], obs.extra[IMAGE][known], which.ravel(), at, across)
+
+
+def _mixed(rows: _PhantomRows, obs: Observations) -> Iterator[tuple[_PhantomRows, str, dict[str, Number]]]:
+    """Several exchanges, each the one that leaves least after those before it."""
+    every, count = obs.options["names"], len(rows.at)
+    assert isinstance(every, tuple)
+    names = [every[i] for i in np.unique(obs.extra[NAMED]).astype(int)]
+    order, least = np.arange(count), rows.left()
+    for k in range(EXCHANGES):
+        found = []
+        for i, j in combinations(range(count), 2):
+            new = order.copy()
+            new[[i, j]] = order[[j, i]]
+            found.append((replace(rows, at=rows.at[new], across=rows.across[new]).left(), i, j))
+        left, i, j = min(found, default=(np.inf, 0, 0))
+        if not left < least:
+            return
+        least, order[[i, j]] = left, order[[j, i]]
+        if k:  # one exchange is tried by itself
+            said = ", ".join(f"{names[i]} is {names[int(o)]}" for i, o in enumerate(order) if i != o)
+            yield replace(rows, at=rows.at[order], across=rows.across[order]), MIXED, {"names": said}
 
 
 def _others(rows: _PhantomRows, obs: Observations) -> Iterator[tuple[_PhantomRows, str, dict[str, Number]]]:

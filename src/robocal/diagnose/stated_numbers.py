@@ -119,13 +119,14 @@ def _of_factor(
 class Score:
     """Of several numbers that were held, each with its column: the one that lowers the squares most, by how much it changes, how
     many sigma that is, and which share of the squares it explains; `addends` (N,) are the terms, one a row, of the sum
-    whose scatter that sigma tells."""
+    whose scatter that sigma tells, `squares` (2, N) what every row leaves before and after."""
 
     column: int
     change: float
     t: float
     share: float
     addends: Array = field(compare=False, repr=False)
+    squares: Array = field(compare=False, repr=False)
 
 
 def score(j: Array, r: Array, scales: Array, c: Array, taken: float = 0, mix: Array | None = None) -> Score | None:
@@ -151,7 +152,8 @@ def score(j: Array, r: Array, scales: Array, c: Array, taken: float = 0, mix: Ar
     change = float(along[i] / size[i])
     beside = np.column_stack([root[:n, n : n + k] @ mix[:, i], root[:n, n + k]])
     column, rest = (np.column_stack([c[:, i], r]) - j @ np.linalg.solve(root[:n, :n], beside)).T
-    return Score(i, change, float(t[i]), float(share[i]), column * (rest + column * change))
+    after = rest + column * change
+    return Score(i, change, float(t[i]), float(share[i]), column * after, np.stack([rest**2, after**2]))
 
 
 def _shared(own: Mapping[str, tuple[Observations, Parameter]], held: Sequence[str]) -> list[tuple[str, ...]]:

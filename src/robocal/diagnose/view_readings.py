@@ -23,14 +23,14 @@ from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.remarks.english import declare
-from robocal.remarks.remark import Quantity
+from robocal.remarks.remark import Number, Quantity
 
 __all__: list[str] = []
 
 VIEW_OF_ANOTHER = declare(
     "view-of-another",
-    "the view {view} of {instruments} stands beside the readings of another configuration: it fits those of {partner} to {left:.3g} rms, and "
-    "its own to {stated:.3g}",
+    "the view {view} of {instruments} stands beside the readings of another configuration: it fits those of {partner} to {left:.3g} rms, "
+    "and its own to {stated:.3g}",
     "Give the image the readings of its own moment in {files}, or leave it out.",
 )
 TYPICAL = 3  # grid: configurations of which it is known what is usual
@@ -60,7 +60,7 @@ def views_of_others(context: Context[Model]) -> Iterator[Finding]:
         mutual = next((j for j in good if i in fits.get(j, ()) and j not in told), None)
         j = good[0] if mutual is None else mutual
         amounts = {"stated": Quantity(float(own[i]), "m"), "left": Quantity(float(error[i, j]), "m")}
-        said = {"view": ids[i], "partner": ids[j], "instruments": labels, "files": files}
+        said: dict[str, Number] = {"view": ids[i], "partner": ids[j], "instruments": labels, "files": files}
         if mutual is None:
             yield doubt(VIEW_OF_ANOTHER, **said, **amounts)
         else:

@@ -30,7 +30,7 @@ from robocal.estimate.solution import Solution
 from robocal.estimate.terms import Linear
 
 __all__ = [
-    "LEVEL", "Total", "Uncertainty", "band", "effective_columns", "leverages", "quantile", "radius", "total", "uncertainty", "uneven",
+    "LEVEL", "Total", "Uncertainty", "band", "effective_columns", "quantile", "radius", "total", "uncertainty", "uneven",
 ]  # fmt: skip
 
 EPS = float(np.finfo(float).eps)
@@ -38,8 +38,6 @@ SHARP = 1e-8  # of the rows: so much the number of columns may be wrong by
 LEVEL = 0.95  # of every interval and band
 MANY, DEGREE = 200, 24  # radii at once that are worth a polynomial, and its degree
 ROOMY = 3  # rows for each number of a block: of fewer, what they leave says little
-WIDE = 64  # grid: columns from which on it pays to look which of them are touched
-CLEAR = 1e-9  # tolerance: of the largest pivot: columns that data determine, for sure
 MOST_KNOWN = 1 - 1e-3  # leverage: of what knows more its residual says nothing
 
 
@@ -128,52 +126,6 @@ def _prior_trace(a: Array, rows: int, problem: Problem) -> float | None:
 
     trace, least = held_by(np.array(a, order="C"), np.ascontiguousarray(problem.prior_root))
     return float(trace) if least * max(rows, 1) > EPS / SHARP else None
-
-
-def leverages(problem: Problem, x: Array, configurations: Ints) -> tuple[Array, Array]:
-    """How much of every row that counts, of some configurations, its local block takes for itself and how much the shared columns take,
-    (N,) each: the diagonals of U1 U1^T and of M J (J^T M J + P)^-1 J^T M. What a robust loss weighs down takes less."""
-    lin = reweight(problem.linearize(x, configurations), problem)
-    taken, left = beside_blocks(lin)
-    if not problem.n:
-        return taken, np.zeros(len(taken))
-    square, parts = problem.prior_root.T @ problem.prior_root, _touched(left, lin.local)
-    for rows, some, felt in parts:
-        square[some[:, None], some] += lin.j[rows][:, some].T @ felt
-    turned = _inverse_root(square, problem.scales)
-    out = np.zeros(len(left))
-    for rows, some, felt in parts:
-        seen = felt @ turned[some]
-        out[rows] = np.einsum("mk,mk->m", seen, seen)
-    return taken, out
-
-
-def _inverse_root(square: Array, scale: Array) -> Array:
-    """S (n, k) with S S^T the inverse of a symmetric matrix (n, n); what it does not determine of columns of these scales (n,) is left
-    out."""
-    scaled = square * np.outer(scale, scale)
-    low, failed = scipy.lapack.dpotrf(scaled, lower=1, clean=1)
-    pivots = np.abs(np.diag(low))
-    if not failed and pivots.min(initial=1.0) ** 2 > CLEAR * pivots.max(initial=1.0) ** 2:
-        inverse, failed = scipy.lapack.dtrtri(low, lower=1)
-        if not failed:
-            return np.asarray(scale[:, None] * inverse.T)
-    values, vectors = np.linalg.eigh(scaled)
-    known = values > len(values) * EPS * values[-1]
-    return np.asarray(scale[:, None] * vectors[:, known] / np.sqrt(values[known]))
-
-
-def _touched(left: Array, local: Ints) -> list[tuple[Ints, Ints, Array]]:
-    """Rows of M J (N, n), the columns that they touch, and those of M J: of many columns those of one local block touch few."""
-    n = left.shape[1]
-    if n < WIDE or not len(local):
-        return [(np.arange(len(left)), np.arange(n), left)]
-    order, parts = np.argsort(local, kind="stable"), []
-    for rows in np.split(order, np.flatnonzero(np.diff(local[order])) + 1):
-        own = left[rows]
-        some = np.flatnonzero(own.any(axis=0))
-        parts.append((rows, some, own[:, some]))
-    return parts
 
 
 def band(jacobian: Array, covariance: Array) -> Array:

@@ -50,6 +50,7 @@ __all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
 
 SIZE_LIMIT, ROW_LIMIT, CELL_LIMIT = 20 * MEGABYTE, 500_000, 3_000_000  # what is read within seconds and 1 GB
 HEAD = 100  # lines among which the header is looked for
+_MARKS = (",", "\n", '"')  # what a cell holds only in quotes
 MISSING = ("", "nan", "na")  # how tables write a cell that nobody filled
 SKIP = "csv: {missing: skip} in the data file, which leaves such rows out"
 
@@ -333,11 +334,19 @@ def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
 
 def csv_columns(header: Sequence[str], columns: Sequence[Sequence[str]]) -> str:
     """The same of columns whose cells are `harmless` already."""
-    rows = (header, *zip(*columns, strict=True))
-    text = "\n".join(map(",".join, rows)) + "\n"
-    # Where no cell holds what stands between cells and lines, none needs quotes.
-    bare = text.count(",") == len(rows) * (len(header) - 1) > 0 and text.count("\n") == len(rows)
-    return text if bare and '"' not in text and "\r" not in text else _written(rows)
+    # A row of one empty cell needs quotes; what a return does, the writer knows.
+    if len(header) < 2 or any("\r" in "".join(cells) for cells in (header, *columns)):
+        return _written((header, *zip(*columns, strict=True)))
+    rows = zip(*map(_quote, columns), strict=True)
+    return "\n".join(map(",".join, (_quote(header), *rows))) + "\n"
+
+
+def _quote(cells: Sequence[str]) -> Sequence[str]:
+    """Cells in quotes where they hold what stands between cells and lines."""
+    text = "".join(cells)
+    if not any(mark in text for mark in _MARKS):
+        return cells
+    return ['"' + c.replace('"', '""') + '"' if any(mark in c for mark in _MARKS) else c for c in cells]
 
 
 def _written(rows: Iterable[Sequence[object]]) -> str:

@@ -152,18 +152,21 @@ def _round(column: Column) -> Column:
 
 
 def _cells(values: list[Any], column: Column) -> list[str]:
-    """The cells of a column; numbers alone are written at once."""
-    if set(map(type, values)) != {float}:
+    """The cells of a column; numbers alone are written at once, as are those beside cells that are empty."""
+    kinds = set(map(type, values))
+    if kinds <= {float, type(None)} and len(kinds) == 2:
+        known = iter(_cells([v for v in values if v is not None], column))
+        return ["" if v is None else next(known) for v in values]
+    if kinds != {float}:
         return [_cell(v, column) for v in values]
     if column.decimals is not None:
         values = [round(v, column.decimals) for v in values]
-    if column.digits < 15:
-        values = list(map(float, _written(values, column.digits).split()))
-    text = _written(values, 15)
+    text = _written(values, min(column.digits, 15))
     cells = text.split()
     if "e" in text or "n" in text or "-0 " in text:
         cells = [
-            _cell(v, column) if "e" in c or "n" in c or c == "-0" else c for v, c in zip(values, cells, strict=True)
+            "" if c == "nan" else _cell(v, column) if "e" in c or "n" in c or c == "-0" else c
+            for v, c in zip(values, cells, strict=True)
         ]
     return cells
 

@@ -22,7 +22,7 @@ from robocal.files.text import InputFile, read_bytes, read_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["GreyImage", "ImageSource", "find_images", "name_views", "read_images"]
+__all__ = ["GreyImage", "ImageSource", "find_images", "name_views", "read_images", "shows_images"]
 
 IMAGES = frozenset(".png .jpg .jpeg .bmp .tif .tiff .pgm .ppm .pnm .webp .jp2".split())
 VIDEOS = frozenset(".avi .mp4 .mkv .mov .m4v .mpg .mpeg .wmv .webm".split())
@@ -70,6 +70,11 @@ class ImageSource:
 
 HOLES = 1e-3  # tolerance: of the pixels, that are at the edge of a hole
 HOLE_EDGE = 0.03  # tolerance: of the largest: blur leaves neighbours of black darker
+
+
+def shows_images(place: Path) -> bool:
+    """Whether a file has the name of an image or a video."""
+    return place.suffix.lower() in IMAGES | VIDEOS
 
 
 def find_images(places: Sequence[str]) -> tuple[ImageSource, ...]:

@@ -147,7 +147,7 @@ def _read_own(document: YamlDocument, name: str) -> tuple[tuple[MarkerMap, ...],
         document.insist(both, "size_sigma or size_scatter is missing", ("covariance",), expected=expected)
         own = 6 * len(names)
         told = float(units.length.to_si(np.array(given.size_sigma))), 1e-2 * float(given.size_scatter or 0.0)
-        made = replace(made, covariance=covariance[:own, :own], size_covariance=covariance[own:], size_told=told)
+        made = replace(made, covariance=covariance[:own, :own], size_covariance=covariance[own:], size_errors=told)
     return (made,), remarks
 
 
@@ -176,9 +176,9 @@ def _own_text(known: MarkerMap, beside: str) -> str:
         lines.append(f"  - {{{', '.join(parts)}}}")
     if known.covariance is not None and beside:
         lines.append(f"covariance: {json.dumps(beside, ensure_ascii=False)}    # of all together, m and rad")
-        if known.size_told is not None:
+        if known.size_errors is not None:
             shift, scatter = (
-                float(f"{v:.6g}") for v in (units.length.from_si(known.size_told[0]), 100 * known.size_told[1])
+                float(f"{v:.6g}") for v in (units.length.from_si(known.size_errors[0]), 100 * known.size_errors[1])
             )
             lines += [
                 f"size_sigma: {number(shift)}    # sizes as told: all alike",
@@ -205,8 +205,8 @@ def _json_text(known: MarkerMap, beside: str) -> str:
     ]
     parts: dict[str, Any] = {"robocal": 1, "kind": "map", "dictionary": known.family}
     parts |= {"units": {"length": "m", "angle": "rad"}, "markers": markers}
-    if known.size_told is not None:
-        parts |= {"size_sigma": known.size_told[0], "size_scatter": 100 * known.size_told[1]}
+    if known.size_errors is not None:
+        parts |= {"size_sigma": known.size_errors[0], "size_scatter": 100 * known.size_errors[1]}
     parts |= {"covariance": known.joint, "source": known.source}
     return json_text({k: v for k, v in parts.items() if v is not None})
 

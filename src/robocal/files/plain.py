@@ -14,6 +14,7 @@ from numpy import isfinite
 __all__ = ["json_text", "plain"]
 
 _NESTED = frozenset({dict, list})
+_PLAIN = frozenset({str, int, bool, type(None)})  # what JSON holds as it is
 _NAMES: dict[type[Any], tuple[str, ...]] = {}  # the fields of every dataclass that was written
 
 
@@ -28,6 +29,11 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple | set):
+        kinds = set(map(type, value))
+        if kinds <= _PLAIN:
+            return list(value)
+        if kinds <= _PLAIN | {float}:
+            return [None if v.__class__ is float and not math.isfinite(v) else v for v in value]
         return [plain(v) for v in value]
     if hasattr(value, "tolist"):
         # A million numbers that are all finite need not be asked one by one.

@@ -55,6 +55,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["Fit", "chosen_weights", "fit", "frame_names", "near", "search_poses_again"]
 
 RESTARTS = 8
+THERE = 1e-6  # tolerance: of the cost: two starts that differ by less have ended at one place
 NO_NOISE = 5.0  # sigma: what leaves more may have begun in the wrong place
 ELSEWHERE, SCATTER = 4, 0.5  # sets of poses that are tried then, and how far they scatter, of where each began alone
 
@@ -291,13 +292,14 @@ def _cheaper(problem: Problem, many: Array) -> tuple[Array, float]:
 
 
 def _restart(problem: Problem, start: Array, first: Estimate, options: Options) -> Estimate:
-    """Deterministic multi-start around the baseline: one batch, the cheapest wins."""
+    """Deterministic multi-start around the baseline: one batch, the cheapest wins, and where the first one was about to end one that has
+    ended there."""
     rng = np.random.default_rng(options.seed)
     x = np.repeat(start, RESTARTS, axis=0)
     moved = problem.retract(x, rng.normal(size=(RESTARTS, problem.n)) * problem.scales)
     many = least_squares(problem, moved, max_iterations=options.max_iterations)
     cost = np.where(np.isfinite(many.cost), many.cost, np.inf)
     best = int(np.argmin(cost))
-    if not cost[best] < first.solution.cost[0]:
+    if not cost[best] < (1 + THERE) * first.solution.cost[0]:
         return first
     return estimator("lm").run(problem, many.x[[best]], replace(options, tolerance=None), None)

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from robocal import _scipy as scipy
 from robocal._record import record, replace
-from robocal._types import Array, Bools, Ints
+from robocal._types import Array, Ints
+from robocal.estimate.leverage import leverages
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Residuals
-from robocal.estimate.uncertainty import leverages
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet, Observations
 
@@ -116,26 +116,23 @@ def assess(stated: DataSet, problem: Problem, x: Array, configurations: Ints, co
     in_use: dict[Key, tuple[Residuals, int, int]] = {}
     kinds: dict[str, str] = {}
     keep = [np.flatnonzero(chosen[t.configuration] & t.used) for t in problem.terms]
-    shapes = [(len(k), t.scale.shape[1]) for k, t in zip(keep, problem.terms, strict=True)]
-    paid = _paid(problem, x, chosen, columns, shapes)
-    for r, taken, some, (own, term) in zip(problem.residuals(x), paid, keep, owners(stated, problem), strict=True):
+    total = sum(len(k) * t.scale.shape[1] for k, t in zip(keep, problem.terms, strict=True))
+    paid = _paid(problem, x, configurations, columns) if problem.blocks and total else {}
+    for r, some, (own, term) in zip(problem.residuals(x), keep, owners(stated, problem), strict=True):
         kinds.setdefault(r.group, r.kind)
         given = stated.observations[own].sigma
         value, plain = (r.value if r.independent is None else r.independent)[some], r.value[some]
         sigma = np.zeros_like(value) if r.group in unstated or given is None else given[term.index[some]]
         for start, stop, unit in r.parts:
             in_use[r.group, unit] = r, start, stop
-            rows.setdefault((r.group, unit), []).append(
-                [a[:, start:stop].ravel() for a in (value, sigma, taken, plain)]
-            )
+            rows.setdefault((r.group, unit), []).append([a[:, start:stop].ravel() for a in (value, sigma, plain)])
     groups = []
     for (name, unit), parts in rows.items():
-        value, sigma, taken, plain = (
-            parts[0] if len(parts) == 1 else (np.concatenate(p) for p in zip(*parts, strict=True))
-        )
+        value, sigma, plain = parts[0] if len(parts) == 1 else (np.concatenate(p) for p in zip(*parts, strict=True))
         if not len(value):
             continue
-        dof = max(len(value) - float(taken.sum()), LEAST * len(value))
+        taken = paid.get((name, unit), columns * len(value) / total)
+        dof = max(len(value) - taken, LEAST * len(value))
         rms = float(np.sqrt(np.mean(plain**2)))
         if name in unstated:
             # Without a degree of freedom residuals are zero whatever the noise: what was assumed stays.
@@ -154,20 +151,17 @@ def _rms_sigma(r: Residuals, start: int, stop: int) -> float:
     return float(np.sqrt(np.mean((1 / r.scale[r.used, start:stop]) ** 2)))
 
 
-def _paid(problem: Problem, x: Array, chosen: Bools, columns: float, shapes: list[tuple[int, int]]) -> list[Array]:
-    """How many degrees of freedom every row that counts of every term, (m, d), pays for what was fitted to the chosen configurations.
-
-    Without local blocks all pay alike. With them, each pays for its block and the shared columns by its leverage: lengths hardly
-    say where a platform is that a camera sees, and know nothing of its markers.
+def _paid(problem: Problem, x: Array, configurations: Ints, columns: float) -> dict[Key, float]:
+    """How many degrees of freedom the rows of every sensor group and unit pay for what was fitted to some configurations: for local
+    blocks and for shared columns as they take of them. Lengths hardly say where a platform is that a camera sees, and know nothing of
+    its markers.
     """
-    total = sum(m * d for m, d in shapes)
-    if not problem.blocks or not total:
-        return [np.full(shape, columns / max(total, 1)) for shape in shapes]
-    own, shared = leverages(problem, x, np.flatnonzero(chosen))
-    whole = shared.sum()
-    paid = own + columns * (shared / whole if whole > 0 else 1 / total)
-    ends = np.cumsum([m * d for m, d in shapes])[:-1]
-    return [part.reshape(shape) for part, shape in zip(np.split(paid, ends), shapes, strict=True)]
+    taken = leverages(problem, x, configurations)
+    whole, numbers = (sum(t[i] for t in taken.values()) for i in (1, 2))
+    return {
+        key: own + columns * (shared / whole if whole > 0 else many / numbers)
+        for key, (own, shared, many) in taken.items()
+    }
 
 
 def median(values: Array) -> float:

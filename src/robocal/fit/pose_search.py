@@ -11,7 +11,7 @@ from robocal._types import Array, Bools
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 
-__all__ = ["costly_poses", "search_single_poses"]
+__all__ = ["search_costly_poses", "search_single_poses"]
 
 TRIED = 60  # grid: poses that are tried
 COSTLY = (
@@ -21,11 +21,22 @@ BEGUN = 3  # grid: of these, from how many a fit begins
 CLEARLY = 0.9  # tolerance: of the cost of its rows: a pose that leaves no less than that stays
 
 
+def search_costly_poses(problem: Problem, x: Array, which: Bools) -> Array:
+    """The same of those of some configurations (U,) whose rows cost many times what most do."""
+    if not problem.families or problem.families[0].count != problem.configurations:
+        return x
+    problem = problem.with_loss("huber")
+    cost = _costs(problem.with_free(()), x)[0] / np.maximum(problem.numbers, 1)
+    seen = problem.numbers > 0
+    usual = float(np.median(cost[seen])) if seen.any() else 0.0
+    return search_single_poses(problem, x, which & seen & (cost > COSTLY * max(usual, 1.0)))
+
+
 def search_single_poses(problem: Problem, x: Array, which: Bools) -> Array:
     """x (1, P) with other poses of some configurations (U,), where their own rows are clearly cheaper there, by the problem's loss."""
     if not which.any() or not problem.families or problem.families[0].count != problem.configurations:
         return x
-    alone, place = problem.with_free(()), problem.places[0]
+    alone, place = problem.with_free(()).with_weights(which[None].astype(float)), problem.places[0]
     poses = x[0, place].reshape(problem.configurations, -1)
     some = poses[np.unique(np.linspace(0, len(poses) - 1, TRIED).astype(np.int64))]
     many = np.repeat(x, len(some), axis=0)
@@ -42,13 +53,6 @@ def search_single_poses(problem: Problem, x: Array, which: Bools) -> Array:
         cost = np.where(take, less, cost)
         best[:, place] = np.where(np.repeat(take, poses.shape[1]), ended[:, place], best[:, place])
     return best
-
-
-def costly_poses(problem: Problem, x: Array) -> Bools:
-    """The configurations (U,) whose rows cost many times what most do."""
-    cost = _costs(problem.with_free(()), x)[0] / np.maximum(problem.numbers, 1)
-    seen = problem.numbers > 0
-    return seen & (cost > COSTLY * max(float(np.median(cost[seen])), 1.0)) if seen.any() else seen
 
 
 def _costs(problem: Problem, x: Array) -> Array:

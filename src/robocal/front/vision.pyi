@@ -145,6 +145,8 @@ def map(
     size_sigma: float = 0.2,
     size_scatter: float = 0.3,
     prior: _Path | None = None,
+    sheet: _Path | Sequence[_Path] = ...,
+    images: str | Sequence[str] = (),
     dictionary: str | None = None,
     origin: str | None = None,
     without: str | Sequence[str] = (),
@@ -168,6 +170,8 @@ def map(
     size_sigma: What all edges in --size together may be off by, in mm: ink, paper, gauge; 0: nothing, 0 or more.
     size_scatter: By how much edges differ from marker to marker, in percent; 0: not at all, 0 or more.
     prior: What is known of the markers beforehand: surveyed tags, boards, the map of last month.
+    sheet: sheet.yaml of robocal vision sheet, or a target of Kalibr; one for each sheet.
+    images: Images of a list of corners: corners are fitted again in them, with the lens of the map.
     dictionary: Dictionary of the markers in images: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
     origin: Marker in which the coordinates begin, with its axes.  [default: the one that most views show]
     without: Markers that are left out.
@@ -224,7 +228,7 @@ def hand_eye(
     robot: The robot's poses, flange in base: a CSV, or a folder with a YAML file for each.
     camera: Where the camera is: in the hand, or fixed beside the robot.
     lens: The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera.
-    free_lens: Find the lens too: known to 10 px (focal length, centre) and 0.1 (distortion) beforehand, by --lens or by these views.
+    free_lens: Find the lens too: known as lens.yaml says, else to 10 px (focal length, centre) and 0.1 (distortion), or by these views.
     free_delay: Find how far the camera's clock is behind that of the robot too: poses with times, of a hand that moves.
     free_size: Find the size of the target too: the robot's poses say how long a metre is.
     maker: Whose poses these are: columns, units and turns as on the pendant: ur, kuka, abb, fanuc.

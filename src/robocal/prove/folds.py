@@ -192,10 +192,11 @@ def alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[tu
     if not len(local) or not len(split):
         return [((), np.arange(len(split)))] if len(split) else []
     sees, anchors = terms_of(problem, local)
-    rows = np.zeros((len(problem.terms), problem.configurations))
+    rows, used = np.zeros((2, len(problem.terms), problem.configurations))
     for t, term in enumerate(problem.terms):
         rows[t, term.configuration] = 1
-    held, fit = rows @ split.held_out.T > 0, rows @ split.fit.T > 0  # (terms, K)
+        used[t, term.configuration[term.used]] = 1  # gross rows place nothing
+    held, fit = rows @ split.held_out.T > 0, used @ split.fit.T > 0  # (terms, K)
     alone = (sees @ held) & ~((sees & anchors) @ fit)  # (names, K)
     patterns, which = np.unique(alone, axis=1, return_inverse=True)
     return [

@@ -23,6 +23,7 @@ from robocal.fit.fit import Fit, fit, search_poses_again
 from robocal.fit.free_poses import own_poses
 from robocal.fit.misfit import by_unit
 from robocal.fit.options import Options
+from robocal.fit.pose_search import search_costly_poses
 from robocal.fit.starts.own import place_configurations
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
@@ -141,25 +142,28 @@ def trial(context: Context[Model], data: DataSet, split: Split, k: int) -> Trial
     one = Split(split.held_out[k : k + 1], split.fit[k : k + 1], split.names[k : k + 1], split.how)
     clean, _, part, known = fit_beside_baseline(model, data, fitted, context.chosen, context.watch)
     known = check_baseline(model, known, everything.x)
+    local = folds.local_names(model, known.problem)
+    # Rows of a frame that nobody fitted (a new placement) are near nothing yet: they are profiled, and counted.
+    ((names, _),) = folds.alike(known.problem, one, local)
+    known_to_fit = np.ones(len(known.problem.terms), dtype=bool)
+    if names:
+        known_to_fit = np.asarray(~folds.terms_of(known.problem, names)[0].any(axis=0))
     if known.problem.blocks:
         # What nobody fitted has no place yet: it is placed by its own rows before anything is said of them.
         # From where the identified machine has it as well: one that is decimetres off may have it upside down.
-        names = part.problem.table.names
-        ended = zip(names, map(float, part.solution.x[0]), strict=False)
+        ended = zip(part.problem.table.names, map(float, part.solution.x[0]), strict=False)
         better = model.with_values({n: v for n, v in ended if n in model.table})
         unplaced = replace(clean, configurations=replace(clean.configurations, start=None))
         other = place_configurations(better, unplaced).configurations.start
-        known = replace(known, x=own_poses(known.problem, known.x, one.held_out, other)[0])
-        posed = own_poses(part.problem, part.solution.x, one.held_out, other)[0]
+        # A frame that nobody fitted says nothing of it. One that ends in a wrong valley all the same makes good rows look gross.
+        placed = []
+        for made, there in ((known.problem, known.x), (part.problem, part.solution.x)):
+            seen = made.without([np.full(len(t.used), not k) for t, k in zip(made.terms, known_to_fit, strict=True)])
+            placed.append(search_costly_poses(seen, own_poses(seen, there, one.held_out, other)[0], one.held_out[0]))
+        known, posed = replace(known, x=placed[0]), placed[1]
         part = replace(part, solution=replace(part.solution, x=posed))
     base, base_x = known.problem, known.x
     aside = neither(model, clean, known, part, fitted)
-    local = folds.local_names(model, base)
-    # Rows of a frame that nobody fitted (a new placement) are near nothing yet: they are profiled, and counted.
-    ((names, _),) = folds.alike(base, one, local)
-    known_to_fit = np.ones(len(base.terms), dtype=bool)
-    if names:
-        known_to_fit = np.asarray(~folds.terms_of(base, names)[0].any(axis=0))
     judged = zip(aside, base.terms, known_to_fit, strict=True)
     aside = tuple(a & np.isin(t.configuration, held) & k for a, t, k in judged)
     base, part = base.without(aside), replace(part, problem=part.problem.without(aside))

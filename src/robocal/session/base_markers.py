@@ -25,7 +25,7 @@ from robocal.measure.reach import nominal_poses
 from robocal.vision.map_start import MarkerSights, grow_map
 from robocal.vision.sightings import find_islands
 
-__all__ = ["place_targets", "whole_sights"]
+__all__ = ["leave_lone_targets", "place_targets", "whole_sights"]
 
 WHOLE = 4  # grid: corners of a marker that is seen whole
 FEWEST = 3  # grid: views from which a map is placed beside a machine
@@ -56,6 +56,38 @@ def place_targets(model: Model, data: DataSet) -> DataSet:
         if _asks(obs):
             data = _place(model, data, number)
     return data
+
+
+def leave_lone_targets(data: DataSet) -> tuple[DataSet, tuple[str, ...]]:
+    """The data without targets of unknown places that a single configuration shows, and their names.
+
+    Such a target says nothing of anything else, and its tilt has two answers that are nearly alike: a fit creeps between them. Where a
+    configuration would lose all that it shows, all stay.
+    """
+    left: list[str] = []
+    observations: list[Observations] = []
+    for obs in data.observations:
+        lone = _lone(obs) if _asks(obs) else ()
+        if lone:
+            assert obs.target is not None
+            number = np.cumsum([i not in lone for i in range(len(obs.targets))]) - 1
+            kept = obs.take(np.flatnonzero(~np.isin(obs.target, lone)))
+            assert kept.target is not None
+            left += [obs.targets[i].name for i in lone]
+            targets = tuple(t for i, t in enumerate(obs.targets) if i not in lone)
+            obs = replace(kept, target=number[kept.target], targets=targets)
+        observations.append(obs)
+    return (DataSet(data.configurations, tuple(observations)) if left else data), tuple(left)
+
+
+def _lone(obs: Observations) -> tuple[int, ...]:
+    """Numbers of targets of unknown places that a single configuration shows."""
+    assert obs.target is not None
+    seen = np.zeros((len(obs.targets), int(obs.configuration.max(initial=-1)) + 1), dtype=bool)
+    seen[obs.target, obs.configuration] = True
+    lone = [i for i, t in enumerate(obs.targets) if _unplaced(t) and seen[i].sum() == 1]
+    kept = np.delete(seen, lone, axis=0)
+    return tuple(lone) if (kept.any(axis=0) == seen.any(axis=0)).all() else ()
 
 
 def _unplaced(target: Frame) -> bool:
@@ -93,8 +125,13 @@ def _place(model: Model, data: DataSet, number: int) -> DataSet:
         for i, t in enumerate(obs.targets)
         if _unplaced(t) and placed[i]
     }
+    camera = obs.frame if eye is None else replace(obs.frame, value=tuple(se3.to_vector(eye).tolist()))
     observations = tuple(
-        replace(o, targets=tuple(replace(t, value=known.get(t.name, t.value)) for t in o.targets))
+        replace(
+            o,
+            frame=camera if o.frame == obs.frame else o.frame,
+            targets=tuple(replace(t, value=known.get(t.name, t.value)) for t in o.targets),
+        )
         for o in data.observations
     )
     configurations = data.configurations

@@ -29,7 +29,7 @@ from robocal.prove.identify import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
-from robocal.session.base_markers import place_targets
+from robocal.session.base_markers import leave_lone_targets, place_targets
 from robocal.session.prediction import Prediction
 from robocal.session.watching import Watch, computable
 
@@ -145,12 +145,15 @@ class Opened(Generic[M]):
         one_frame_per_name(reading)
         if freedom_of(self.machine) is not None:
             reading = replace(reading, dataset=place_configurations(self.machine, reading.dataset.by_id()))
-        reading = replace(reading, dataset=place_targets(self.machine, reading.dataset))
         reading, undone = without_half_turns(self.machine, reading)
         return self.inputs_of(reading, *undone)
 
     def inputs_of(self, reading: Reading, *remarks: Remark) -> Inputs:
-        """The machine with what was read of it, and remarks."""
+        """The machine with what was read of it, where targets of unknown places begin too, and remarks."""
+        joined, lone = leave_lone_targets(reading.dataset)
+        reading = replace(reading, dataset=place_targets(self.machine, joined))
+        if lone:
+            remarks = (*remarks, Remark.of(Code.TARGETS_SEEN_ONCE, targets=lone))
         return Inputs(self, reading, (*self.inputs, *reading.files), (*self.warnings, *reading.warnings, *remarks))
 
     def simulator(self, request: Request) -> Simulator[M]:

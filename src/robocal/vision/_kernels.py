@@ -7,6 +7,7 @@ import math
 from robocal._jit import kernel
 
 AXIS = 1e-12  # of a slope: so near to the axis, angle and slope are one
+NEWTON = 12
 STEEP = 1.4  # rad: a search that begins farther out may never come back
 
 
@@ -50,3 +51,35 @@ def first_direction(x, y, lens):
     r = math.sqrt(x * x + y * y)
     s = math.tan(min(r, STEEP)) / max(r, AXIS)
     return s * x, s * y
+
+
+@kernel
+def ideal_pixels(u0, v0, width, lens, ideal, slope):
+    """ideal (m, 2), slope (m, 4) <- where the pixels of a box of `width` from (u0, v0) would lie without distortion, and the derivative
+    by the pixel; lens (n,) as in `vision.camera`. Returns whether Newton's steps, each from the neighbour's end, came to rest."""
+    fx, fy, cx, cy = lens[0], lens[1], lens[2], lens[3]
+    still = True
+    x = y = x0 = y0 = 0.0
+    for i in range(len(ideal)):
+        xd, yd = (u0 + i % width - cx) / fx, (v0 + i // width - cy) / fy
+        if i == 0:
+            x, y = first_direction(xd, yd, lens)
+        elif i % width == 0:
+            x, y = x0, y0
+        a, b, c, d = 1.0, 0.0, 0.0, 1.0
+        for step in range(NEWTON):
+            u, v, a, b, c = distort(x, y, lens)
+            ex, ey = u - xd, v - yd
+            d = a * c - b * b
+            if ex * ex + ey * ey < 1e-18:
+                break
+            if step == NEWTON - 1 or not d > 0.0:
+                still = False
+                break
+            x, y = x - (c * ex - b * ey) / d, y - (a * ey - b * ex) / d
+        if i % width == 0:
+            x0, y0 = x, y
+        ideal[i, 0], ideal[i, 1] = fx * x + cx, fy * y + cy
+        slope[i, 0], slope[i, 1] = c / d, -b / d * fx / fy
+        slope[i, 2], slope[i, 3] = -b / d * fy / fx, a / d
+    return still

@@ -105,7 +105,7 @@ def compare_maps(maps: Sequence[MarkerMap], reference: str | None = None) -> Map
     first = reference or names[0]
     if first not in names:
         raise ModelError("no such marker in all maps", key="--reference", found=first, expected=", ".join(names[:8]))
-    if all(m.size_told is not None for m in maps):
+    if all(m.size_errors is not None for m in maps):
         maps = [_without_sizes(m) for m in maps]
     some = [take_markers(m, names) for m in maps]
     mean = some[0].corners
@@ -127,13 +127,13 @@ def compare_maps(maps: Sequence[MarkerMap], reference: str | None = None) -> Map
 
 def _without_sizes(known: MarkerMap) -> MarkerMap:
     """The map with the covariance of what no other map of these prints has in common with it."""
-    if known.covariance is None or known.size_covariance is None or known.size_told is None:
+    if known.covariance is None or known.size_covariance is None or known.size_errors is None:
         return known
-    shift, scatter = known.size_told
+    shift, scatter = known.size_errors
     told = shift**2 + np.diag((scatter * known.size) ** 2 + FINEST**2)
     across = known.size_covariance[:, : len(known.covariance)]
     own = known.covariance - across.T @ np.linalg.solve(told, across)
-    return replace(known, covariance=(own + own.T) / 2, size_covariance=None, size_told=None)
+    return replace(known, covariance=(own + own.T) / 2, size_covariance=None, size_errors=None)
 
 
 def _frame(corners: Array) -> Array:

@@ -19,7 +19,7 @@ class MarkerMap:
     covariance (6M, 6M) of the small motions (v, w) of each in map axes, p <- p + v and R <- exp(w) R, or None where nobody states it.
 
     Where sizes were found beside the places, `size_covariance` (M, 7M) is that of each edge with the small motions of all markers, and
-    behind these with all edges, m and rad; `size_told` is what the edges that were told could be off by: all alike (m), and each (of
+    behind these with all edges, m and rad; `size_errors` is what the edges that were told could be off by: all alike (m), and each (of
     itself). Every map of these prints has that error in common.
 
     A map is known but for where it is as a whole: its covariance is the one in which no motion of all markers together is counted. z of
@@ -33,7 +33,7 @@ class MarkerMap:
     family: str | None = None
     source: str = ""
     size_covariance: Array | None = None
-    size_told: tuple[float, float] | None = None
+    size_errors: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         count = len(self.names)

@@ -62,12 +62,13 @@ def repeats(context: TableContext[Model]) -> Iterator[Finding]:
 
 
 def repeat_findings(obs: Observations, configurations: Configurations, file: str) -> Iterator[Finding]:
-    """Repeated joints (target, point, other configuration) whose results differ by more than 10 sigma of a
-    difference, or not even in the last digit."""
+    """Repeated joints, or of a machine without joints configurations (target, point, other configuration), whose results differ by more
+    than 10 sigma of a difference, or not even in the last digit."""
     joints = configurations.joints
-    if len(obs) < 2 or obs.rows is None or joints is None:
+    if len(obs) < 2 or obs.rows is None:
         return
-    same = [joints[at] for at in (obs.configuration, obs.second) if at is not None]
+    numbers = np.arange(len(configurations), dtype=float)[:, None] if joints is None else joints
+    same = [numbers[at] for at in (obs.configuration, obs.second) if at is not None]
     if obs.target is not None:
         same.append(obs.target[:, None].astype(float))
     same += [v.reshape(len(obs), -1) for v in obs.extra.values()]
@@ -92,10 +93,15 @@ def repeat_findings(obs: Observations, configurations: Configurations, file: str
 
 
 def _twice(obs: Observations, order: Ints, first: Ints, file: str) -> Iterator[Finding]:
-    """One line on rows that are copies of others. A single number may read alike twice, and a contact has no reading; and
-    where an instrument shows few digits, honest repeats agree in all of them now and then."""
+    """One line on rows that are copies of others. A single number whose noise nobody stated may read alike twice, and a contact has no
+    reading; and where an instrument shows few digits, honest repeats agree in all of them now and then."""
     assert obs.rows is not None
-    if obs.value.shape[1] < 2:
+    if obs.value.shape[1] < 2 and obs.sigma is None:
+        return
+    if not obs.value.any():  # what was read is among the facts by which rows were put together
+        again = np.flatnonzero(order != first)
+        a, b = min(sorted((int(obs.rows[order[i]]), int(obs.rows[first[i]]))) for i in again)
+        yield doubt(Code.COPIED, file=file, count=len(again), first=a, second=b)
         return
     read = np.column_stack([first, obs.value[order]])
     _, index, key = np.unique(read, axis=0, return_index=True, return_inverse=True)

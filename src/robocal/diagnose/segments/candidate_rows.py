@@ -30,7 +30,7 @@ from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model, freedom_of
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["count_all", "runs"]
+__all__ = ["runs"]
 
 HOLD = 3.0  # expected errors: how softly the model is held, so that few rows cannot bend it to anything
 FELT = 1e-6  # tolerance: of the largest column: what is less is rounding
@@ -42,7 +42,7 @@ def runs(
 ) -> tuple[list[RowSequence], Array]:
     """Every file as a run, at a robust fit of everything free from `start`, and the information (n,) that holds it."""
     own = bool(freedom_of(model))
-    seen = count_all if own else _with_target
+    seen = _count_all if own else _with_target
     asked = DataSet(data.configurations, tuple(seen(o, i) for i, o in enumerate(data.observations)))
     made = build(model, asked).with_weights(weights).with_loss("huber")
     if not made.free or len(made.families) > int(own):
@@ -71,7 +71,7 @@ def runs(
     return found, info
 
 
-def count_all(obs: Observations, _: int) -> Observations:
+def _count_all(obs: Observations, _: int) -> Observations:
     """The same, where rows that were set aside as gross count again: there may be a reason for all of them."""
     return replace(obs, used=_without_lone_views(obs))
 
@@ -99,7 +99,7 @@ def _without_lone_views(obs: Observations) -> Bools | None:
 
 def _with_target(obs: Observations, number: int) -> Observations:
     """The same with a target, where none was named: at the tool's origin, and held there."""
-    obs = count_all(obs, number)
+    obs = _count_all(obs, number)
     if obs.targets:
         return obs
     mount = "base" if obs.frame is not None and obs.frame.mount == "tool" else "tool"

@@ -27,7 +27,7 @@ from robocal import _scipy as scipy
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.terms import Normal, Sizes
 
-__all__ = ["System", "information", "structure"]
+__all__ = ["System", "information", "invert_blocks", "structure"]
 
 BLIND = 1e-13  # of the largest eigenvalue of a block with unit diagonal
 
@@ -86,6 +86,12 @@ def _halves(blocks: Array, before: Array | None = None) -> tuple[Array, int]:
     known = values > BLIND * np.maximum(values.max(axis=1, keepdims=True, initial=0.0), least)
     root = np.where(known, 1.0 / np.sqrt(np.where(known, values, 1.0)), 0.0)
     return root[:, :, None] * np.swapaxes(vectors, 1, 2) / length[:, None, :], int(known.sum())
+
+
+def invert_blocks(blocks: Array) -> Array:
+    """The pseudo-inverses of symmetric blocks (b, l, l)."""
+    half, _ = _halves(blocks)
+    return np.asarray(np.swapaxes(half, 1, 2) @ half)
 
 
 MANY = 1200  # columns of kept blocks from which a band is looked for

@@ -75,6 +75,12 @@ def read_points(model: PlanePointsModel, table: CsvTable, document: YamlDocument
         given = given.model_copy(update={"unit": "px"})  # pixels are pixels
     image = PIXEL.numbers(given, table, document)[0]
     document.insist(model.units is not None, "a key is missing", ("units",), expected="units: {length: mm, angle: deg}")
+    document.insist(
+        model.scale is None or (model.scale.sigma == 0 and not model.scale.free),
+        "the sizes of a pixel are found, so the image has no scale of its own: the phantom's list gives it",
+        ("scale",),
+        expected="no scale; pixel beside free: false where the sizes of a pixel are known",
+    )
     key = "points" if model.points else "wires"
     known = model.points or model.wires
     if model.points and model.wires:

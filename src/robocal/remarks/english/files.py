@@ -42,6 +42,9 @@ class FileRemarks:
     HALF_TURNS_UNDONE = Phrase(
         "in {count} of {total} views of {instruments} the target was labelled from its other end: half a turn was undone there"
     )
+    TARGETS_SEEN_ONCE = Phrase(
+        "a single view shows {targets}, of unknown place: these say nothing of anything else, and are left out"
+    )
     NOTHING_FREE = Phrase(
         "nothing of the robot is free: there is nothing to identify",
         "Name the parameters to identify: calibrate: free in the robot file, or --free.",

@@ -66,7 +66,7 @@ class VisionRemarks:
         "Measure the print and give {option}.",
     )
     TWO_OF_ONE_NUMBER = Phrase(
-        "{view} shows the marker {numbers} more than once: all of these are left out",
+        "{view} shows these numbers more than once, and none of their markers is used: {numbers}",
         "Cover one of them, or print sheets with other numbers.",
     )
     MIRRORED_IMAGE = Phrase(

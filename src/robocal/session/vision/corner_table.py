@@ -14,9 +14,10 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.vision_limits import TARGET_LEAST, TARGET_MOST
-from robocal.errors import FormatError, ModelError
+from robocal.errors import FileError, FormatError, ModelError
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.dataset import Reading, read_datasets
+from robocal.files.image_files import shows_images
 from robocal.files.sheet import read_sheet
 from robocal.files.text import InputFile, read_text
 from robocal.measure.data import DataSet, Observations
@@ -96,6 +97,9 @@ def read_corners(
     exclude: Sequence[str],
 ) -> CornerTable:
     """A list of corners, with the JSON that `vision detect` writes beside it. Lengths in mm. Raises FileError, FormatError, ModelError."""
+    if place.is_dir() or shows_images(place):
+        expected = "their corners: robocal vision detect IMAGES -o corners.csv"
+        raise FileError("these are images", file=place, expected=expected)
     beside, known = _beside(place)
     table = read_csv(place)
     width_height = image_size(image, known.get("image"))

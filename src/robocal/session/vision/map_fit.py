@@ -141,7 +141,7 @@ def _map_of(made: Decision[Rig], table: CornerTable, source: str, edges: EdgeErr
     if edges is None:
         return replace(known, covariance=motions)
     sizes = np.hstack([covariance[count:, :count] @ rigid_projector(known).T, covariance[count:, count:]])
-    return replace(known, covariance=motions, size_covariance=sizes, size_told=(edges.shift, edges.scatter))
+    return replace(known, covariance=motions, size_covariance=sizes, size_errors=(edges.shift, edges.scatter))
 
 
 def _lens_of(made: Decision[Rig], lens: Lens) -> Lens:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -22,6 +22,7 @@ from robocal.session.vision.detection import Detected, detect
 from robocal.session.vision.hand_eye_images import DOCUMENT, EVERY, LIST, is_table
 from robocal.session.vision.map_fit import MapFit
 from robocal.session.vision.map_table import read_map_table, sizes_of
+from robocal.session.vision.sheet_prior import PrintedSheets
 from robocal.vision.lenses import Lens
 from robocal.vision.maps import MarkerMap
 
@@ -32,21 +33,33 @@ ALREADY = "the corners were detected already"
 UNSAID = (Code.SIZE_NOT_STATED, Code.MARKERS_APART, Code.MARKER_HAS_TWO_POSES)
 
 
-def open_corners(o: Any, lens: Lens, watch: Watch | None = None) -> CornerTable:
+def open_corners(o: Any, lens: Lens, sheets: PrintedSheets, watch: Watch | None = None) -> CornerTable:
     """The corners of a list, or of images, with what is to be said of these. Raises InputError."""
-    sizes = sizes_of(o.size)
+    sizes = sizes_of(o.size, bool(sheets.maps))
+    _refuse_two_images(o)
     if is_table(o.corners):
         if o.dictionary is not None:
             raise ModelError(ALREADY, key="--dictionary", found=o.dictionary, expected="images, or corners alone")
-        return read_map_table(o.corners, lens, sizes, o.image, o.exclude, o.without)
-    found, texts = _detected(o, o.dictionary, watch)
+        return read_map_table(o.corners, lens, sizes, o.image, o.exclude, o.without, sheets.sizes)
+    found, texts = _detected(o, o.dictionary or sheets.family, watch)
     with scratch_files(texts) as folder:
-        table = read_map_table(folder / LIST, lens, sizes, o.image, o.exclude, o.without)
+        table = read_map_table(folder / LIST, lens, sizes, o.image, o.exclude, o.without, sheets.sizes)
     return _of_images(table, found, o.corners)
 
 
+def _refuse_two_images(o: Any) -> None:
+    """Raises ModelError for images beside images."""
+    if o.images and not is_table(o.corners):
+        expected = "images in one place; --images are those of a list of corners"
+        raise ModelError("images twice", key="--images", found=str(o.corners), expected=expected)
+
+
 def fit_with_images(
-    table: CornerTable, lens: Lens, images: Path, fit: Callable[[CornerTable], MapFit], watch: Watch | None = None
+    table: CornerTable,
+    lens: Lens,
+    images: Sequence[str],
+    fit: Callable[[CornerTable], MapFit],
+    watch: Watch | None = None,
 ) -> tuple[CornerTable, MapFit]:
     """Corners in images through the lens that the map has, and the map of these corners, until corners rest. Raises FileError,
     ModelError."""
@@ -56,18 +69,20 @@ def fit_with_images(
         made[:] = [fit(corners)]
         return made[0].decision, made[0].lens
 
-    table, *_ = refit_corners(table, lens, (str(images),), through, watch)
+    table, *_ = refit_corners(table, lens, images, through, watch)
     return table, made[0]
 
 
 def open_corners_of_map(o: Any, known: MarkerMap, lens: Lens, watch: Watch | None = None) -> CornerTable:
     """Corners of markers of a map, of a list or of photographs; of any size: places on markers are those of the map. Raises InputError."""
     image = o.image or (None if lens.size is None else "{}x{}".format(*lens.size))
+    _refuse_two_images(o)
     told: dict[str, Any] = {"size": 1e3 * float(known.size[0]), "square": None, "checker": None, "sheet": None}
     if is_table(o.corners):
         if o.dictionary is not None:
             raise ModelError(ALREADY, key="--dictionary", found=o.dictionary, expected="images, or corners alone")
-        return read_corners(o.corners, **told, image=image, exclude=o.exclude)
+        table = read_corners(o.corners, **told, image=image, exclude=o.exclude)
+        return refit_once(table, lens, o.images, watch) if o.images else table
     found, texts = _detected(o, o.dictionary or known.family, watch)
     with scratch_files(texts) as folder:
         table = read_corners(folder / LIST, **told, image=None, exclude=o.exclude)

@@ -28,7 +28,7 @@ from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
 from robocal.session.vision.corner_table import CornerTable
 from robocal.session.vision.map_images import open_corners_of_map
-from robocal.session.vision.map_sizes import errors_told
+from robocal.session.vision.map_sizes import edge_errors
 from robocal.session.vision.place_views import LocatedViews, locate_views
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
@@ -181,7 +181,7 @@ def find_places(
         expected = "lens.yaml of robocal vision intrinsics, or a file of OpenCV, ROS or Kalibr"
         raise ModelError("images are placed through a lens", key="--lens", expected=expected)
     through = read_lens(o.lens)
-    edges = errors_told(o, known.size.tolist())
+    edges = edge_errors(o, known.size.tolist())
     if table is None:
         table = open_corners_of_map(o, known, through.lens, watch)
     lens = through.lens

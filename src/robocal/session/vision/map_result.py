@@ -37,8 +37,9 @@ from robocal.session.vision.map_fit import MapFit, fit_map
 from robocal.session.vision.map_images import fit_with_images, open_corners
 from robocal.session.vision.map_judge import judge_map, remarks_of_map
 from robocal.session.vision.map_moved import MarkerMotion, find_moved
-from robocal.session.vision.map_sizes import edges_of, errors_told
+from robocal.session.vision.map_sizes import edge_errors, edges_of
 from robocal.session.vision.map_table import sizes_of
+from robocal.session.vision.sheet_prior import PrintedSheets, read_sheets
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 from robocal.vision.maps import MarkerMap
@@ -238,12 +239,13 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
     if watch:
         watch({"stage": "read"})
     read = read_lens(o.lens)
-    if not o.size and o.departs("size_sigma"):
+    if not o.size and not o.sheet and o.departs("size_sigma"):
         found = f"--size-sigma {o.size_sigma:g}, which is how surely it is known"
         raise ModelError("the size of the markers is not stated", key="--size", found=found, expected="--size MM too")
-    usual, own = sizes_of(o.size)
-    edges = errors_told(o, [1e-3 * e for e in (usual, *own.values()) if e is not None])
-    table = open_corners(o, read.lens, watch)
+    usual, own = sizes_of(o.size, bool(o.sheet))
+    sheets = read_sheets(o.sheet, usual, own)
+    edges = edge_errors(o, [1e-3 * e for e in (usual, *own.values(), *(sheets.sizes or {}).values()) if e is not None])
+    table = open_corners(o, read.lens, sheets, watch)
     if o.origin is not None and o.origin not in table.marker:
         raise ModelError(
             "no marker of this number is seen", key="--origin", found=o.origin, expected="one of the markers"
@@ -257,15 +259,22 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
         raise ModelError(
             "the prior has none of the markers that are seen", key="--prior", found=names, expected=expected
         )
+    if (unseen := _unseen(sheets, table)) is not None:
+        raise ModelError(
+            "the sheet has none of the markers that are seen",
+            key="--sheet",
+            found=unseen.source,
+            expected="one that the images show",
+        )
+    known = (*(before.maps if before else ()), *sheets.maps)
     source = f"{len(table.data.configurations)} views, {Path(o.corners).name}"
+    images = o.images if is_table(o.corners) else (str(o.corners),)
     with computable(o.corners):
 
         def fit_of(corners: CornerTable) -> MapFit:
-            return fit_map(corners, given, o.loss, o.origin, source, watch, before.maps if before else (), edges)
+            return fit_map(corners, given, o.loss, o.origin, source, watch, known, edges)
 
-        table, fit = (
-            (table, fit_of(table)) if is_table(o.corners) else fit_with_images(table, given, o.corners, fit_of, watch)
-        )
+        table, fit = (table, fit_of(table)) if not images else fit_with_images(table, given, images, fit_of, watch)
         off = corner_errors(fit.decision)
         moved = tuple(_moved(table, fit, off))
         ids = table.data.configurations.ids
@@ -279,16 +288,22 @@ def find_map(o: Any, watch: Watch | None = None, command: str = "", files: tuple
         )  # fmt: skip
         few = [n for n, k in zip(fit.map.names, found.many.tolist(), strict=True) if k < MAP_WEAK]
         beside = remarks_of_map(fit.decision, off, fit.sizes, given, fit.lens, few)
-    if before is not None:
-        beside = [*before.file.remarks, *_displaced(fit, before), *beside]
+    beside = [*(before.file.remarks if before else ()), *_displaced(fit, before, sheets), *beside]
     return replace(found, warnings=(*table.remarks, *beside))
 
 
-def _displaced(fit: MapFit, before: MapFile) -> Iterator[Remark]:
+def _unseen(sheets: PrintedSheets, table: CornerTable) -> MarkerMap | None:
+    """A sheet of which no marker is seen."""
+    return next((m for m in sheets.maps if not set(m.names) & set(table.marker)), None)
+
+
+def _displaced(fit: MapFit, before: MapFile | None, sheets: PrintedSheets) -> Iterator[Remark]:
     for m in fit.displaced:
+        printed = [k.source for k in sheets.maps if m.change.name in k.names]
+        source = printed[0] if printed or before is None else before.file.file.name
         away = Quantity(m.change.distance, "m")
         facts: dict[str, Any] = {"distance": away, "other": m.other or None}
-        yield Remark.of(Code.MARKER_MOVED_SINCE, file=before.file.file.name, name=m.change.name, **facts)
+        yield Remark.of(Code.MARKER_MOVED_SINCE, file=source, name=m.change.name, **facts)
 
 
 def _matrix(lens: Lens) -> Array:

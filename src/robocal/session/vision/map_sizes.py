@@ -33,8 +33,8 @@ __all__ = [
     "EdgeErrors",
     "MarkerSize",
     "MarkerSizes",
+    "edge_errors",
     "edges_of",
-    "errors_told",
     "find_sizes",
     "prior_of",
     "size_of_all",
@@ -42,9 +42,7 @@ __all__ = [
 ]
 
 FINEST = 1e-6  # tolerance: m: no edge is known better, and a prior that is exact in some direction has no inverse
-TOLD = (
-    0.1  # tolerance: of the information on the size of all: below, a fit does not know its own sigma well enough to ask
-)
+ENOUGH = 0.1  # tolerance: of the information on the size of all: a fit knows its own sigma to some percent
 SEEN = 1e-4  # tolerance: of the information: the size of all together, which no view tells
 SHARE = 0.2  # tolerance: of the markers: where more have another size, all scatter
 LARGE = 1 / 3  # tolerance: of an edge, a sigma: at three sigma there would be none
@@ -64,7 +62,7 @@ class EdgeErrors:
         return np.asarray(self.shift**2 + np.diag(own))
 
 
-def errors_told(o: Any, edges: Iterable[float]) -> EdgeErrors:
+def edge_errors(o: Any, edges: Iterable[float]) -> EdgeErrors:
     """What edges (m) may be off by, as options tell it (mm, percent). Raises ModelError for as much as an edge itself."""
     shift, scatter = 1e-3 * float(o.size_sigma), 1e-2 * float(o.size_scatter)
     least = min(edges, default=float("inf"))
@@ -197,7 +195,7 @@ def size_of_all(told: Array, off: Array, spread: Array, believed: Array) -> tupl
     information = np.linalg.inv(believed)
     pull = told @ information @ off
     seen = told @ (information - information @ spread @ information) @ told
-    if seen <= TOLD * (told @ information @ told):
+    if seen <= ENOUGH * (told @ information @ told):
         return 0.0, 1.0
     return float(pull / seen), float(scipy.special.chdtrc(1, pull**2 / seen))
 

@@ -24,8 +24,9 @@ WHOLE = 4  # grid: corners of a marker that is seen whole
 SHOWN = 8  # grid: markers that a sentence names
 
 
-def sizes_of(words: Sequence[str]) -> tuple[float | None, Mapping[str, float]]:
-    """The edge (mm) of markers, and of some by their numbers, from words as 60 and 7=120. Raises ModelError."""
+def sizes_of(words: Sequence[str], sheets: bool = False) -> tuple[float | None, Mapping[str, float]]:
+    """The edge (mm) of markers, and of some by their numbers, from words as 60 and 7=120; none where `sheets` tell them. Raises
+    ModelError."""
     usual: float | None = None
     own: dict[str, float] = {}
     expected = "an edge in mm, or MARKER=MM: --size 60 --size 7=120"
@@ -44,16 +45,17 @@ def sizes_of(words: Sequence[str]) -> tuple[float | None, Mapping[str, float]]:
             usual = edge
         else:
             own[name] = edge
-    if usual is None and not own:
+    if usual is None and not own and not sheets:
         raise ModelError("the size of the markers is not stated", key="--size", expected=expected)
     return usual, own
 
 
 def read_map_table(
     place: Path, lens: Lens, sizes: tuple[float | None, Mapping[str, float]], image: str | None,
-    exclude: Sequence[str], without: Sequence[str],
+    exclude: Sequence[str], without: Sequence[str], printed: Mapping[str, float] | None = None,
 ) -> CornerTable:  # fmt: skip
-    """Corners of markers, each about its own middle. Raises FileError, FormatError, ModelError."""
+    """Corners of markers, each about its own middle; `printed` are edges (mm) of markers on sheets, seen or not. Raises FileError,
+    FormatError, ModelError."""
     usual, own = sizes
     if image is None and lens.size is not None:
         image = "{}x{}".format(*lens.size)
@@ -62,7 +64,10 @@ def read_map_table(
     if lens.size is not None and lens.size != table.size:
         found, expected = "{} x {}".format(*lens.size), "{} x {} px, as the corners".format(*table.size)
         raise ModelError("a lens of images of another size", key="--lens", found=found, expected=expected)
-    table = _sized(_without(table, without), place, usual, own)
+    table = _without(table, without)
+    _refuse_unseen(table, own)
+    seen_of = {n: e for n, e in (printed or {}).items() if n in table.marker}
+    table = _sized(table, usual, {**seen_of, **own})
     _refuse_twice(table, place)
     table = _inside(table)
     seen = None if lens.model == "fisheye" else look_at_views(table)
@@ -85,14 +90,17 @@ def _some(names: Sequence[str]) -> str:
     return ", ".join(every[:SHOWN]) + (", ..." if len(every) > SHOWN else "")
 
 
-def _sized(table: CornerTable, place: Path, usual: float | None, own: Mapping[str, float]) -> CornerTable:
-    """Places on markers by the edges of each."""
-    names = np.array(table.marker)
+def _refuse_unseen(table: CornerTable, own: Mapping[str, float]) -> None:
     strange = [n for n in own if n not in set(table.marker)]
     if strange:
         raise ModelError(
             "a size of a marker that no view shows", key="--size", found=strange[0], expected=_some(table.marker)
         )
+
+
+def _sized(table: CornerTable, usual: float | None, own: Mapping[str, float]) -> CornerTable:
+    """Places on markers by the edges of each."""
+    names = np.array(table.marker)
     lacking = sorted(set(table.marker) - set(own)) if usual is None else []
     if lacking:
         raise ModelError(

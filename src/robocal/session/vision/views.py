@@ -15,7 +15,7 @@ from robocal.files.kinds.corner_covariance import COVARIANCE, WITH_OTHERS
 from robocal.files.marker_search import encode_picture
 from robocal.quantities import Column, Listing
 from robocal.session.vision.target import Target
-from robocal.vision.marker.fit import COMMON_LENS
+from robocal.vision.marker.bend import COMMON_LENS
 from robocal.vision.marker.motion import blur_of_motion
 from robocal.vision.sightings import BOARD, METHODS, Sighting, coverage_of
 from robocal.vision.square import poses_of_square

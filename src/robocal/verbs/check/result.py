@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal.diagnose.camera_views import wrong_views
 from robocal.diagnose.check_registry import Context, When, run
 from robocal.diagnose.exchanged_views import exchanged_views
@@ -181,7 +181,9 @@ def check_data(inputs: Inputs, watch: Watch | None = None) -> Checked:
     free = problem.table.free
     seen = analyse(problem.with_free(free), x) if free else None
     context = Context(machine, measured, Baseline(problem, x), watch=watch, soft=Baseline(sifted.problem, sifted.x))
-    findings = [*run(When.DATA, context), *findings_of_segments.run(context), *wrong_views.run(context)]
+    # A view that was set aside by itself is no step.
+    aside = replace(context, data=sifted.data, memo={})
+    findings = [*run(When.DATA, context), *findings_of_segments.run(aside), *wrong_views.run(context)]
     strange = name_outliers(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
     findings += exchanged_views(sifted.data, strange)
     parts = [(r, a, b) for r in problem.residuals(x) for a, b, unit in r.parts if unit == "m"]

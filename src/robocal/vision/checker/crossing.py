@@ -8,7 +8,7 @@ from robocal._jit import as_kernel_array
 from robocal._types import Array, Ints
 from robocal.vision.camera import project
 from robocal.vision.checker._kernels import SIZE, fit_crossing, sum_crossing
-from robocal.vision.marker.fit import OTHER_LENS, bend_of, ideal_points, without_distortion
+from robocal.vision.marker.bend import OTHER_LENS, bend_of, ideal_points, without_distortion
 from robocal.vision.sightings import BOARD, FAINT, METHODS, MISFIT, WHITE, Sighting
 
 __all__ = ["fit_saddles"]

@@ -16,13 +16,11 @@ import numpy as np
 
 from robocal._jit import kernel
 from robocal.estimate._kernels import backward, cholesky, forward
-from robocal.vision._kernels import distort, first_direction
 
 H, BLUR, SHIFT, LIGHT, PRINT, SIZE = 8, 8, 9, 10, 16, 18
 REACH = 4.0  # standard deviations beyond which an edge is not felt: 3e-5 of the contrast
 BOX = 1.0 / 12.0  # px^2, the variance of a pixel's own width
 TAIL = 1.0 / 120.0  # px^4, less its fourth cumulant
-NEWTON = 12
 CUT = 254.5  # grey levels: the brightest that there is
 NEARLY, SURE = 0.01, 1e-3  # px, damping: a step so small is the last, and taken without another look at the pixels
 BLOCK = 64  # pixels that are summed at once
@@ -47,38 +45,6 @@ def invert(h, out):
     out[2, 0] = (d * k - e * g) / det
     out[2, 1] = (b * g - a * k) / det
     out[2, 2] = (a * e - b * d) / det
-
-
-@kernel
-def ideal_pixels(u0, v0, width, lens, ideal, slope):
-    """ideal (m, 2), slope (m, 4) <- where the pixels of a box of `width` from (u0, v0) would lie without distortion, and the derivative
-    by the pixel; lens (n,) as in `vision.camera`. Returns whether Newton's steps, each from the neighbour's end, came to rest."""
-    fx, fy, cx, cy = lens[0], lens[1], lens[2], lens[3]
-    still = True
-    x = y = x0 = y0 = 0.0
-    for i in range(len(ideal)):
-        xd, yd = (u0 + i % width - cx) / fx, (v0 + i // width - cy) / fy
-        if i == 0:
-            x, y = first_direction(xd, yd, lens)
-        elif i % width == 0:
-            x, y = x0, y0
-        a, b, c, d = 1.0, 0.0, 0.0, 1.0
-        for step in range(NEWTON):
-            u, v, a, b, c = distort(x, y, lens)
-            ex, ey = u - xd, v - yd
-            d = a * c - b * b
-            if ex * ex + ey * ey < 1e-18:
-                break
-            if step == NEWTON - 1 or not d > 0.0:
-                still = False
-                break
-            x, y = x - (c * ex - b * ey) / d, y - (a * ey - b * ex) / d
-        if i % width == 0:
-            x0, y0 = x, y
-        ideal[i, 0], ideal[i, 1] = fx * x + cx, fy * y + cy
-        slope[i, 0], slope[i, 1] = c / d, -b / d * fx / fy
-        slope[i, 2], slope[i, 3] = -b / d * fy / fx, a / d
-    return still
 
 
 @kernel

@@ -13,6 +13,7 @@ SHARE = 0.1  # of an edge, at each end, that a corner blurs
 FEWEST = 8  # profiles of an edge
 STEEP = 8.0  # grey levels across an edge
 ROUNDS = 2
+PARTS = 4  # grid: of an edge, that are left out in turn
 
 
 def fit_edges(image: Array, corners: Array) -> tuple[Array, Array] | None:
@@ -85,8 +86,17 @@ def _line(image: Array, start: Array, end: Array, middle: Array) -> tuple[tuple[
     centre = base.mean(axis=0) + offset * out
     direction = along + turn * out
     design = np.stack([np.ones(good.sum()), s[good]], axis=1)
-    spread = noise**2 * np.linalg.inv(design.T @ design)
+    spread = noise**2 * np.linalg.inv(design.T @ design) + spread_of_parts(s[good], at[good])
     return (centre, direction / np.hypot(*direction)), spread
+
+
+def spread_of_parts(s: Array, at: Array) -> Array:
+    """The covariance (2, 2) of the offset and the turn of a line through points (k,) by what each part of it changes when it is left out
+    (jackknife): glare and shadows move the points of a part together."""
+    part = np.arange(len(s)) * PARTS // len(s)
+    lines = np.array([np.polynomial.polynomial.polyfit(s[part != k], at[part != k], 1) for k in range(PARTS)])
+    apart = lines - lines.mean(axis=0)
+    return np.asarray((PARTS - 1) / PARTS * apart.T @ apart)
 
 
 def sample(image: Array, places: Array) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 
 from robocal._jit import as_kernel_array
 from robocal._record import record
-from robocal._types import Array, Bools
+from robocal._types import Array
 from robocal.vision.camera import project
 from robocal.vision.marker._kernels import (
     BLUR,
@@ -17,12 +17,21 @@ from robocal.vision.marker._kernels import (
     choose,
     farthest,
     fit_pixels,
-    ideal_pixels,
     share_misfits,
     sum_pixels,
 )
+from robocal.vision.marker.bend import OTHER_LENS, bend_of, ideal_points, without_distortion
+from robocal.vision.marker.misfits import (
+    PARTS,
+    around,
+    foreign_pixels,
+    glare_pixels,
+    parts_of,
+    pull_of_parts,
+    shares_parts,
+)
 
-__all__ = ["OTHER_LENS", "SQUARE", "MarkerFit", "bend_of", "fit_marker", "ideal_points", "without_distortion"]
+__all__ = ["SQUARE", "MarkerFit", "fit_marker", "homography"]
 
 # Corners in the order of detectors: top left, top right, bottom right, bottom left; Y down, as in the image.
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -33,17 +42,10 @@ FIRST_BLUR = 1.0  # px
 QUANTUM = 0.3  # grey levels: the step of a camera's numbers, as noise
 COARSE, COARSE_STILL = 600, 0.05  # pixels of the first look, and when it ends (px)
 STILL, SAME_PIXELS = 3e-3, 0.1  # tolerance: px: corners at rest; corners so little moved that the same pixels are used
-# tolerance: of the contrast, and of noise: a pixel that is off by more shows something else, as glare, and so may its neighbours
-FOREIGN, FOREIGN_RIM = (0.5, 6.0), 3  # px
 ROUNDS = 12  # grid: of pixels and fit; two or three end it
 OFF = 12.0  # tolerance: of chi-square with two degrees of freedom: what is in the square was printed off its place (1 of 400 by chance)
-OFF_LEAST = 0.03  # tolerance: cells: what is off by less may be the lens, or a sheet that is not flat; a print of 300 dpi is off by so much
 NEAR = 2  # grid: px along u and v, within which misfits may be of one cause
-OTHER_LENS = (
-    0.35  # tolerance: of the bend by a common lens: what its own step and another lens add to it in any direction
-)
-THIN = 7  # grid: of the pixels one in so many tells how a lens bends them
-COMMON_LENS = (0.8, -0.25)  # focal length in image widths, k1: a webcam's
+OFF_LEAST = 0.03  # tolerance: cells: what is off by less may be the lens, or a sheet that is not flat; a print of 300 dpi is off by so much
 
 
 @record(eq=False)
@@ -76,18 +78,20 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
     # Two cells of black around the code: the markers of an AprilGrid, between which there are squares.
     joined = bool((np.concatenate([cells[1], cells[-2], cells[:, 1], cells[:, -2]]) == 0).all())
     inside = np.empty(len(ideal), dtype=bool)
-    limit, noise, count, foreign = np.inf, 0.0, 0, np.zeros(0, dtype=bool)
+    limit, noise, count, foreign = np.inf, 0.0, 0, np.zeros(len(grey), dtype=bool)
     for step in range(ROUNDS):
         count = choose(ideal, slope, p, p[BLUR], 2 * QUIET / len(cells), CLEAR, joined, inside)
-        if len(foreign):
-            inside &= ~foreign
-            count = int(inside.sum())
+        if step == 0 and count:
+            dark, bright = np.percentile(grey[np.flatnonzero(inside)[:: max(count // COARSE, 1)]], [10, 90])
+            foreign = glare_pixels(grey, bright, box[2])
+        inside &= ~foreign
+        number = np.flatnonzero(inside)
+        count = len(number)
         if count < 2 * SIZE:
             return None
-        thin = max(count // COARSE, 1) if step == 0 else 1
-        seen, at, by = as_kernel_array(*(part[inside][::thin] for part in (grey, ideal, slope)))
+        some = number[:: max(count // COARSE, 1)] if step == 0 else number
+        seen, at, by = (part.take(some, axis=0) for part in (grey, ideal, slope))
         if step == 0:
-            dark, bright = np.percentile(seen, [10, 90])
             p[LIGHT], p[LIGHT + 3], limit = dark, bright - dark, 0.3 * (bright - dark)
         before = p.copy()
         rest = np.empty(len(seen))
@@ -98,11 +102,11 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
         limit = 3 * max(noise, QUANTUM)
         if step == 0:
             continue
-        wrong = np.abs(rest) > max(FOREIGN[0] * abs(p[LIGHT + 3]), FOREIGN[1] * noise)
+        wrong = foreign_pixels(rest, noise, p[LIGHT + 3])
         if wrong.any():
-            if not len(foreign):
-                foreign = np.zeros(len(grey), dtype=bool)
-            foreign |= _around(inside, wrong, box[2])
+            marked = np.zeros(len(inside), dtype=bool)
+            marked[number[wrong]] = True
+            foreign |= around(marked, box[2])
         elif farthest(before, p) < SAME_PIXELS:
             break
     g, size = np.empty(SIZE), PRINT
@@ -117,11 +121,22 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
                 noise = _noise(cost, rest)
                 limit = 3 * max(noise, QUANTUM)
             sum_pixels(seen, at, by, p, ink, joints, limit, SIZE, g, a, rest)
-        inverse = np.linalg.inv(_whole(a)[:size, :size])[:8, :8]
+        inverse = np.linalg.inv(_whole(a)[:size, :size])
     except np.linalg.LinAlgError:
         return None
     found, by_h = corners_of(p[:8])
-    spread = noise**2 * share_misfits(grey, inside, rest, box[2], limit, NEAR) * (by_h @ inverse @ by_h.T)
+    spread = noise**2 * (by_h @ inverse[:8, :8] @ by_h.T)
+    share = share_misfits(grey, inside, rest, box[2], limit, NEAR)
+    if shares_parts(number, rest, box[2], limit):
+        # How far the misfits of each part pull the corners, beside how far noise would: the fit has taken a share of both.
+        part = parts_of(number, box[2])
+        pull, own = np.empty((PARTS**2, size)), np.empty((PARTS**2, size, size))
+        for k in range(PARTS**2):
+            some = part == k
+            sum_pixels(seen[some], at[some], by[some], p, ink, joints, limit, size, g, a, rest[some])
+            pull[k], own[k] = g[:size], _whole(a)[:size, :size]
+        share = max(share, pull_of_parts(pull, own, by_h @ inverse[:8], inverse) / noise**2)
+    spread *= share
     if lens is None:
         # What the fit would be if that lens had moved the pixels: a step from here.
         bent, left = bend_of(at, found, image.shape)
@@ -143,17 +158,6 @@ def fit_marker(image: Array, corners: Array, cells: Array, lens: Array | None = 
 def _noise(cost: float, rest: Array) -> float:
     """The standard deviation of a pixel by the robust cost and what is left; pixels that are cut off and may be right say nothing."""
     return float(np.sqrt(2 * cost / max(int(np.count_nonzero(rest)) - SIZE, 1)))
-
-
-def _around(inside: Bools, wrong: Bools, width: int) -> Bools:
-    """The pixels (m,) of a box of `width` near those that are wrong, of which are inside."""
-    marked = np.zeros(len(inside), dtype=bool)
-    marked[np.flatnonzero(inside)[wrong]] = True
-    out = marked.reshape(-1, width)
-    for _ in range(FOREIGN_RIM):
-        wide = np.pad(out, 1)
-        out = wide[1:-1, 1:-1] | wide[:-2, 1:-1] | wide[2:, 1:-1] | wide[1:-1, :-2] | wide[1:-1, 2:]
-    return out.ravel()
 
 
 def _whole(a: Array) -> Array:
@@ -181,41 +185,6 @@ def _box(image: Array, corners: Array, n: int) -> tuple[Array, tuple[int, int, i
     u0, v0 = np.clip(np.floor(corners.min(axis=0) - reach), 0, (w - 1, h - 1)).astype(int)
     u1, v1 = np.clip(np.ceil(corners.max(axis=0) + reach) + 1, 1, (w, h)).astype(int)
     return as_kernel_array(image[v0:v1, u0:u1].ravel()), (int(u0), int(v0), int(u1 - u0), int(v1 - v0))
-
-
-def without_distortion(box: tuple[int, int, int, int], lens: Array | None) -> tuple[Array, Array]:
-    """Where the pixels (m, 2) of a box would lie without distortion, and the derivatives (m, 4) by the pixel."""
-    u0, v0, width, height = box
-    ideal, slope = np.empty((width * height, 2)), np.empty((width * height, 4))
-    if lens is None:
-        v, u = np.divmod(np.arange(width * height), width)
-        ideal[:, 0], ideal[:, 1] = u0 + u, v0 + v
-        slope[:] = (1.0, 0.0, 0.0, 1.0)
-    else:
-        ideal_pixels(float(u0), float(v0), width, as_kernel_array(lens), ideal, slope)
-    return ideal, slope
-
-
-def ideal_points(points: Array, lens: Array) -> Array:
-    """Points (k, 2) of an image where they would lie without distortion."""
-    out, slope = np.empty((len(points), 2)), np.empty((1, 4))
-    for i, (u, v) in enumerate(points):
-        ideal_pixels(float(u), float(v), 1, as_kernel_array(lens), out[i : i + 1], slope)
-    return out
-
-
-def bend_of(at: Array, found: Array, shape: tuple[int, ...]) -> tuple[Array, Array]:
-    """By how much a common lens, not known, would move pixels (m, 2) and corners (k, 2), less the affine part (px)."""
-    middle, focal = (np.array(shape[::-1]) - 1) / 2, COMMON_LENS[0] * shape[1]
-
-    def moved(points: Array) -> Array:
-        off = (points - middle) / focal
-        return np.asarray(COMMON_LENS[1] * focal * (off**2).sum(axis=1)[:, None] * off)
-
-    design, there = (np.column_stack([np.ones(len(q)), q - middle]) for q in (at, found))
-    bent, some = moved(at), slice(None, None, THIN)
-    fit = np.linalg.lstsq(design[some], bent[some])[0]
-    return bent - design @ fit, moved(found) - there @ fit
 
 
 def corners_of(h: Array) -> tuple[Array, Array]:

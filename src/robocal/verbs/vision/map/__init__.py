@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "details", "run", "sections"]
 
-OF_A_NEW_MAP = ("size", "origin", "without", "fix", "prior", "loss")
+OF_A_NEW_MAP = ("size", "sheet", "origin", "without", "fix", "prior", "loss")
 CORNERS = Arg(
     "CORNERS", "corners.csv of robocal vision detect, a table with view, marker, corner, u, v, or a folder of images."
 )
@@ -52,6 +52,9 @@ class Options(BaseOptions):
     With --prior markers are believed to stand to one another as the file says, within its sigma; the file may be a TagSLAM
     file with boards. A marker that moved since is named with its distance, and nothing is believed of it.
 
+    With --sheet the markers of a printed sheet have the sizes and places of its file, and --size is an edge as it was measured.
+    A sheet says how its markers stand to one another, not how large it is: sizes do.
+
     With --held the map stays as it is, and the list has where the camera was in each image. Sigma of a pose holds the
     noise of its corners, the covariance of the map and that of the lens. An image with two poses that fit alike is not in
     the list; both are reported.
@@ -75,6 +78,12 @@ class Options(BaseOptions):
     )
     prior: Path | None = option(
         None, "What is known of the markers beforehand: surveyed tags, boards, the map of last month", "FILE"
+    )
+    sheet: tuple[Path, ...] = option(
+        (), "sheet.yaml of robocal vision sheet, or a target of Kalibr; one for each sheet", "FILE"
+    )
+    images: tuple[str, ...] = option(
+        (), "Images of a list of corners: corners are fitted again in them, with the lens of the map", "IMAGES"
     )
     dictionary: str | None = option(
         None,

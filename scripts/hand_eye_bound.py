@@ -1,0 +1,127 @@
+"""What anybody can reach on KinHEC's `robot_error`: `python scripts/hand_eye_bound.py FOLDER [--tier smoke|small] [--solvers]`.
+
+The track's robots err in each DH length and angle (a Gaussian for each sequence), and in their joint readings (a Gaussian for each pose).
+Poses are reported by the nominal model; the camera has noise of 2 mrad and 1, 1, 3 mm. All of these are in the sequence's own settings.
+
+    x = argmin |V^-1/2 (r + J x)|^2 + |g / s|^2,    V = C + q^2 J_q J_q^T        of frames and DH errors g
+
+With the true noise C, the true spread q of the joints and s of the DH numbers, started at the truth, this is the best linear estimate that
+there is; nobody knows these. Its expected error of X is drawn from its covariance. A row tells, of the track's sequences, the medians (mm):
+ours       by `locate_camera`, which frees the arm where residuals show its errors, and knows none of these numbers
+oracle     of that estimate, on the same sequences
+expected   of that estimate, over drawn noise: median, and the 5 and 95 % of medians of as many sequences
+below      the chance that such a median is below --asked
+best       of KinHEC's eleven solvers, with --solvers
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from hand_eye_tracks import arm_of, benchmark, io, metrics, others, pairs_of, pipeline
+
+from robocal.geometry import se3
+from robocal.measure.base import problem
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.parameters import FRAME_SYMBOLS
+from robocal.session.vision.pose_pairs import locate_camera
+
+CAMERA = (0.001, 0.001, 0.003, 0.002, 0.002, 0.002)  # m, rad: level c2
+DRAWS, STEPS = 20_000, 4
+
+
+def spread(manifest):
+    """Standard deviations of joints (rad), DH lengths (m) and DH angles (rad)."""
+    told = dict(part.split("=") for part in manifest["level"].split("|"))
+    angle = float(np.radians(float(told.get("dh_ang_deg", 0))))
+    return float(told.get("joint_std", 1e-4)), 1e-3 * float(told.get("dh_len_mm", 0)), angle
+
+
+def best_linear(seq):
+    """The error of X (mm) of the best linear estimate, and its covariance (3, 3) (m^2)."""
+    joint, length, angle = spread(seq.manifest)
+    jointed = arm_of(seq, seq.robot.T_base_ee_meas[seq.camera.has_measurement])
+    machine = jointed.machine
+    machine = machine.with_table(machine.table.with_free(machine.geometric))
+    seen = seq.camera.T_cam_target_meas[seq.camera.has_measurement]
+    count = len(seen)
+    hand, base = ("tool", "base") if seq.eye_in_hand else ("base", "tool")
+    rows = Observations(
+        "pose", np.arange(count), se3.to_vector(seen), np.tile(CAMERA, (count, 1)),
+        frame=Frame("camera", free=(True,) * 6, mount=hand), targets=(Frame("board", free=(True,) * 6, mount=base),),
+        target=np.zeros(count, dtype=np.int64),
+    )  # fmt: skip
+    truth = (seq.X, seq.Y) if seq.eye_in_hand else (se3.inverse(seq.Y), seq.X)
+    places = zip(("camera", "board"), map(se3.to_vector, truth), strict=True)
+    start = {f"{name}.{s}": v for name, place in places for s, v in zip(FRAME_SYMBOLS, place.tolist(), strict=True)}
+    made = problem(
+        machine, DataSet(Configurations(tuple(map(str, range(count))), joints=jointed.joints), (rows,)), values=start
+    )
+    names = list(made.free)
+    theta = [i for i, n in enumerate(names) if n.endswith(".theta")]
+    known = np.array([length if made.table[n].unit == "m" else angle for n in names])
+    arm = np.array([n in machine.table for n in names])
+    scale = np.where(arm, np.maximum(known, 1e-9), 1.0)
+    x = made.start.copy()
+    moved = np.zeros(len(names))
+    for _ in range(STEPS):
+        lin = made.linearize(x)
+        noise = np.eye(6 * count)
+        for c in range(count):
+            some = slice(6 * c, 6 * c + 6)
+            noise[some, some] += joint**2 * lin.j[some][:, theta] @ lin.j[some][:, theta].T
+        weighed = np.linalg.solve(noise, np.column_stack([lin.j * scale, lin.r]))
+        normal = (lin.j * scale).T @ weighed[:, :-1] + np.diag(arm.astype(float))
+        step = scale * np.linalg.solve(normal, -(lin.j * scale).T @ weighed[:, -1] - np.where(arm, moved / scale, 0.0))
+        x, moved = made.retract(x, step[None]), moved + step
+    covariance = np.linalg.inv(normal) * np.outer(scale, scale)
+    found = dict(zip(made.table.names, x[0].tolist(), strict=True))
+    place = se3.from_vector(np.array([found[f"camera.{s}"] for s in FRAME_SYMBOLS]))
+    error = metrics.calibration_errors(place, seq.X, seq.Y, seq.Y)["X_trans_err_mm"]
+    at = [names.index(f"camera.{s}") for s in "xyz"]
+    return error, covariance[np.ix_(at, at)]
+
+
+def main():
+    """The table."""
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("folder", type=Path)
+    words.add_argument("--tier", default="small")
+    words.add_argument("--asked", type=float, default=0.49)
+    words.add_argument("--solvers", action="store_true")
+    given = words.parse_args()
+    root = given.folder / given.tier
+    if not (root / "sequences.parquet").exists():
+        pipeline.generate_dataset(given.tier, root, work_dir=given.folder / "work", write_card=False)
+    shards = sorted((root / "robot").glob("robot_error-*.parquet"))
+    seqs = [io._load_from_row(root, row) for shard in shards for row in io.read_shard_manifest(shard)]
+    ours, oracle, roots, solvers = [], [], [], []
+    for k, seq in enumerate(seqs):
+        found = locate_camera(pairs_of(seq))
+        x = found.camera if seq.eye_in_hand else found.target
+        ours.append(metrics.calibration_errors(x, seq.X, seq.Y, seq.Y)["X_trans_err_mm"])
+        error, covariance = best_linear(seq)
+        oracle.append(error)
+        roots.append(np.linalg.cholesky(covariance))
+        solvers.append(others(seq, k) if given.solvers else {})
+    draws = np.random.default_rng(0).normal(size=(DRAWS, len(seqs), 3))
+    drawn = 1e3 * np.linalg.norm(np.einsum("sij,dsj->dsi", np.array(roots), draws), axis=2)
+    medians = np.median(drawn, axis=1)
+    low, middle, high = np.percentile(medians, [5, 50, 95])
+    print(f"{len(seqs)} sequences: ours {np.median(ours):.2f}, oracle {np.median(oracle):.2f} mm")
+    print(f"expected {middle:.2f} mm, 5 to 95 %: {low:.2f} to {high:.2f}")
+    print(f"chance of a median below {given.asked:g} mm: {100 * np.mean(medians <= given.asked):.2f} %")
+    levels = dict.fromkeys(s.manifest["level"] for s in seqs)
+    for level in levels:
+        some = [i for i, s in enumerate(seqs) if s.manifest["level"] == level]
+        print(f"  {level}: expected {np.median(drawn[:, some]):.2f} mm, ours {np.median(np.array(ours)[some]):.2f}")
+    if given.solvers:
+        errors = {s: np.median([one[s][0] for one in solvers if s in one]) for s in benchmark.SOLVERS}
+        best = min(errors, key=errors.get)
+        print(f"best of KinHEC's solvers: {errors[best]:.2f} mm ({best})")
+
+
+if __name__ == "__main__":
+    main()
