@@ -208,6 +208,41 @@ def test_a_prior_of_the_lens_that_pulls_the_camera(tmp_path):
     assert status == 0 and np.abs(off_by(told, made)).max() < 4
 
 
+def test_a_few_views_that_are_labelled_from_the_other_end(tmp_path):
+    """They are gross, so the camera is right; that it is half a turn is told, and obeyed nothing is gross any more."""
+    made = world(5, count=14)
+    turned = np.array(made.pixels)
+    turned[[3, 7]] = turned[[3, 7]][:, ::-1]
+    _, place, *_ = cell(tmp_path, made)
+    words = (
+        corners(tmp_path, made, name="half.csv", pixels=turned),
+        place,
+        "--lens",
+        lens_file(tmp_path),
+        "--image",
+        IMAGE,
+    )
+    told, status = hand_eye(*words)
+    (said,) = [r for r in told["remarks"] if r["code"] == "labels-turned"]
+    assert status == 0 and said["numbers"]["views"] == ["v4", "v8"] and "--undo-half-turns" in said["advice"]
+    told, status = hand_eye(*words, "--undo-half-turns")
+    assert status == 0 and not {"labels-turned", "outliers"} & codes(told)
+
+
+def test_times_of_poses_in_another_unit_than_their_head_says(tmp_path):
+    """Times in s under a head of ms agree with those of views read in ms; but no hand is as fast."""
+    made = world(7, count=16)
+    when = [f"{1000 + 0.5 * i:.2f}" for i in range(16)]
+    rows = board_rows(made.pixels, 0.1, np.random.default_rng(2))
+    views = write(tmp_path / "timed.csv", [row | {"view": when[int(row["view"][1:]) - 1]} for row in rows])
+    poses(tmp_path, made.told)
+    lines = zip(["time [ms]", *when], (tmp_path / "poses.csv").read_text().splitlines(), strict=True)
+    (tmp_path / "t.csv").write_text("\n".join(",".join(w) for w in lines) + "\n")
+    words = (views, tmp_path / "t.csv", "--lens", lens_file(tmp_path), "--image", IMAGE, "--pair", "time")
+    ran = robocal("vision", "hand-eye", *map(str, words))
+    assert ran.status == 2 and "no hand is as fast" in ran.err and "time [s]" in ran.err
+
+
 def test_a_lens_stays_within_what_its_file_says(tmp_path):
     """Beside --free-lens: a centre known to a hundredth of a pixel stays, what the file says nothing of is found, and the camera is no
     farther off than without the file."""

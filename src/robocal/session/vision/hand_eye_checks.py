@@ -9,7 +9,9 @@ import numpy as np
 
 from robocal._record import replace
 from robocal._types import Array
+from robocal.diagnose.camera_changes import half_turn
 from robocal.diagnose.camera_views import AXES_EXCHANGED, IMAGE_MIRRORED, TARGET_TURNED, VIEWS_SHIFTED
+from robocal.diagnose.half_turns import undo_half_turns
 from robocal.diagnose.segments.find import find_segments
 from robocal.diagnose.vision_limits import HAND_STILL, HAND_TURNS, LENS_CONTRADICTED, LENS_MATERIAL, LENS_PULL
 from robocal.estimate.least_squares import least_squares
@@ -18,16 +20,18 @@ from robocal.geometry import se3, so3
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Rig
+from robocal.measure.pixels import HALF_TURNS
 from robocal.prove.decision import Decision
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.hand_eye_data import HandEyeData
 
-__all__ = ["OF_VIEWS", "contradict_lens", "find_moves", "restate", "stands_still"]
+__all__ = ["OF_VIEWS", "contradict_lens", "find_moves", "find_turned", "restate", "stands_still"]
 
 PIXELS = ("fx", "fy", "cx", "cy")
 FEWEST = 5  # grid: views that tell a lens
+TURNED_CLEARLY = 3.0  # tolerance: times, by which half a turn leaves less
 LENS_FACTOR = "lens-factor"  # the code of a lens of images of another size
 OF_VIEWS = (AXES_EXCHANGED, IMAGE_MIRRORED, TARGET_TURNED, VIEWS_SHIFTED)  # what explains all views
 EVEN = ("k3", "k4", "k5", "k6")  # powers that stay as they are: few views tell them
@@ -152,6 +156,30 @@ def find_moves(opened: HandEyeData, made: Decision[Rig]) -> list[Remark]:
         )
         for s in find_segments(Rig("robot", freedom=()), data, made.values)
     ]
+
+
+def find_turned(opened: HandEyeData, made: Decision[Rig]) -> Remark | None:
+    """A few views that are labelled from the other end of the board: gross as they are, they fit with half a turn."""
+    (obs,) = made.need_data.observations
+    if obs.kind != "pixels" or half_turn(obs) is None:
+        return None
+    asked = replace(obs, options={**obs.options, HALF_TURNS: True})
+    done, found = undo_half_turns(made.model, replace(made.need_data, observations=(asked,)))
+    turned = found.get(0, np.zeros(0, dtype=np.bool_))
+    if not turned.any():
+        return None
+    rows = turned[obs.configuration]
+    errors = []
+    for data in (made.need_data, replace(done, observations=(replace(done.observations[0], options=obs.options),))):
+        problem = build(made.model, data, values=made.values)
+        off = problem.residuals(problem.start)[0].value[rows]
+        errors.append(float(np.median(np.linalg.norm(off, axis=-1))))
+    stated, left = errors
+    if left * TURNED_CLEARLY > stated:
+        return None
+    names = tuple(opened.views[i] for i in np.flatnonzero(turned).tolist())
+    pixels = {"stated": Quantity(stated, "px"), "left": Quantity(left, "px")}
+    return Remark.of(Code.LABELS_TURNED, count=len(names), total=len(opened.views), views=names, **pixels)
 
 
 def stands_still(opened: HandEyeData) -> Remark | None:

@@ -33,7 +33,14 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, sentences
 from robocal.session.verb_base import VerdictResult
 from robocal.session.vision.corner_table import CAMERA
-from robocal.session.vision.hand_eye_checks import OF_VIEWS, contradict_lens, find_moves, restate, stands_still
+from robocal.session.vision.hand_eye_checks import (
+    OF_VIEWS,
+    contradict_lens,
+    find_moves,
+    find_turned,
+    restate,
+    stands_still,
+)
 from robocal.session.vision.hand_eye_data import EYE, HandEyeData, open_hand_eye
 from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find_errors, frame_of, middle_of
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
@@ -316,6 +323,8 @@ def _judge(
         verdict = verdict.instead("refused", late)
     if left is not None and left.rms > HAND_EYE_LEFT * errors.normal:
         said.append(Remark.of(Code.HAND_EYE_FAR, left=Quantity(left.rms), times=left.rms / errors.normal))
+    if (turned := find_turned(opened, made)) is not None:
+        said.append(turned)
     lens, material = contradict_lens(opened, made, errors.normal)
     if lens is not None and material:
         verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", lens)

@@ -44,6 +44,7 @@ __all__ = [
 
 DENSE = 0.12  # tolerance: s between poses of a path: a hand hardly changes its speed in that time
 FEWEST = 10  # tolerance: poses of a path
+FASTEST = 20.0  # tolerance: m/s; the fastest robots reach half of it
 MARGIN = 0.05  # grid: s, within which the delay is sought around its start
 ROUNDS = 5  # grid: each doubles the digits
 SETTLED = 0.05  # tolerance: of sigma
@@ -111,6 +112,13 @@ def path_of(robot: RobotPoses, inverse: bool) -> PosePath | None:
     if len(times) < FEWEST or float(np.median(np.diff(times))) > DENSE:
         return None
     poses = robot.pose[first]
+    speed = float(np.median(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1) / np.diff(times)))
+    if speed > FASTEST:
+        found = f"{speed:.3g} m/s in the median, of times in {robot.clock or 's'} and places as they were read"
+        expected = "the unit in the head of the column: time [s]; or --units of the poses"
+        raise ModelError(
+            "no hand is as fast as these poses follow one another", key="time", found=found, expected=expected
+        )
     return PosePath(times, se3.inverse(poses) if inverse else poses)
 
 
