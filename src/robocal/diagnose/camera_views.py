@@ -9,7 +9,7 @@ A camera behind what it sees is a mirrored image: p and -p have one projection.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import product
 
@@ -27,6 +27,7 @@ from robocal.diagnose.camera_changes import (
     view_poses,
 )  # fmt: skip
 from robocal.diagnose.check_registry import Context, Finding, When, check, once, refuse
+from robocal.diagnose.finding_merge import merge_findings
 from robocal.diagnose.limits import EXPLAINED_CLEARLY, EXPLANATIONS_ALIKE, VIEWS_ASK, VIEWS_BEHIND, VIEWS_RIGHT
 from robocal.diagnose.target_changes import target_changes
 from robocal.diagnose.view_blocks import subsample_views
@@ -179,7 +180,7 @@ class _ViewSearch:
             # Half of the views of a camera may be turned, and nothing but the other cameras says which half.
             if len(alone) > 1 and all(f.code == TARGET_TURNED for f in found):
                 found = list(self._of_turned(self.cameras)) or found
-            return _merge(found)
+            return merge_findings(found)
         stated = self._fit({}, robust=True)
         order = sorted(self.cameras, key=lambda i: -float(stated.left[1, i] + stated.behind[i]))
         groups = [(order[0],), *([self.cameras] if len(order) > 1 else []), *((i,) for i in order[1:])]
@@ -325,26 +326,6 @@ def _explains(stated: _ViewTrial, trial: _ViewTrial, level: int, most: float) ->
     if (stated.behind > VIEWS_BEHIND).any():
         return after <= max(EXPLANATIONS_ALIKE * before, LEAST)
     return before > VIEWS_ASK and after <= before / EXPLAINED_CLEARLY
-
-
-def _merge(found: Sequence[Finding]) -> list[Finding]:
-    """Findings that say the same of several cameras as one."""
-    out: dict[object, dict[str, Number]] = {}
-    for f in found:
-        numbers = f.numbers
-        key = (f.code, numbers.get("shift"), numbers.get("where"))
-        known = out.setdefault(key, {})
-        for name, value in numbers.items():
-            old = known.get(name)
-            if name in ("instruments", "files", "views") and isinstance(old, tuple) and isinstance(value, tuple):
-                known[name] = tuple(dict.fromkeys((*old, *value)))
-            elif name in ("count", "total") and isinstance(old, int) and isinstance(value, int):
-                known[name] = old + value
-            elif isinstance(old, Quantity) and isinstance(value, Quantity):
-                known[name] = max(old, value, key=lambda q: q.value)
-            elif value is not None or name not in known:
-                known[name] = value
-    return [refuse(str(key[0]), **numbers) for key, numbers in out.items() if isinstance(key, tuple)]
 
 
 def carriers(model: Model, data: DataSet) -> Array | None:

@@ -61,7 +61,7 @@ def _finding(context: Context[Model], step: FrameStep) -> Finding:
         "others": ", ".join(_what(data, n) for n in step.rivals) or None,
     }
     mixed = step.chance < limits.SEGMENT_CHANCE and _fitted(data, step) > limits.FRAME_FITTED
-    level = refuse if mixed or step.pull > limits.FRAME_PULL else doubt
+    level = refuse if mixed or step.bias > limits.FRAME_BIAS else doubt
     if step.first is None:
         return level(FRAME_ELSEWHERE, **numbers)
     seen = next(iter(_seen(data, step.frame)))

@@ -50,13 +50,13 @@ class FrameStep:
     shift: float
     turn: float
     chance: float
-    pull: float
+    bias: float
     share: float  # of the cost
     rivals: tuple[str, ...] = ()
 
 
 @record
-class _Sums:
+class _FrameSums:
     """Of one unit what every configuration says: g (U, q), A (U, q, q), X (U, q, n) and X H; its configurations in order, (m,)."""
 
     g: Array
@@ -79,7 +79,7 @@ def _gain(s: Array, own: Array, taken: Array) -> float:
 
 
 @record
-class _Step:
+class _BestStep:
     """What a unit gains most by, and from which of its configurations on (None: all)."""
 
     name: str
@@ -87,7 +87,7 @@ class _Step:
     gain: float
 
 
-class _Look:
+class _FrameSearch:
     """What the rows of a problem at x say of frames and zeros that may have moved."""
 
     def __init__(
@@ -110,11 +110,11 @@ class _Look:
         ends = np.searchsorted(lin.configuration[order], np.arange(count + 1))
         columns = {name: [wide.free.index(f) for f in names] for name, names in unit_names.items()}
         touched = {name: np.unique(lin.configuration[(lin.j[:, c] != 0).any(axis=1)]) for name, c in columns.items()}
-        self.units: dict[str, _Sums] = {}
+        self.units: dict[str, _FrameSums] = {}
         for name, seen in touched.items():
             k = len(columns[name])
             x, xh = np.zeros((2, count, k, n))
-            self.units[name] = _Sums(np.zeros((count, k)), np.zeros((count, k, k)), x, xh, seen)
+            self.units[name] = _FrameSums(np.zeros((count, k)), np.zeros((count, k, k)), x, xh, seen)
         for i in range(count):
             some = order[ends[i] : ends[i + 1]]
             mine, here, at_rest = left[some], j[some], r[some]  # once for all that a view shows
@@ -135,7 +135,7 @@ class _Look:
         ]
         return max(1.0, float(np.median(alone)) / MEDIAN * len(FRAME_SYMBOLS)) if alone else 1.0
 
-    def best(self, name: str, stated: bool) -> _Step | None:
+    def best(self, name: str, stated: bool) -> _BestStep | None:
         """The step of a unit that gains most; `stated` asks whether it ever was where it is said to be."""
         u = self.units[name]
         m, fewest = len(u.seen), int(limits.SEGMENT_VIEWS)
@@ -150,9 +150,9 @@ class _Look:
         gain, k = max(tried, key=lambda t: t[0])
         if k is not None and self._slow(u, k, gain):
             return None
-        return _Step(name, None if k is None else int(u.seen[k]), gain)
+        return _BestStep(name, None if k is None else int(u.seen[k]), gain)
 
-    def _slow(self, u: _Sums, k: int, gain: float) -> bool:
+    def _slow(self, u: _FrameSums, k: int, gain: float) -> bool:
         """Whether a ramp about the same place explains more than the step."""
         m = len(u.seen)
         at, width = np.arange(m) + 0.5, 2 * int(limits.SEGMENT_VIEWS)
@@ -186,7 +186,7 @@ def find_frame_steps(
         return []
     at = _placed(before, fitted, x)
     for k in range(MOST):
-        look = _Look(model, data, before, at, {**frames, **zeros})
+        look = _FrameSearch(model, data, before, at, {**frames, **zeros})
         spread = look.dispersion()
         known = frames_of(data)
         loose = {n for n in frames if all(known[n].free) and known[n].prior is None}
@@ -207,10 +207,10 @@ def find_frame_steps(
         alike = tuple(
             origin[t.step.name] for t in trials[1:] if 2 * (t.cost - best.cost) < limits.SEGMENT_ALIKE * spread
         )
-        pull = _pull(best, alike, values, sigma)
+        bias = _bias(best, alike, values, sigma)
         name = origin[best.step.name]
         share = gain / max(2 * float(base.cost[0]), 1e-300)
-        out.append(FrameStep(name, best.step.first, best.shift, best.turn, chance, pull, share, alike))
+        out.append(FrameStep(name, best.step.first, best.shift, best.turn, chance, bias, share, alike))
         data, before, at = best.data, best.problem, best.x
         if best.step.first is None:
             continue
@@ -219,7 +219,7 @@ def find_frame_steps(
     return out
 
 
-def _pull(best: _Trial, alike: Sequence[str], values: Mapping[str, float], sigma: Mapping[str, float]) -> float:
+def _bias(best: _TwoPlaces, alike: Sequence[str], values: Mapping[str, float], sigma: Mapping[str, float]) -> float:
     """How far the fitted numbers are off in their sigma. A frame that was fitted where one of its two places is, is right."""
     own = {f"{n}.{s}" for n in (best.step.name, *alike) for s in FRAME_SYMBOLS}
     away = {n: s for n, s in sigma.items() if s > 0 and n in best.values}
@@ -248,7 +248,7 @@ def _count_again(obs: Observations) -> Observations:
     return replace(obs, used=~lone if lone.any() else None)
 
 
-def _chance(gain: float, spread: float, tried: float, look: _Look) -> float:
+def _chance(gain: float, spread: float, tried: float, look: _FrameSearch) -> float:
     """Of so much by chance, after all that was tried."""
     q = len(FRAME_SYMBOLS)
     dof = max(float(sum(len(u.seen) for u in look.units.values())) - q, 1.0)
@@ -264,10 +264,10 @@ def _placed(made: Problem, fitted: Problem, x: Array) -> Array:
 
 
 @record(eq=False)
-class _Trial:
+class _TwoPlaces:
     """A fit in which a frame has two places."""
 
-    step: _Step
+    step: _BestStep
     later: str
     data: DataSet
     problem: Problem
@@ -283,7 +283,7 @@ class _Trial:
         return dict(zip(self.problem.table.names, self.x[0].tolist(), strict=False))
 
 
-def _refit(model: Model, data: DataSet, before: Problem, x: Array, step: _Step, name: str) -> _Trial:
+def _refit(model: Model, data: DataSet, before: Problem, x: Array, step: _BestStep, name: str) -> _TwoPlaces:
     """The fit with the two places of a step, the second of another name, begun where the one was."""
     values = dict(zip(before.table.names, x[0].tolist(), strict=False))
     own, later = ([f"{n}.{s}" for s in FRAME_SYMBOLS] for n in (step.name, name))
@@ -299,11 +299,11 @@ def _refit(model: Model, data: DataSet, before: Problem, x: Array, step: _Step, 
     found = least_squares(made, _placed(made, before, x), max_iterations=50, cost_tolerance=1e-6)
     there = dict(zip(made.table.names, found.x[0].tolist(), strict=False))
     away = _away([there[n] for n in moved], [(there if step.first is not None else values)[n] for n in own])
-    look = _Look(model, split, made, found.x, {step.name: moved})
+    look = _FrameSearch(model, split, made, found.x, {step.name: moved})
     u = look.units[step.name]
     size = np.sqrt(np.einsum("iqq->q", u.a))
     serial = correlation_factor(u.g[u.seen] / np.where(size > 0, size, 1.0)) if len(u.seen) > 1 else 1.0
-    return _Trial(step, name, split, made, found.x, float(found.cost[0]), serial, *away)
+    return _TwoPlaces(step, name, split, made, found.x, float(found.cost[0]), serial, *away)
 
 
 def _away(here: Sequence[float], there: Sequence[float]) -> tuple[float, float]:

@@ -85,7 +85,7 @@ FRAME_FITTED = limit(0.5, "of the rows of a place",
     "A frame of which the rows of one place were set aside is right where the others have it.", "tests/diagnose/test_frame_steps.py")
 FRAME_OTHERWISE = limit(1.0, "rad", "Nobody sets a target up so wrong: corners are counted from elsewhere, at least a quarter of a turn.",
     "tests/prove/test_cable_camera_mistakes.py")
-FRAME_PULL = limit(3.0, "sigma", "A number that another place of a frame moves by more is wrong by what is claimed of it.",
+FRAME_BIAS = limit(3.0, "sigma", "A number that another place of a frame moves by more is wrong by what is claimed of it.",
     "tests/diagnose/test_frame_steps.py")
 REGION_SHARE = limit(0.95, "of the rows", "So many lie on a joint's own side: where its load is small, nothing bends.",
     "tests/prove/test_regions_of_joints.py")
