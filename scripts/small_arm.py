@@ -187,6 +187,12 @@ def write(case, rig, folder):
         head, *rows = csv.reader(file)
     plain = [n.partition(" ")[0] for n in head]
     view, marker = plain.index("view"), plain.index("marker")
+    views: dict[str, set[str]] = {}
+    for row in rows:
+        views.setdefault(row[marker], set()).add(row[view])
+    rows = [
+        row for row in rows if len(views[row[marker]]) > 1
+    ]  # one view alone says nothing of a marker that nobody placed
     keep = [i for i, n in enumerate(plain) if n in KEEP or n.startswith(("cu_", "cv_"))]
     shown = np.degrees(rig.joints)
     with (folder / "pixels.csv").open("w", newline="", encoding="utf-8") as file:

@@ -32,15 +32,17 @@ def test_the_command_ends_as_the_page_says(case, rig, tmp_path, capsys):
     made = rig["run"](case, tmp_path)
     assert "render 30 of 30" in capsys.readouterr().err
     page = readme(FOLDERS[case])
-    for key, words in (("hand-eye", "camera, markers and lens, the arm as it is"), ("run", "and the arm")):
-        verdict, px, mm = re.search(rf"\| {words} \| (\w+) \| ([\d.]+) px \| ([\d.]+) mm \|", page).groups()
-        assert made[key]["verdict"] == verdict
+    for key, words in (("hand-eye", "camera, markers and lens, the arm as it is"), ("run", "and the arm (improved)")):
+        px, mm = re.search(rf"\| {re.escape(words)} \| ([\d.]+) px \| ([\d.]+) mm \|", page).groups()
         assert made[key]["px"] == pytest.approx(float(px), rel=0.1, abs=0.01)
         assert made[key]["mm"] == pytest.approx(float(mm), rel=0.1, abs=0.02)
+    assert made["run"]["verdict"] == "improved"
     assert made["run"]["px"] < made["hand-eye"]["px"] / 3 and made["run"]["mm"] < made["hand-eye"]["mm"] / 2
     assert made["positions"] == RANKS[case]
     if case == "hand":
         positions_of_equation_5_30(rig, tmp_path)
+    else:
+        exchanged_joints(tmp_path)
     steps(page, tmp_path)
 
 
@@ -60,6 +62,18 @@ def positions_of_equation_5_30(rig, folder):
         eye = truth.tool[int(view.removeprefix("view"))] @ truth.camera
         missed.append(np.linalg.norm(found - (np.linalg.inv(truth.markers[0]) @ eye)[:3, 3]))
     assert len(missed) > 10 and np.median(missed) < 2e-3  # m, at 0.25 m, of one marker
+
+
+def exchanged_joints(folder):
+    """Refused, and no error of its own: the search for frames that moved names one frame twice on the way."""
+    head, *rows = [line.split(",") for line in (folder / "pixels.csv").read_text(encoding="utf-8").splitlines()]
+    i, j = (head.index(f"{n} [deg]") for n in ("j2", "j3"))
+    for row in rows:
+        row[i], row[j] = row[j], row[i]
+    (folder / "exchanged.csv").write_text("\n".join(map(",".join, [head, *rows])) + "\n", encoding="utf-8")
+    text = (folder / "pixels.yaml").read_text(encoding="utf-8")
+    (folder / "exchanged.yaml").write_text(text.replace("pixels.csv", "exchanged.csv"), encoding="utf-8")
+    assert robocal("identify", folder / "robot.yaml", folder / "exchanged.yaml", "--no-leave-one-out").status == 3
 
 
 def steps(page, folder):

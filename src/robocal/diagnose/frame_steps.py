@@ -191,6 +191,8 @@ def find_frame_steps(
         known = frames_of(data)
         loose = {n for n in frames if all(known[n].free) and known[n].prior is None}
         steps = [s for n in look.units if (s := look.best(n, n in frames and n not in loose)) is not None]
+        # A frame that has two places already has a third one by its later name alone.
+        steps = [s for s in steps if s.first is None or f"{s.name} {LATER}" not in frames]
         tried = float(sum(len(u.seen) for u in look.units.values()))
         steps = sorted(steps, key=lambda s: -s.gain)
         if not steps or steps[0].name in zeros or _chance(steps[0].gain, spread, tried, look) > limits.FRAME_CHANCE:
