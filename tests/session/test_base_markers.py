@@ -14,6 +14,7 @@ from robocal.measure.data import DataSet
 from robocal.session.base_markers import leave_lone_targets, place_targets
 from robocal.session.inputs import read_inputs
 from robocal.vision.camera import SYMBOLS
+from robocal.vision.sightings import find_islands
 
 NEAR = 0.08, 0.08  # m, rad: far less than markers are apart, and near enough for any fit
 
@@ -81,6 +82,21 @@ def test_what_alone_says_where_a_view_is_stays(rig):
     known = replace(data, observations=(some, lengths))
     assert leave_lone_targets(known) == (known, ())
     assert leave_lone_targets(rig.data) == (rig.data, ())
+
+
+def test_markers_that_no_view_joins_to_the_others_do_not_keep_those_from_their_map(rig):
+    data = unplaced(rig, known=True)
+    pixels, lengths = data.observations
+    views = np.unique(pixels.configuration[pixels.target == 7])[:2]
+    some = pixels.take(np.flatnonzero((pixels.target == 7) == np.isin(pixels.configuration, views)))
+    placed = place_targets(rig.robot, replace(data, observations=(some, lengths))).observations[0]
+    shows = np.zeros((len(data.configurations), len(placed.targets)), dtype=bool)
+    shows[placed.configuration, placed.target] = True
+    joined = find_islands(shows)[0]
+    assert len(joined) > 10 and 7 not in joined
+    off = se3.from_vector([t.value for t in placed.targets])[joined, :3, 3] - true_places(rig)[joined, :3, 3]
+    assert np.linalg.norm(off, axis=1).max() < NEAR[0]
+    assert not any(placed.targets[7].value)
 
 
 def test_reading_the_files_of_a_robot_places_its_markers():

@@ -23,7 +23,6 @@ from robocal.measure.machine import Model, freedom_of
 from robocal.measure.pixels import rays
 from robocal.measure.reach import nominal_poses
 from robocal.vision.map_start import MarkerSights, grow_map
-from robocal.vision.sightings import find_islands
 
 __all__ = ["leave_lone_targets", "place_targets", "whole_sights"]
 
@@ -51,7 +50,7 @@ def whole_sights(obs: Observations) -> MarkerSights:
 
 def place_targets(model: Model, data: DataSet) -> DataSet:
     """The data with starts for targets on the base that a camera in hand sees and whose places are not stated, and for poses of
-    configurations that are free. What no views join stays as it was."""
+    configurations that are free. What no views join to the map stays as it was."""
     for number, obs in enumerate(data.observations):
         if _asks(obs):
             data = _place(model, data, number)
@@ -105,9 +104,7 @@ def _place(model: Model, data: DataSet, number: int) -> DataSet:
     obs, count = data.observations[number], len(data.configurations)
     assert obs.frame is not None
     sights = whole_sights(obs)
-    seen = np.zeros((count, len(obs.targets)), dtype=bool)
-    seen[sights.view, sights.marker] = True
-    if not len(sights.view) or len(find_islands(seen)) > 1:
+    if not len(sights.view):
         return data
     lens = obs.options["intrinsics"]
     assert isinstance(lens, tuple)
