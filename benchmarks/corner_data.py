@@ -108,7 +108,8 @@ def cable(folder, rng, poses, side, pitch, size) -> int:
     lines = [f"p{i}," + ",".join(f"{1e3 * v:.5f}" for v in row) for i, row in enumerate(read)]
     (folder / "lengths.csv").write_text(f"id,{names}\n" + "\n".join(lines) + "\n")
     (folder / "lengths.yaml").write_text(
-        f"robocal: 1\nkind: lengths\nfile: lengths.csv\nunits: {{length: mm, angle: deg}}\nlengths: {{columns: [{names}], unit: mm, sigma: 2}}\n"
+        f"robocal: 1\nkind: lengths\nfile: lengths.csv\nunits: {{length: mm, angle: deg}}\n"
+        f"lengths: {{columns: [{names}], unit: mm, sigma: 2}}\n"
         "configuration: {id: id}\n"
     )
     eye = se3.from_vector((0.02, 0.01, -0.25, np.pi, 0, 0))

@@ -177,7 +177,9 @@ CASES = {
     "lens of half the size": Case(robot("file: lens.yaml", "image: [640, 412]\n"), 2, ("another size", "scale: 0.5")),
     "lens of another shape": Case(robot("file: lens.yaml", "image: [1280, 720]\n"), 2, ("another shape",)),
     "lens scaled as offered": Case(robot("file: lens.yaml, scale: 0.5", "image: [640, 412]\n"), 0),
-    "two views exchanged": Case(robot("fx: 900, fy: 905, cx: 640, cy: 412, k1: -0.1, k2: 0.02", "", True), 0, ("views v5 and v20 of camera are exchanged",)),
+    "two views exchanged": Case(
+        robot("fx: 900, fy: 905, cx: 640, cy: 412, k1: -0.1, k2: 0.02", "", True), 0, ("views v5 and v20 of camera are exchanged",)
+    ),
     "all views frontal": Case(intrinsics(0.0, (0.55, 0.55)), 3, ("fx, fy", "do not tell them from the distance")),
     "points beyond the fold": Case(robot(FOLDS, ""), 0, ("folds back",)),
 }  # fmt: skip
