@@ -117,9 +117,10 @@ def wrong_views(context: Context[Model]) -> list[Finding]:
     data, base = context.need_data, context.need_baseline
     if not _cameras(data):
         return []
-    # What everything free explains, the machine was off by: no view has to be read in another way.
+    # What everything free explains, the machine was off by: no view has to be read in another way. Readings of another kind
+    # beside the images give way first, and are not asked here.
     free = context.soft if context.fit is None else Baseline(context.fit.problem, context.fit.solution.x)
-    ends = (base,) if free is None else (base, free)
+    ends = (base,) if free is None or len(_cameras(data)) < len(data.observations) else (base, free)
     return explain_views(context) if all(_measure(data, end.problem, end.x).asks for end in ends) else []
 
 

@@ -7,7 +7,7 @@ file has it.
 C are the six columns of a frame, J those that were fitted, P the priors, r what the fit leaves. The score test asks every frame at every
 configuration k at once; for a frame that the fit could not move freely the first configuration is asked too. The best is fitted
 with two places, and the fall of the cost is what counts. It follows chi2 with six degrees of freedom, enlarged by what single views gain
-(their median), and by serial correlation. Source: Rao (1948), as `stated_numbers`; Andrews, Econometrica 61 (1993).
+(their median), and by serial correlation; see also `frame_orders`. Source: Rao (1948), as `stated_numbers`; Andrews, Econometrica (1993).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from robocal import _scipy as scipy
 from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.diagnose import limits
+from robocal.diagnose.frame_orders import order_proves
 from robocal.diagnose.serial import correlation_factor
 from robocal.estimate.elimination import beside_blocks
 from robocal.estimate.least_squares import least_squares
@@ -69,6 +70,15 @@ class _FrameSums:
         """Of a motion in proportion to a profile (m,) over its configurations."""
         s, x, xh = (np.tensordot(profile, v[self.seen], 1) for v in (self.g, self.x, self.xh))
         return _gain(s, np.tensordot(profile**2, self.a[self.seen], 1), xh @ x.T)
+
+    def gains(self, order: Ints) -> Array:
+        """Of a step before the k-th of its configurations in an order (m,), (m,); NaN where too few lie on either side."""
+        m, fewest = len(self.seen), int(limits.SEGMENT_VIEWS)
+        out = np.full(m, np.nan)
+        s, own, x, xh = (np.cumsum(v[self.seen][order][::-1], axis=0)[::-1] for v in (self.g, self.a, self.x, self.xh))
+        for k in range(fewest, m - fewest + 1):
+            out[k] = _gain(s[k], own[k], xh[k] @ x[k].T)
+        return out
 
 
 def _gain(s: Array, own: Array, taken: Array) -> float:
@@ -142,9 +152,8 @@ class _FrameSearch:
         if m < fewest:
             return None
         tried: list[tuple[float, int | None]] = [(u.gain(np.ones(m)), None)] if stated else []
-        s, own, x, xh = (np.cumsum(v[u.seen][::-1], axis=0)[::-1] for v in (u.g, u.a, u.x, u.xh))
-        taken = xh @ np.swapaxes(x, 1, 2)
-        tried += [(_gain(s[k], own[k], taken[k]), k) for k in range(fewest, m - fewest + 1)]
+        gains = u.gains(np.arange(m))
+        tried += [(float(gains[k]), k) for k in range(fewest, m - fewest + 1)]
         if not tried:
             return None
         gain, k = max(tried, key=lambda t: t[0])
@@ -206,12 +215,15 @@ def find_frame_steps(
         chance = _chance(gain / best.serial, spread, tried, look)
         if chance > limits.FRAME_CHANCE:
             break
-        alike = tuple(
-            origin[t.step.name] for t in trials[1:] if 2 * (t.cost - best.cost) < limits.SEGMENT_ALIKE * spread
-        )
-        bias = _bias(best, alike, values, sigma)
         name = origin[best.step.name]
+        near = [t for t in trials[1:] if 2 * (t.cost - best.cost) < limits.SEGMENT_ALIKE * spread]
+        alike = tuple(n for n in dict.fromkeys(origin[t.step.name] for t in near) if n != name)
+        bias = _bias(best, alike, values, sigma)
         share = gain / max(2 * float(base.cost[0]), 1e-300)
+        u = look.units[best.step.name]
+        slow = spread > limits.FRAME_SCATTER and share < limits.FRAME_SHARE
+        if best.step.first is not None and not order_proves(u.gains, u.seen, data.configurations, slow):
+            break
         out.append(FrameStep(name, best.step.first, best.shift, best.turn, chance, bias, share, alike))
         data, before, at = best.data, best.problem, best.x
         if best.step.first is None:

@@ -83,6 +83,10 @@ FRAME_CHANCE = limit(1e-3, "chance",
     "A frame that stays where it was is named once in a thousand files.", "tests/diagnose/test_frame_steps.py")
 FRAME_FITTED = limit(0.5, "of the rows of a place",
     "A frame of which the rows of one place were set aside is right where the others have it.", "tests/diagnose/test_frame_steps.py")
+FRAME_SCATTER = limit(2.0, "times the noise", "Views of a machine that does not err exceed it once in a thousand files of nine views.",
+    "chi2, six degrees of freedom")
+FRAME_SHARE = limit(0.75, "of the squares", "The best step explains so much of a ramp: what explains more does not change slowly.",
+    "variance of a ramp and of its halves")
 FRAME_OTHERWISE = limit(1.0, "rad", "Nobody sets a target up so wrong: corners are counted from elsewhere, at least a quarter of a turn.",
     "tests/prove/test_cable_camera_mistakes.py")
 FRAME_BIAS = limit(3.0, "sigma", "A number that another place of a frame moves by more is wrong by what is claimed of it.",
