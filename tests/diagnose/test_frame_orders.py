@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from robocal.diagnose.frame_orders import order_proves
 from robocal.measure.data import Configurations
 
@@ -28,11 +29,13 @@ def places(rng, sort):
     return Configurations(tuple(map(str, range(VIEWS))), joints)
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_what_moved_in_time_is_told(seed):
-    rng = np.random.default_rng(seed)
-    errors = rng.normal(size=VIEWS) + 3.0 * (np.arange(VIEWS) >= STEP)
-    assert order_proves(gains(errors), np.arange(VIEWS), places(rng, False), slow=True)
+def test_what_moved_in_time_is_told():
+    told = 0
+    for seed in range(50):
+        rng = np.random.default_rng(seed)
+        errors = rng.normal(size=VIEWS) + 3.0 * (np.arange(VIEWS) >= STEP)
+        told += order_proves(gains(errors), np.arange(VIEWS), places(rng, False), slow=True)
+    assert told >= 45  # a joint that follows time by chance hides the others
 
 
 def test_views_of_a_machine_that_errs_are_told_once_in_twenty_files():
