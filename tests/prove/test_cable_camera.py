@@ -66,11 +66,11 @@ def test_a_lens_that_is_stated_too_well_names_the_camera(tmp_path):
     assert CODE not in codes(again) and again.status == 0
 
 
-def slip(text):
-    """The third cable 20 mm longer from the sixteenth pose on."""
+def slip(text, cable=3, size=0.02):
+    """A cable 20 mm longer from the sixteenth pose on."""
     head, *rows = [line.split(",") for line in text.splitlines()]
     for row in rows[15:]:
-        row[3] = f"{float(row[3]) + 0.02:.6f}"
+        row[cable] = f"{float(row[cable]) + size:.6f}"
     return "\n".join(map(",".join, [head, *rows])) + "\n"
 
 
@@ -81,6 +81,16 @@ def test_a_cable_that_slipped_is_named_beside_a_camera(tmp_path):
     (said,) = [r for r in ran.document["verdict"]["reasons"] if "slipped" in r]
     assert ran.status == 3 and "from row 17 to row 31 c3.l0" in said
     assert 18 < float(re.search(r"off by ([\d.]+) mm", said)[1]) < 22
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("cable", "size"), [(1, 0.02), (4, 0.05)])
+def test_a_cable_that_slipped_where_poses_follow_it_is_named(tmp_path, cable, size):
+    """What rows leave shows little of it: a score beside the frames that may have moved does."""
+    ran = identify(tmp_path, lengths=lambda text: slip(text, cable, size))
+    (said,) = [r for r in ran.document["verdict"]["reasons"] if "slipped" in r]
+    assert ran.status == 3 and f"from row 17 to row 31 c{cable}.l0" in said
+    assert float(re.search(r"off by ([\d.]+) mm", said)[1]) == pytest.approx(1e3 * size, rel=0.1)
 
 
 @pytest.mark.slow

@@ -17,6 +17,8 @@ CODES = {
     "corners-reordered",
     "target-unit",
     "views-shifted",
+    "axes-exchanged",
+    "image-mirrored",
     "copied",
 }
 
@@ -76,6 +78,14 @@ def test_a_view_beside_the_readings_of_the_next_is_named(tmp_path):
 def test_views_that_are_out_of_step_by_one_are_named(tmp_path):
     status, told = identify(tmp_path, lambda rows: [[f"p{(pose(r) + 1) % 30}", *r[1:]] for r in rows])
     assert status == 3 and "views-shifted" in told
+
+
+def test_columns_that_are_exchanged_and_images_that_are_mirrored_are_named(tmp_path):
+    """Markers and poses started from images that were read so: what undoes it starts anew."""
+    status, told = identify(tmp_path, lambda rows: [[*r[:3], r[4], r[3]] for r in rows])
+    assert status == 3 and "axes-exchanged" in told
+    status, told = identify(tmp_path, lambda rows: [[*r[:3], f"{1279 - float(r[3]):.4f}", r[4]] for r in rows])
+    assert status == 3 and "image-mirrored" in told
 
 
 # obeys: corners-reordered

@@ -99,6 +99,17 @@ def test_markers_that_no_view_joins_to_the_others_do_not_keep_those_from_their_m
     assert not any(placed.targets[7].value)
 
 
+def test_a_marker_that_another_camera_sees_as_well_stays(rig):
+    data = unplaced(rig, known=True)
+    pixels, lengths = data.observations
+    where = pixels.configuration[pixels.target == 7]
+    alone = pixels.take(np.flatnonzero((pixels.target != 7) | (pixels.configuration == where[0])))
+    assert pixels.frame is not None
+    other = replace(pixels, frame=replace(pixels.frame, name="other"))
+    less, left = leave_lone_targets(replace(data, observations=(alone, other, lengths)))
+    assert "m7" not in left and "m7" in {t.name for t in less.observations[0].targets}
+
+
 def test_reading_the_files_of_a_robot_places_its_markers():
     folder = Path(__file__).parents[2] / "examples" / "cable-camera"
     read = read_inputs(folder / "robot.yaml", [folder / "lengths.yaml", folder / "pixels.yaml"])

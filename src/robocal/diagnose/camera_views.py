@@ -34,6 +34,7 @@ from robocal.diagnose.view_blocks import subsample_views
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import Baseline, fit_baseline
 from robocal.fit.noise import owners, quantile
+from robocal.fit.starts.own import place_configurations
 from robocal.geometry import se3
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Observations
@@ -229,6 +230,14 @@ class _ViewSearch:
         views, points = (VIEWS, POINTS) if robust or not freedom_of(self.model) else ROUGH
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
         part = DataSet(self.data.configurations, tuple(subsample_views(o, where, points) for o in read)).take(where)
+        images = any(read[i].value is not o.value for i, o in enumerate(self.data.observations) if i in changed)
+        images |= any(
+            not np.array_equal(read[i].configuration, self.data.observations[i].configuration) for i in changed
+        )
+        if images and any(o.kind == "lengths" for o in part.observations):
+            # Poses may have started from the images as they are: those of other images start from the lengths.
+            own = replace(part, configurations=replace(part.configurations, start=None))
+            part = place_configurations(self.model, own)
         if len(part.observations) != len(read):
             return _ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):

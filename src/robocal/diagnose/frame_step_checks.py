@@ -8,13 +8,16 @@ import numpy as np
 
 from robocal.diagnose import limits
 from robocal.diagnose.camera_views import explain_views, wrong_views
-from robocal.diagnose.check_registry import Context, Finding, Level, check_fit_twice, doubt, once, refuse
+from robocal.diagnose.check_registry import Context, Finding, Level, check_fit_twice, doubt, of_remarks, once, refuse
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.frame_steps import FrameStep, find_frame_steps
+from robocal.diagnose.segments.tell import segment_remarks
+from robocal.diagnose.slack import find_slack
 from robocal.diagnose.stated_numbers import find_stated_number
 from robocal.diagnose.time_offset import time_offset
+from robocal.diagnose.zero_steps import segment_of_zero
 from robocal.measure.data import DataSet, Observations
-from robocal.measure.machine import Model
+from robocal.measure.machine import Model, sensor_zeros
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
@@ -49,7 +52,19 @@ def frame_steps(context: Context[Model]) -> list[Finding]:
     # A target that seems to stand on its head is counted otherwise, and the others with it.
     if any(s.first is None and s.turn > limits.FRAME_OTHERWISE for s in steps) and (found := explain_views(context)):
         return found
-    return [_finding(context, s) for s in steps]
+    zeros = sensor_zeros(context.model)
+    return [f for s in steps for f in (_of_zero(context, s) if s.frame in zeros else [_finding(context, s)])]
+
+
+def _of_zero(context: Context[Model], step: FrameStep) -> list[Finding]:
+    """A zero that steps, told as `segments` would, and refused as frames are. Cables that hang now and then do not slip."""
+    hung = [f"{s.cable}.l0" for s in find_slack(context)]
+    if step.first is None or step.frame in hung:
+        return []
+    found = segment_of_zero(context, step.frame, step.first, step.shift, step.chance)
+    large = found is not None and found.strength > limits.SEGMENT_ZERO_SIZE
+    level = Level.REFUSE if step.bias > limits.FRAME_BIAS else Level.DOUBT
+    return of_remarks(segment_remarks([found]), level) if found is not None and large else []
 
 
 def _finding(context: Context[Model], step: FrameStep) -> Finding:

@@ -22,6 +22,7 @@ from robocal._types import Array, Ints
 from robocal.diagnose import limits
 from robocal.diagnose.frame_orders import order_proves
 from robocal.diagnose.serial import correlation_factor
+from robocal.diagnose.zero_steps import step_of_zero
 from robocal.estimate.elimination import beside_blocks
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -181,7 +182,8 @@ def _informs(problem: Problem) -> Array:
 def find_frame_steps(
     model: Model, data: DataSet, fitted: Problem, x: Array, sigma: Mapping[str, float]
 ) -> list[FrameStep]:
-    """The frames of data, as they were fitted at x (1, P), that have two places; `sigma` are standard deviations of what was fitted."""
+    """The frames of data, as they were fitted at x (1, P), that have two places, and a zero of a sensor that has, named in place of a
+    frame; `sigma` are standard deviations of what was fitted."""
     if fitted.sizes[1][1] > 0 or not fitted.n:
         return []
     data = DataSet(data.configurations, tuple(_count_again(o) for o in data.observations))
@@ -204,6 +206,15 @@ def find_frame_steps(
         steps = [s for s in steps if s.first is None or f"{s.name} {LATER}" not in frames]
         tried = float(sum(len(u.seen) for u in look.units.values()))
         steps = sorted(steps, key=lambda s: -s.gain)
+        if steps and (one := steps[0]).name in zeros and one.first is not None:
+            u = look.units[one.name]
+            sums = u.g[u.seen], u.a[u.seen], u.x[u.seen], u.xh[u.seen]
+            shift, bias, serial = step_of_zero(one.name, sums, u.seen >= one.first, before.free, sigma)
+            chance = _chance(one.gain / serial, spread, tried, look, 1)
+            if chance < limits.FRAME_CHANCE and order_proves(
+                u.gains, u.seen, data.configurations, spread > limits.FRAME_SCATTER
+            ):
+                out.append(FrameStep(one.name, one.first, shift, 0.0, chance, bias, 0.0))
         if not steps or steps[0].name in zeros or _chance(steps[0].gain, spread, tried, look) > limits.FRAME_CHANCE:
             break
         rivals = [s for s in steps if s.name in frames and s.gain > limits.SEGMENT_RIVAL * steps[0].gain][:RIVALS]
@@ -262,9 +273,8 @@ def _count_again(obs: Observations) -> Observations:
     return replace(obs, used=~lone if lone.any() else None)
 
 
-def _chance(gain: float, spread: float, tried: float, look: _FrameSearch) -> float:
-    """Of so much by chance, after all that was tried."""
-    q = len(FRAME_SYMBOLS)
+def _chance(gain: float, spread: float, tried: float, look: _FrameSearch, q: int = len(FRAME_SYMBOLS)) -> float:
+    """Of so much by chance in q numbers, after all that was tried."""
     dof = max(float(sum(len(u.seen) for u in look.units.values())) - q, 1.0)
     return float(scipy.special.fdtrc(q, dof, max(gain, 0.0) / (spread * q))) * tried
 

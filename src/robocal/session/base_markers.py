@@ -11,6 +11,8 @@ lengths of a robot that is not calibrated yet, so free poses start from them.
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 import numpy as np
 
 from robocal._record import replace
@@ -65,8 +67,9 @@ def leave_lone_targets(data: DataSet) -> tuple[DataSet, tuple[str, ...]]:
     """
     left: list[str] = []
     observations: list[Observations] = []
-    for obs in data.observations:
-        lone = _lone(obs) if _asks(obs) else ()
+    for number, obs in enumerate(data.observations):
+        elsewhere = {t.name for k, o in enumerate(data.observations) if k != number for t in o.targets}
+        lone = _lone(obs, elsewhere) if _asks(obs) else ()
         if lone:
             assert obs.target is not None
             number = np.cumsum([i not in lone for i in range(len(obs.targets))]) - 1
@@ -79,12 +82,12 @@ def leave_lone_targets(data: DataSet) -> tuple[DataSet, tuple[str, ...]]:
     return (DataSet(data.configurations, tuple(observations)) if left else data), tuple(left)
 
 
-def _lone(obs: Observations) -> tuple[int, ...]:
-    """Numbers of targets of unknown places that a single configuration shows."""
+def _lone(obs: Observations, elsewhere: Set[str]) -> tuple[int, ...]:
+    """Numbers of targets of unknown places that a single configuration shows, and that no other instrument sees."""
     assert obs.target is not None
     seen = np.zeros((len(obs.targets), int(obs.configuration.max(initial=-1)) + 1), dtype=bool)
     seen[obs.target, obs.configuration] = True
-    lone = [i for i, t in enumerate(obs.targets) if _unplaced(t) and seen[i].sum() == 1]
+    lone = [i for i, t in enumerate(obs.targets) if _unplaced(t) and seen[i].sum() == 1 and t.name not in elsewhere]
     kept = np.delete(seen, lone, axis=0)
     return tuple(lone) if (kept.any(axis=0) == seen.any(axis=0)).all() else ()
 
