@@ -156,6 +156,11 @@ def _size_of(trial: _ViewTrial) -> float:
     return float(np.log(np.maximum(trial.left, FINE)).sum())
 
 
+def _extent(obs: Observations) -> float:
+    """The largest coordinate of the points of targets, m."""
+    return float(np.abs(obs.extra["point"]).max(initial=0.0))
+
+
 def _size(obs: Observations) -> float:
     """What an error of an instrument is a share of: of a camera its focal length, else what it reads."""
     if obs.kind == "pixels":
@@ -230,10 +235,8 @@ class _ViewSearch:
         views, points = (VIEWS, POINTS) if robust or not freedom_of(self.model) else ROUGH
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
         part = DataSet(self.data.configurations, tuple(subsample_views(o, where, points) for o in read)).take(where)
-        images = any(read[i].value is not o.value for i, o in enumerate(self.data.observations) if i in changed)
-        images |= any(
-            not np.array_equal(read[i].configuration, self.data.observations[i].configuration) for i in changed
-        )
+        # A size in another unit has scaled where targets start: poses that start from the images go with it.
+        images = [i for i in changed if _extent(read[i]) == _extent(self.data.observations[i])]
         if images and any(o.kind == "lengths" for o in part.observations):
             # Poses may have started from the images as they are: those of other images start from the lengths.
             own = replace(part, configurations=replace(part.configurations, start=None))
