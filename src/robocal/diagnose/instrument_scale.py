@@ -106,7 +106,8 @@ def unlike_lengths(context: Context[Model]) -> Contradiction | None:
         return None
     drums = found.column == len(choices)
     named = others if drums else choices[found.column]
-    known = not any(scale_of(o) for o in fit.data.observations if o.kind != LENGTHS and o.label in named)
+    own = [o for o in fit.data.observations if o.kind != LENGTHS and o.label in named]
+    known = not any(scale_of(o) or o.options.get("print") for o in own)
     return Contradiction(tuple(named), -found.change if drums else found.change, found.t, found.share, known)
 
 
