@@ -82,6 +82,34 @@ def test_lengths_in_another_unit(tmp_path):
     assert np.abs(off_by(obey(words, reasons), made)).max() < 4
 
 
+def _flip(told):
+    told[:, 0, 3] *= -1
+
+
+def _swap(told):
+    told[:, :2, 3] = told[:, 1::-1, 3]
+
+
+def _invert(told):
+    told[:, :3, :3] = np.swapaxes(told[:, :3, :3], 1, 2).copy()
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"), [(_flip, "change the sign of x"), (_swap, "exchange x and y"), (_invert, "invert the turns")]
+)
+def test_columns_of_poses_with_another_sign_or_in_another_order(tmp_path, fault, said):
+    """No option says it: the file is put right, and then the camera is located."""
+    made = world(13)
+    told = made.told.copy()
+    fault(told)
+    found, status = hand_eye(*cell(tmp_path, made, told))
+    (reason,) = refused(found, "poses-read-otherwise")
+    assert status == 3 and said in reason["advice"]
+    fault(told)
+    found, status = hand_eye(*cell(tmp_path, made, told))
+    assert status == 0 and "poses-read-otherwise" not in codes(found)
+
+
 def test_angles_in_another_unit(tmp_path):
     """Rotation vectors in rad read in deg; degrees read in rad are refused while they are read."""
     made = world(14)
