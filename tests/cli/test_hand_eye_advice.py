@@ -257,6 +257,20 @@ def test_a_few_views_that_are_labelled_from_the_other_end(tmp_path):
     assert status == 0 and not {"labels-turned", "outliers"} & codes(told)
 
 
+@pytest.mark.parametrize(("seed", "count", "some"), [(5, 30, [3, 7, 11]), (6, 20, [0, 1, 2])])
+def test_views_from_the_other_end_are_the_cause_of_what_they_leave_behind(tmp_path, seed, count, some):
+    """Not that more configurations are wanted, nor that the board moved."""
+    made = world(seed, count=count)
+    turned = np.array(made.pixels)
+    turned[some] = turned[some][:, ::-1]
+    _, place, *_ = cell(tmp_path, made)
+    views = corners(tmp_path, made, name="half.csv", pixels=turned)
+    words = (views, place, "--lens", lens_file(tmp_path), "--image", IMAGE)
+    told, status = hand_eye(*words)
+    assert status == 3 and [r["code"] for r in told["verdict"]["remarks"]] == ["labels-turned"], told["verdict"]
+    assert hand_eye(*words, "--undo-half-turns")[1] == 0
+
+
 def test_times_of_poses_in_another_unit_than_their_head_says(tmp_path):
     """Times in s under a head of ms agree with those of views read in ms; but no hand is as fast."""
     made = world(7, count=16)

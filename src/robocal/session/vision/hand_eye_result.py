@@ -323,7 +323,10 @@ def _judge(
         verdict = verdict.instead("refused", late)
     if left is not None and left.rms > HAND_EYE_LEFT * errors.normal:
         said.append(Remark.of(Code.HAND_EYE_FAR, left=Quantity(left.rms), times=left.rms / errors.normal))
-    if (turned := find_turned(opened, made)) is not None:
+    turned = find_turned(opened, made)
+    if turned is not None and verdict.status != "located":  # what they leave behind is no cause, and its advice no help
+        verdict = Verdict("refused", (turned,))
+    elif turned is not None:
         said.append(turned)
     lens, material = contradict_lens(opened, made, errors.normal)
     if lens is not None and material:
