@@ -257,6 +257,16 @@ def test_a_few_views_that_are_labelled_from_the_other_end(tmp_path):
     assert status == 0 and not {"labels-turned", "outliers"} & codes(told)
 
 
+def test_mirrored_images_are_no_lens_of_a_focal_length_below_0(tmp_path):
+    made = world(13)
+    _, place, *_ = cell(tmp_path, made)
+    mirrored = made.pixels * [-1, 1] + [int(IMAGE.split("x")[0]) - 1, 0]
+    for pixels, right in ((mirrored, False), (made.pixels, True)):
+        views = corners(tmp_path, made, pixels=pixels)
+        told, status = hand_eye(views, place, "--lens", lens_file(tmp_path), "--image", IMAGE, "--free-lens")
+        assert (status == 0) is right and ("image-mirrored" in codes(told)) is not right, told["verdict"]
+
+
 @pytest.mark.parametrize(("seed", "count", "some"), [(5, 30, [3, 7, 11]), (6, 20, [0, 1, 2])])
 def test_views_from_the_other_end_are_the_cause_of_what_they_leave_behind(tmp_path, seed, count, some):
     """Not that more configurations are wanted, nor that the board moved."""

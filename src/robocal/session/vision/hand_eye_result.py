@@ -36,6 +36,7 @@ from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.hand_eye_checks import (
     OF_VIEWS,
     contradict_lens,
+    find_mirrored,
     find_moves,
     find_turned,
     restate,
@@ -309,6 +310,7 @@ def _judge(
     explained = [
         *doubts,
         *([] if still is None else [still]),
+        *find_mirrored(opened, made),
         *(restate(r, opened) for r in given.reasons if r.code in OF_VIEWS),
     ]
     if explained:
