@@ -9,6 +9,8 @@ import pytest
 from cli.runs import robocal as run
 from scipy.spatial.transform import Rotation
 
+from robocal.errors import ModelError
+from robocal.files.marker_search import charuco_markers, find_charuco
 from robocal.files.sheet import read_sheet
 from robocal.simulation.images import Photograph, render, texture
 from robocal.vision.camera import image_of
@@ -174,3 +176,25 @@ def test_another_board_than_the_one_that_was_named(tmp_path):
     for squares in ("4x4", "4x5"):
         ran = run("vision", "detect", str(tmp_path / "a" / "images"), "--charuco", squares, *words, "--json")
         assert "board-other" not in ran.out
+
+
+def test_a_board_that_is_numbered_from_elsewhere_than_0_needs_its_sheet(tmp_path):
+    photographs(tmp_path / "a", "--pattern charuco --paper 130x140 --columns 4 --rows 4 --first 20")
+    images, words = str(tmp_path / "a" / "images"), ("--charuco", "4x4", "--dictionary", "6x6_250", "--square", 24)
+    ran = run("vision", "detect", images, *words, "--json")
+    (said,) = [r for r in json.loads(ran.out)["remarks"] if r["code"] == "board-other"]
+    assert "--sheet" in said["advice"]
+    (sheet,) = (tmp_path / "a").rglob("*.yaml")
+    ran = run("vision", "detect", images, "--sheet", str(sheet), "--json")
+    assert ran.status == 0 and "board-other" not in ran.out, ran.said
+
+
+def test_a_marker_as_large_as_its_square_to_single_precision_has_places():
+    """OpenCV's constructor knows single precision, and refuses such a board with a SystemError."""
+    places = charuco_markers((5, 7), "6x6_250", False, 1 - 1e-9)
+    assert np.allclose(np.ptp(np.array([*places.values()]), axis=1)[:, :2], 1, atol=1e-6)
+
+
+def test_numbers_that_are_not_those_of_a_board_are_refused():
+    with pytest.raises(ModelError, match="knows no such board"):
+        find_charuco(np.zeros((64, 64), np.uint8), (5, 7), "6x6_250", False, (1, 2))

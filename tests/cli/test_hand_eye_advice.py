@@ -82,6 +82,34 @@ def test_lengths_in_another_unit(tmp_path):
     assert np.abs(off_by(obey(words, reasons), made)).max() < 4
 
 
+def _flip(told):
+    told[:, 0, 3] *= -1
+
+
+def _swap(told):
+    told[:, :2, 3] = told[:, 1::-1, 3]
+
+
+def _invert(told):
+    told[:, :3, :3] = np.swapaxes(told[:, :3, :3], 1, 2).copy()
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"), [(_flip, "change the sign of x"), (_swap, "exchange x and y"), (_invert, "invert the turns")]
+)
+def test_columns_of_poses_with_another_sign_or_in_another_order(tmp_path, fault, said):
+    """No option says it: the file is put right, and then the camera is located."""
+    made = world(13)
+    told = made.told.copy()
+    fault(told)
+    found, status = hand_eye(*cell(tmp_path, made, told))
+    (reason,) = refused(found, "poses-read-otherwise")
+    assert status == 3 and said in reason["advice"]
+    fault(told)
+    found, status = hand_eye(*cell(tmp_path, made, told))
+    assert status == 0 and "poses-read-otherwise" not in codes(found)
+
+
 def test_angles_in_another_unit(tmp_path):
     """Rotation vectors in rad read in deg; degrees read in rad are refused while they are read."""
     made = world(14)
@@ -227,6 +255,30 @@ def test_a_few_views_that_are_labelled_from_the_other_end(tmp_path):
     assert status == 0 and said["numbers"]["views"] == ["v4", "v8"] and "--undo-half-turns" in said["advice"]
     told, status = hand_eye(*words, "--undo-half-turns")
     assert status == 0 and not {"labels-turned", "outliers"} & codes(told)
+
+
+def test_mirrored_images_are_no_lens_of_a_focal_length_below_0(tmp_path):
+    made = world(13)
+    _, place, *_ = cell(tmp_path, made)
+    mirrored = made.pixels * [-1, 1] + [int(IMAGE.split("x")[0]) - 1, 0]
+    for pixels, right in ((mirrored, False), (made.pixels, True)):
+        views = corners(tmp_path, made, pixels=pixels)
+        told, status = hand_eye(views, place, "--lens", lens_file(tmp_path), "--image", IMAGE, "--free-lens")
+        assert (status == 0) is right and ("image-mirrored" in codes(told)) is not right, told["verdict"]
+
+
+@pytest.mark.parametrize(("seed", "count", "some"), [(5, 30, [3, 7, 11]), (6, 20, [0, 1, 2])])
+def test_views_from_the_other_end_are_the_cause_of_what_they_leave_behind(tmp_path, seed, count, some):
+    """Not that more configurations are wanted, nor that the board moved."""
+    made = world(seed, count=count)
+    turned = np.array(made.pixels)
+    turned[some] = turned[some][:, ::-1]
+    _, place, *_ = cell(tmp_path, made)
+    views = corners(tmp_path, made, name="half.csv", pixels=turned)
+    words = (views, place, "--lens", lens_file(tmp_path), "--image", IMAGE)
+    told, status = hand_eye(*words)
+    assert status == 3 and [r["code"] for r in told["verdict"]["remarks"]] == ["labels-turned"], told["verdict"]
+    assert hand_eye(*words, "--undo-half-turns")[1] == 0
 
 
 def test_times_of_poses_in_another_unit_than_their_head_says(tmp_path):

@@ -101,6 +101,7 @@ OTHER = {
     "lens-factor-doubted": "diagnose/test_camera_views.py",
     "target-turned": "diagnose/test_camera_views.py",
     "views-shifted": "diagnose/test_camera_views.py",
+    "print-beside-lengths": "diagnose/test_print_size.py",
     "view-alone": "diagnose/test_views.py",
     "view-elsewhere": "diagnose/test_views.py",
     "view-exchanged": "diagnose/test_views.py",

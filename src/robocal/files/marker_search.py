@@ -36,6 +36,8 @@ PATIENCE = 3.0  # s, that trials of dictionaries may take
 LARGEST = (
     "36h11", "4x4_1000", "5x5_1000", "6x6_1000", "7x7_1000", "mip_36h12", "original", "25h9", "16h5", "36h10",
 )  # fmt: skip
+# What a marker fills of its square, where OpenCV looks for corners by homographies of the markers beside them: it hardly matters.
+SHARE = 0.5
 SIZES = (50, 100, 250, 1000)
 
 
@@ -214,14 +216,18 @@ def measure_checker(grey: Array) -> tuple[int, int] | None:
     return max(columns, rows), min(columns, rows)
 
 
-def _charuco(squares: tuple[int, int], family: str, legacy: bool, share: float, ids: Sequence[int] = ()) -> Any:
+def _charuco(squares: tuple[int, int], family: str, legacy: bool, ids: Sequence[int] = ()) -> Any:
     cv2 = opencv()
     dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, FAMILIES[family]))
     wanted, most = squares[0] * squares[1] // 2, len(dictionary.bytesList)
     if wanted > most:
         found, expected = f"{squares[0]} x {squares[1]} squares", f"at most {most} markers, those of {family}"
         raise ModelError("the dictionary has too few markers for this board", found=found, expected=expected)
-    board = cv2.aruco.CharucoBoard(squares, 1.0, share, dictionary, np.array(ids, dtype=np.int32) if ids else None)
+    try:
+        board = cv2.aruco.CharucoBoard(squares, 1.0, SHARE, dictionary, np.array(ids, dtype=np.int32) if ids else None)
+    except (cv2.error, SystemError) as error:  # what its constructor refuses reaches Python as either
+        found = f"{squares[0]} x {squares[1]} squares, {len(ids) or wanted} markers"
+        raise ModelError("OpenCV knows no such board", found=found, expected=f"{wanted} markers") from error
     board.setLegacyPattern(legacy)
     return board
 
@@ -232,8 +238,7 @@ def find_charuco(
     """Numbers (k,) and places (k, 2) of the inner corners of a ChArUco board of columns x rows squares, whose markers have numbers from 0
     or `ids`, by rows from the top left; None where too few markers tell."""
     cv2 = opencv()
-    # Corners come from homographies of the markers beside them: the share of a square that a marker fills hardly matters.
-    board = _charuco(squares, family, legacy, 0.5, ids)
+    board = _charuco(squares, family, legacy, ids)
     how = cv2.aruco.DetectorParameters()
     how.markerBorderBits = border
     search = cv2.aruco.CharucoDetector(board, cv2.aruco.CharucoParameters(), how)
@@ -246,12 +251,10 @@ def find_charuco(
 def charuco_markers(squares: tuple[int, int], family: str, legacy: bool, share: float) -> dict[int, Array]:
     """Corners (4, 3) of each marker of a ChArUco board by its number, in squares about its middle, x right and y up;
     `share`: the edge of a marker in squares."""
-    board = _charuco(squares, family, legacy, share)
-    places = np.array([squares[0] / 2, -squares[1] / 2, 0.0]) * -1.0 + np.asarray(board.getObjPoints(), dtype=float) * [
-        1.0,
-        -1.0,
-        1.0,
-    ]
+    board = _charuco(squares, family, legacy)
+    places = np.asarray(board.getObjPoints(), dtype=float) * [1.0, -1.0, 1.0] - [squares[0] / 2, -squares[1] / 2, 0.0]
+    middles = places.mean(axis=1, keepdims=True)
+    places = middles + (places - middles) * (share / SHARE)
     return dict(zip(np.asarray(board.getIds()).ravel().tolist(), places, strict=True))
 
 

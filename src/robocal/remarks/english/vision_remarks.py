@@ -59,7 +59,7 @@ class VisionRemarks:
     )
     BOARD_OTHER = Phrase(
         "the markers are not where a board of {columns} x {rows} squares has them[, but where one of {wide} x {high} has them]",
-        "Count the squares of the board, columns first: --charuco.",
+        "Count the squares of the board, columns first: --charuco. A board with other numbers needs its sheet: --sheet.",
     )
     SIZE_NOT_STATED = Phrase(
         "the size of the {what} is not stated: without it corners have no places on the target",

@@ -5,6 +5,8 @@ Y_i free, lens free:    z = |number - given| / sigma of both,    material where 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from robocal._record import replace
@@ -27,7 +29,7 @@ from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.hand_eye_data import HandEyeData
 
-__all__ = ["OF_VIEWS", "contradict_lens", "find_moves", "find_turned", "restate", "stands_still"]
+__all__ = ["OF_VIEWS", "contradict_lens", "find_mirrored", "find_moves", "find_turned", "restate", "stands_still"]
 
 PIXELS = ("fx", "fy", "cx", "cy")
 FEWEST = 5  # grid: views that tell a lens
@@ -204,3 +206,15 @@ def _turn(poses: Array) -> float:
     """The median angle from the first of poses (m, 4, 4) to the others, rad."""
     away = np.swapaxes(poses[:1, :3, :3], 1, 2) @ poses[1:, :3, :3]
     return float(np.median(np.linalg.norm(so3.log(away), axis=1)))
+
+
+def find_mirrored(opened: HandEyeData, made: Decision[Rig]) -> Iterator[Remark]:
+    """A lens that is found beside the robot meets mirrored images with a focal length below 0."""
+    if opened.lens is None or made.values.get(f"{CAMERA}.fx", 1.0) * made.values.get(f"{CAMERA}.fy", 1.0) > 0:
+        return
+    (obs,) = made.need_data.observations
+    problem = build(made.model, made.need_data, values=made.values)
+    off = problem.residuals(problem.start)[0].value
+    left = Quantity(float(np.median(np.linalg.norm(off, axis=-1))), "px")
+    file = obs.source.replace("\\", "/").rpartition("/")[2]
+    yield Remark.of(IMAGE_MIRRORED, instruments=(obs.label,), files=(file,), left=left, stated=None, behind=None)

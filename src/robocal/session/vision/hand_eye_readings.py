@@ -30,6 +30,7 @@ ROUNDS, FAR = 4, 3.0  # grid: of fits without views that are so many medians off
 FEWEST = 4  # grid: views of which the middle says anything
 SHIFTS = {1: "later", -1: "earlier"}
 KILO = 1e3  # from m to mm
+PLACE = "xyz"
 DEGREES = 180 / np.pi
 ORDERS = (("ZYX", True), ("XYZ", False), ("XYZ", True), ("ZYX", False), ("ZYZ", True))
 
@@ -127,6 +128,8 @@ def _forms(opened: HandEyeData, where: Ints, seen: Array, other: str) -> Iterato
         yield name, option, in_direction(made, opened.inverse), seen
         both = f"{name} and the other direction", f"{option}, and {other}"
         yield *both, in_direction(made, not opened.inverse), seen
+    for name, option, made in _columns(raw):
+        yield name, option, in_direction(made, opened.inverse), seen
     for factor, name in ((1 / KILO, "mm"), (KILO, "m")):
         made = np.array(raw)
         made[:, :3, 3] *= factor
@@ -135,6 +138,22 @@ def _forms(opened: HandEyeData, where: Ints, seen: Array, other: str) -> Iterato
             near = np.array(seen)
             near[:, :3, 3] *= factor
             yield f"lengths of the target's poses in {name}", f"--target-units {name}", opened.flange[where], near
+
+
+def _columns(raw: Array) -> Iterator[tuple[str, str, Array]]:
+    """Places with another sign or in another order, and turns alone in the other direction: no option says these, the file must."""
+    for i, name in enumerate(PLACE):
+        made = np.array(raw)
+        made[:, i, 3] *= -1
+        yield f"{name} with the other sign", f"change the sign of {name} in the file of the poses", made
+    for i, j in ((0, 1), (1, 2), (0, 2)):
+        made = np.array(raw)
+        made[:, [i, j], 3] = raw[:, [j, i], 3]
+        both = f"{PLACE[i]} and {PLACE[j]}"
+        yield f"{both} exchanged", f"exchange {both} in the file of the poses", made
+    made = np.array(raw)
+    made[:, :3, :3] = np.swapaxes(raw[:, :3, :3], 1, 2)
+    yield "turns in the other direction, places as they are", "invert the turns in the file of the poses", made
 
 
 def _of_target(target: RobotPoses, opened: HandEyeData, where: Ints, seen: Array) -> Iterator[Row]:

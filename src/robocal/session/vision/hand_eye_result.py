@@ -36,6 +36,7 @@ from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.hand_eye_checks import (
     OF_VIEWS,
     contradict_lens,
+    find_mirrored,
     find_moves,
     find_turned,
     restate,
@@ -309,6 +310,7 @@ def _judge(
     explained = [
         *doubts,
         *([] if still is None else [still]),
+        *find_mirrored(opened, made),
         *(restate(r, opened) for r in given.reasons if r.code in OF_VIEWS),
     ]
     if explained:
@@ -323,7 +325,10 @@ def _judge(
         verdict = verdict.instead("refused", late)
     if left is not None and left.rms > HAND_EYE_LEFT * errors.normal:
         said.append(Remark.of(Code.HAND_EYE_FAR, left=Quantity(left.rms), times=left.rms / errors.normal))
-    if (turned := find_turned(opened, made)) is not None:
+    turned = find_turned(opened, made)
+    if turned is not None and verdict.status != "located":  # what they leave behind is no cause, and its advice no help
+        verdict = Verdict("refused", (turned,))
+    elif turned is not None:
         said.append(turned)
     lens, material = contradict_lens(opened, made, errors.normal)
     if lens is not None and material:
