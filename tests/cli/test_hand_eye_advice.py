@@ -257,7 +257,7 @@ def test_a_few_views_that_are_labelled_from_the_other_end(tmp_path):
     assert status == 0 and not {"labels-turned", "outliers"} & codes(told)
 
 
-def test_mirrored_images_are_no_lens_of_a_focal_length_below_0(tmp_path):
+def test_mirrored_images_are_named_where_the_lens_is_free(tmp_path):
     made = world(13)
     _, place, *_ = cell(tmp_path, made)
     mirrored = made.pixels * [-1, 1] + [int(IMAGE.split("x")[0]) - 1, 0]

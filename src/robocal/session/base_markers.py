@@ -67,8 +67,8 @@ def leave_lone_targets(data: DataSet) -> tuple[DataSet, tuple[str, ...]]:
     """
     left: list[str] = []
     observations: list[Observations] = []
-    for number, obs in enumerate(data.observations):
-        elsewhere = {t.name for k, o in enumerate(data.observations) if k != number for t in o.targets}
+    for own, obs in enumerate(data.observations):
+        elsewhere = {t.name for k, o in enumerate(data.observations) if k != own for t in o.targets}
         lone = _lone(obs, elsewhere) if _asks(obs) else ()
         if lone:
             assert obs.target is not None
