@@ -310,6 +310,8 @@ FAULTS = [
     ("pixels", "pixels: {columns: [a, b]}\ncamera: {fx: 1, fy: 1, cx: 0, cy: 0, free: [fz]}\ncorners: {column: a, size: 1}\n", TOUCH, ["camera.free", "fx"]),
     ("pixels", "pixels: {columns: [a, b]}\ncorners: {column: a, size: 1}\ncamera: {fx: 1, fy: 1, cx: 0, cy: 0}\n", TOUCH, ["row 3", "corner", "0, 1, 2, 3"]),
     ("pixels", "pixels: {columns: [a, b]}\ncorners: {column: a, size: 1}\n", TOUCH, ["camera", "missing"]),
+    ("pixels", "pixels: {columns: [a, b]}\ncorners: {column: a, size: 150000}\ncamera: {fx: 1, fy: 1, cx: 0, cy: 0}\n", TOUCH.replace("4,", "3,"), ["corners.size", "150 m", "unit"]),
+    ("pixels", "pixels: {columns: [a, b]}\ncorners: {column: a, size: 0.15}\ncamera: {fx: 1, fy: 1, cx: 0, cy: 0}\n", TOUCH.replace("4,", "3,"), ["corners.size", "0.00015 m", "unit"]),
     ("position", "position: {columns: [a, b, c], unit: mm}\nconfiguration: {approach.j2: a}\n", TOUCH, ["column a", "side of approach", "-1, 0 or 1"]),
     ("position", "position: {columns: [a, b, c], unit: mm}\nconfiguration: {approach.j9: a}\n", TOUCH, ["approach.j9", "no joint has this name", "did you mean 'j"]),
     ("position", "position: {columns: [a, b, c], unit: mm}\nconfiguration: {approach: {columns: [a]}}\n", TOUCH, ["configuration.approach", "one per joint"]),

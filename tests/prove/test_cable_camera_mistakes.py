@@ -101,10 +101,9 @@ def test_corners_that_are_counted_the_other_way_round_are_named(tmp_path):
 
 
 # obeys: target-unit
-@pytest.mark.parametrize(("size", "meant"), [("150", "mm read as m"), ("5.9055", "inches read as m")])
-def test_a_size_in_another_unit_is_named(tmp_path, size, meant):
-    status, told = identify(tmp_path, words=lambda text: text.replace("size: 0.15", f"size: {size}"))
-    assert status == 3 and meant in told["target-unit"]["sentence"]
+def test_a_size_in_another_unit_is_named(tmp_path):
+    status, told = identify(tmp_path, words=lambda text: text.replace("size: 0.15", "size: 5.9055"))
+    assert status == 3 and "inches read as m" in told["target-unit"]["sentence"]
 
 
 def test_rows_that_stand_twice_are_named(tmp_path):

@@ -77,6 +77,7 @@ MAP_WEAK = limit(3, "views", "Of two views one is left out, and nothing checks w
 LENS_VIEW_LEFT = limit(0.3, "of the size of a view",
     "A fisheye bends a plane by a tenth; corners of wrong numbers leave two thirds.", "tests/cli/test_vision_intrinsics.py")
 TARGET_LEAST = limit(0.005, "m", "Nobody prints a target of several corners so small; metres that were taken for millimetres are.")
+MARKER_LEAST = limit(1e-3, "m", "Nobody prints a marker so small; metres that were taken for millimetres are.", "tests/files/test_kinds.py")
 TARGET_MOST = limit(20.0, "m", "No target is so large; millimetres that were taken for metres are.")
 LENS_FOCAL = limit(0.05, "of the focal length", "Distances that are measured with it are off by as much.")
 LENS_LEFT = limit(0.5, "px", "Corners of sharp images are found to 0.1 px or better; published calibrations leave 0.1 to 0.3 px.")

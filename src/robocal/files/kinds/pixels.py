@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import FiniteFloat, PositiveFloat, PositiveInt
 
 from robocal._types import Array
+from robocal.diagnose.vision_limits import MARKER_LEAST, TARGET_MOST
 from robocal.errors import InputError
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, SigmaModel, ValueModel
@@ -240,7 +241,11 @@ def parts(model: PixelsModel, values: Values, around: Around) -> Sequence[Part]:
     if model.corners is not None:
         if model.corners.size <= 0:
             around.document.fail("not a length", ("corners", "size"), found=model.corners.size, expected="above 0")
-        extra["point"] = extra["point"] * around.units.length.to_si(model.corners.size) / 2
+        edge = around.units.length.to_si(model.corners.size)
+        if not MARKER_LEAST <= edge <= TARGET_MOST:
+            what = f"the edge of a marker, {MARKER_LEAST:g} m to {TARGET_MOST:g} m: in which unit is it?"
+            around.document.fail("no marker has such a size", ("corners", "size"), found=f"{edge:g} m", expected=what)
+        extra["point"] = extra["point"] * edge / 2
     around.refuse_taken(model.camera.name, ("camera", "name"))
     if model.half_turns:
         _refuse_uneven(model, extra["point"], around)
