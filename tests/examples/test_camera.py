@@ -12,7 +12,7 @@ from cli.runs import robocal
 from examples.test_cable_examples import BLOCK, EXAMPLES, readme
 
 from robocal.arms.chain import Chain
-from robocal.files.csvtable import csv_text
+from robocal.files.csvtext import csv_text
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
 from robocal.vision.camera import image_of

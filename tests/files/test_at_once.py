@@ -7,7 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from robocal.files.csvtable import csv_columns, read_csv
+from robocal.files.csvtable import read_csv
+from robocal.files.csvtext import csv_columns
 from robocal.files.display import _cell, _cells
 from robocal.files.plain import json_text, plain
 from robocal.quantities import Column

@@ -19,7 +19,8 @@ from robocal import errors
 from robocal.errors import MESSAGE_LIMIT, FileError, FormatError, InputError, ModelError, ToWrite, nearest
 from robocal.files import csvtable, yamlio
 from robocal.files.cable.cable_robot import read_cable
-from robocal.files.csvtable import csv_text, read_csv
+from robocal.files.csvtable import read_csv
+from robocal.files.csvtext import csv_text
 from robocal.files.dataset import read_dataset
 from robocal.files.result import read_result
 from robocal.files.robot import parse_robot, read_robot

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from prove.machines import Turntable
 
-from robocal.files.csvtable import csv_text, read_csv
+from robocal.files.csvtable import read_csv
+from robocal.files.csvtext import csv_text
 from robocal.files.dataset import Reading
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.opened_file import Bare, parameter_text

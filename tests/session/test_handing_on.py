@@ -16,7 +16,7 @@ from robocal.arms import catalog
 from robocal.arms.chain import joint_offsets
 from robocal.arms.conventions import chain
 from robocal.errors import ModelError
-from robocal.files.csvtable import csv_text
+from robocal.files.csvtext import csv_text
 from robocal.files.plain import plain
 from robocal.files.robot import describe
 from robocal.files.runfolder import RESIDUAL_COLUMNS, read_residuals

@@ -29,18 +29,18 @@ class FrameSums:
     a: Array
     x: Array
     xh: Array
-    seen: Ints
+    views: Ints
 
     def gain(self, profile: Array) -> float:
         """Of a motion in proportion to a profile (m,) over its configurations."""
-        s, x, xh = (np.tensordot(profile, v[self.seen], 1) for v in (self.g, self.x, self.xh))
-        return step_gain(s, np.tensordot(profile**2, self.a[self.seen], 1), xh @ x.T)
+        s, x, xh = (np.tensordot(profile, v[self.views], 1) for v in (self.g, self.x, self.xh))
+        return step_gain(s, np.tensordot(profile**2, self.a[self.views], 1), xh @ x.T)
 
     def gains(self, order: Ints) -> Array:
         """Of a step before the k-th of its configurations in an order (m,), (m,); NaN where too few lie on either side."""
-        m, fewest = len(self.seen), int(limits.SEGMENT_VIEWS)
+        m, fewest = len(self.views), int(limits.SEGMENT_VIEWS)
         out = np.full(m, np.nan)
-        s, own, x, xh = (np.cumsum(v[self.seen][order][::-1], axis=0)[::-1] for v in (self.g, self.a, self.x, self.xh))
+        s, own, x, xh = (np.cumsum(v[self.views][order][::-1], axis=0)[::-1] for v in (self.g, self.a, self.x, self.xh))
         for k in range(fewest, m - fewest + 1):
             out[k] = step_gain(s[k], own[k], xh[k] @ x[k].T)
         return out
@@ -98,14 +98,14 @@ class FrameSearch:
                     c = mine[:, columns[name]]
                     u.g[i], u.a[i], u.x[i] = c.T @ at_rest, c.T @ c, c.T @ here
         for u in self.units.values():
-            u.xh[u.seen] = (u.x[u.seen].reshape(-1, n) @ self.h).reshape(u.x[u.seen].shape)
+            u.xh[u.views] = (u.x[u.views].reshape(-1, n) @ self.h).reshape(u.x[u.views].shape)
 
     def dispersion(self) -> float:
         """By how much more than noise single views gain, 1 at least."""
         alone = [
             step_gain(u.g[i], u.a[i], u.xh[i] @ u.x[i].T) / u.g.shape[1]
             for u in self.units.values()
-            for i in u.seen.tolist()
+            for i in u.views.tolist()
             if u.g.shape[1] == len(FRAME_SYMBOLS)
         ]
         return max(1.0, float(np.median(alone)) / MEDIAN * len(FRAME_SYMBOLS)) if alone else 1.0
@@ -113,7 +113,7 @@ class FrameSearch:
     def best(self, name: str, stated: bool) -> BestStep | None:
         """The step of a unit that gains most; `stated` asks whether it ever was where it is said to be."""
         u = self.units[name]
-        m, fewest = len(u.seen), int(limits.SEGMENT_VIEWS)
+        m, fewest = len(u.views), int(limits.SEGMENT_VIEWS)
         if m < fewest:
             return None
         tried: list[tuple[float, int | None]] = [(u.gain(np.ones(m)), None)] if stated else []
@@ -124,11 +124,11 @@ class FrameSearch:
         gain, k = max(tried, key=lambda t: t[0])
         if k is not None and self._slow(u, k, gain):
             return None
-        return BestStep(name, None if k is None else int(u.seen[k]), gain)
+        return BestStep(name, None if k is None else int(u.views[k]), gain)
 
     def _slow(self, u: FrameSums, k: int, gain: float) -> bool:
         """Whether a ramp about the same place explains more than the step."""
-        m = len(u.seen)
+        m = len(u.views)
         at, width = np.arange(m) + 0.5, 2 * int(limits.SEGMENT_VIEWS)
         while width <= 2 * m:
             if u.gain(np.clip((at - k) / width + 0.5, 0, 1)) > gain:

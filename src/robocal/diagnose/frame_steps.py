@@ -80,15 +80,15 @@ def find_frame_steps(
         steps = [s for n in look.units if (s := look.best(n, n in frames and n not in loose)) is not None]
         # A frame that has two places already has a third one by its later name alone.
         steps = [s for s in steps if s.first is None or f"{s.name} {LATER}" not in frames]
-        tried = float(sum(len(u.seen) for u in look.units.values()))
+        tried = float(sum(len(u.views) for u in look.units.values()))
         steps = sorted(steps, key=lambda s: -s.gain)
         if steps and (one := steps[0]).name in zeros and one.first is not None:
             u = look.units[one.name]
-            sums = u.g[u.seen], u.a[u.seen], u.x[u.seen], u.xh[u.seen]
-            shift, bias, serial = step_of_zero(one.name, sums, u.seen >= one.first, before.free, sigma)
+            sums = u.g[u.views], u.a[u.views], u.x[u.views], u.xh[u.views]
+            shift, bias, serial = step_of_zero(one.name, sums, u.views >= one.first, before.free, sigma)
             chance = _chance(one.gain / serial, spread, tried, look, 1)
             if chance < limits.FRAME_CHANCE and order_proves(
-                u.gains, u.seen, data.configurations, spread > limits.FRAME_SCATTER
+                u.gains, u.views, data.configurations, spread > limits.FRAME_SCATTER
             ):
                 out.append(FrameStep(one.name, one.first, shift, 0.0, chance, bias, 0.0))
         if not steps or steps[0].name in zeros or _chance(steps[0].gain, spread, tried, look) > limits.FRAME_CHANCE:
@@ -109,7 +109,7 @@ def find_frame_steps(
         share = gain / max(2 * float(base.cost[0]), 1e-300)
         u = look.units[best.step.name]
         slow = spread > limits.FRAME_SCATTER and share < limits.FRAME_SHARE
-        if best.step.first is not None and not order_proves(u.gains, u.seen, data.configurations, slow):
+        if best.step.first is not None and not order_proves(u.gains, u.views, data.configurations, slow):
             break
         out.append(FrameStep(name, best.step.first, best.shift, best.turn, chance, bias, share, alike))
         data, before, at = best.data, best.problem, best.x
@@ -151,7 +151,7 @@ def _count_again(obs: Observations) -> Observations:
 
 def _chance(gain: float, spread: float, tried: float, look: FrameSearch, q: int = len(FRAME_SYMBOLS)) -> float:
     """Of so much by chance in q numbers, after all that was tried."""
-    dof = max(float(sum(len(u.seen) for u in look.units.values())) - q, 1.0)
+    dof = max(float(sum(len(u.views) for u in look.units.values())) - q, 1.0)
     return float(scipy.special.fdtrc(q, dof, max(gain, 0.0) / (spread * q))) * tried
 
 
@@ -202,7 +202,7 @@ def _refit(model: Model, data: DataSet, before: Problem, x: Array, step: BestSte
     look = FrameSearch(model, split, made, found.x, {step.name: moved})
     u = look.units[step.name]
     size = np.sqrt(np.einsum("iqq->q", u.a))
-    serial = correlation_factor(u.g[u.seen] / np.where(size > 0, size, 1.0)) if len(u.seen) > 1 else 1.0
+    serial = correlation_factor(u.g[u.views] / np.where(size > 0, size, 1.0)) if len(u.views) > 1 else 1.0
     return _TwoPlaces(step, name, split, made, found.x, float(found.cost[0]), serial, *away)
 
 

@@ -7,12 +7,10 @@ of units below. How numbers are written: `files.dialect`.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -40,17 +38,16 @@ from robocal.files.dialect import (
     two_meanings,
     units_row,
 )
-from robocal.files.text import FORBIDDEN, MEGABYTE, forbidden_character, harmless, meant, read_text
+from robocal.files.text import FORBIDDEN, MEGABYTE, forbidden_character, meant, read_text
 from robocal.files.units import last_digits
 from robocal.quantities import LARGEST
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
+__all__ = ["CsvTable", "MissingCells", "read_csv"]
 
 SIZE_LIMIT, ROW_LIMIT, CELL_LIMIT = 20 * MEGABYTE, 500_000, 3_000_000  # what is read within seconds and 1 GB
 HEAD = 100  # lines among which the header is looked for
-_MARKS = (",", "\n", '"')  # what a cell holds only in quotes
 MISSING = ("", "nan", "na")  # how tables write a cell that nobody filled
 SKIP = "csv: {missing: skip} in the data file, which leaves such rows out"
 
@@ -324,35 +321,6 @@ def read_csv(
 def _refuse_more(what: str, found: int, most: int, path: Path) -> None:
     if found > most:
         raise FormatError(f"the table has too many {what}", file=path, found=found, expected=f"at most {most}")
-
-
-def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
-    """The text of a CSV: commas, one line per row, quoted where a cell needs it; text that a spreadsheet would run as a
-    formula gets an apostrophe before it (`files.text`)."""
-    return _written([harmless(cell) for cell in row] for row in (header, *rows))
-
-
-def csv_columns(header: Sequence[str], columns: Sequence[Sequence[str]]) -> str:
-    """The same of columns whose cells are `harmless` already."""
-    # A row of one empty cell needs quotes; what a return does, the writer knows.
-    if len(header) < 2 or any("\r" in "".join(cells) for cells in (header, *columns)):
-        return _written((header, *zip(*columns, strict=True)))
-    rows = zip(*map(_quote, columns), strict=True)
-    return "\n".join(map(",".join, (_quote(header), *rows))) + "\n"
-
-
-def _quote(cells: Sequence[str]) -> Sequence[str]:
-    """Cells in quotes where they hold what stands between cells and lines."""
-    text = "".join(cells)
-    if not any(mark in text for mark in _MARKS):
-        return cells
-    return ['"' + c.replace('"', '""') + '"' if any(mark in c for mark in _MARKS) else c for c in cells]
-
-
-def _written(rows: Iterable[Sequence[object]]) -> str:
-    stream = io.StringIO()
-    csv.writer(stream, lineterminator="\n").writerows(rows)
-    return stream.getvalue()
 
 
 def _missing(cell: str) -> bool:

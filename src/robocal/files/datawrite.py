@@ -15,7 +15,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.errors import ModelError
-from robocal.files.csvtable import csv_text
+from robocal.files.csvtext import csv_text
 from robocal.files.headers import CONFIGURATION, PER_JOINT
 from robocal.files.kinds.kind import KindFile, yaml_names
 from robocal.files.kinds.places import frame_keys, frame_line

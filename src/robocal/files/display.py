@@ -20,7 +20,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal.diagnose.outliers import Outlier
-from robocal.files.csvtable import csv_columns
+from robocal.files.csvtext import csv_columns
 from robocal.files.evidence_parts import OutlierRow
 from robocal.files.opened_file import Speaks
 from robocal.files.parts import RemarkPart

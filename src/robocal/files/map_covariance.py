@@ -14,7 +14,8 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.errors import FormatError, ModelError
-from robocal.files.csvtable import csv_columns, read_csv
+from robocal.files.csvtable import read_csv
+from robocal.files.csvtext import csv_columns
 from robocal.files.yamlio import YamlDocument
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code

@@ -13,7 +13,8 @@ from xml.sax.saxutils import quoteattr
 from robocal._record import record
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, one_of
-from robocal.files.csvtable import csv_text, read_csv
+from robocal.files.csvtable import read_csv
+from robocal.files.csvtext import csv_text
 from robocal.files.text import Source, read_text
 from robocal.files.units import Unit, number, parse_unit
 from robocal.files.unread import left_over, unread_remarks

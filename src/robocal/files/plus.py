@@ -15,7 +15,7 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array
 from robocal.errors import FormatError
-from robocal.files.csvtable import csv_text
+from robocal.files.csvtext import csv_text
 from robocal.files.text import FILE_LIMIT, InputFile, read_text
 from robocal.files.units import number
 from robocal.files.urdftree import Node, walk

@@ -20,7 +20,8 @@ from pydantic import Field, FiniteFloat
 from robocal._record import record, replace
 from robocal.errors import FileError, InputError, nearest
 from robocal.files.covariance import COVARIANCE
-from robocal.files.csvtable import CsvTable, csv_columns, read_csv
+from robocal.files.csvtable import CsvTable, read_csv
+from robocal.files.csvtext import csv_columns
 from robocal.files.encoding import encode
 from robocal.files.plain import plain
 from robocal.files.result import Result, read_result

@@ -201,7 +201,7 @@ def _three(stem: str, values: Array, unit: str, rows: int, what: str) -> dict[st
 
 def _text(table: Mapping[str, NDArray[Any]]) -> str:
     """The table as CSV, every number with all of its digits."""
-    from robocal.files.csvtable import csv_text
+    from robocal.files.csvtext import csv_text
 
     rows = zip(*(c.tolist() for c in table.values()), strict=True)
     return csv_text(

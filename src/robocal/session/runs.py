@@ -10,7 +10,7 @@ from pathlib import Path
 
 from robocal.errors import FileError, FormatError
 from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
-from robocal.files.csvtable import csv_text
+from robocal.files.csvtext import csv_text
 from robocal.files.result import Result
 from robocal.files.runfolder import Run, find_run, open_run
 from robocal.files.text import read_text

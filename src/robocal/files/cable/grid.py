@@ -11,7 +11,7 @@ from robocal.cables.boundary import Outline
 from robocal.cables.closure import Dexterity
 from robocal.cables.workspace import Grid
 from robocal.files.cable.cable_model import CableUnits
-from robocal.files.csvtable import csv_text
+from robocal.files.csvtext import csv_text
 
 __all__ = ["cells_text", "outlines_text"]
 

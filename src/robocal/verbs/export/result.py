@@ -22,7 +22,7 @@ from robocal.arms.chain import Chain, joint_offsets, with_offsets
 from robocal.arms.conventions import convention_of, rows
 from robocal.arms.denavit import to_denavit
 from robocal.errors import FileError, InputError, ModelError
-from robocal.files.csvtable import csv_text
+from robocal.files.csvtext import csv_text
 from robocal.files.dataset import read_datasets
 from robocal.files.evidence_parts import OffsetsAlone
 from robocal.files.offset_file import OFFSETS, Offset

@@ -11,7 +11,7 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array
 from robocal.errors import FormatError
-from robocal.files.csvtable import csv_text
+from robocal.files.csvtext import csv_text
 from robocal.files.parts import Document, Origin, provenance_of
 from robocal.files.studyfile import QUANTITIES
 from robocal.files.text import InputFile
