@@ -19,7 +19,7 @@ joints: {{columns: [a, b, c, d, e, f], unit: deg}}
 """
 POSITION = "position: {columns: [x, y, z], unit: mm, sigma: 0.1}"
 PIXELS = """pixels: {columns: [x, y], sigma: 0.2}
-corners: {column: corner, size: 60}
+corners: {column: corner, size: 0.06}
 camera: {fx: 900, fy: 900, cx: 640, cy: 480}"""
 
 

@@ -33,6 +33,7 @@ def test_a_configuration_that_is_not_asked_takes_nothing(name):
     p = p.soften(p.start, 1.0)
     some, every = np.arange(p.configurations - 1), np.arange(p.configurations)
     less, more = leverages(p, p.start, some), leverages(p, p.start, every)
+    # A free pose is told by a difference of sums that its soft columns make large: a billionth of a degree of freedom is left.
     for key, sums in _row_by_row(p, p.start, some).items():
-        assert less[key] == pytest.approx(sums, rel=1e-6), key
+        assert less[key] == pytest.approx(sums, rel=1e-6, abs=1e-8), key
     assert sum(v[2] for v in less.values()) < sum(v[2] for v in more.values())

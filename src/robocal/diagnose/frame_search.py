@@ -30,6 +30,7 @@ class FrameSums:
     x: Array
     xh: Array
     views: Ints
+    whole: bool  # whether a configuration tells all its numbers: only then is what single ones gain chi2
 
     def gain(self, profile: Array) -> float:
         """Of a motion in proportion to a profile (m,) over its configurations."""
@@ -84,12 +85,17 @@ class FrameSearch:
         count, order = problem.configurations, np.argsort(lin.configuration, kind="stable")
         ends = np.searchsorted(lin.configuration[order], np.arange(count + 1))
         columns = {name: [wide.free.index(f) for f in names] for name, names in unit_names.items()}
-        touched = {name: np.unique(lin.configuration[(lin.j[:, c] != 0).any(axis=1)]) for name, c in columns.items()}
+        rows_of = {
+            name: np.bincount(lin.configuration[(lin.j[:, c] != 0).any(axis=1)], minlength=count)
+            for name, c in columns.items()
+        }
+        touched = {name: np.flatnonzero(many) for name, many in rows_of.items()}
         self.units: dict[str, FrameSums] = {}
         for name, seen in touched.items():
             k = len(columns[name])
             x, xh = np.zeros((2, count, k, n))
-            self.units[name] = FrameSums(np.zeros((count, k)), np.zeros((count, k, k)), x, xh, seen)
+            typical = float(np.median(rows_of[name][seen])) if len(seen) else 0.0
+            self.units[name] = FrameSums(np.zeros((count, k)), np.zeros((count, k, k)), x, xh, seen, typical >= k)
         for i in range(count):
             some = order[ends[i] : ends[i + 1]]
             mine, here, at_rest = left[some], j[some], r[some]  # once for all that a view shows
@@ -106,7 +112,7 @@ class FrameSearch:
             step_gain(u.g[i], u.a[i], u.xh[i] @ u.x[i].T) / u.g.shape[1]
             for u in self.units.values()
             for i in u.views.tolist()
-            if u.g.shape[1] == len(FRAME_SYMBOLS)
+            if u.g.shape[1] == len(FRAME_SYMBOLS) and u.whole
         ]
         return max(1.0, float(np.median(alone)) / MEDIAN * len(FRAME_SYMBOLS)) if alone else 1.0
 
@@ -114,7 +120,7 @@ class FrameSearch:
         """The step of a unit that gains most; `stated` asks whether it ever was where it is said to be."""
         u = self.units[name]
         m, fewest = len(u.views), int(limits.SEGMENT_VIEWS)
-        if m < fewest:
+        if m < fewest or not u.whole:
             return None
         tried: list[tuple[float, int | None]] = [(u.gain(np.ones(m)), None)] if stated else []
         gains = u.gains(np.arange(m))

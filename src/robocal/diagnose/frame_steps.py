@@ -95,8 +95,10 @@ def find_frame_steps(
             break
         rivals = [s for s in steps if s.name in frames and s.gain > limits.SEGMENT_RIVAL * steps[0].gain][:RIVALS]
         base = least_squares(before, at, max_iterations=30, cost_tolerance=1e-6)
-        trials = [_refit(model, data, before, base.x, s, f"{s.name} {LATER} {k}") for s in rivals]
-        trials.sort(key=lambda t: t.cost)
+        made = [_refit(model, data, before, base.x, s, f"{s.name} {LATER} {k}") for s in rivals]
+        trials = sorted((t for t in made if t is not None), key=lambda t: t.cost)
+        if not trials:
+            break
         best = trials[0]
         gain = 2 * (float(base.cost[0]) - best.cost)
         chance = _chance(gain / best.serial, spread, tried, look)
@@ -183,8 +185,8 @@ class _TwoPlaces:
         return dict(zip(self.problem.table.names, self.x[0].tolist(), strict=False))
 
 
-def _refit(model: Model, data: DataSet, before: Problem, x: Array, step: BestStep, name: str) -> _TwoPlaces:
-    """The fit with the two places of a step, the second of another name, begun where the one was."""
+def _refit(model: Model, data: DataSet, before: Problem, x: Array, step: BestStep, name: str) -> _TwoPlaces | None:
+    """The fit with the two places of a step, the second of another name, begun where the one was; None where no row can have the second."""
     values = dict(zip(before.table.names, x[0].tolist(), strict=False))
     own, later = ([f"{n}.{s}" for s in FRAME_SYMBOLS] for n in (step.name, name))
     split, moved = data, own
@@ -193,7 +195,10 @@ def _refit(model: Model, data: DataSet, before: Problem, x: Array, step: BestSte
         values |= {b: values[a] for a, b in zip(own, later, strict=True)}
         moved = later
     free = dict.fromkeys((*before.free, *moved))
-    made = build(model, split, values=values).with_weights(before.weights).with_free(list(free)).with_loss("huber")
+    bare = build(model, split, values=values)
+    if not all(n in bare.table.index for n in moved):
+        return None
+    made = bare.with_weights(before.weights).with_free(list(free)).with_loss("huber")
     if step.first is None:
         made = made.with_table(made.table.with_priors(dict.fromkeys(own)))
     found = least_squares(made, _placed(made, before, x), max_iterations=50, cost_tolerance=1e-6)

@@ -30,7 +30,7 @@ UNSEPARATED = declare(
 )
 
 
-@check("print-size", When.FIT, order=217, needs=("fit",))
+@check("print-size", When.FIT, order=218, needs=("fit",))
 def size_beside_lengths(context: Context[Model]) -> Iterator[Finding]:
     """Lengths of the machine, and gains of drums, whose uncertainty is that of a print."""
     fit, model = context.need_fit, context.model

@@ -205,6 +205,7 @@ class AgreementRow:
     chi2: Number = None
     dof: Number = None
     length: Amount | None = None
+    unit: DisplayUnit = "mm"
     farthest: str = ""
     z: Number = None
 

@@ -38,6 +38,7 @@ class GroupAgreement:
     chi2: float | None
     dof: float
     length: float | None = None
+    unit: str = "m"
     farthest: str = ""
     z: float | None = None
 
@@ -92,7 +93,7 @@ def _stated(model: Model, fit: Fit) -> list[GroupAgreement]:
             if symbol in FRAME_SYMBOLS
             else "size"
         )
-        out.append(GroupAgreement(owner, kind, len(names), chi2, dof, None, names[far], float(z[far])))
+        out.append(GroupAgreement(owner, kind, len(names), chi2, dof, farthest=names[far], z=float(z[far])))
     return out
 
 

@@ -31,7 +31,8 @@ from robocal.vision.lenses import Lens
 __all__ = ["judge_map", "remarks_of_map"]
 
 UNSTATED = 0.1  # px: of a corner, where nobody states it
-SILENT = ("place", "coverage", REGION)  # checks that ask where the base of a machine is: here nothing has one
+# Checks that ask where the base of a machine is: here nothing has one. Whether a marker moved, beyond what a lens leaves: `map_moved`.
+SILENT = ("place", "coverage", REGION, "frame-step", "wrong-frame")
 SHOWN = 8  # grid: names in a sentence
 PLACED = 4  # tolerance: corners that place a marker: three have four answers
 OWN = (Code.FRAMES_NOT_EXPLAINED, Code.ABOVE_STATED_NOISE)
