@@ -48,6 +48,7 @@ class FrameSums:
 
 
 def step_gain(s: Array, own: Array, taken: Array) -> float:
+    """s^T (own - taken)^-1 s, in units of its own sizes: s (q,) scores, `own` and `taken` (q, q)."""
     size = np.sqrt(np.where(np.diag(own) > 0, np.diag(own), 1.0))
     info = (own - taken) / size[:, None] / size
     info.flat[:: len(info) + 1] += SOFT
