@@ -211,6 +211,22 @@ class AgreementRow:
 
 
 @record(kw_only=True)
+class OpenedRow:
+    """Numbers of one kind beside a camera: how many were free, how many directions the data see beyond those of the rows before, the names
+    that they tell and the rest; state is open, in part, not open or fixed. why the rest is not told: rivals (one of these groups would
+    have to be known), noise, fixed; of a delay path (none was measured), asked (nothing was found) or late."""
+
+    name: str
+    n: int
+    new: int
+    told: list[str] = field(default_factory=list)
+    rest: list[str] = field(default_factory=list)
+    state: Literal["open", "in part", "not open", "fixed"]
+    why: Literal["", "rivals", "noise", "fixed", "path", "asked", "late"] = ""
+    rivals: list[str] = field(default_factory=list)
+
+
+@record(kw_only=True)
 class FitReport:
     """How the solver came to its end; history is the cost, passes what stood after every pass, filter after every configuration that a
     filter took in."""
@@ -222,6 +238,7 @@ class FitReport:
     dof: Number = None
     groups: list[SensorGroup] = field(default_factory=list)
     agreement: list[AgreementRow] = field(default_factory=list)
+    opened: list[OpenedRow] = field(default_factory=list)
     sigma_source: str = ""
     passes: Passes | None = None
     filter: Passes | None = None
