@@ -211,19 +211,26 @@ class AgreementRow:
 
 
 @record(kw_only=True)
+class ObstacleRow:
+    """Names that the data do not tell: rivals are groups that would have to be known; noise: with all others known they say too little."""
+
+    why: Literal["rivals", "noise"]
+    names: list[str] = field(default_factory=list)
+    rivals: list[str] = field(default_factory=list)
+
+
+@record(kw_only=True)
 class OpenedRow:
     """Numbers of one kind beside a camera: how many were free, how many directions the data see beyond those of the rows before, the names
-    that they tell and the rest; state is open, in part, not open or fixed. why the rest is not told: rivals (one of these groups would
-    have to be known), noise, fixed; of a delay path (none was measured), asked (nothing was found) or late."""
+    that they tell, and the rest. Of a delay, asked says what is known: path (none was measured), asked (nothing was found) or late."""
 
     name: str
     n: int
     new: int
     told: list[str] = field(default_factory=list)
-    rest: list[str] = field(default_factory=list)
     state: Literal["open", "in part", "not open", "fixed"]
-    why: Literal["", "rivals", "noise", "fixed", "path", "asked", "late"] = ""
-    rivals: list[str] = field(default_factory=list)
+    rest: list[ObstacleRow] = field(default_factory=list)
+    asked: Literal["", "path", "asked", "late"] = ""
 
 
 @record(kw_only=True)

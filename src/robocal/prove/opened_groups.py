@@ -2,7 +2,7 @@
 
     new    singular values above 1 of the columns so far, less those of the groups before
     told   numbers that the data, with everything else unknown too, narrow to half of what was expected
-    else   a rival: the group whose numbers would have to be known; or noise: no group would help
+    else   rivals: the fewest groups that would have to be known; or noise: with all others known the data would say too little
 
 The choice of columns and the shares are those of the fit (`estimate.identifiability`); nothing is fitted here. With R of the data and E of
 what is expected, the information is A = R^T R + (E E^T)^-1; that a group is known takes its rows and columns out of A.
@@ -11,8 +11,8 @@ A delay between instruments is never free here: the score test of `diagnose.time
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.bands import find_identified
 from robocal.prove.decision import Decision
 
-__all__ = ["OpenedGroup", "open_groups"]
+__all__ = ["Obstacle", "OpenedGroup", "open_groups"]
 
 ROBOT, LENS, EYE, MAP, SIZE, DELAY, OTHER = "robot", "lens", "hand-eye", "map", "size", "delay", "other instruments"
 ORDER = (ROBOT, LENS, EYE, MAP, SIZE, OTHER)
@@ -35,19 +35,27 @@ OPEN, PART, NONE, FIXED = "open", "in part", "not open", "fixed"
 
 
 @record
+class Obstacle:
+    """Names that are not told, and why: rivals, groups that would have to be known for it; or noise, where no others would help."""
+
+    why: str
+    names: tuple[str, ...]
+    rivals: tuple[str, ...] = ()
+
+
+@record
 class OpenedGroup:
     """A group: how many of its numbers were free; how many directions the data see beyond those of the groups before; which names they
-    tell, and which not; its state (open, in part, not open, fixed), and why the rest is not told: rivals, the groups one of which would
-    have to be known; noise; fixed; and of a delay path, asked or late."""
+    tell, and what stands in the way of the others; its state (open, in part, not open, fixed), and of a delay what was asked (path: no path
+    was measured; asked: nothing was found; late)."""
 
     name: str
     n: int
     new: int
     told: tuple[str, ...]
-    rest: tuple[str, ...]
     state: str
-    why: str = ""
-    rivals: tuple[str, ...] = ()
+    rest: tuple[Obstacle, ...] = ()
+    asked: str = ""
 
 
 def open_groups(made: Decision[Model]) -> tuple[OpenedGroup, ...]:
@@ -61,17 +69,24 @@ def open_groups(made: Decision[Model]) -> tuple[OpenedGroup, ...]:
     of = np.array([number[group_of[n]] for n in seen.names], dtype=np.int64)
     told, new, rivals = find_identified(fit), _directions(seen, of), _rivals(seen, of)
     out = []
-    for name in ORDER:
+    for k, name in enumerate(ORDER):
         mine = [n for n in table.names if group_of[n] == name]
         free = [n for n in mine if n in seen.names]
-        open_, rest = (tuple(n for n in free if (n in told) == is_told) for is_told in (True, False))
         if not mine or (name == OTHER and not free):
             continue
+        open_ = tuple(n for n in free if n in told)
+        rest: dict[tuple[int, ...] | None, list[str]] = {}
+        for n in free:
+            if n not in told:
+                rest.setdefault(rivals[n], []).append(n)
         state = FIXED if not free else OPEN if not rest else PART if open_ else NONE
-        beside = tuple(dict.fromkeys(ORDER[k] for n in rest for k in rivals[n]))
-        why = FIXED if not free else "" if not rest else "rivals" if beside else "noise"
-        out.append(OpenedGroup(name, len(free), new[number[name]], open_, rest, state, why, beside))
-    return (*out, _delay(made)) if len(data.observations) > 1 or data.configurations.joints is not None else tuple(out)
+        obstacles = (
+            Obstacle("rivals" if known else "noise", tuple(names), tuple(ORDER[i] for i in known or ()))
+            for known, names in rest.items()
+        )
+        out.append(OpenedGroup(name, len(free), new[k], open_, state, tuple(obstacles)))
+    several = len(data.observations) > 1 or data.configurations.joints is not None
+    return (*out, _delay(made)) if several else tuple(out)
 
 
 def _groups(model: Model, data: DataSet, names: tuple[str, ...]) -> Mapping[str, str]:
@@ -102,31 +117,38 @@ def _directions(seen: Identifiability, of: Ints) -> list[int]:
     return [after - before for before, after in pairwise(ranks)]
 
 
-def _rivals(seen: Identifiability, of: Ints) -> Mapping[str, tuple[int, ...]]:
-    """Of every name the groups each of which, were it known, would let the data tell it."""
-    out: dict[str, tuple[int, ...]] = dict.fromkeys(seen.names, ())
-    poor = np.asarray(seen.share) < CLAIM
-    if not poor.any():
-        return out
-    scale = seen.problem.scales
+def _rivals(seen: Identifiability, of: Ints) -> Mapping[str, tuple[int, ...] | None]:
+    """Of every name the fewest other groups that, were they known, would let the data tell it; the first of several. None: not with all."""
+    out: dict[str, tuple[int, ...] | None] = dict.fromkeys(seen.names)
+    poor = np.flatnonzero(np.asarray(seen.share) < CLAIM)
+    scale, groups = seen.problem.scales, sorted(set(of.tolist()))
     expected = np.linalg.solve(seen.problem.spread_root, np.diag(scale))
     rows = np.vstack([seen.root / seen.noise * scale, expected])
     information = rows.T @ rows
-    for k in sorted(set(of.tolist())):
-        left = np.flatnonzero(of != k)
-        known = 1 - np.diag(_inverse(information[np.ix_(left, left)]))
-        for i in left[poor[left] & (known >= CLAIM)].tolist():
-            out[seen.names[i]] += (k,)
+    # What all others together cannot open, fewer cannot.
+    every = {i: tuple(k for k in groups if k != of[i]) for i in poor.tolist()}
+    poor = np.array([i for i in every if _share(information, of, every[i], [i])[0] >= CLAIM], dtype=np.int64)
+    for count in range(len(groups)):
+        for known in combinations(groups, count):
+            some = poor[~np.isin(of[poor], known)]
+            told = some[_share(information, of, known, some) >= CLAIM] if len(some) else some
+            out |= {seen.names[i]: known for i in told.tolist()}
+            poor = np.setdiff1d(poor, told)
     return out
 
 
-def _inverse(matrix: Array) -> Array:
-    """Of a positive definite matrix, columns of unequal length."""
-    size = 1 / np.sqrt(np.diag(matrix))
-    return np.asarray(np.linalg.inv(matrix * size[:, None] * size) * size[:, None] * size)
+def _share(information: Array, of: Ints, known: Sequence[int], asked: Sequence[int] | Ints) -> Array:
+    """What the data know of the numbers `asked` where groups are known: one less the variance, in units of what was expected."""
+    left = np.flatnonzero(~np.isin(of, known))
+    size = 1 / np.sqrt(np.diag(information)[left])
+    at = np.searchsorted(left, asked)
+    unit = np.zeros((len(left), len(at)))
+    unit[at, np.arange(len(at))] = 1.0
+    spread = np.linalg.solve(information[np.ix_(left, left)] * size[:, None] * size, unit)
+    return np.asarray(1 - spread[at, np.arange(len(at))] * size[at] ** 2)
 
 
 def _delay(made: Decision[Model]) -> OpenedGroup:
     """Whether the readings say anything of a delay."""
     why = "late" if time_offset(made) else "asked" if follows_path(made) else "path"
-    return OpenedGroup(DELAY, 0, 0, (), (), FIXED, why)
+    return OpenedGroup(DELAY, 0, 0, (), FIXED, asked=why)

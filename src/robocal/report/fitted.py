@@ -145,24 +145,22 @@ def _agreement(found: Any) -> Iterator[Block]:
         yield Text.of("The others contradict nothing that was stated.")
 
 
-WHY = {
-    "noise": "these readings say less of them than what was expected",
-    "fixed": "not free in the files",
-    "path": "no path was measured, so nothing would show it",
-    "asked": "not free; along this path nothing asks for one",
-    "late": "not free; the readings ask for one",
+ASKED = {
+    "": "not free in the files",
+    "path": "no path was measured: nothing would show it",
+    "asked": "never free; along this path nothing asks for one",
+    "late": "never free; the readings ask for one",
 }
 
 
 def _opened(found: Any) -> Iterator[Block]:
     """Groups of numbers in their order, each with what is told, and what stands in the way of the rest."""
-    rows = [(g.name, str(g.n), str(g.new), g.state, _names(g.told), _names(g.rest), _obstacle(g)) for g in found]
+    rows = [(g.name, str(g.n), str(g.new), g.state, _names(g.told), _obstacles(g)) for g in found]
     caption = (
-        "Groups in the order in which they are opened. New: directions that the data see above the noise, beyond groups before. "
-        "Told: numbers that the data narrow to half of what was expected, all others unknown too. The rest stays within what was stated."
+        "In the order in which groups are opened. New: directions that the data see above the noise, beyond the groups before. "
+        "Told: narrowed to half of what was expected, all others unknown too. The rest stays within what was stated."
     )
-    columns = ("group", "free", "new", "state", "told", "the rest", "why")
-    yield table(*columns, right=(1, 2), rows=rows, caption=caption)
+    yield table("group", "free", "new", "state", "told", "the rest", right=(1, 2), rows=rows, caption=caption)
 
 
 def _names(names: Any) -> str:
@@ -170,8 +168,15 @@ def _names(names: Any) -> str:
     return ", ".join(shown) + (f" and {more} more" if more else "") or "-"
 
 
-def _obstacle(group: Any) -> str:
-    return f"would be told if known: {' or '.join(group.rivals)}" if group.rivals else WHY.get(group.why, "-")
+def _obstacles(group: Any) -> str:
+    """What stands in the way of the names that are not told."""
+    if group.state == "fixed":
+        return ASKED[group.asked]
+    told = (
+        f"{_names(o.names)}: " + (f"if one knew {' and '.join(o.rivals)}" if o.rivals else "these data say too little")
+        for o in group.rest
+    )
+    return "; ".join(told) or "-"
 
 
 def _ratio(chi2: float | None, dof: float | None) -> str:
