@@ -491,7 +491,9 @@ def main():
     records = given.rows or given.folder / "rows"
     records.mkdir(parents=True, exist_ok=True)
     case = given.case + "-images" * given.images
-    wanted = [s for s in given.seeds if not (records / f"{case}-{s}.json").is_file()]
+    known = {p: json.loads(p.read_text(encoding="utf-8")) for p in records.glob(f"{case}-*.json")}
+    done = {r["seed"] for r in known.values() if r["case"] == case and "failed" not in r}
+    wanted = [s for s in given.seeds if s not in done]
     with ProcessPoolExecutor(given.jobs, mp_context=get_context("spawn")) if given.jobs > 1 else nullcontext() as crew:
         each = (
             as_completed([crew.submit(attempt, given, said, s) for s in wanted])
