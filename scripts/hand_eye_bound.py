@@ -20,7 +20,7 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from hand_eye_tracks import arm_of, benchmark, io, metrics, others, pairs_of, pipeline
+from hand_eye_tracks import arm_of, benchmark, io, make, metrics, others, pairs_of, shards_of
 
 from robocal.geometry import se3
 from robocal.measure.base import problem
@@ -92,10 +92,8 @@ def main():
     words.add_argument("--asked", type=float, default=0.49)
     words.add_argument("--solvers", action="store_true")
     given = words.parse_args()
-    root = given.folder / given.tier
-    if not (root / "sequences.parquet").exists():
-        pipeline.generate_dataset(given.tier, root, work_dir=given.folder / "work", write_card=False)
-    shards = sorted((root / "robot").glob("robot_error-*.parquet"))
+    root = make(given.folder, given.tier)
+    shards = shards_of(root, "robot_error")
     seqs = [io._load_from_row(root, row) for shard in shards for row in io.read_shard_manifest(shard)]
     ours, oracle, roots, solvers = [], [], [], []
     for k, seq in enumerate(seqs):
