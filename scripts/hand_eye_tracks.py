@@ -1,8 +1,8 @@
 """How well hand-eye calibration does on KinHEC: `python scripts/hand_eye_tracks.py FOLDER [--tier smoke|small] [--shard i/n]`.
 
 KinHEC (PyPI, extra `oracles`) draws robots, cameras and their noise, and has eleven solvers and a scorer. Its sequences are made in
-FOLDER, and every one is answered once: FOLDER/TIER-answers has a line for each, so a run that was stopped goes on where it was, on any number
-of processes. Without its `answers*.jsonl` the solvers are not asked again. For many cores:
+FOLDER, and every one is answered once: FOLDER/TIER-answers has a line for each, so a run that was stopped goes on where it was, on any
+number of processes. Without its `answers*.jsonl` the solvers are not asked again. For many cores:
     --make            makes the sequences alone
     --shard i/n       answers every n-th sequence from the i-th on, i from 0, and prints no table
     --track NAME      one track alone
