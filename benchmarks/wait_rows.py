@@ -10,6 +10,8 @@ HERE = Path(__file__).resolve().parent
 EXAMPLES = HERE.parent / "examples"
 CABLES = EXAMPLES / "cable-laval" / "robot.yaml"
 TRACKER = EXAMPLES / "ur10-tracker"
+# What the example of the UR10 calibrates is no part of the project: it lies beside it.
+SERIES = HERE.parents[1] / "shared" / "data" / "ur10-laser-tracker" / "Series_C" / "measurements_random_poses.csv"
 
 SEEN = "--free ax,ay,az,l0"  # without anything free of the robot there would be nothing to compare
 PARTS = 5  # of a study of 10^4 trials, one a round
@@ -51,7 +53,7 @@ WAITS = {
     "identify -o, 80 poses": "identify few/robot.yaml few/data.yaml -o OUT",
     "identify -o, 10 000 rows": "identify rows/robot.yaml rows/data.yaml -o OUT",
     "identify -o, 100 000 rows": "identify many/robot.yaml many/data.yaml -o OUT",
-    "identify --groups, example of the UR10": f"identify {TRACKER}/robot.yaml {TRACKER}/data.yaml --groups {GROUPS} -o OUT",
+    "identify --groups, example of the UR10": f"identify ur10/robot.yaml ur10/data.yaml --groups {GROUPS} -o OUT",
     "identify, 9 500 corners of four cameras": "identify irb-120 "
     + " ".join(f"cameras/camera{k}.yaml" for k in range(4)),
     "check, 1 000 corners of a cable robot": "check cable/robot.yaml cable/lengths.yaml cable/camera.yaml",
@@ -74,7 +76,7 @@ FIRST = {
     "first cable poses": f"cable poses {CABLES} -n 100 -o OUT",
     "first identify of a cable robot": f"identify cables-few/robot.yaml cables-few/lengths.yaml cables-few/pose.yaml {SEEN} -o OUT",
 }
-# The modules that a command has loaded at its end are imported by a process that does nothing else.
+# Of these only what goes into imports is counted.
 IMPORTS = {"imports of identify -o, 80 poses": "identify few/robot.yaml few/data.yaml -o OUT"}
 # Only this state: nothing asks what the other one takes, which is minutes.
 ALONE = (

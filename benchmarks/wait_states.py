@@ -32,21 +32,23 @@ except ChildProcessError:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
 print(status, wall, used.ru_utime + used.ru_stime, used.ru_maxrss)
 """
-# Runs a command, and writes the modules that are loaded at its end in the order in which they were.
-LOADED = """
-import json, sys
+# Runs a command, and writes the CPU seconds that went into its imports, wherever they stand.
+IMPORTS = """
+import _frozen_importlib as machinery, json, sys, time
+load, state = machinery._find_and_load, [0, 0.0]
+def counted(*given):
+    if state[0]:
+        return load(*given)
+    state[0], began = 1, time.process_time()
+    try:
+        return load(*given)
+    finally:
+        state[0], state[1] = 0, state[1] + time.process_time() - began
+machinery._find_and_load = counted
 from robocal.cli.main import main
 status = main(sys.argv[2:])
 with open(sys.argv[1], "w") as out:
-    json.dump([n for n in sys.modules if n not in ("__main__", "__mp_main__")], out)
-sys.exit(status)
-"""
-IMPORT = """
-import contextlib, importlib, json, sys
-with open(sys.argv[1]) as names:
-    for name in json.load(names):
-        with contextlib.suppress(Exception):
-            importlib.import_module(name)
+    json.dump([status, state[1]], out)
 """
 
 
@@ -101,14 +103,12 @@ class State:
             return self._count([str(self.python), "-m", "robocal", *self._words(words, folder, turn)], empty)
 
     def imports(self, words: str) -> Cost | None:
-        """What it takes to import that which a command has loaded at its end, the interpreter's start included."""
-        names = self.data / f"modules-{self.name}.json"
+        """What the imports of a command take, those included that stand in functions; without the interpreter's start."""
         with tempfile.TemporaryDirectory() as folder:
-            if not names.exists():
-                asked = [str(self.python), "-c", LOADED, str(names), *self._words(words, folder, 0)]
-                if self._count(asked) is None:
-                    return None
-        return self._count([str(self.python), "-c", IMPORT, str(names)])
+            counted = Path(folder) / "imports.json"
+            self.wait([str(self.python), "-c", IMPORTS, str(counted), *self._words(words, folder, 0)])
+            status, cpu = json.loads(counted.read_text()) if counted.exists() else (1, 0.0)
+        return Cost(cpu, 0.0) if status in (0, 3) else None
 
     def call(self, name: str) -> Cost | None:
         """A call of Python, by its own clock; None where the state has not what it calls."""
@@ -164,7 +164,9 @@ class Log:
         self.lines: list[dict] = []
         own = {"states": {s.name: s.digest() for s in states}}
         if self.path and self.path.exists():
-            # The last line of a run that was killed may be torn.
+            # The last line of a run that was killed may be torn; what follows must not be glued to it.
+            with self.path.open("a") as out:
+                out.write("\n")
             for text in self.path.read_text().splitlines():
                 with contextlib.suppress(json.JSONDecodeError):
                     self.lines.append(json.loads(text))

@@ -29,7 +29,7 @@ import table
 import wait_asked
 from contestants import THREADS
 from wait_calls import CALLS
-from wait_rows import ALONE, CORNERS, CUT, FIRST, IMPORTS, MADE, RUNS, TEXTS, WAITS
+from wait_rows import ALONE, CORNERS, CUT, FIRST, IMPORTS, MADE, RUNS, SERIES, TEXTS, TRACKER, WAITS
 from wait_states import Late, Log, State
 
 HERE = Path(__file__).resolve().parent
@@ -132,6 +132,10 @@ def prepare(wanted, state: State) -> None:
     for name, text in TEXTS.items():
         (data / name).parent.mkdir(exist_ok=True)
         (data / name).write_text(text)
+    (data / "ur10").mkdir(exist_ok=True)
+    for file in (TRACKER / "robot.yaml", TRACKER / "data.yaml", SERIES):
+        if file.exists():
+            shutil.copy(file, data / "ur10" / file.name)
     for folder in [f for f in MADE if f in wanted and not (data / f / "done").exists()]:
         shutil.rmtree(data / folder, ignore_errors=True)
         if state.run(f"{MADE[folder]} -o {folder}") is None:
@@ -206,7 +210,9 @@ def summarise(name: str, told: list[dict], rounds: int) -> dict:
         now, before = row[what], row[f"before_{what}"]
         row[f"{what}_over_before"] = now / before if now and before else None
     stopped = sorted({x["state"] for x in told if x["cpu"] is None})
-    if stopped:
+    if stopped and "UR10" in name and not SERIES.exists():
+        row["said"] = f"needs {SERIES.name} in ../shared/data"
+    elif stopped:
         row["said"] = f"not finished by: {', '.join(stopped)}"
     elif row["rounds"] < rounds and not any(x["cpu"] > LONG for x in told):
         row["said"] = f"{row['rounds']} of {rounds} rounds"
