@@ -30,7 +30,7 @@ from robocal._types import Array
 from robocal.drives.sweep import Sweep, sweep_of
 from robocal.errors import FormatError, ModelError, one_of
 from robocal.files.csvtable import CsvTable, read_csv
-from robocal.files.datamodel import ColumnModel, CsvModel, column_model
+from robocal.files.datamodel import CsvModel, column_model
 from robocal.files.schema import FileModel, Name, Version, validate
 from robocal.files.text import InputFile
 from robocal.files.units import Unit, parse_unit
@@ -131,7 +131,9 @@ def _motor(model: DriveLogModel, document: YamlDocument) -> LogMotor:
         unit = document.unit(told.torque_constant.unit, None, ("motor", "torque_constant", "unit"))
         if unit.si != "N m/A":
             expected = "Nm/A"
-            document.fail("not a torque constant", ("motor", "torque_constant", "unit"), found=unit.name, expected=expected)
+            document.fail(
+                "not a torque constant", ("motor", "torque_constant", "unit"), found=unit.name, expected=expected
+            )
         constant = unit.to_si(told.torque_constant.value)
     if told.poles is not None and told.poles % 2:
         document.fail("poles come in pairs", ("motor", "poles"), found=told.poles, expected="an even number")
@@ -168,7 +170,9 @@ def _by_headers(table: CsvTable) -> Told:
     for what, words in WORDS.items():
         here = [w for w in words if table.has(w)]
         if len(here) > 1:
-            raise table.fail(f"two columns may be the {what}", column=here[1], found=" and ".join(here), expected="--columns")
+            raise table.fail(
+                f"two columns may be the {what}", column=here[1], found=" and ".join(here), expected="--columns"
+            )
         if here:
             told[what] = (here[0], None)
     return told
@@ -186,30 +190,40 @@ def _read(
     for what in ("time", "angle"):
         if what not in told:
             expected = f"{what} [{SI[what]}] in the header, a data.yaml, or --columns {what}=COLUMN:{SI[what]}"
-            raise table.fail(f"no column is the {what}", found=", ".join(n for n in table.names if n), expected=expected)
-    values: Mapping[str, Array] = {
-        what: _values(table, what, *told[what], counts) for what in ("time", "angle", kind)
-    }
+            raise table.fail(
+                f"no column is the {what}", found=", ".join(n for n in table.names if n), expected=expected
+            )
+    values: Mapping[str, Array] = {what: _values(table, what, *told[what], counts) for what in ("time", "angle", kind)}
     flag = table.numbers([told["flag"][0]])[:, 0] if "flag" in told else None
     if len(table) < LEAST_ROWS:
         raise FormatError("a log of too few rows", file=table.path, found=len(table), expected=f"at least {LEAST_ROWS}")
     step = np.diff(values["time"])
     if (step < 0).any():
         at = int(np.flatnonzero(step < 0)[0]) + 1
-        raise table.fail("time runs backwards", at, told["time"][0], found=float(values["time"][at]), expected="later rows below")
+        raise table.fail(
+            "time runs backwards", at, told["time"][0], found=float(values["time"][at]), expected="later rows below"
+        )
     if not step.any():
         raise table.fail("time stands still", column=told["time"][0], expected="the moment of every row")
     for what in ("angle", kind):
         if not np.ptp(values[what]):
-            raise table.fail(f"the {what} never changes", column=told[what][0], found=float(values[what][0]), expected=MOVES[what])
+            raise table.fail(
+                f"the {what} never changes", column=told[what][0], found=float(values[what][0]), expected=MOVES[what]
+            )
     name = motor.name or place.stem
     sweep = sweep_of(name, EFFORTS[kind], values["time"], values["angle"], values[kind], flag, table.lines)
     if not sweep.direction.any():
-        raise table.fail("the angle goes nowhere", column=told["angle"][0], expected="a sweep over a turn, in both directions")
+        raise table.fail(
+            "the angle goes nowhere", column=told["angle"][0], expected="a sweep over a turn, in both directions"
+        )
     return DriveLog(sweep, place, files, motor, table.unread(), table.remarks)
 
 
-MOVES = {"angle": "a sweep over a turn, in both directions", "current": "what the drive asks", "torque": "what the drive asks"}
+MOVES = {
+    "angle": "a sweep over a turn, in both directions",
+    "current": "what the drive asks",
+    "torque": "what the drive asks",
+}
 
 
 def _values(table: CsvTable, what: str, column: str | int, unit: str | None, counts: int | None) -> Array:
@@ -221,7 +235,9 @@ def _values(table: CsvTable, what: str, column: str | int, unit: str | None, cou
         expected = f"{what} [{example}] in the header, or unit: {example} in a data.yaml"
         raise table.fail(f"the unit of the {what} is not named", column=column, expected=expected)
     if unit is not None and stated is not None and unit != stated:
-        raise table.fail("the header states another unit than the data file", column=column, found=stated, expected=unit)
+        raise table.fail(
+            "the header states another unit than the data file", column=column, found=stated, expected=unit
+        )
     values = table.numbers([column])[:, 0]
     if name in (COUNT, "counts", "steps"):
         if what != "angle" or counts is None:
@@ -231,10 +247,14 @@ def _values(table: CsvTable, what: str, column: str | int, unit: str | None, cou
     known: Unit = parse_unit(name, SI[what], file=table.path, column=column)
     if what == "angle" and known.name != "turn" and _counted(values):
         found = f"whole numbers up to {np.abs(values).max():.0f}"
-        raise table.fail("the angle looks like encoder counts", column=column, found=found, expected="unit: count, with counts: N")
+        raise table.fail(
+            "the angle looks like encoder counts", column=column, found=found, expected="unit: count, with counts: N"
+        )
     return np.asarray(known.to_si(values))
 
 
 def _counted(values: Array) -> bool:
     """Whether angles are whole numbers, so many that they can only be counted."""
-    return bool((values == np.round(values)).all() and len(np.unique(values)) > 720)  # grid: a log in whole degrees has 360 a turn
+    return bool(
+        (values == np.round(values)).all() and len(np.unique(values)) > 720
+    )  # grid: a log in whole degrees has 360 a turn
