@@ -21,6 +21,7 @@ STEPS = 6.0  # grid: of the encoder, over which a speed is asked
 BACK = np.radians(3.0)  # grid: so far no led rotor slips back
 HYSTERESIS = np.radians(1.5)  # grid: friction of bearings turns within a degree; a sweep has 360 of them
 ESCAPE_LEAST = np.radians(0.5)  # grid: a shorter way is a slip of friction, not of magnets
+WAITED = 0.5  # grid: of the way that it ran ahead
 ESCAPE_SPEED = (
     5.0  # times the speed of the sweep: no tracking error of a led rotor makes it so fast over a tenth of a degree
 )
@@ -157,5 +158,8 @@ def escaped_rows(sweep: Sweep) -> Bools:
         # It stands, and the effort climbs at one angle, until it is led on.
         beyond = np.flatnonzero(sweep.angle[last:] * d > landed + reach)
         stop = last + int(beyond[0]) if len(beyond) else len(sweep)
-        out[first:stop] = True
+        # A slip of friction is led on at once; who ran ahead waits for as long as the setpoint takes.
+        waited = (sweep.time[min(stop, len(sweep) - 1)] - sweep.time[last - 1]) * pace
+        if waited >= WAITED * (landed - sweep.angle[first] * d):
+            out[first:stop] = True
     return out

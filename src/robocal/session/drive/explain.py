@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robocal._record import record, replace
+from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.drives.moments import moments_of
 from robocal.drives.motor import GAIN, LAG, Motor
@@ -19,7 +19,7 @@ from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem
 from robocal.session.drive.drive_data import NUMBERS, drive_data, friction_free
 
-__all__ = ["Explained", "compensated_turns", "explain"]
+__all__ = ["Explained", "compensated_turns", "explain", "halves"]
 
 HALF = 0.5
 LEAST = 50  # grid: rows of a turn, below which its share is not asked
@@ -64,7 +64,13 @@ def explain(motor: Motor, sweep: Sweep, rows: Bools) -> Explained:
     values = dict(zip(made.table.names, ended.x[0].tolist(), strict=False))
     left = made.residuals(ended.x)[0].value[:, 0]
     total = float(effort @ effort)
-    moments = moments_of(some.angle, effort, some.direction, np.zeros(len(effort), dtype=np.int64) + arc_of(some.angle), max(motor.orders, default=1))
+    moments = moments_of(
+        some.angle,
+        effort,
+        some.direction,
+        np.zeros(len(effort), dtype=np.int64) + arc_of(some.angle),
+        max(motor.orders, default=1),
+    )
     _, best = moments.fit(motor.orders, motor.table[LAG].value)
     speed = np.diff(some.angle) / np.maximum(np.diff(some.time), 1e-9)
     gap = np.median(np.abs(np.diff(left))) / (0.6745 * np.sqrt(2.0))
@@ -92,7 +98,3 @@ def halves(motor: Motor, sweep: Sweep) -> dict[bool, Bools]:
     """The rows that were compensated, and the others."""
     on = compensated_turns(motor, sweep)
     return {word: sweep.used & (on == word) for word in (True, False) if (sweep.used & (on == word)).any()}
-
-
-__all__ += ["halves"]
-_ = replace
