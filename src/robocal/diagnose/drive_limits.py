@@ -18,3 +18,6 @@ SAME_PACE = limit(1.5, "times the slowest", "Sweeps at one speed differ by less;
 QUICK_RIPPLE = limit(0.3, "rad/s (standard deviation)",
     "A led rotor slips by less; a rotor that runs through its cogging changes its speed by more.", "shared/data/cogging-motor")
 PREFER_SIDE = limit(0.95, "chance", "Phases per direction double the numbers of a table: they are taken where arcs prefer them surely.")
+OTHER_GAIN = limit(0.5, "of the curve", "A log of the same motor shows the curve whole, 0.9 to 1.3 times; of another one it shows none.",
+    "shared/data/cogging-motor")
+FLAG_TURNS = limit(2, "turns", "A change within a turn makes one turn that is neither; two are none.")

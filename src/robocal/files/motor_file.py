@@ -160,7 +160,7 @@ def read_motor(path: Path) -> MotorFile:
         (m.eccentric.cos, m.eccentric.sin),
     )  # fmt: skip
     sigma = tuple(o.sigma or float("nan") for o in m.orders)
-    own = InputFile(place, document.source.sha256)
+    own = InputFile(place, document.sha256)
     return MotorFile(
         m.name, UNITS[m.unit], cogging, m.friction.offset, m.friction.coulomb, table, constant, sigma, m.source, own
     )  # fmt: skip

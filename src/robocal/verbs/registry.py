@@ -59,6 +59,8 @@ VISION: Mapping[str, str] = MappingProxyType({
 })  # fmt: skip
 DRIVE: Mapping[str, str] = MappingProxyType({
     "identify": "Cogging and friction of a motor, from logs of its drive.",
+    "validate": "What a motor's table explains of another log.",
+    "compensate": "The table of a motor for a controller.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(

@@ -62,8 +62,14 @@ class DriveRemarks:
         "the log of {log}, at {speed:.3g} rad/s, is held back: the table alone explains {alone:.0%} of its effort"
     )
     DRIVE_OTHER_MOTOR = Phrase(
-        "the table explains {alone:.0%} of the log of {log}, and its own orders {best:.0%}: another motor, or another zero of the angle",
-        "Identify this motor by itself, or set its encoder to the index at which the sweep began.",
+        "the log of {log} shows {gain:.2g} times the curve of this table, and harmonics of the same orders explain {best:.0%} of it: it is "
+        "of another motor",
+        "Identify that motor by itself.",
+    )
+    DRIVE_OTHER_ZERO = Phrase(
+        "the table explains {share:.0%} of the log of {log} once its angle is[ {reversed} and] moved by {shift:.2f} deg, and {alone:.0%} as it "
+        "is",
+        "Let the encoder count from its index, in the direction of the sweep.",
     )
     DRIVE_NO_POSITION_TABLE = Phrase(
         "where the motor runs rough, no table of positions explains more than {best:.0%}: inertia carries the rotor through its cogging"

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "details", "run", "sections"]
 
-LOGS = Arg("LOG...", "data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others held back")
+LOGS = Arg(
+    "LOG...", "data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others held back"
+)
 
 
 @record
@@ -41,7 +43,10 @@ class Options(BaseOptions):
 
     logs: Annotated[tuple[Path, ...], LOGS]
     columns: tuple[str, ...] = option(
-        (), "Columns of a CSV in words, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag", "WORDS", listed=True
+        (),
+        "Columns of a CSV in words, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag",
+        "WORDS",
+        listed=True,
     )
     orders: int = option(20, "At most so many orders", "N", least=1, most=100)
     phases: str = option(
@@ -49,9 +54,14 @@ class Options(BaseOptions):
     )  # fmt: skip
     eccentric: bool = option(False, "The encoder may be off its centre: two numbers in place of sidebands")
     slots: int | None = option(None, "Slots of the motor", "N", least=1, otherwise="as the data file says")
-    poles: int | None = option(None, "Poles of the motor, two for each pair", "N", least=2, otherwise="as the data file says")
+    poles: int | None = option(
+        None, "Poles of the motor, two for each pair", "N", least=2, otherwise="as the data file says"
+    )
     method: str = option(
-        "harmonics", "Harmonics, or the seed document's table for each direction", "METHOD", choices=("harmonics", "seed")
+        "harmonics",
+        "Harmonics, or the seed document's table for each direction",
+        "METHOD",
+        choices=("harmonics", "seed"),
     )
     degree: int = option(2, "Degree of the polynomials of --method seed", "N", least=2, most=3)
     window: float = option(5.0, "Window of --method seed", "DEG", unit="deg", above=0, most=60)
