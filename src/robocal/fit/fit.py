@@ -222,8 +222,8 @@ def choose_columns(model: Model, problem: Problem, start: Array, soft: Array, le
     The little that a fitted robot turns where the nominal one does not is no lever to place a target with.
     """
     seen = choose(problem, soft)
-    frames = frame_names(model, problem)
-    kept = tuple(n for n in frames if n in seen.basis and not problem.table[n].prior_informs)
+    frames, basis = frame_names(model, problem), set(seen.basis)
+    kept = tuple(n for n in frames if n in basis and not problem.table[n].prior_informs)
     made, known = problem.with_free(kept), [problem.free.index(n) for n in kept]
     before, after = squares(made.with_loss("none"), start).root * made.scales, seen.scaled[:, known]
     held = list(range(len(kept)))
