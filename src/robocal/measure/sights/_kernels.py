@@ -98,7 +98,7 @@ def evaluate_sights(t, jac, jloc, sight, first, point, growth, edge, intrinsics,
                 out[b, lo + i, 0, k + c] = w[UX + i] * gx + w[UY + i] * gy + w[UZ + i] * gz
                 out[b, lo + i, 1, k + c] = w[VX + i] * gx + w[VY + i] * gy + w[VZ + i] * gz
             for e in range(2 if k + nl > 0 else 0):
-                move_points(n, w[BY_U:], w[VX if e else UX :], w[LX:], heap)
+                move_points(w, n, BY_U, VX if e else UX, heap, 0)
                 for i in range(n):
                     a0, a1, a2 = heap[i], heap[WIDE + i], heap[2 * WIDE + i]
                     a3, a4, a5 = heap[3 * WIDE + i], heap[4 * WIDE + i], heap[5 * WIDE + i]
@@ -149,7 +149,7 @@ def accumulate_views(
     mixed, roots = mixing.shape[0] > 0, np.empty(TILE)
     for b in range(batch):
         wb = b if weight.shape[0] > 1 else 0
-        vb = b if value.shape[0] > 1 else 0
+        lens, of = intrinsics[b], (value[b if value.shape[0] > 1 else 0], scale, block, mixing)
         small_a[:] = 0.0
         small_g[:] = 0.0
         out[:] = 0.0
@@ -195,15 +195,14 @@ def accumulate_views(
                     full = (n + LANES - 1) // LANES * LANES if n else 0
                     for i in range(n, full):
                         w[X + i], w[Y + i], w[Z + i] = w[X + n - 1], w[Y + n - 1], w[Z + n - 1]
-                    project_points(w, full, intrinsics[b])
-                    of = value[vb], scale, block, mixing
+                    project_points(w, full, lens)
                     cost[b] += 0.5 * heavy * whiten_blocks(rows, n, *of, heavy, loss, tuning, curved[b], w, roots)
                     if q + c == 0 and not loose[seat[s]]:
                         continue
-                    move_points(n, w[BY_U:], w[UX:], w[LX:], flat)
-                    move_points(n, w[BY_V:], w[VX:], w[LX:], flat[n:])
+                    move_points(w, n, BY_U, UX, flat, 0)
+                    move_points(w, n, BY_V, VX, flat, n)
                     if c > 0:
-                        answer_points(own, w, n, intrinsics[b], numbers)
+                        answer_points(own, w, n, lens, numbers)
                     if mine > 6:
                         grow_points(rows, n, growth, there, w, heap[6 + c])
                     if mixed:

@@ -14,7 +14,9 @@ TILE = 64  # points that are projected at once
 # Where the numbers of a tile lie: points in the camera's axes and seen from the origin of their frame, pixels, their derivatives,
 # what multiplies these, and the share that a loss keeps; then the derivatives of both pixels by every number of a Brown lens.
 # Constants: so the compiler sees that no two of them meet.
-X, Y, Z, LX, LY, LZ, U, V, UX, UY, UZ, VX, VY, VZ, BY_U, BY_V, SHARE, FLAT_X, FLAT_Y, ANSWERS = (TILE * i for i in range(20))
+X, Y, Z, LX, LY, LZ, U, V, UX, UY, UZ, VX, VY, VZ, BY_U, BY_V, SHARE, FLAT_X, FLAT_Y, ANSWERS = (
+    TILE * i for i in range(20)
+)
 SIZE, WIDE = ANSWERS + 2 * BROWN * TILE, 2 * TILE
 
 
@@ -99,7 +101,7 @@ def project_fisheye(w, n, f):
 
 @kernel
 def answer_brown(w, n, f):
-    """In the tile w, the derivatives of the two pixels of n points by each of the nine numbers f of a Brown lens: several points at once."""
+    """In the tile w, the derivatives of the two pixels of n points by each of the nine numbers f of a Brown lens."""
     fx, fy, k1, k2, p1, p2, k3 = f[0], f[1], f[4], f[5], f[6], f[7], f[8]
     for i in range(n):
         x, y = w[FLAT_X + i], w[FLAT_Y + i]
@@ -127,10 +129,9 @@ def answer_points(own, w, n, f, out):
     if f.shape[0] == BROWN:
         answer_brown(w, n, f)
         for p in range(own.shape[0]):
-            at, row = ANSWERS + 2 * TILE * own[p], out[p]
+            at = ANSWERS + 2 * TILE * own[p]
             for i in range(n):
-                row[i] = w[BY_U + i] * w[at + i]
-                row[n + i] = w[BY_V + i] * w[at + TILE + i]
+                out[p, i], out[p, n + i] = w[BY_U + i] * w[at + i], w[BY_V + i] * w[at + TILE + i]
     else:
         for p in range(own.shape[0]):
             for i in range(n):
@@ -175,8 +176,12 @@ def place_points(rows, n, point, growth, edge, there, f, w):
     c0, c1, c2, c3 = there[2, 0], there[2, 1], there[2, 2], there[2, 3]
     fx, fy, fz = f[0, 3], f[1, 3], f[2, 3]
     for i in range(n):
-        at, by = point[rows[i]], growth[rows[i]]
-        x, y, z = at[0] + edge * by[0], at[1] + edge * by[1], at[2] + edge * by[2]
+        j = rows[i]  # no view of a row is made: each costs as much as a point
+        x, y, z = (
+            point[j, 0] + edge * growth[j, 0],
+            point[j, 1] + edge * growth[j, 1],
+            point[j, 2] + edge * growth[j, 2],
+        )
         lx, ly, lz = a0 * x + a1 * y + a2 * z + a3, b0 * x + b1 * y + b2 * z + b3, c0 * x + c1 * y + c2 * z + c3
         w[LX + i], w[LY + i], w[LZ + i] = lx, ly, lz
         w[X + i], w[Y + i], w[Z + i] = lx + fx, ly + fy, lz + fz
@@ -196,15 +201,16 @@ def grow_points(rows, n, growth, there, w, out):
 
 
 @kernel
-def move_points(n, by, slope, lever, out):
-    """What motions (v, w) of their frame do to one pixel of n points, times `by`: six columns, out[0], out[WIDE] and so on, of its slope
-    by x, y and z, and of the levers."""
+def move_points(w, n, by, slope, out, first):
+    """What motions (v, w) of their frame do to one pixel of n points of a tile, times its numbers `by`: six columns, out[first],
+    out[first + WIDE] and so on, of its slope by x, y and z, and of the levers."""
     for i in range(n):
         # d point = v + w x lever, so d uv = jp v + (lever x jp) w.
-        x, y, z = by[i] * slope[i], by[i] * slope[TILE + i], by[i] * slope[2 * TILE + i]
-        lx, ly, lz = lever[i], lever[TILE + i], lever[2 * TILE + i]
-        out[i], out[WIDE + i], out[2 * WIDE + i] = x, y, z
-        out[3 * WIDE + i], out[4 * WIDE + i], out[5 * WIDE + i] = ly * z - lz * y, lz * x - lx * z, lx * y - ly * x
+        f, at = w[by + i], first + i
+        x, y, z = f * w[slope + i], f * w[slope + TILE + i], f * w[slope + 2 * TILE + i]
+        lx, ly, lz = w[LX + i], w[LY + i], w[LZ + i]
+        out[at], out[WIDE + at], out[2 * WIDE + at] = x, y, z
+        out[3 * WIDE + at], out[4 * WIDE + at], out[5 * WIDE + at] = ly * z - lz * y, lz * x - lx * z, lx * y - ly * x
 
 
 @kernel
