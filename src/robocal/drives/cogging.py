@@ -2,9 +2,9 @@
 
     c(theta, d) = sum_n (a_n + d a'_n) cos(n u) + (b_n + d b'_n) sin(n u),    u = theta + e_c cos(theta) + e_s sin(theta) - d L
 
-theta is the angle that the encoder shows (rad), d the direction of motion (1, -1; 0 at standstill: the mean of both). The lag L shifts the
-curve of each direction the way that it moves. a' and b' are phases per direction, and zero where one lag does for both. An encoder
-disc that is off its centre shows theta for u: two numbers, in place of sidebands at n - 1 and n + 1. Values are torque (N m) or current (A).
+theta is the angle that the encoder shows (rad), d the direction of motion (1, -1; 0 at standstill: the mean of both). The lag L shifts
+the curve of each direction the way that it moves. a' and b' are phases per direction, and zero where one lag does for both. An encoder
+disc that is off its centre shows theta for u: two numbers, in place of sidebands at n - 1 and n + 1. Values are torque or current (N m, A).
 Source: seed document, 1.3 and 1.4.2.
 """
 
