@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-__all__ = ["CABLE", "COMMAND_NAMES", "GROUPS", "PATHS", "VERBS", "VISION", "VerbGroup"]
+__all__ = ["CABLE", "COMMAND_NAMES", "DRIVE", "GROUPS", "PATHS", "VERBS", "VISION", "VerbGroup"]
 
 
 class VerbGroup(NamedTuple):
@@ -57,6 +57,9 @@ VISION: Mapping[str, str] = MappingProxyType({
     "require": "What a map of markers will be off by.",
     "export": "A map or a lens for other programs, or from them.",
 })  # fmt: skip
+DRIVE: Mapping[str, str] = MappingProxyType({
+    "simulate": "A simulated motor: sweep, compensation, test.",
+})  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(
         "Cable-driven parallel robots.",
@@ -69,6 +72,7 @@ GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "vision": VerbGroup(
         "Cameras and printed sheets.", "Cameras: sheets to print, images to corners, lenses, maps of markers.", VISION, "camera"
     ),
+    "drive": VerbGroup("Motors and their cogging.", "Motors: cogging and friction from logs, and compensation.", DRIVE, "drive"),
 })  # fmt: skip
 # Where every verb is in `robocal.verbs`.
 PATHS = (*VERBS, *(f"{word}.{name}" for word, group in GROUPS.items() for name in group.verbs))
