@@ -47,7 +47,7 @@ def trial_pictures(made: Any) -> Iterator[Section]:
     """Figures 1.4 to 1.6, 1.9 and 1.10 of the document."""
     angle, true, found = made.curves
     turn = np.degrees(angle)
-    raw = [(np.degrees(s.log.encoder) % 360, s.torque, "grid") for s in made.sweeps]
+    raw = [(np.degrees(s.log.encoder) % 360, s.torque, "seen") for s in made.sweeps]
     mean = [(turn, found_of, "curve") for found_of in _by_direction(made, angle)]
     yield Section.of(
         "The sweep",
@@ -67,7 +67,7 @@ def trial_pictures(made: Any) -> Iterator[Section]:
             (f"Speed, PID {i + 1}", speed, "speed [deg/s]"),
         ]
         plots = [
-            _plot(name, [(at[0], v[0], "curve random"), (at[1], v[1], "curve")], (across, up), told, f"ramp-{i}-{j}")
+            _plot(name, [(at[0], v[0], "curve random"), (at[1], v[1], "curve")], (across, up), told, f"ramp-{i}-{j}", WIDTH * (2 if j == 2 else 1))
             for j, (name, v, up) in enumerate(drawn)
         ]
         yield Section.of("The ramp, kp {:g}, ki {:g}, kd {:g}".format(*ramp.pid), Pair(tuple(plots[:2])), plots[2])
@@ -87,9 +87,9 @@ def _plot(title: str, curves: Sequence[tuple[Array, Array, str]], axes: tuple[st
     y = svg.AxisScale(float(up.min()) - air, float(up.max()) + air, HEIGHT - 46, 30)
     parts = [svg.axes(x, y, *axes)]
     for a, b, style in curves:
-        every = max(1, len(a) // (2 * POINTS if style == "grid" else POINTS))
+        every = max(1, len(a) // (2 * POINTS if style == "seen" else POINTS))
         places = list(zip(x.many(a[::every]).tolist(), y.many(b[::every]).tolist(), strict=True))
-        mark = svg.path(svg.circles(places, 0.8), style) if style == "grid" else svg.path(svg.polyline(places), style)
+        mark = svg.path(svg.circles(places, 0.8), style) if style == "seen" else svg.path(svg.polyline(places), style)
         parts.append(mark)
     text = f"{axes[1]} from {float(up.min()):.4g} to {float(up.max()):.4g}."
     cls = "wide" if width > WIDTH else ""
