@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from robocal.control.pid import ControllerState, ControlLaw, step
+from robocal.control.pid import ControlLaw, ControllerState, step
 from robocal.errors import ModelError
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from motors import seed_motor, table_error, thin_estimate
 
-from robocal.control.pid import ControllerState, ControlLaw, step
+from robocal.control.pid import ControlLaw, ControllerState, step
 from robocal.drives.cogging import Cogging
 from robocal.errors import ModelError
 from robocal.simulation.motor.plant import MotorPlant
@@ -130,12 +130,7 @@ def test_the_rotor_escapes_from_a_low_gain_alone():
 
 @pytest.mark.parametrize(
     "bad",
-    [
-        {"inertia": 0.0},
-        {"breakaway": 0.05},
-        {"viscous": -1.0},
-        {"cogging": replace(COGGED, eccentric=(0.01, 0.0))},
-    ],
+    [{"inertia": 0.0}, {"breakaway": 0.05}, {"viscous": -1.0}, {"cogging": replace(COGGED, eccentric=(0.01, 0.0))}],
 )
 def test_what_no_motor_has_is_refused(bad):
     with pytest.raises(ModelError):

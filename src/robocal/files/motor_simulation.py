@@ -31,26 +31,26 @@ class CoggingModel(FileModel):
     """Amplitudes A and phases p of a sum of A cos(n a + p)."""
 
     orders_per_turn: list[Annotated[int, Field(ge=1, le=10_000)]]
-    amplitudes_N_m: list[NotNegative]  # noqa: N815
+    amplitudes_N_m: list[NotNegative]
     phases_rad: list[Number]
 
 
 class FrictionModel(FileModel):
     """Numbers of LuGre's model; the width of the cogging's hysteresis is that between both directions."""
 
-    coulomb_N_m: Positive  # noqa: N815
-    breakaway_N_m: Positive  # noqa: N815
+    coulomb_N_m: Positive
+    breakaway_N_m: Positive
     stribeck_rad_s: Positive
-    viscous_N_m_s: NotNegative = 0.0  # noqa: N815
-    bristle_stiffness_N_m_rad: Positive  # noqa: N815
-    bristle_damping_N_m_s: NotNegative | None = None  # noqa: N815
+    viscous_N_m_s: NotNegative = 0.0
+    bristle_stiffness_N_m_rad: Positive
+    bristle_damping_N_m_s: NotNegative | None = None
     position_hysteresis_deg: NotNegative = 0.0
 
 
 class ControllerModel(FileModel):
     """Rate of controller and current loop, and the filter of the PID's derivative."""
 
-    rate_Hz: Annotated[float, Field(ge=50, le=100_000)] = 1000.0  # noqa: N815
+    rate_Hz: Annotated[float, Field(ge=50, le=100_000)] = 1000.0
     derivative_filter_ms: NotNegative = 0.0
 
 
@@ -60,15 +60,15 @@ class SweepModel(FileModel):
     speed_deg_s: Positive = 3.0
     turns: Annotated[float, Field(gt=0, le=100)] = 2.0
     directions: Literal["both"] = "both"
-    proportional_gain_N_m_rad: list[Positive]  # noqa: N815
-    torque_noise_N_m: NotNegative = 0.0  # noqa: N815
-    log_rate_Hz: Annotated[float, Field(gt=0, le=100_000)] = 100.0  # noqa: N815
+    proportional_gain_N_m_rad: list[Positive]
+    torque_noise_N_m: NotNegative = 0.0
+    log_rate_Hz: Annotated[float, Field(gt=0, le=100_000)] = 100.0
 
 
 class EscapeModel(FileModel):
     """Gains so low that the rotor runs away from them somewhere."""
 
-    proportional_gain_N_m_rad: list[Positive]  # noqa: N815
+    proportional_gain_N_m_rad: list[Positive]
 
 
 class RampModel(FileModel):
@@ -87,8 +87,8 @@ class MotorSimulationModel(FileModel):
     kind: Literal["motor-simulation"] = "motor-simulation"
     name: str = "motor"
     rotor_inertia_kg_m2: Positive
-    torque_constant_N_m_per_A: Positive  # noqa: N815
-    current_limit_A: Positive | None = None  # noqa: N815
+    torque_constant_N_m_per_A: Positive
+    current_limit_A: Positive | None = None
     cogging: CoggingModel
     friction: FrictionModel
     encoder_counts_per_turn: Annotated[int, Field(ge=0, le=1 << 30)] = 0
@@ -122,12 +122,18 @@ def read_motor_simulation(path: str | os.PathLike[str]) -> MotorSimulation:
     friction, limit = said.friction, said.current_limit_A
     try:
         plant = MotorPlant(
-            inertia=said.rotor_inertia_kg_m2, torque_constant=said.torque_constant_N_m_per_A, cogging=_cogging(said),
-            coulomb=friction.coulomb_N_m, breakaway=friction.breakaway_N_m, stribeck_speed=friction.stribeck_rad_s,
-            viscous=friction.viscous_N_m_s, bristle_stiffness=friction.bristle_stiffness_N_m_rad,
-            bristle_damping=friction.bristle_damping_N_m_s, current_limit=math.inf if limit is None else limit,
+            inertia=said.rotor_inertia_kg_m2,
+            torque_constant=said.torque_constant_N_m_per_A,
+            cogging=_cogging(said),
+            coulomb=friction.coulomb_N_m,
+            breakaway=friction.breakaway_N_m,
+            stribeck_speed=friction.stribeck_rad_s,
+            viscous=friction.viscous_N_m_s,
+            bristle_stiffness=friction.bristle_stiffness_N_m_rad,
+            bristle_damping=friction.bristle_damping_N_m_s,
+            current_limit=math.inf if limit is None else limit,
             counts=said.encoder_counts_per_turn,
-        )  # fmt: skip
+        )
     except ModelError as error:
         document.fail(error.message, ("friction", f"{error.key}_N_m"), found=error.found, expected=error.expected)
     period, sweep, ramp = 1 / said.controller.rate_Hz, said.identification, said.test_ramp
@@ -138,11 +144,15 @@ def read_motor_simulation(path: str | os.PathLike[str]) -> MotorSimulation:
         tuple(sweep.proportional_gain_N_m_rad),
         tuple(said.escape_cases.proportional_gain_N_m_rad) if said.escape_cases else (),
         RampTest(
-            math.radians(ramp.speed_deg_s), ramp.warm_up_turns, ramp.window_turns, period, 1e-3 * said.controller.derivative_filter_ms
+            math.radians(ramp.speed_deg_s),
+            ramp.warm_up_turns,
+            ramp.window_turns,
+            period,
+            1e-3 * said.controller.derivative_filter_ms,
         ),
         tuple((kp, ki, kd) for kp, ki, kd in ramp.pid),
         InputFile(source.path, source.sha256),
-    )  # fmt: skip
+    )
 
 
 def _cogging(said: MotorSimulationModel) -> Cogging:
@@ -158,15 +168,34 @@ def _check(said: MotorSimulationModel, document: YamlDocument) -> None:
     orders, sweep, ramp = said.cogging.orders_per_turn, said.identification, said.test_ramp
     for key in ("amplitudes_N_m", "phases_rad"):
         count = len(getattr(said.cogging, key))
-        document.insist(count == len(orders), "not one number for each order", ("cogging", key), found=count, expected=str(len(orders)))  # fmt: skip
-    document.insist(len(set(orders)) == len(orders), "an order is given twice", ("cogging", "orders_per_turn"), found=orders, expected="each once")  # fmt: skip
-    for at, given in ((("identification", "proportional_gain_N_m_rad"), sweep.proportional_gain_N_m_rad), (("test_ramp", "pid"), ramp.pid)):  # fmt: skip
+        document.insist(
+            count == len(orders),
+            "not one number for each order",
+            ("cogging", key),
+            found=count,
+            expected=str(len(orders)),
+        )
+    document.insist(
+        len(set(orders)) == len(orders),
+        "an order is given twice",
+        ("cogging", "orders_per_turn"),
+        found=orders,
+        expected="each once",
+    )
+    for at, given in (
+        (("identification", "proportional_gain_N_m_rad"), sweep.proportional_gain_N_m_rad),
+        (("test_ramp", "pid"), ramp.pid),
+    ):
         document.insist(given, "nothing to simulate", at, found=given, expected="a list of gains")
     for i, gains in enumerate(ramp.pid):
-        document.insist(len(gains) == 3, "not the gains of a PID", ("test_ramp", "pid", i), found=gains, expected="kp, ki and kd")  # fmt: skip
+        document.insist(
+            len(gains) == 3, "not the gains of a PID", ("test_ramp", "pid", i), found=gains, expected="kp, ki and kd"
+        )
     rate = said.controller.rate_Hz
     for at, fine in ((("identification", "log_rate_Hz"), sweep.log_rate_Hz <= rate),):
-        document.insist(fine, "the log is faster than the controller", at, found=sweep.log_rate_Hz, expected=f"at most {rate:g}")  # fmt: skip
+        document.insist(
+            fine, "the log is faster than the controller", at, found=sweep.log_rate_Hz, expected=f"at most {rate:g}"
+        )
     for at, turns, speed in (
         (("identification", "speed_deg_s"), sweep.turns, sweep.speed_deg_s),
         (("test_ramp", "speed_deg_s"), ramp.warm_up_turns + ramp.window_turns, ramp.speed_deg_s),

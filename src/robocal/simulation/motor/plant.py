@@ -3,9 +3,9 @@
     J dw/dt = torque - friction - cogging(a)
     friction = s z + r dz/dt + v w        dz/dt = w - s |w| z / g(w)        g(w) = F_c + (F_b - F_c) exp(-(w / w_s)^2)
 
-Friction is the model of LuGre: z is the bending of bristles of stiffness s. Where the speed stays above zero it is F_c + v w; below, the
-bristles hold the rotor like a spring. Where r is not given, it is sqrt(s J), as in the paper of the model. The cogging's angle a follows the
-rotor with play: `cogging.lag` behind it, whichever way it turns. So there is one lag, and no energy comes from nothing.
+Friction is the model of LuGre: z is the bending of bristles of stiffness s. While the rotor turns it is F_c + v w; below the breakaway
+torque the bristles hold the rotor like a spring. Where r is not given, it is sqrt(s J), as in the paper of the model. The cogging's angle
+a follows the rotor with play: `cogging.lag` behind it, whichever way it turns. So there is one lag, and no energy comes from nothing.
 Source: seed document, chapter 1; C. Canudas de Wit et al., A new model for control of systems with friction, IEEE TAC 40 (1995).
 """
 
@@ -21,6 +21,11 @@ from robocal.drives.cogging import Cogging
 from robocal.errors import require
 
 __all__ = ["MotorPlant"]
+
+
+POSITIVE = (
+    "inertia", "torque_constant", "coulomb", "breakaway", "stribeck_speed", "bristle_stiffness", "current_limit",
+)  # fmt: skip
 
 
 @record
@@ -45,7 +50,7 @@ class MotorPlant:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        for key in ("inertia", "torque_constant", "coulomb", "breakaway", "stribeck_speed", "bristle_stiffness", "current_limit"):  # fmt: skip
+        for key in POSITIVE:
             value = getattr(self, key)
             require(value > 0, "not above zero", key=key, found=value, expected="above 0")
         require(self.viscous >= 0, "not 0 or more", key="viscous", found=self.viscous, expected="0 or more")
@@ -53,7 +58,9 @@ class MotorPlant:
         expected = "at least the Coulomb torque"
         require(ordered, "the breakaway torque is too small", key="breakaway", found=self.breakaway, expected=expected)
         plain = not self.cogging.by_direction and self.cogging.eccentric == (0.0, 0.0)
-        require(plain, "the cogging of a simulated motor has one lag alone", key="cogging", expected="orders, parts and lag")
+        require(
+            plain, "the cogging of a simulated motor has one lag alone", key="cogging", expected="orders, parts and lag"
+        )
 
     @property
     def torque_limit(self) -> float:

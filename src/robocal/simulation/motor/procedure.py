@@ -1,7 +1,7 @@
 """The two runs of the procedure: a slow sweep in both directions from which a cogging is identified, and the ramp that tests it.
 
-The sweep is driven by a proportional controller, so that the torque has the sign of the motion. It begins an eighth of a turn before the part
-that is recorded. The ramp turns for a few turns until its integral is at rest, and is judged on a part of a turn.
+The sweep is driven by a proportional controller, so that the torque has the sign of the motion. It begins an eighth of a turn before the
+part that is recorded. The ramp turns for a few turns until its integral is at rest, and is judged on a part of a turn.
 Source: seed document, 1.3, 1.4.2 and 1.5.
 """
 
@@ -63,7 +63,9 @@ class Gain:
     speed: float
 
 
-def sweep(plant: MotorPlant, gain: float, plan: SweepPlan, direction: int, rng: np.random.Generator) -> tuple[MotorLog, Array]:  # fmt: skip
+def sweep(
+    plant: MotorPlant, gain: float, plan: SweepPlan, direction: int, rng: np.random.Generator
+) -> tuple[MotorLog, Array]:
     """The sweep in one direction (1, -1) under a proportional gain (N m/rad); and the torque (m,) as it was recorded, with its noise."""
     law = ControlLaw(gain, period=plan.period, limit=plant.torque_limit)
     first = -RUN_IN if direction > 0 else TURN * plan.turns + RUN_IN
@@ -73,7 +75,9 @@ def sweep(plant: MotorPlant, gain: float, plan: SweepPlan, direction: int, rng: 
     return log, log.torque + rng.normal(0.0, plan.noise, len(log))
 
 
-def tracking(plant: MotorPlant, gains: tuple[float, float, float], test: RampTest, added: Compensation | None = None) -> tuple[MotorLog, Tracking]:  # fmt: skip
+def tracking(
+    plant: MotorPlant, gains: tuple[float, float, float], test: RampTest, added: Compensation | None = None
+) -> tuple[MotorLog, Tracking]:
     """The ramp under a PID controller of gains kp, ki, kd: the rows that are judged, and what they are judged by."""
     law = ControlLaw(*gains, period=test.period, filter_time=test.filter_time, limit=plant.torque_limit)
     turns = test.warm_up + test.window

@@ -41,7 +41,7 @@ class MotorLog:
     @property
     def time(self) -> Array:
         """Time of each row (s), from the first."""
-        return self.period * np.arange(len(self))
+        return np.asarray(self.period * np.arange(len(self)), np.float64)
 
     def rows(self, first: int, every: int = 1) -> MotorLog:
         """The same from a row on, every so many."""
@@ -64,7 +64,7 @@ def compensation(cogging: Cogging, friction: float = 0.0, offset: float = 0.0) -
 
 def ramp(start: float, speed: float, duration: float, period: float) -> Array:
     """Desired angles (rad), one for each period and one more, from `start` on at a speed (rad/s) for a duration (s)."""
-    return start + speed * period * np.arange(round(duration / period) + 1)
+    return np.asarray(start + speed * period * np.arange(round(duration / period) + 1), np.float64)
 
 
 def run(plant: MotorPlant, law: ControlLaw, reference: Array, added: Compensation | None = None) -> MotorLog:

@@ -49,12 +49,15 @@ def trial_pictures(made: Any) -> Iterator[Section]:
     turn = np.degrees(angle)
     raw = [(np.degrees(s.log.encoder) % 360, s.torque, "seen") for s in made.sweeps]
     mean = [(turn, found_of, "curve") for found_of in _by_direction(made, angle)]
+    both = [(turn, true, "curve random"), (turn, found, "curve")]
+    recorded = "Recorded torque in both directions (grey), and the identified curve of each."
+    compared = "True cogging (dashed) and identified cogging, without lag."
     yield Section.of(
         "The sweep",
-        _plot("The sweep", [*raw, *mean], ("angle of the encoder [deg]", "torque [N m]"), "Recorded torque in both directions (grey), and what was identified of each.", "sweep", WIDTH * 2),
-        _plot("The cogging", [(turn, true, "curve random"), (turn, found, "curve")], ("angle [deg]", "cogging [N m]"), "True cogging (dashed) and identified cogging, without lag.", "curve", WIDTH * 2),
+        _plot("The sweep", [*raw, *mean], ("angle of the encoder [deg]", "torque [N m]"), recorded, "sweep", 2 * WIDTH),
+        _plot("The cogging", both, ("angle [deg]", "cogging [N m]"), compared, "curve", 2 * WIDTH),
         key="sweep-pictures",
-    )  # fmt: skip
+    )
     for i, ramp in enumerate(made.ramps):
         at = [np.degrees(log.reference - log.reference[0]) for log in ramp.logs]
         error = [np.degrees(log.reference - log.angle) for log in ramp.logs]
@@ -67,7 +70,7 @@ def trial_pictures(made: Any) -> Iterator[Section]:
             (f"Speed, PID {i + 1}", speed, "speed [deg/s]"),
         ]
         plots = [
-            _plot(name, [(at[0], v[0], "curve random"), (at[1], v[1], "curve")], (across, up), told, f"ramp-{i}-{j}", WIDTH * (2 if j == 2 else 1))
+            _plot(name, _pair(at, v), (across, up), told, f"ramp-{i}-{j}", WIDTH * (2 if j == 2 else 1))
             for j, (name, v, up) in enumerate(drawn)
         ]
         yield Section.of("The ramp, kp {:g}, ki {:g}, kd {:g}".format(*ramp.pid), Pair(tuple(plots[:2])), plots[2])
@@ -78,7 +81,18 @@ def _by_direction(made: Any, angle: Array) -> list[Array]:
     return [found.offset + d * found.friction + found.cogging.at(angle, d) for d in (1.0, -1.0)]
 
 
-def _plot(title: str, curves: Sequence[tuple[Array, Array, str]], axes: tuple[str, str], caption: str, key: str, width: float = WIDTH) -> Figure:  # fmt: skip
+def _pair(across: Sequence[Array], up: Sequence[Array]) -> list[tuple[Array, Array, str]]:
+    return [(x, y, style) for x, y, style in zip(across, up, ("curve random", "curve"), strict=True)]
+
+
+def _plot(
+    title: str,
+    curves: Sequence[tuple[Array, Array, str]],
+    axes: tuple[str, str],
+    caption: str,
+    key: str,
+    width: float = WIDTH,
+) -> Figure:
     """Curves over one axis; of a long one every so many points."""
     across = np.concatenate([c[0] for c in curves])
     up = np.concatenate([c[1] for c in curves])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from robocal.simulation.motor.runs import MotorLog, compensation
 
 __all__ = ["Identified", "MotorTrial", "SimulateDriveDocument", "SweepLog", "simulate_procedure"]
 
+GAINS = (("kp", "N m/rad"), ("ki", "N m/(rad s)"), ("kd", "N m s/rad"))
 FINE = 2880  # points of one turn at which curves are compared: eight for each degree
 
 
@@ -46,9 +47,13 @@ class Identified:
     offset: float
 
 
+Identify: TypeAlias = Callable[[Sequence[SweepLog]], Identified]
+
+
 @record(eq=False)
 class RampResult:
-    """The gains of a PID; how it followed the ramp without compensation, with it, and with tables that have no mean; rows of the first two."""
+    """The gains of a PID; how it followed the ramp without compensation, with it, and with tables that have no mean; the logs of the first
+    two."""
 
     pid: tuple[float, float, float]
     without: Tracking
@@ -124,7 +129,7 @@ class MotorTrial(VerbResult):
         """A row for each PID: errors without and with compensation, and what it divides them by."""
         of = self.ramps
         return Listing((
-            *(Column(n, u, [r.pid[i] for r in of], label=n, spec=".4g") for i, (n, u) in enumerate((("kp", "N m/rad"), ("ki", "N m/(rad s)"), ("kd", "N m s/rad")))),
+            *(Column(n, u, [r.pid[i] for r in of], label=n, spec=".4g") for i, (n, u) in enumerate(GAINS)),
             Column("position", "deg", np.degrees([r.without.position for r in of]), digits=6, figures=3, label="position, rms [deg]"),
             Column("position_compensated", "deg", np.degrees([r.full.position for r in of]), digits=6, figures=3, label="compensated"),
             Column("position_ratio", "", [r.gain.position for r in of], digits=6, figures=3, label="position /"),
@@ -210,7 +215,9 @@ def sweep_text(sweeps: Sequence[SweepLog]) -> str:
     return listing_text(Listing(tuple(Column(name, unit, v, decimals=6) for name, unit, v in columns)))
 
 
-def simulate_procedure(o: Any, watch: Watch | None = None, command: str = "", identify: Callable[[Sequence[SweepLog]], Identified] | None = None) -> MotorTrial:  # fmt: skip
+def simulate_procedure(
+    o: Any, watch: Watch | None = None, command: str = "", identify: Identify | None = None
+) -> MotorTrial:
     """Reads the motor, sweeps it, identifies its cogging, and tests the compensation. Raises InputError."""
     motor = read_motor_simulation(o.spec)
     gain = motor.gains[0] if o.gain is None else o.gain
