@@ -79,9 +79,7 @@ class Moments:
         mine_a, mine_b = held @ a.reshape(len(a), -1), held @ b
         mine_a = mine_a.reshape(len(arcs), *a.shape[1:])
         x = np.stack([_solve(a.sum(axis=0) - m, b.sum(axis=0) - v) for m, v in zip(mine_a, mine_b, strict=True)])
-        return np.asarray(
-            held @ self.q - 2 * np.sum(x * mine_b, axis=1) + np.einsum("ai,aij,aj->a", x, mine_a, x)
-        )
+        return np.asarray(held @ self.q - 2 * np.sum(x * mine_b, axis=1) + np.einsum("ai,aij,aj->a", x, mine_a, x))
 
     def fit(self, orders: Sequence[int], lag: float = 0.0, by_direction: bool = False) -> tuple[Array, float]:
         """The coefficients (k,) of a fit to everything, and the sum of squares that it leaves."""

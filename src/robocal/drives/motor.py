@@ -18,7 +18,10 @@ from robocal.parameters import Parameter, ParameterTable
 __all__ = ["ECCENTRIC", "GAIN", "LAG", "Motor", "motor_of", "order_names"]
 
 LAG, GAIN, ECCENTRIC = "cogging.lag", "cogging.gain", ("encoder.cos", "encoder.sin")
-LAG_EXPECTED, ECCENTRIC_EXPECTED = 0.01, 0.01  # rad: half a degree, which is what hysteresis and a disc's centring leave
+LAG_EXPECTED, ECCENTRIC_EXPECTED = (
+    0.01,
+    0.01,
+)  # rad: half a degree, which is what hysteresis and a disc's centring leave
 P = TypeVar("P")
 
 

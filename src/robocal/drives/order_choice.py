@@ -58,7 +58,11 @@ def find_lag(moments: Moments, orders: tuple[int, ...], reach: float) -> float:
 
 
 def choose_orders(
-    moments: Moments, most: int, quantile: float, reach: float, allowed: Callable[[int, tuple[int, ...]], bool] = lambda n, of: True
+    moments: Moments,
+    most: int,
+    quantile: float,
+    reach: float,
+    allowed: Callable[[int, tuple[int, ...]], bool] = lambda n, of: True,
 ) -> ChosenOrders:
     """At most so many orders; `quantile` is t, `reach` the largest lag (rad), and `allowed` says whether an order may follow others."""
     orders: tuple[int, ...] = ()
