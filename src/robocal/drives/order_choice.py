@@ -71,12 +71,9 @@ def choose_orders(
     before, shares, refused = friction, list[float](), set[int]()
     in_a_row = 0
     while len(orders) < most and in_a_row < REFUSALS:
-        x, _ = moments.fit(orders, lag)
-        left = moments.left(orders, x, lag)
-        left[0] = -1.0
-        taken = np.array(sorted({*orders, *refused}), dtype=np.int64)
-        left[taken] = -1.0
-        order = _strongest(left, orders, allowed)
+        passed = {*orders, *refused}
+        candidates = [n for n in range(1, moments.highest + 1) if n not in passed and allowed(n, orders)]
+        order = moments.next_order(orders, candidates, lag) if candidates else None
         if order is None:
             break
         tried = (*orders, order)
@@ -90,12 +87,3 @@ def choose_orders(
             refused.add(order)
             in_a_row += 1
     return ChosenOrders(orders, find_lag(moments, orders, reach), tuple(shares))
-
-
-def _strongest(left: Array, orders: tuple[int, ...], allowed: Callable[[int, tuple[int, ...]], bool]) -> int | None:
-    for order in np.argsort(-left)[: len(left) - 1].tolist():
-        if left[order] < 0:
-            return None
-        if allowed(int(order), orders):
-            return int(order)
-    return None

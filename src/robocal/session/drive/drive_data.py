@@ -34,7 +34,12 @@ def drive_data(sweeps: Sequence[Sweep], used: Sequence[Bools], free: Sequence[st
         # Of one direction the friction is in the offset, and nothing parts them.
         own = [n for n in free if both or n != "coulomb"]
         values = {n: 0.0 for n in NUMBERS if n not in own}
-        extra = {"angle": some.angle, "direction": some.direction, "speed": some.speed, "acceleration": some.acceleration}
+        extra = {
+            "angle": some.angle,
+            "direction": some.direction,
+            "speed": some.speed,
+            "acceleration": some.acceleration,
+        }
         lines = None if some.lines is None else some.lines
         parts.append(
             Observations(

@@ -29,7 +29,7 @@ from robocal.session.drive.drive_data import drive_data, friction_free
 __all__ = ["Tried", "fit_motor", "highest_order", "moments_of_sweeps", "noise_of", "other_direction"]
 
 HIGHEST = 300  # grid: four times the highest order that motors of robots are built with
-REACH = np.radians(3.0)  # grid: the document's motor has less than three degrees between its directions
+REACH = np.radians(1.5)  # grid: the document's motor has less than three degrees between its directions, twice the lag
 ONE_SIDED = 0.95
 AROUND = 20  # grid: orders to each side, among which the floor is asked
 FLOOR_CHANCE = 1e-3
@@ -56,7 +56,12 @@ class Tried:
         if name not in names:
             return float("nan")
         own = float(np.sqrt(covariance[names.index(name), names.index(name)]))
-        factor = {p: f for n, f in zip(self.motor.orders, self.floor, strict=True) for c in (False, True) for p in order_names(n, c)}
+        factor = {
+            p: f
+            for n, f in zip(self.motor.orders, self.floor, strict=True)
+            for c in (False, True)
+            for p in order_names(n, c)
+        }
         return own * float(factor.get(name, 1.0))
 
 
@@ -76,7 +81,8 @@ def moments_of_sweeps(sweeps: Sequence[Sweep], used: Sequence[Bools], highest: i
     """Moments of the rows that are used, without the friction of each log."""
     effort = [friction_free(s, rows) for s, rows in zip(sweeps, used, strict=True)]
     angle, direction = (
-        np.concatenate([getattr(s, n)[rows] for s, rows in zip(sweeps, used, strict=True)]) for n in ("angle", "direction")
+        np.concatenate([getattr(s, n)[rows] for s, rows in zip(sweeps, used, strict=True)])
+        for n in ("angle", "direction")
     )
     return moments_of(angle, np.concatenate(effort), direction, arc_of(angle), highest)
 
@@ -140,7 +146,11 @@ def fit_motor(
         name, orders, sweeps[0].unit, size, by_direction=by_direction and both, eccentric=eccentric, lag=both, slots=slots, poles=poles
     )  # fmt: skip
     arcs = len(set(data.configurations.groups or ()))
-    options = Options(hold_out="group", folds=arcs, leave_one_out=False) if arcs > 1 else Options(hold_out=0.0, leave_one_out=False)
+    options = (
+        Options(hold_out="group", folds=arcs, leave_one_out=False)
+        if arcs > 1
+        else Options(hold_out=0.0, leave_one_out=False)
+    )
     made = decide(motor, data, options, watch)
     if made.proof is None:
         return Tried(made, float("nan"), np.zeros(0), np.ones(len(orders)))
@@ -155,7 +165,9 @@ def _floor(made: Decision[Motor], moments: Moments, orders: Sequence[int]) -> Ar
     """How many times the amplitude that white noise leaves at an order its neighbours have, (n,); 1 where chance explains it."""
     residual = [r for r in made.residuals]
     data = made.need_data
-    angle, direction = (np.concatenate([np.asarray(o.extra[n]) for o in data.observations]) for n in ("angle", "direction"))
+    angle, direction = (
+        np.concatenate([np.asarray(o.extra[n]) for o in data.observations]) for n in ("angle", "direction")
+    )
     effort = np.concatenate([r.value[:, 0] for r in residual])
     left = moments_of(angle, effort, direction, np.zeros(len(angle), dtype=np.int64), moments.highest)
     amplitude = 2 * np.abs(left.y.sum(axis=0)) / len(effort)

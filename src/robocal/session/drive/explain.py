@@ -64,7 +64,13 @@ def explain(motor: Motor, sweep: Sweep, rows: Bools) -> Explained:
     values = dict(zip(made.table.names, ended.x[0].tolist(), strict=False))
     left = made.residuals(ended.x)[0].value[:, 0]
     total = float(effort @ effort)
-    moments = moments_of(some.angle, effort, some.direction, np.zeros(len(effort), dtype=np.int64) + arc_of(some.angle), max(motor.orders, default=1))
+    moments = moments_of(
+        some.angle,
+        effort,
+        some.direction,
+        np.zeros(len(effort), dtype=np.int64) + arc_of(some.angle),
+        max(motor.orders, default=1),
+    )
     _, best = moments.fit(motor.orders, motor.table[LAG].value)
     speed = np.diff(some.angle) / np.maximum(np.diff(some.time), 1e-9)
     gap = np.median(np.abs(np.diff(left))) / (0.6745 * np.sqrt(2.0))
