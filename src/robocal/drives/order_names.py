@@ -38,21 +38,21 @@ def name_order(order: int, slots: int | None, poles: int | None, strong: Sequenc
         whole = lcm(slots, poles)
         if order % whole == 0:
             times = order // whole
-            return "cogging: lcm of slots and poles" + (f", {times} times" if times > 1 else "")
+            return "lcm of slots and poles" + (f", {times} times" if times > 1 else "")
         if order == poles // 2:
-            return "once per pole pair: zero of a current sensor, not torque"
+            return "once per pole pair: sensor zero, not torque"
         if order == poles:
-            return "twice per pole pair: gains of current sensors, or slots that differ"
+            return "twice per pole pair: sensor gains, or slots"
         if order % slots == 0:
-            return "slots: magnets that differ" + (f", {order // slots} times" if order > slots else "")
+            return "slots" + (f", {order // slots} times" if order > slots else "")
         if order % poles == 0:
-            return f"poles: slots that differ, {order // poles} times"
+            return f"poles, {order // poles} times"
         if order % (poles // 2) == 0:
             return f"pole pairs, {order // (poles // 2)} times"
     for main in strong:
         if 0 < abs(order - main) <= 2:
-            return f"sideband of {main}: rotor or encoder off its centre"
-    return "once per turn: rotor or load off its centre" if order == 1 else "no name"
+            return f"sideband of {main}: off its centre"
+    return "once per turn: off its centre" if order == 1 else "no name"
 
 
 def named_share(orders: Sequence[int], amplitudes: Array, slots: int, poles: int) -> float:

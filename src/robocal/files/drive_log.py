@@ -117,7 +117,7 @@ def read_drive_log(path: str | os.PathLike[str], columns: Sequence[str] = ()) ->
         document = load(place)
         model = validate(DriveLogModel, document)
         table = read_csv(os.path.normpath(place.parent / model.file), **model.csv.style)
-        files = (InputFile(place, document.source.sha256), InputFile(table.path, table.sha256))
+        files = (InputFile(place, document.sha256), InputFile(table.path, table.sha256))
         return _read(table, _stated(model, document), model.counts, _motor(model, document), files, place)
     table = read_csv(place)
     own = (InputFile(table.path, table.sha256),)

@@ -58,6 +58,9 @@ VISION: Mapping[str, str] = MappingProxyType({
     "export": "A map or a lens for other programs, or from them.",
 })  # fmt: skip
 DRIVE: Mapping[str, str] = MappingProxyType({
+    "identify": "Cogging and friction of a motor, from logs of its drive.",
+    "validate": "What a motor's table explains of another log.",
+    "compensate": "The table of a motor for a controller.",
     "simulate": "A simulated motor: sweep, compensation, test.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
@@ -67,6 +70,9 @@ GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
         "robocal new cable writes a file to start from.",
         CABLE,
         "cable",
+    ),
+    "drive": VerbGroup(
+        "Motors and their drives.", "Motors: cogging and friction from logs of their drives, and tables for controllers.", DRIVE, "drive"
     ),
     # In Python robocal.vision is the package of what these verbs compute with.
     "vision": VerbGroup(

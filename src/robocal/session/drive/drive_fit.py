@@ -10,13 +10,14 @@ floor that its parts may be off by.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from robocal._record import record
 from robocal._scipy import special
 from robocal._types import Array, Bools
+from robocal.diagnose.drive_limits import PREFER_SIDE
 from robocal.drives.moments import Moments, moments_of
 from robocal.drives.motor import Motor, motor_of, order_names
 from robocal.drives.order_choice import ChosenOrders, choose_orders
@@ -26,11 +27,19 @@ from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.session.drive.drive_data import drive_data, friction_free
 
-__all__ = ["Tried", "fit_motor", "highest_order", "moments_of_sweeps", "noise_of", "other_direction"]
+__all__ = [
+    "Tried",
+    "choose",
+    "fit_motor",
+    "highest_order",
+    "moments_of_sweeps",
+    "noise_of",
+    "other_direction",
+    "prefer_directions",
+]
 
 HIGHEST = 300  # grid: four times the highest order that motors of robots are built with
 REACH = np.radians(1.5)  # grid: the document's motor has less than three degrees between its directions, twice the lag
-ONE_SIDED = 0.95
 AROUND = 20  # grid: orders to each side, among which the floor is asked
 FLOOR_CHANCE = 1e-3
 
@@ -89,13 +98,13 @@ def moments_of_sweeps(sweeps: Sequence[Sweep], used: Sequence[Bools], highest: i
 
 def noise_of(made: Decision[Motor]) -> float:
     """The noise of rows that follow one another, in the unit of the effort."""
-    gaps = []
+    squares, count = 0.0, 0
     for rows in made.residuals:
-        e = rows.value[:, 0]
-        gaps.append(np.diff(e))
-    every = np.concatenate(gaps)
-    # Between logs and turns there are a few wide ones, which the median of many does not see.
-    return float(np.median(np.abs(every)) / special.ndtri(0.75) / np.sqrt(2.0)) if len(every) else 0.0
+        # Rows of one arc and direction follow one another, but where the turn ends.
+        same = np.diff(rows.configuration) == 0
+        step = np.diff(rows.value[:, 0])[same]
+        squares, count = squares + float(step @ step), count + len(step)
+    return float(np.sqrt(squares / max(count, 1) / 2))
 
 
 def other_direction(moments: Moments, orders: Sequence[int], lag: float) -> float:
@@ -117,7 +126,7 @@ def other_direction(moments: Moments, orders: Sequence[int], lag: float) -> floa
 def choose(moments: Moments, most: int, eccentric: bool) -> ChosenOrders:
     """Orders of a motor; of an eccentric encoder two numbers say what sidebands would."""
     arcs = len(np.unique(moments.arc))
-    quantile = float(special.stdtrit(max(arcs - 1, 1), ONE_SIDED))
+    quantile = float(special.stdtrit(max(arcs - 1, 1), PREFER_SIDE))
 
     def allowed(order: int, others: tuple[int, ...]) -> bool:
         return not eccentric or not any(abs(order - n) == 1 for n in others)
@@ -163,7 +172,7 @@ def fit_motor(
 
 def _floor(made: Decision[Motor], moments: Moments, orders: Sequence[int]) -> Array:
     """How many times the amplitude that white noise leaves at an order its neighbours have, (n,); 1 where chance explains it."""
-    residual = [r for r in made.residuals]
+    residual = list(made.residuals)
     data = made.need_data
     angle, direction = (
         np.concatenate([np.asarray(o.extra[n]) for o in data.observations]) for n in ("angle", "direction")
@@ -182,3 +191,15 @@ def _floor(made: Decision[Motor], moments: Moments, orders: Sequence[int]) -> Ar
         if ratio > special.chdtri(2 * len(near), FLOOR_CHANCE) / (2 * len(near)):
             out[i] = np.sqrt(ratio)
     return out
+
+
+def prefer_directions(tried: Mapping[str, Tried]) -> Tried:
+    """Of one lag and of phases per direction what held-out arcs prefer: the phases, where these leave surely less arc by arc."""
+    if len(tried) < 2:
+        return next(iter(tried.values()))
+    one, other = tried["lag"], tried["directions"]
+    gain = one.arcs - other.arcs
+    if len(gain) < 2:
+        return one
+    quantile = float(special.stdtrit(len(gain) - 1, PREFER_SIDE))
+    return other if gain.mean() > quantile * gain.std(ddof=1) / np.sqrt(len(gain)) else one

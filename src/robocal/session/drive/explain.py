@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robocal._record import record, replace
+from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.drives.moments import moments_of
 from robocal.drives.motor import GAIN, LAG, Motor
@@ -19,9 +19,10 @@ from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem
 from robocal.session.drive.drive_data import NUMBERS, drive_data, friction_free
 
-__all__ = ["Explained", "compensated_turns", "explain"]
+__all__ = ["Explained", "best_shift", "compensated_turns", "explain", "halves"]
 
 HALF = 0.5
+SHIFTS = 14400  # grid: of a turn; a fortieth of a degree is 2 deg of order 72
 LEAST = 50  # grid: rows of a turn, below which its share is not asked
 
 
@@ -100,5 +101,26 @@ def halves(motor: Motor, sweep: Sweep) -> dict[bool, Bools]:
     return {word: sweep.used & (on == word) for word in (True, False) if (sweep.used & (on == word)).any()}
 
 
-__all__ += ["halves"]
-_ = replace
+def best_shift(motor: Motor, sweep: Sweep, rows: Bools) -> tuple[float, bool, float]:
+    """By how much (rad) the angle of a log has to be moved, and whether reversed, so that the table explains most; and that share."""
+    effort, some = friction_free(sweep, rows), sweep.take(rows)
+    best = (0.0, False, -np.inf)
+    c = motor.cogging
+    table = np.array(c.cosine) - 1j * np.array(c.sine)
+    n = np.array(c.orders)
+    shifts = np.arange(SHIFTS) * 2 * np.pi / SHIFTS
+    for mirrored in (False, True):
+        angle, direction = (-some.angle, -some.direction) if mirrored else (some.angle, some.direction)
+        moments = moments_of(angle, effort, direction, arc_of(angle), max(c.orders, default=1))
+        x, _ = moments.fit(c.orders, c.lag)
+        own = x[2 : 2 + len(n)] - 1j * x[2 + len(n) : 2 + 2 * len(n)]
+        # Half the squares of what is left of the harmonics, by the shift of the angle.
+        turned = table * np.exp(1j * np.outer(shifts, n))
+        left = np.sum(np.abs(own - turned) ** 2, axis=1) / 2
+        at = int(np.argmin(left))
+        share = 1 - (float(np.mean(effort**2)) - float(np.sum(np.abs(own) ** 2)) / 2 + float(left[at])) / float(
+            np.mean(effort**2)
+        )
+        if share > best[2]:
+            best = (float((shifts[at] + np.pi) % (2 * np.pi) - np.pi), mirrored, share)
+    return best
