@@ -61,6 +61,7 @@ DRIVE: Mapping[str, str] = MappingProxyType({
     "identify": "Cogging and friction of a motor, from logs of its drive.",
     "validate": "What a motor's table explains of another log.",
     "compensate": "The table of a motor for a controller.",
+    "simulate": "A simulated motor: sweep, compensation, test.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(
@@ -77,6 +78,7 @@ GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "vision": VerbGroup(
         "Cameras and printed sheets.", "Cameras: sheets to print, images to corners, lenses, maps of markers.", VISION, "camera"
     ),
+    "drive": VerbGroup("Motors and their cogging.", "Motors: cogging and friction from logs, and compensation.", DRIVE, "drive"),
 })  # fmt: skip
 # Where every verb is in `robocal.verbs`.
 PATHS = (*VERBS, *(f"{word}.{name}" for word, group in GROUPS.items() for name in group.verbs))
