@@ -44,6 +44,14 @@ class Moments:
         some = self.direction == direction
         return Moments(self.s[some], self.y[some], self.q[some], self.n[some], self.direction[some], self.arc[some])
 
+    @property
+    def pooled(self) -> Moments:
+        """The same of whole directions, where arcs are not asked apart."""
+        each, at = np.unique(self.direction, return_inverse=True)
+        some = at.ravel() == np.arange(len(each))[:, None]
+        arc = np.zeros(len(each), dtype=np.int64)
+        return Moments(some @ self.s, some @ self.y, some @ self.q, some @ self.n, each, arc)
+
     def normal(self, orders: Sequence[int], lag: float = 0.0, by_direction: bool = False) -> tuple[Array, Array]:
         """Normal matrix (G, k, k) and right side (G, k) of each group; columns are 1, d, the cosines, the sines of the orders, and, by
         direction, d times these."""

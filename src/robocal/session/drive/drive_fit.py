@@ -1,7 +1,7 @@
 """A motor in its logs: orders by held-out arcs, then the fit and the proof of every identification, with one lag for both directions and
 with phases per direction; what held-out arcs prefer is taken.
 
-    share = 1 - sum e^2 / sum e0^2    over held-out arcs; e of the motor, e0 of friction and offset alone
+    share = 1 - sum e^2 / sum e0^2    e of the motor over held-out arcs, e0 less the mean of each direction of each log
     noise = sqrt(mean (e_(i+1) - e_i)^2 / 2)    of rows that follow one another: what no curve explains
 
 Intervals of the orders know that what is left is not white: where the orders around one leave more than the noise would, it is this
@@ -163,8 +163,9 @@ def fit_motor(
     made = decide(motor, data, options, watch)
     if made.proof is None:
         return Tried(made, float("nan"), np.zeros(0), np.ones(len(orders)))
-    before, after, _ = made.errors
-    share = 1 - float(after @ after) / float(before @ before)
+    _, after, _ = made.errors
+    # Friction that was held out with its arc would be off by what the low orders leave of the others: no variance of the effort.
+    share = 1 - float(after @ after) / float(moments.q.sum())
     label = np.array(data.configurations.groups)[np.concatenate([o.configuration for o in data.observations])]
     every = np.array([float(np.sum(after[label == a] ** 2)) for a in np.unique(label)])
     return Tried(made, share, every, _floor(made, moments, orders))

@@ -344,7 +344,7 @@ def _judge(
     why = check_share(sweeps[0], share)
     if why is not None:
         other = check_reading(sweeps[0], share)
-        verdict = verdict.instead("refused", *([other] if other else []), why)
+        verdict = verdict.instead("refused", other or why)
     else:
         c = taken.motor.cogging
         warnings += check_motor(c.orders, c.amplitudes, *made)
