@@ -1,4 +1,4 @@
-"""Whether the intervals of a motor's orders hold what they say: sweeps of the simulated motor of the seed's chapter 1, identified as a user would.
+"""Whether the intervals of a motor's orders hold what they say, over sweeps of the simulated motor of the seed's chapter 1.
 
     python scripts/drive_coverage.py --seeds 1-200 > lines.jsonl      # a line per seed; 0.6 s each
     python scripts/drive_coverage.py --pool FOLDER                    # all *.jsonl of a folder, and what was asked beside it
@@ -51,7 +51,10 @@ def one(seed: int, phases: str) -> dict[str, object]:
     chosen = choose(moments, 20, eccentric=False)
     words = ("lag", "directions") if phases == "auto" else (phases,)
     tried = {
-        w: fit_motor([sweep], [used], moments, chosen.orders, by_direction=w == "directions", eccentric=False, name="m", slots=None, poles=None, watch=None)
+        w: fit_motor(
+            [sweep], [used], moments, chosen.orders, by_direction=w == "directions", eccentric=False, name="m", slots=None, poles=None,
+            watch=None,
+        )
         for w in words
     }  # fmt: skip
     taken = prefer_directions(tried)

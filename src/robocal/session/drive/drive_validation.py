@@ -142,8 +142,11 @@ def _judge(
     whole = explain(motor, log.sweep, used) if len(parts) > 1 else next(iter(parts.values()))
     shift, mirrored, share = best_shift(motor, log.sweep, used)
     if share > TABLE_EXPLAINS and whole.alone < SHIFT_BETTER * share and (mirrored or abs(shift) > SHIFT_LEAST):
-        numbers = {"share": share, "log": name, "shift": float(np.degrees(shift)), "alone": max(whole.alone, 0.0)}
-        reasons.append(Remark.of(Code.DRIVE_OTHER_ZERO, **numbers, reversed="reversed" if mirrored else None))
+        moved, turned = float(np.degrees(shift)), "reversed" if mirrored else None
+        alone = max(whole.alone, 0.0)
+        reasons.append(
+            Remark.of(Code.DRIVE_OTHER_ZERO, share=share, log=name, shift=moved, alone=alone, reversed=turned)
+        )
     elif all(e.gain < OTHER_GAIN for e in parts.values()):
         reasons.append(
             Remark.of(Code.DRIVE_OTHER_MOTOR, log=name, gain=max(whole.gain, 0.0), best=max(whole.best, 0.0))
