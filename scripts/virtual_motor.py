@@ -75,6 +75,7 @@ def numbers(made: MotorTrial) -> dict[str, Any]:
         "effort": [r.gain.effort for r in made.ramps],
         "speed": [r.gain.speed for r in made.ramps],
         "no_mean": [r.gain_no_mean.effort for r in made.ramps],
+        "status": made.identified.verdict.status,
         "orders": list(made.identified.motor_file.cogging.orders),
     }
 
@@ -116,14 +117,16 @@ def repair(rows: list[dict[str, Any]]) -> str:
     out.append("|---|---|---|---|---|---|---|---|---|")
     for gain in sorted({r["gain"] for r in rows}):
         own = [r for r in rows if r["gain"] == gain]
-        worse = sum(r["curve"] > r["none"]["curve"] for r in own)
+        worse = sum(map(_is_worse, own))
         cells = [
             _ranges(100 * np.array([[r["curve"]] for r in own])),
             _ranges(100 * np.array([[r["none"]["curve"]] for r in own])),
         ]
         for name in ("position", "effort"):
             cells += [_ranges(np.array([r[name] for r in own])), _ranges(np.array([r["none"][name] for r in own]))]
-        out.append(f"| {gain:g} | {len(own)} | {' | '.join(cells)} | {worse} of {len(own)} |")
+        out.append(
+            f"| {gain:g} | {len(own)} | {' | '.join(cells)} | {worse} of {len(own)} | {', '.join(sorted({r['status'] for r in own}))} |"
+        )
     return "\n".join(
         [*out, "", f"asked: never worse than none; {_met(not sum(r['curve'] > r['none']['curve'] for r in rows))}"]
     )

@@ -288,8 +288,9 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
     chosen = choose(moments, o.orders, o.eccentric)
     name = logs[fitted[0]].sweep.name
     tried: dict[str, Tried] = {}
+    # Where a rotor escaped, one direction has to say what the other lost: phases of its own would hear nothing of it.
+    both = len(np.unique(moments.direction)) > 1 and not any(e.any() for e in escaped)
     for word in ("lag", "directions"):
-        both = len(np.unique(moments.direction)) > 1
         if word in (o.phases, "lag" if o.phases == "auto" else "") or (o.phases == "auto" and both):
             tried[word] = fit_motor(
                 sweeps, used, moments, chosen.orders, by_direction=word == "directions", eccentric=o.eccentric, name=name,
