@@ -127,9 +127,15 @@ def repair(rows: list[dict[str, Any]]) -> str:
         out.append(
             f"| {gain:g} | {len(own)} | {' | '.join(cells)} | {worse} of {len(own)} | {', '.join(sorted({r['status'] for r in own}))} |"
         )
-    return "\n".join(
-        [*out, "", f"asked: never worse than none; {_met(not sum(r['curve'] > r['none']['curve'] for r in rows))}"]
-    )
+    met = _met(not any(map(_is_worse, rows)))
+    return "\n".join([*out, "", f"asked: never worse than none, in curve or ramp; {met}"])
+
+
+def _is_worse(row: dict[str, Any]) -> bool:
+    """Whether the repaired curve is farther from the truth, or its ramp is followed less well at any PID."""
+    none = row["none"]
+    ramps = ((a, b) for name in ("position", "effort") for a, b in zip(row[name], none[name], strict=True))
+    return row["curve"] > none["curve"] or row["rms"] > none["rms"] or any(a < b for a, b in ramps)
 
 
 def _ranges(values: Any) -> str:
