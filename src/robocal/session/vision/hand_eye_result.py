@@ -44,6 +44,7 @@ from robocal.session.vision.hand_eye_checks import (
 )
 from robocal.session.vision.hand_eye_data import EYE, HandEyeData, open_hand_eye
 from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find_errors, frame_of, middle_of
+from robocal.session.vision.hand_eye_exchanged import find_exchanged
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
 from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, read_otherwise
 from robocal.session.vision.hand_eye_size import contradict_size
@@ -263,14 +264,8 @@ def _frame_part(f: PlacedFrame) -> FramePart:
     covariance = (f.covariance * np.outer(scale, scale)).tolist()
     xyz, q = matrix[:3, 3].tolist(), list(f.quaternion)
     return FramePart(
-        parent=f.parent,
-        child=f.child,
-        unit="mm",
-        xyz=xyz,
-        quaternion_xyzw=q,
-        matrix=matrix.tolist(),
-        covariance=covariance,
-    )
+        parent=f.parent, child=f.child, unit="mm", xyz=xyz, quaternion_xyzw=q, matrix=matrix.tolist(), covariance=covariance
+    )  # fmt: skip
 
 
 def find_hand_eye(
@@ -316,6 +311,9 @@ def _judge(
     if explained:
         return Verdict("refused", tuple(explained)), said
     verdict = replace(given, reasons=tuple(dict.fromkeys(restate(r, opened) for r in given.reasons)))
+    exchanged = list(find_exchanged(opened))
+    if exchanged and verdict.status != "located":
+        return Verdict("refused", tuple(exchanged)), said
     if moves := find_moves(opened, made):
         verdict = verdict.instead("refused", *moves)
     left = errors.left_out
@@ -346,4 +344,7 @@ def _judge(
         for when in (When.DATA, When.FIT)
         for f in run_checks(when, made, DIAGNOSE, PROVE, skip=(*made.silent, *SILENT))
     ]
-    return verdict, [*said, *(f.remark for f in findings if f.code not in HIDDEN)]
+    told = [f.remark for f in findings if f.code not in HIDDEN]
+    if {r.code for r in exchanged} - {r.code for r in told}:  # of corners a fit tells the same, with pixels
+        told += exchanged
+    return verdict, [*said, *told]
