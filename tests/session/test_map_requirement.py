@@ -78,10 +78,7 @@ def test_maps_and_poses_scatter_as_predicted(size, height):
     ratio = np.array(got) / [e.map_xy, e.map_z, e.camera_xy, e.camera_z]
     print("chi2 / dof:", np.round(share, 3), "seen over predicted:", ratio.round(3))
     assert 0.85 < share[0] < 1.15 and 0.6 < share[1] < 1.5
-    assert not FULL or np.abs(ratio[:3] - 1).max() < 0.1
-    if FULL and height and ratio[3] > 1.1:  # 1.118 in 200 rigs: open, the cause is not known
-        pytest.xfail(f"the camera's height among raised markers: {ratio[3]:.3f} times what was predicted")
-    assert not FULL or abs(ratio[3] - 1) < 0.1
+    assert not FULL or np.abs(ratio - 1).max() < 0.1
 
 
 def seen_through(there, views, sights, numbers):

@@ -65,6 +65,13 @@ def robust(kind, tuning, s):
     return c2 / 3.0 * (1.0 - u * u * u), u * u
 
 
+@kernel
+def robust_weights(kind, tuning, squares, out):
+    """out (m,) <- the weights of squared whitened norms (m,)."""
+    for i in range(len(squares)):
+        out[i] = robust(kind, tuning, squares[i])[1]
+
+
 @kernel(inline=True)
 def kept(kind, tuning, s):
     """Which share of the columns along the residual a loss keeps when its curvature counts, sqrt(1 + 2 s rho'' / rho'), not below

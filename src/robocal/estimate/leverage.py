@@ -35,9 +35,7 @@ def leverages(problem: Problem, x: Array, configurations: Ints) -> dict[Key, tup
         return _row_by_row(problem, x, configurations)
     chosen = np.zeros(len(problem.first_weight), dtype=bool)
     chosen[configurations] = True
-    groups: dict[Key, _GroupSums] = {}
-    for term in problem.bound_terms:
-        _add(problem, term, x, chosen, groups)
+    groups = _sums(problem, x, chosen)
     (count, size), n = problem.sizes[0], problem.n
     d, b, a = np.zeros((count, size, size)), np.zeros((count, size, n)), problem.prior_root.T @ problem.prior_root
     for said in groups.values():
@@ -71,6 +69,33 @@ class _GroupSums:
     b: Array
     a: Array
     count: int = 0
+
+
+def _sums(problem: Problem, x: Array, chosen: Bools) -> dict[Key, _GroupSums]:
+    """Of every group and unit: what measures one unit alone says it in its normal equations."""
+    units: dict[str, dict[str, None]] = {}
+    for term in problem.terms:
+        units.setdefault(term.group, {}).update({unit: None for *_, unit in term.parts})
+    bare = tuple(replace(f, prior=None) for f in problem.families)
+    rest = replace(problem, families=bare, priors=False, weights=np.where(chosen, problem.first_weight, 0.0)[None])
+    out: dict[Key, _GroupSums] = {}
+    for group, told in units.items():
+        if len(told) == 1:
+            some = tuple(t for t in problem.terms if t.group == group)
+            made, (unit,) = replace(rest, terms=some).normal(x), told
+            count = sum(int((chosen[t.configuration] & t.used).sum()) * t.scale.shape[1] for t in some)
+            both = np.swapaxes(made.asl[0], 1, 2).reshape(*problem.sizes[0], problem.n)
+            out[group, unit] = _GroupSums(_whole(made.al[0]), both, _whole(made.a[0]), count)
+    for term in problem.bound_terms if len(units) > len({group for group, _ in out}) else ():
+        if len(units[term.group]) > 1:
+            _add(problem, term, x, chosen, out)
+    return out
+
+
+def _whole(lower: Array) -> Array:
+    """Symmetric matrices (..., n, n) of their lower triangles."""
+    low = np.tril(lower)
+    return np.asarray(low + np.swapaxes(np.tril(lower, -1), -1, -2))
 
 
 def _add(problem: Problem, term: ProblemTerm, x: Array, chosen: Bools, groups: dict[Key, _GroupSums]) -> None:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robocal._jit import as_kernel_array
 from robocal._types import Array, Bools
 
 __all__ = ["LOSSES", "TUNING", "Loss", "slopes"]
@@ -25,9 +26,9 @@ class Loss(NamedTuple):
 
 def slopes(loss: str, tuning: float | None, square: Array) -> Array:
     """The robust weights rho' of observations from the squares of their whitened lengths (m,); tuning None: the usual one."""
-    from robocal.estimate._kernels import robust
+    from robocal.estimate._kernels import robust_weights
 
-    if loss == "none":
-        return np.ones(len(square))
-    kind, size = LOSSES[loss], tuning or TUNING[loss]
-    return np.array([robust(kind, size, s)[1] for s in square], dtype=float)
+    out = np.ones(len(square))
+    if loss != "none":
+        robust_weights(LOSSES[loss], tuning or TUNING[loss], as_kernel_array(square), out)
+    return out

@@ -20,7 +20,7 @@ from robocal._record import field, record, replace
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.estimate.choosing.choice import STRUCTURAL, Choice, choose
-from robocal.estimate.elimination import Squares, spare_numbers, squares
+from robocal.estimate.elimination import Squares, reducible, spare_numbers, squares
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -106,14 +106,14 @@ class Fit:
             known = Squares(every.free, self.identifiability.root, float(r @ r), len(r))
         else:
             lin = every.linearize(x)
-            known = squares(every, x, lin)
+            known = squares(every, x, None if reducible(every) else lin)
         u = uncertainty(problem, x, estimated=any(g.stated is None for g in self.groups), known=known)
         dof = noise_dof(self.groups, u.dof)
         # Noise that was stated and stands is even; what a model leaves need not be.
         visits = places(self.data.configurations)
         own = None if lin is None else lin.columns(every.column_of[problem.index])
         more = np.sqrt(uneven(problem, x, visits, own)) if np.isfinite(dof) else 1.0
-        scales = scales_of(every, problem.free, x, self.data, lin, self.scale_errors)
+        scales = scales_of(every, problem.free, x, self.data, known, lin, self.scale_errors)
         whole = total(every, problem.free, x, factor=u.factor * float(more), dof=dof, known=known)
         return u, add_scales(whole, scales), scales
 
@@ -222,8 +222,8 @@ def choose_columns(model: Model, problem: Problem, start: Array, soft: Array, le
     The little that a fitted robot turns where the nominal one does not is no lever to place a target with.
     """
     seen = choose(problem, soft)
-    frames = frame_names(model, problem)
-    kept = tuple(n for n in frames if n in seen.basis and not problem.table[n].prior_informs)
+    frames, basis = frame_names(model, problem), set(seen.basis)
+    kept = tuple(n for n in frames if n in basis and not problem.table[n].prior_informs)
     made, known = problem.with_free(kept), [problem.free.index(n) for n in kept]
     before, after = squares(made.with_loss("none"), start).root * made.scales, seen.scaled[:, known]
     held = list(range(len(kept)))

@@ -18,7 +18,7 @@ import numpy as np
 from robocal import _scipy as scipy
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.estimate.elimination import beside_blocks, reweight, triangle
+from robocal.estimate.elimination import Squares, beside_blocks, reweight, triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 from robocal.estimate.uncertainty import Total
@@ -29,6 +29,7 @@ from robocal.measure.stretch import stretch_columns
 __all__ = ["InstrumentScales", "add_scales", "is_scale", "scales_of", "without_scales"]
 
 SYMBOL = "scale"
+SURE = 1e12  # tolerance: the condition up to which an inverse has digits to spare
 
 
 @record
@@ -50,10 +51,16 @@ class InstrumentScales:
 
 
 def scales_of(
-    every: Problem, kept: tuple[str, ...], x: Array, data: DataSet, lin: Linear | None, errors: Mapping[str, float]
+    every: Problem,
+    kept: tuple[str, ...],
+    x: Array,
+    data: DataSet,
+    known: Squares,
+    lin: Linear | None,
+    errors: Mapping[str, float],
 ) -> InstrumentScales | None:
-    """Of the instruments of a fit at x (1, P) of the `kept` columns of `every` free one; None where all scales are known. `errors`
-    are known ones, by instrument, with what they may be off by."""
+    """Of the instruments of a fit at x (1, P) of the `kept` columns of `every` free one, of which `known` are the squares there; None where
+    all scales are known. `errors` are known ones, by instrument, with what they may be off by."""
     shared = _shared_scales(data, errors)
     groups = [*shared]
     if not groups:
@@ -66,11 +73,7 @@ def scales_of(
         return None
     c, sigma = c[:, told], np.array([shared[g][1] for g in groups])[told]
     n, m, scale = every.n, c.shape[1], every.scales
-    whole = np.column_stack([lin.j, c, lin.r])
-    if every.blocks:
-        whole[:, :-1] = beside_blocks(replace(lin, j=whole[:, :-1]))[1]
-    root = triangle(whole)
-    root[:, :n] *= scale
+    root = _widen(known.of(every.free) * scale, scale, lin, np.column_stack([c, lin.r]))
     prior = np.diag(np.concatenate([np.ones(n), 1 / sigma]))
     # The last columns of a triangle are what the others leave of them.
     alone = triangle(np.vstack([root[:, : n + m], prior]))[n:, n:]
@@ -84,6 +87,29 @@ def scales_of(
     names = tuple(f"{g}.{SYMBOL}" for g in seen)
     after = np.where([g in errors for g in seen], sigma, np.linalg.norm(np.linalg.inv(alone), axis=1))
     return InstrumentScales(names, sigma, after, response, root, every.difference(x)[0] / scale, scale)
+
+
+def _widen(root: Array, scale: Array, lin: Linear, more: Array) -> Array:
+    """W (n + k, n + k) with W^T W = (M [J, more])^T M [J, more], M what local blocks leave, from the R (n, n) of J with columns as large as
+    their scale (n,); more (N, k)."""
+    n, k = len(root), more.shape[1]
+    beside = beside_blocks(replace(lin, j=more))[1]
+    inverse = _invert(root)
+    across = inverse.T @ (scale[:, None] * (lin.j.T @ beside))
+    rest = beside - beside_blocks(replace(lin, j=lin.j @ (scale[:, None] * (inverse @ across))))[1]
+    out = np.zeros((n + k, n + k))
+    out[:n, :n], out[:n, n:], out[n:, n:] = root, across, triangle(rest)
+    return out
+
+
+def _invert(root: Array) -> Array:
+    """The inverse of a root (n, n), without what it does not determine."""
+    try:
+        inverse = np.linalg.inv(root)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.pinv(root))
+    sure = np.abs(root).sum(axis=0).max(initial=0.0) * np.abs(inverse).sum(axis=0).max(initial=0.0) < SURE
+    return inverse if sure else np.asarray(np.linalg.pinv(root))
 
 
 def _shared_scales(data: DataSet, errors: Mapping[str, float]) -> dict[str, tuple[tuple[str, ...], float]]:

@@ -8,6 +8,10 @@ import numpy as np
 
 from robocal._jit import kernel
 
+COARSE = 4  # rounds of the coarse way, before Newton's
+NEAR = 0.5  # rad: a turn by more leads to another valley
+ARRIVED = 1e-8  # rad: after a step of Newton's by less the next one is rounding
+
 
 @kernel
 def rotation_from_vector(x, y, z, out):
@@ -232,23 +236,79 @@ def nearest_rotation(m, a, v, out):
 
 @kernel
 def turn_until_still(step, rotations, rounds, still):
-    """rotations (S, B, 3, 3), in place: R <- the rotation nearest to step (S, 9, 9) times R, so often, or until none of its numbers
-    moves by more than `still`."""
-    m, now, a, v = np.empty(9), np.empty((3, 3)), np.empty((4, 4)), np.empty((4, 4))
+    """rotations (S, B, 3, 3), in place: to where r^T M r is largest, M = step (S, 9, 9), r the numbers of R. First R <- the rotation
+    nearest to M r, which finds the valley, then Newton's steps; so often, or until none of its numbers moves by more than `still`."""
+    m, now, a, v, w = np.empty(9), np.empty((3, 3)), np.empty((4, 4)), np.empty((4, 4)), np.empty(3)
+    turned, bent, spin = np.empty((3, 9)), np.empty((3, 3)), np.empty((3, 3))
     for s in range(rotations.shape[0]):
         for b in range(rotations.shape[1]):
             r = rotations[s, b]
-            for _ in range(rounds):
+            for turn in range(rounds):
                 for i in range(9):
                     total = 0.0
                     for j in range(9):
                         total += step[s, i, j] * r[j // 3, j % 3]
                     m[i] = total
-                nearest_rotation(m, a, v, now)
+                fine = turn >= COARSE and newton_turn(step[s], r, m, turned, bent, w)
+                if fine:
+                    rotation_from_vector(w[0], w[1], w[2], spin)
+                    for i in range(3):
+                        for j in range(3):
+                            now[i, j] = spin[i, 0] * r[0, j] + spin[i, 1] * r[1, j] + spin[i, 2] * r[2, j]
+                else:
+                    nearest_rotation(m, a, v, now)
                 moved = 0.0
                 for i in range(3):
                     for j in range(3):
                         moved = max(moved, abs(now[i, j] - r[i, j]))
                         r[i, j] = now[i, j]
-                if not moved > still:
+                if not moved > (ARRIVED if fine else still):
                     break
+
+
+@kernel
+def newton_turn(step, r, m, turned, bent, w):
+    """w (3,) <- the turn exp(w) R by which Newton raises r^T M r, where m = M r; whether it leads up, and not far. turned (3, 9) and bent
+    (3, 3) are work space. With D_k = [e_k] R and N = m R^T:  g_k = <D_k, m>,  H_kl = <D_k, M D_l> + (N_kl + N_lk) / 2 - d_kl tr N."""
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        for c in range(3):
+            turned[k, 3 * k + c], turned[k, 3 * i + c], turned[k, 3 * j + c] = 0.0, -r[j, c], r[i, c]
+    trace = 0.0
+    for i in range(9):
+        trace += m[i] * r[i // 3, i % 3]
+    for l in range(3):
+        gradient = 0.0
+        for i in range(9):
+            gradient += turned[l, i] * m[i]
+        w[l] = gradient
+        for k in range(l + 1):
+            total = trace if k == l else 0.0
+            for c in range(3):
+                total -= 0.5 * (m[3 * k + c] * r[l, c] + m[3 * l + c] * r[k, c])
+            for i in range(9):
+                row = 0.0
+                for j in range(9):
+                    row += step[i, j] * turned[l, j]
+                total -= turned[k, i] * row
+            bent[l, k] = total
+    for l in range(3):  # Cholesky's root of -H
+        for k in range(l + 1):
+            total = bent[l, k]
+            for i in range(k):
+                total -= bent[l, i] * bent[k, i]
+            if k < l:
+                bent[l, k] = total / bent[k, k]
+            elif total <= 1e-12 * trace:
+                return False
+            else:
+                bent[l, l] = math.sqrt(total)
+    for l in range(3):
+        for i in range(l):
+            w[l] -= bent[l, i] * w[i]
+        w[l] /= bent[l, l]
+    for k in range(2, -1, -1):
+        for i in range(k + 1, 3):
+            w[k] -= bent[i, k] * w[i]
+        w[k] /= bent[k, k]
+    return w[0] * w[0] + w[1] * w[1] + w[2] * w[2] < NEAR * NEAR

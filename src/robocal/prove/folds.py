@@ -38,6 +38,7 @@ __all__ = [
 ]  # fmt: skip
 
 CHUNK = 256
+AT_ONCE = 1 << 19  # grid: numbers of normal equations that are looked at together
 # Of what was expected: a direction that rows tell less of does not move in a fit, whatever is there to be found.
 OPEN = 1e-2
 
@@ -99,20 +100,21 @@ def unseen(
     return Unseen(out, profiled, ends, converged)
 
 
-def _open(problem: Problem, a: Array, known: float = OPEN) -> Bools:
-    """Which problems leave a direction open, (B,), by their Gauss-Newton matrices (lower triangles, (B, n, n)): known to
-    less than this share of what was expected."""
-    scaled = np.tril(a) * np.outer(problem.scales, problem.scales)
-    scaled = scaled + np.swapaxes(np.tril(scaled, -1), 1, 2)
-    each = np.arange(problem.n)
-    # Rounding must not pass for knowledge.
-    least = np.maximum(known**2, 1e-13 * scaled[:, each, each].max(axis=1, initial=0.0))
-    scaled[:, each, each] -= least[:, None]
-    try:
-        np.linalg.cholesky(scaled)  # positive definite, all of them: the ordinary case
-    except np.linalg.LinAlgError:
-        return np.asarray(~(np.linalg.eigvalsh(scaled)[:, 0] > 0))
-    return np.zeros(len(a), dtype=bool)
+def _open(problem: Problem, a: Array, known: float = OPEN, at: Ints | None = None) -> Bools:
+    """Which problems leave a direction open, (B,), by their Gauss-Newton matrices (lower triangles, (B, n, n); of the columns `at` of
+    wider ones): known to less than this share of what was expected."""
+    both, each = np.outer(problem.scales, problem.scales), np.arange(problem.n)
+    out, many = np.zeros(len(a), dtype=bool), max(1, AT_ONCE // max(both.size, 1))
+    for some in (slice(lo, lo + many) for lo in range(0, len(a), many)):  # what is scaled stays in the cache
+        scaled = (a[some] if at is None else a[some, at[:, None], at]) * both
+        # Rounding must not pass for knowledge.
+        least = np.maximum(known**2, 1e-13 * scaled[:, each, each].max(axis=1, initial=0.0))
+        scaled[:, each, each] -= least[:, None]
+        try:
+            np.linalg.cholesky(scaled)  # of the lower triangles: positive definite, all of them, is the ordinary case
+        except np.linalg.LinAlgError:
+            out[some] = ~(np.linalg.eigvalsh(scaled)[:, 0] > 0)
+    return out
 
 
 def proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: Sequence[str], factor: Array) -> None:
@@ -122,7 +124,7 @@ def proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: S
     frames = part.with_free(local)
     at = part.column_of[frames.index]
     scale = np.outer(frames.scales, frames.scales)
-    rounds = np.flatnonzero(_open(frames, a[:, at[:, None], at], OBSERVABLE))
+    rounds = np.flatnonzero(_open(frames, a, OBSERVABLE, at))
     if not len(rounds):
         return
     sees, _ = terms_of(problem, frames.free)

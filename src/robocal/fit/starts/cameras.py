@@ -86,24 +86,25 @@ def _resect_block(points: Array, directions: Array, first: Ints, keep: int) -> l
         # What the instrument sees lies in front of it.
         behind = total((depth <= 0).astype(float)) > 0
         order = np.argsort(np.where(behind, off + 1e3, off), axis=1, kind="stable")
-        chosen = [_differ(a, o, max(many, keep)) for a, o in zip(r, order, strict=True)]
-        several = np.array([len(c) for c in chosen])
-        index = np.stack([c + c[:1] * (several.max() - len(c)) for c in chosen])
-        r, t = (np.stack([v[i] for v, i in zip(each, index, strict=True)]) for each in (r, t))
+        index, several = _differ(r, order, max(many, keep))
+        r, t = (np.take_along_axis(v, index.reshape(*index.shape, *[1] * (v.ndim - 2)), axis=1) for v in (r, t))
     return [
         [se3.compose(r[s, b], t[s, b] - r[s, b] @ centre[s]) for b in range(min(keep, n))]
         for s, n in enumerate(several.tolist())
     ]
 
 
-def _differ(rotations: Array, order: Ints, most: int) -> list[int]:
-    """The first of some rotations (B, 3, 3), in this order, no two of which are one."""
-    near = np.abs(rotations[:, None] - rotations).max(axis=(2, 3)) <= SAME
-    out: list[int] = []
-    for b in order.tolist():
-        if len(out) < most and not near[b, out].any():
-            out.append(b)
-    return out
+def _differ(rotations: Array, order: Ints, most: int) -> tuple[Ints, Ints]:
+    """Of each sight the first of its rotations (S, B, 3, 3), in this order (S, B), no two of which are one: their numbers (S, k), the first
+    again where there are fewer, and how many there are, (S,)."""
+    every, count = np.arange(len(order)), np.zeros(len(order), dtype=np.int64)
+    index, held = np.repeat(order[:, :1], most, axis=1), np.full((len(order), most, 3, 3), np.inf)
+    for b in order.T:
+        one = rotations[every, b]
+        new = (np.abs(held - one[:, None]).max(axis=(2, 3)) > SAME).all(axis=1) & (count < most)
+        held[new, count[new]], index[new, count[new]] = one[new], b[new]
+        count += new
+    return index[:, : count.max(initial=1)], count
 
 
 def _linear(p: Array, directions: Array, own: Ints, count: Ints) -> Array:
