@@ -41,7 +41,9 @@ def sag_slope(span: ArrayLike, tension: ArrayLike, weight: ArrayLike) -> Array:
     l, u = _shape(span, tension, weight)
     at = np.where(np.abs(u) < SMALL, 1.0, u)
     slope = (at * np.sinh(at) - 2 * np.sinh(at / 2) ** 2) / at**2
-    return np.asarray(l / 2 * np.where(np.abs(u) < SMALL, 0.5 + u * u / 8, slope) * l / (2 * np.asarray(tension, float)))
+    return np.asarray(
+        l / 2 * np.where(np.abs(u) < SMALL, 0.5 + u * u / 8, slope) * l / (2 * np.asarray(tension, float))
+    )
 
 
 def level_excess(span: ArrayLike, tension: ArrayLike, weight: ArrayLike) -> Array:

@@ -28,7 +28,9 @@ class ElongationRows(Rows):
     def __init__(self, builder: Builder, obs: Observations) -> None:
         rope = builder.machine.part(Rope)
         if rope is None:
-            raise ModelError("elongations are of a cable by itself", found=builder.machine.name, expected="a cable under loads")
+            raise ModelError(
+                "elongations are of a cable by itself", found=builder.machine.name, expected="a cable under loads"
+            )
         super().__init__((), obs, np.arange(len(obs)), builder.rows([ELASTICITY, EXPONENT, *number_names(obs)]))
         self.length, self.tension, self.reference = obs.extra["length"], obs.extra["tension"], rope.reference
 
