@@ -81,6 +81,13 @@ FIRST = {
     "first cable poses": f"cable poses {CABLES} -n 100 -o OUT",
     "first identify of a cable robot": f"identify cables-few/robot.yaml cables-few/lengths.yaml cables-few/pose.yaml {SEEN} -o OUT",
 }
+# What is asked of some: CPU seconds, or which share of those of the other state.
+ASKED = {
+    "identify, 10 000 corners, arm and map": {"cpu_s": 10.0},
+    "identify, 10 000 corners, cables and map": {"cpu_s": 10.0},
+    "check, 1 000 corners of a cable robot": {"cpu_s_over_before": 0.15},
+    "identify, 9 500 corners of four cameras": {"cpu_s_over_before": 0.12},
+}
 # Counts a command with all that it starts, also what outlives it: of those it is the parent (on Linux).
 COUNT = """
 import ctypes, os, resource, subprocess, sys, time
@@ -217,7 +224,7 @@ def summarise(name: str, costs: dict[str, list[Cost]]) -> dict:
     for what in ("cpu_s", "wall_s", "peak_MB"):
         now, before = row[what], row.get(f"before_{what}")
         row[f"{what}_over_before"] = now / before if now and before else None
-    return row
+    return row | {f"asked_{what}": most for what, most in ASKED.get(name, {}).items()}
 
 
 def section(against: Path | None = None, rounds: int = ROUNDS, names=()) -> list[dict]:
