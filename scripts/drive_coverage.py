@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from robocal.drives.cogging import Cogging
-from robocal.drives.sweep import Sweep, sweep_of
+from robocal.drives.drive_sweep import Sweep, sweep_of
 from robocal.session.drive.drive_fit import choose, fit_motor, highest_order, moments_of_sweeps, prefer_directions
 
 ORDERS, AMPLITUDES = (4, 8, 12, 24), (0.060, 0.030, 0.020, 0.012)  # motor-sim.yaml, N m

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from robocal._record import record
 from robocal._types import Array, Bools
-from robocal.drives.sweep import Sweep
+from robocal.drives.drive_sweep import Sweep
 
 __all__ = ["SeedTable", "seed_table"]
 

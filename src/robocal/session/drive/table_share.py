@@ -13,9 +13,9 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.diagnose.drive_limits import TABLE_EXPLAINS
+from robocal.drives.drive_sweep import Sweep, arc_of
 from robocal.drives.moments import moments_of
 from robocal.drives.motor import GAIN, LAG, Motor
-from robocal.drives.sweep import Sweep, arc_of
 from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem
 from robocal.session.drive.drive_data import NUMBERS, drive_data, friction_free

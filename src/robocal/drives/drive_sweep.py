@@ -59,7 +59,7 @@ class Sweep:
         return replace(self, **{n: v[rows] for n in own if (v := getattr(self, n)) is not None})
 
     @property
-    def pace(self) -> float:
+    def median_speed(self) -> float:
         """The median speed of the rows that move, rad/s."""
         moving = self.used & (self.direction != 0)
         return float(np.median(np.abs(self.speed[moving]))) if moving.any() else 0.0
@@ -68,9 +68,9 @@ class Sweep:
     def ripple(self) -> float:
         """The standard deviation of the speed, as a share of its median."""
         moving = self.used & (self.direction != 0)
-        if not moving.any() or not self.pace:
+        if not moving.any() or not self.median_speed:
             return 0.0
-        return float(np.std(np.abs(self.speed[moving])) / self.pace)
+        return float(np.std(np.abs(self.speed[moving])) / self.median_speed)
 
     @property
     def missing(self) -> dict[int, int]:
