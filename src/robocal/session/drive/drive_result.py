@@ -281,9 +281,10 @@ def _find(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str)
     highest, _ = highest_order(sweeps, used)
     moments = moments_of_sweeps(sweeps, used, highest)
     if len(np.unique(moments.arc)) < 2:
-        raise ModelError(
-            "the log stays within one arc of 30 degrees", found=str(logs[0].path), expected="a sweep over a turn"
-        )
+        other = check_reading(sweeps[0], 0.0)
+        hint = "" if other is None else f", or other columns or units: {dict(other.numbers)['change']}"
+        message, found = "the log stays within one arc of 30 degrees", str(logs[fitted[0]].path)
+        raise ModelError(message, found=found, expected=f"a sweep over a turn{hint}")
     chosen = choose(moments, o.orders, o.eccentric)
     name = logs[fitted[0]].sweep.name
     tried: dict[str, MotorFit] = {}
@@ -307,6 +308,9 @@ def _find(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str)
     )
     table = seed_table(sweeps[0], escaped[0], o.degree, np.radians(o.window)) if o.method == "seed" else None
     verdict, warnings = _judge(logs, sweeps, used, escaped, taken, other_logs, (slots, poles), o)
+    if table is not None and table.lost.any():
+        lost = float(table.lost.any(axis=0).mean()) * 360
+        verdict = verdict.instead("not_improved", Remark.of(Code.DRIVE_TABLE_LOST, lost=lost))
     motor_file = _motor_file(name, taken, logs, table, told.torque_constant, command)
     left = _left(taken, moments.highest)
     return IdentifiedDrive(
