@@ -25,12 +25,12 @@ from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
 from robocal.files.result import Verdict as VerdictPart
 from robocal.progress import Watch
-from robocal.prove.verdict import Verdict, verdict_of
+from robocal.prove.verdict import Verdict
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, sentences
 from robocal.report.sections import Section
-from robocal.session.drive.drive_checks import check_coverage, check_motor, check_reading, check_share
+from robocal.session.drive.drive_checks import check_reading
 from robocal.session.drive.drive_fit import (
     MotorFit,
     choose,
@@ -41,6 +41,7 @@ from robocal.session.drive.drive_fit import (
     other_direction,
     prefer_directions,
 )
+from robocal.session.drive.drive_judge import escape_width, judge_logs
 from robocal.session.drive.table_share import Explained, explain
 from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import computable
@@ -197,7 +198,7 @@ class IdentifiedDrive(VerdictResult):
     @property
     def escapes(self) -> float:
         """How wide the arcs are where the rotor escaped, deg."""
-        return float(sum(_width(s, e) for s, e in zip(self.sweeps, self.escaped, strict=True)))
+        return float(sum(escape_width(s, e) for s, e in zip(self.sweeps, self.escaped, strict=True)))
 
     @property
     def head(self) -> dict[str, Any]:
@@ -236,11 +237,6 @@ class IdentifiedDrive(VerdictResult):
 
 def _parts(order: int) -> tuple[str, str]:
     return f"order{order}.cos", f"order{order}.sin"
-
-
-def _width(sweep: Sweep, escaped: Bools) -> float:
-    cells = np.floor(np.degrees(np.mod(sweep.angle, 2 * np.pi)) * GRID)
-    return len(np.unique(cells[escaped])) / GRID
 
 
 def _read(paths: Sequence[Path], columns: Sequence[str]) -> tuple[DriveLog, ...]:
@@ -307,7 +303,7 @@ def _find(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str)
         for i, log in enumerate(logs)
     )
     table = seed_table(sweeps[0], escaped[0], o.degree, np.radians(o.window)) if o.method == "seed" else None
-    verdict, warnings = _judge(logs, sweeps, used, escaped, taken, other_logs, (slots, poles), o)
+    verdict, warnings = judge_logs(logs, sweeps, used, escaped, taken, other_logs, (slots, poles), o)
     if table is not None and table.lost.any():
         lost = float(table.lost.any(axis=0).mean()) * 360
         verdict = verdict.instead("not_improved", Remark.of(Code.DRIVE_TABLE_LOST, lost=lost))
@@ -331,48 +327,6 @@ def _left(taken: MotorFit, highest: int) -> Array:
     effort = np.concatenate([r.value[:, 0] for r in taken.decision.residuals])
     found = moments_of(angle, effort, direction, np.zeros(len(angle), dtype=np.int64), highest)
     return np.asarray(2 * np.abs(found.y.sum(axis=0)) / len(effort))
-
-
-def _judge(
-    logs: Sequence[DriveLog], sweeps: Sequence[Sweep], used: Sequence[Bools], escaped: Sequence[Bools], taken: MotorFit,
-    other_logs: Mapping[int, Explained], made: tuple[int | None, int | None], o: Any,
-) -> tuple[Verdict, tuple[Remark, ...]]:  # fmt: skip
-    """The verdict with what the logs cannot tell, and what is worth knowing beside it."""
-    verdict = verdict_of(taken.decision, over_range=False)
-    warnings = [r for log in logs for r in log.remarks]
-    for remark, lacking in check_coverage(sweeps, used):
-        if lacking:
-            verdict = verdict.instead("not_improved", remark) if verdict.status == "improved" else verdict
-        else:
-            warnings.append(remark)
-    share = taken.share if np.isfinite(taken.share) else 0.0
-    why = check_share(sweeps[0], share)
-    if why is not None:
-        other = check_reading(sweeps[0], share)
-        verdict = verdict.instead("refused", other or why)
-    else:
-        c = taken.motor.cogging
-        warnings += check_motor(c.orders, c.amplitudes, *made)
-    for sweep, rows in zip(sweeps, escaped, strict=True):
-        if rows.any():
-            warnings.append(_escape(sweep, rows))
-    for i, found in other_logs.items():
-        name = logs[i].path.name
-        warnings.append(Remark.of(Code.DRIVE_HELD_BACK, log=name, speed=found.speed, alone=found.alone))
-    return verdict, tuple(warnings)
-
-
-def _escape(sweep: Sweep, rows: Bools) -> Remark:
-    """How wide the escapes are, and how much of it the other direction has."""
-    cells = np.floor(np.degrees(np.mod(sweep.angle, 2 * np.pi)) * GRID).astype(np.int64)
-    read = {d: set(cells[sweep.used & ~rows & (sweep.direction == d)].tolist()) for d in (1, -1)}
-    gone = {d: set(cells[rows & (sweep.direction == d)].tolist()) - read[d] for d in (1, -1)}
-    repaired = sum(len(gone[d] & read[-d]) for d in (1, -1)) / GRID
-    lost = sum(len(gone[d] - read[-d]) for d in (1, -1)) / GRID
-    count = int(np.sum(np.diff(np.concatenate([[False], rows]).astype(np.int8)) == 1))
-    return Remark.of(
-        Code.DRIVE_ESCAPED, width=_width(sweep, rows), count=count, repaired=repaired or None, lost=lost or None
-    )
 
 
 def _motor_file(
