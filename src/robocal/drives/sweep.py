@@ -9,6 +9,8 @@ there says nothing of the arc. Source: seed document, 1.4.2 and figure 1.7.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from robocal._record import record, replace
@@ -148,7 +150,7 @@ def _led_pace(sweep: Sweep) -> float:
     stands and jumps has a median speed near zero."""
     turned = np.flatnonzero(np.diff(sweep.direction))
     edges = [0, *(turned + 1).tolist(), len(sweep)]
-    runs = [(a, b - 1) for a, b in zip(edges[:-1], edges[1:], strict=True) if sweep.direction[a] and b - a > 1]
+    runs = [(a, b - 1) for a, b in pairwise(edges) if sweep.direction[a] and b - a > 1]
     way = sum(abs(float(sweep.angle[b] - sweep.angle[a])) for a, b in runs)
     took = sum(float(sweep.time[b] - sweep.time[a]) for a, b in runs)
     return way / took if took > 0 else 0.0

@@ -17,7 +17,7 @@ import numpy as np
 from robocal._record import record
 from robocal._scipy import special
 from robocal._types import Array, Bools
-from robocal.diagnose.drive_limits import PREFER_SIDE
+from robocal.diagnose.drive_limits import FLOOR_CHANCE, PREFER_SIDE
 from robocal.drives.moments import Moments, moments_of
 from robocal.drives.motor import Motor, motor_of, order_names
 from robocal.drives.order_choice import ChosenOrders, choose_orders
@@ -41,7 +41,6 @@ __all__ = [
 HIGHEST = 300  # grid: four times the highest order that motors of robots are built with
 REACH = np.radians(1.5)  # grid: the document's motor has less than three degrees between its directions, twice the lag
 AROUND = 20  # grid: orders to each side, among which the floor is asked
-FLOOR_CHANCE = 1e-3
 
 
 @record(eq=False)
