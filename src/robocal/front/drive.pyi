@@ -36,7 +36,7 @@ def identify(
     the current or torque that the drive asks.
 
     logs: data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others held back.
-    columns: Columns of a CSV in words, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
+    columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
     orders: At most so many orders, 1 to 100.
     phases: One lag for both directions, or phases of their own; auto: what held-out arcs prefer.
     eccentric: The encoder may be off its centre: two numbers in place of sidebands.
@@ -65,7 +65,7 @@ def validate(
 
     motor: The folder of robocal drive identify, or its motor.yaml.
     log: data.yaml of another log, or a CSV whose headers carry units.
-    columns: Columns of a CSV in words, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
+    columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
     output: Folder for validation.json and report.html.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
