@@ -13,8 +13,6 @@ TABLE_EXPLAINS = limit(0.5, "of the variance",
     "A table that leaves more than it explains adds more to an effort than it takes from it, once it is a little wrong.")
 READING_EXPLAINS = limit(0.7, "of the variance",
     "Orders of a wrong reading explain a few percent; another reading that explains this is no chance.", "tests/session/test_drive_logs.py")
-ORDER_MOST = limit(20, "orders", "As many as a table of forty numbers has: the seed's motor and the real one need no more.",
-    "shared/data/cogging-motor")
 SLOTS_NAME = limit(0.5, "of the variance", "Slots and poles that name less than half of what was found are not those of this motor.")
 SAME_PACE = limit(1.5, "times the slowest", "Sweeps at one speed differ by less; the next speed that people try is twice as fast.")
 QUICK_RIPPLE = limit(0.3, "rad/s (standard deviation)",
