@@ -6,5 +6,5 @@ __all__ = ["NAMES"]
 
 NAMES = tuple(
     "bearing current displacement distance elongation inclination lengths load pixels plane plane_points plane_targets point pose position "
-    "range relative_pose sag sphere spherical swivel torque".split()
+    "range relative_pose sag sphere spherical swivel torque winches".split()
 )

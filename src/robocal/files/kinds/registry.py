@@ -24,7 +24,13 @@ TOGETHER = ("plane_targets",)  # kinds that the file of another one makes
 MODULES = {kind: module for module, kinds in SEVERAL.items() for kind in kinds} | {"pixels": "pixels"}
 # Those of machines that have such parts alone.
 OF_PARTS: dict[str, dict[str, str]] = {
-    "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "ranges"},
+    "cable": {
+        "lengths": "lengths",
+        "swivel": "lengths",
+        "load": "lengths",
+        "winches": "winches",
+        "inclination": "ranges",
+    },
     "rope": {"sag": "loads", "elongation": "loads"},
 }
 # Those that no arm is simulated with yet.
