@@ -34,7 +34,7 @@ OF_PARTS: dict[str, dict[str, str]] = {
     "rope": {"sag": "loads", "elongation": "loads"},
 }
 # Those that no arm is simulated with yet.
-NOT_SIMULATED = {"plane_points": "plane_points"}
+NOT_SIMULATED = {"plane_points": "plane_points", "joint_torque": "joint_torque"}
 # Whatever else is a kind has a module of its own name.
 MODULES |= {
     name: name
