@@ -13,7 +13,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.drives.sweep import sweep_of
+from robocal.drives.drive_sweep import sweep_of
 from robocal.files.display import listing_text
 from robocal.files.drive_log import DriveLog, LogMotor
 from robocal.files.drive_tables import compensation_table
@@ -231,7 +231,7 @@ def drive_log(motor: MotorSimulation, sweeps: Sequence[SweepLog]) -> DriveLog:
     """The log as `drive identify` has it from sweep.csv: angles and torques are rounded as they are written there."""
     angle = np.radians(np.concatenate([np.round(np.degrees(s.log.encoder), DECIMALS) for s in sweeps]))
     torque = np.concatenate([np.round(s.torque, DECIMALS) for s in sweeps])
-    time = sweeps[0].log.period * np.arange(len(angle))
+    time = np.asarray(sweeps[0].log.period * np.arange(len(angle)), np.float64)
     read = sweep_of(motor.name, "N m", time, angle, torque)
     return DriveLog(
         read, Path("sweep.csv"), (motor.file,), LogMotor(motor.name, None, None, motor.plant.torque_constant)
