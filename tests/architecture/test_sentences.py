@@ -40,6 +40,7 @@ FACTS = {
         Code.SMALLEST_DRIFT,
         Code.CALIBRATION_CARRIED,
     ),
+    *(Code.HAND_EYE_LOST,),  # beside what explains it
     *(Code.LENS_GAIN_PROVEN, Code.LENS_NOT_CONVERGED, Code.POSES_WITHOUT_VIEW),
     *(Code.GAIN_ANYWAY, Code.RESTARTED, Code.BOOTSTRAP_SPREAD, Code.ELSEWHERE, Code.NO_EFFECT, Code.CANNOT_BE_TOLD),
     *(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from robocal.fit.limits import limit, topic
 
 # fmt: off
@@ -21,3 +23,5 @@ PREFER_SIDE = limit(0.95, "chance", "Phases per direction double the numbers of 
 OTHER_GAIN = limit(0.5, "of the curve", "A log of the same motor shows the curve whole, 0.9 to 1.3 times; of another one it shows none.",
     "shared/data/cogging-motor")
 FLAG_TURNS = limit(2, "turns", "A change within a turn makes one turn that is neither; two are none.")
+SHIFT_BETTER = limit(0.9, "of the best share", "Motors are alike after a part of a turn: at other zeros tables fit nearly as well.")
+SHIFT_LEAST = limit(math.radians(3.0), "rad", "So far directions lie apart by lag; more is another zero.", "seed document, 1.4.2")

@@ -79,7 +79,7 @@ def seed_table(sweep: Sweep, escaped: Bools, degree: int, window: float) -> Seed
 def _smooth(values: Array, weights: Array, degree: int, window: float) -> Array:
     """The value at the middle of a polynomial through the cells around each, (C,); NaN where too few have a reading."""
     half = max(degree, round(window / (2 * np.pi) * CELLS / 2))
-    x = np.arange(-half, half + 1) / half
+    x: Array = np.arange(-half, half + 1, dtype=float) / half
     moments = np.stack([_around(weights, x**k) for k in range(2 * degree + 1)])
     right = np.stack([_around(values * weights, x**k) for k in range(degree + 1)])
     powers = np.arange(degree + 1)

@@ -20,11 +20,13 @@ ARC = np.pi / 6  # what is held out together: 30 degrees, in both directions
 STEPS = 6.0  # grid: of the encoder, over which a speed is asked
 BACK = np.radians(3.0)  # grid: so far no led rotor slips back
 HYSTERESIS = np.radians(1.5)  # grid: friction of bearings turns within a degree; a sweep has 360 of them
-ESCAPE_LEAST = np.radians(0.5)  # grid: a shorter way is a slip of friction, not of magnets
-WAITED = 0.5  # grid: of the way that it ran ahead
+# grid: a shorter way is a slip of friction: the effort falls by what breakaway is above sliding, a tenth, and no more
+ESCAPE_LEAST = np.radians(1.5)
 ESCAPE_SPEED = (
-    5.0  # times the speed of the sweep: no tracking error of a led rotor makes it so fast over a tenth of a degree
+    8.0  # grid: times the speed at which it is led; a rotor that follows its cogging is up to three times as fast
 )
+ESCAPE_STEPS = 4.0  # grid: of the encoder, over which a jump is asked
+LANDING = np.radians(0.3)  # grid: so far friction gives way before the rotor turns again
 
 
 @record(eq=False)
@@ -141,25 +143,47 @@ def sweep_of(
     return Sweep(name, unit, time, angle, effort, direction, speed, slope, used, step, flag, lines)
 
 
+def _led_pace(sweep: Sweep) -> float:
+    """The speed at which the rotor is led (rad/s): the way of each direction by its time. An escape changes it little, while a rotor that
+    stands and jumps has a median speed near zero."""
+    turned = np.flatnonzero(np.diff(sweep.direction))
+    edges = [0, *(turned + 1).tolist(), len(sweep)]
+    runs = [(a, b - 1) for a, b in zip(edges[:-1], edges[1:], strict=True) if sweep.direction[a] and b - a > 1]
+    way = sum(abs(float(sweep.angle[b] - sweep.angle[a])) for a, b in runs)
+    took = sum(float(sweep.time[b] - sweep.time[a]) for a, b in runs)
+    return way / took if took > 0 else 0.0
+
+
 def escaped_rows(sweep: Sweep) -> Bools:
-    """Rows (m,) of a sweep that belong to an escape: from where the rotor runs until it has been led beyond where it landed."""
+    """Rows (m,) of a sweep that belong to an escape: from where the rotor runs until it has been led beyond where it landed.
+
+    A jump is asked over as few rows as the encoder allows: over more, the rows before it would be lost too. Slips of friction are shorter.
+    """
     out = np.zeros(len(sweep), dtype=bool)
-    pace = sweep.pace
-    if not pace:
+    pace = _led_pace(sweep)
+    tick = float(np.median(np.diff(sweep.time))) if len(sweep) > 1 else 0.0
+    if not pace or not tick:
         return out
-    fast = sweep.used & (np.abs(sweep.speed) > ESCAPE_SPEED * pace)
-    reach = max(ESCAPE_LEAST, 4 * sweep.step)
+    wide = max(1, int(np.ceil(ESCAPE_STEPS * sweep.step / (ESCAPE_SPEED * pace * tick))))
+    if wide >= len(sweep):
+        return out
+    way = np.abs(sweep.angle[wide:] - sweep.angle[:-wide])
+    run = (way > ESCAPE_SPEED * pace * (sweep.time[wide:] - sweep.time[:-wide])) & (
+        sweep.direction[wide:] == sweep.direction[:-wide]
+    )
+    fast = np.zeros(len(sweep), dtype=bool)
+    for k in range(wide + 1):
+        fast[k : len(sweep) - wide + k] |= run
+    fast &= sweep.used
+    reach = max(LANDING, 4 * sweep.step)
     ends = np.flatnonzero(np.diff(np.concatenate([[False], fast, [False]]).astype(np.int8)))
     for first, last in zip(ends[::2], ends[1::2], strict=True):
         d = sweep.direction[first]
-        landed = sweep.angle[last - 1] * d
-        if landed - sweep.angle[first] * d < reach:
+        landed = float(np.max(sweep.angle[first:last] * d))
+        if landed - sweep.angle[first] * d < ESCAPE_LEAST:
             continue
         # It stands, and the effort climbs at one angle, until it is led on.
         beyond = np.flatnonzero(sweep.angle[last:] * d > landed + reach)
         stop = last + int(beyond[0]) if len(beyond) else len(sweep)
-        # A slip of friction is led on at once; who ran ahead waits for as long as the setpoint takes.
-        waited = (sweep.time[min(stop, len(sweep) - 1)] - sweep.time[last - 1]) * pace
-        if waited >= WAITED * (landed - sweep.angle[first] * d):
-            out[first:stop] = True
+        out[first:stop] = True
     return out

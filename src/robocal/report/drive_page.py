@@ -160,7 +160,7 @@ def _window(found: Any, raw: tuple[Array, Array], direction: int, cls: str) -> l
 
 
 def _escapes(found: Any, raw: Any, classes: Any, seen: Sequence[int], up: str) -> Figure:
-    curves = [Curve(*raw[d], classes[d]) for d in seen]
+    curves = [Curve(raw[d][0], raw[d][1], classes[d]) for d in seen]
     for sweep, rows in zip(found.sweeps, found.escaped, strict=True):
         curves.append(Curve(np.degrees(np.mod(sweep.angle[rows], 2 * np.pi)), sweep.effort[rows], dots="aside"))
     told = "Crosses: rows of escapes, which say nothing of the arc. The curve there is that of the other direction, or of the orders."

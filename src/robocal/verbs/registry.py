@@ -45,6 +45,7 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "contact": "Check a given path for contacts and tensions.",
     "require": "Sensors and poses that a calibration needs.",
     "drift": "Which anchor moved between calibrations?",
+    "straightness": "Sag and stretch, and the tension that keeps them small.",
 })  # fmt: skip
 VISION: Mapping[str, str] = MappingProxyType({
     "sheet": "Markers and boards to print, at true scale.",
@@ -61,6 +62,7 @@ DRIVE: Mapping[str, str] = MappingProxyType({
     "identify": "Cogging and friction of a motor, from logs of its drive.",
     "validate": "What a motor's table explains of another log.",
     "compensate": "The table of a motor for a controller.",
+    "simulate": "A simulated motor: sweep, compensation, test.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(
@@ -77,6 +79,7 @@ GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "vision": VerbGroup(
         "Cameras and printed sheets.", "Cameras: sheets to print, images to corners, lenses, maps of markers.", VISION, "camera"
     ),
+    "drive": VerbGroup("Motors and their cogging.", "Motors: cogging and friction from logs, and compensation.", DRIVE, "drive"),
 })  # fmt: skip
 # Where every verb is in `robocal.verbs`.
 PATHS = (*VERBS, *(f"{word}.{name}" for word, group in GROUPS.items() for name in group.verbs))

@@ -67,8 +67,8 @@ class DriveRemarks:
         "Identify that motor by itself.",
     )
     DRIVE_OTHER_ZERO = Phrase(
-        "the table explains {share:.0%} of the log of {log} once its angle is[ {reversed} and] moved by {shift:.2f} deg, and {alone:.0%} as it "
-        "is",
+        "the table explains {share:.0%} of the log of {log} once its angle is[ {reversed} and] moved by {shift:.2f} deg, and {alone:.0%} "
+        "as it is",
         "Let the encoder count from its index, in the direction of the sweep.",
     )
     DRIVE_NO_POSITION_TABLE = Phrase(

@@ -39,7 +39,7 @@ __all__ = [
 ]
 
 HIGHEST = 300  # grid: four times the highest order that motors of robots are built with
-REACH = np.radians(3.0)  # grid: the document's motor has less than three degrees between its directions
+REACH = np.radians(1.5)  # grid: the document's motor has less than three degrees between its directions, twice the lag
 AROUND = 20  # grid: orders to each side, among which the floor is asked
 FLOOR_CHANCE = 1e-3
 

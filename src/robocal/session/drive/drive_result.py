@@ -45,7 +45,7 @@ from robocal.session.drive.explain import Explained, explain
 from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import computable
 
-__all__ = ["DriveDocument", "IdentifiedDrive", "find_drive"]
+__all__ = ["DriveDocument", "IdentifiedDrive", "find_drive", "identify_logs"]
 
 SIDES = 1.959963984540054  # of a normal law, 95 %
 GRID = 10  # grid: of tables that the document's method fills, cells per degree
@@ -265,10 +265,11 @@ def find_drive(o: Any, watch: Watch | None, command: str) -> IdentifiedDrive:
     """Identifies the motor of some logs. Raises InputError."""
     logs = _read(o.logs, o.columns)
     with computable(*(log.path for log in logs)):
-        return _find(o, logs, watch, command)
+        return identify_logs(o, logs, watch, command)
 
 
-def _find(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str) -> IdentifiedDrive:
+def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str) -> IdentifiedDrive:
+    """The same of logs that were read."""
     slowest = min(log.sweep.pace for log in logs)
     fitted = tuple(i for i, log in enumerate(logs) if log.sweep.pace <= SAME_PACE * slowest)
     sweeps = [logs[i].sweep for i in fitted]
@@ -287,8 +288,9 @@ def _find(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str)
     chosen = choose(moments, o.orders, o.eccentric)
     name = logs[fitted[0]].sweep.name
     tried: dict[str, Tried] = {}
+    # Where a rotor escaped, one direction has to say what the other lost: phases of its own would hear nothing of it.
+    both = len(np.unique(moments.direction)) > 1 and not any(e.any() for e in escaped)
     for word in ("lag", "directions"):
-        both = len(np.unique(moments.direction)) > 1
         if word in (o.phases, "lag" if o.phases == "auto" else "") or (o.phases == "auto" and both):
             tried[word] = fit_motor(
                 sweeps, used, moments, chosen.orders, by_direction=word == "directions", eccentric=o.eccentric, name=name,
@@ -343,7 +345,7 @@ def _judge(
     why = check_share(sweeps[0], share)
     if why is not None:
         other = check_reading(sweeps[0], share)
-        verdict = verdict.instead("refused", *([other] if other else []), why)
+        verdict = verdict.instead("refused", other or why)
     else:
         c = taken.motor.cogging
         warnings += check_motor(c.orders, c.amplitudes, *made)
