@@ -37,7 +37,8 @@ class SeedTable:
     @property
     def means(self) -> Array:
         """The mean of each direction, (2,): friction, with its sign, and what else is constant."""
-        return np.asarray(np.nanmean(np.where(self.lost, np.nan, self.values), axis=1))
+        count = np.maximum((~self.lost).sum(axis=1), 1)
+        return np.asarray(np.where(self.lost, 0.0, self.values).sum(axis=1) / count)
 
     @property
     def coulomb(self) -> float:
