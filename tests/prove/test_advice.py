@@ -120,6 +120,9 @@ OTHER = {
     "view-exchanged": "diagnose/test_views.py",
     "views-exchanged": "diagnose/test_views.py",
 }
+OTHER |= dict.fromkeys(
+    ("hand-eye-few-views", "hand-eye-not-explained", "hand-eye-not-converged"), "cli/test_hand_eye_wrong_rows.py"
+)
 OTHER |= dict.fromkeys(("frame-moved", "frame-elsewhere", "phantom-mixed"), "diagnose/test_frame_steps.py")
 OTHER |= dict.fromkeys(("view-of-another", "corners-reordered", "target-unit"), "prove/test_cable_camera_mistakes.py")
 OTHER |= dict.fromkeys(

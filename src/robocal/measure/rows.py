@@ -27,7 +27,7 @@ __all__ = [
 ]  # fmt: skip
 
 NONE = np.empty(0, dtype=np.int64)
-Carriers = Carrier | tuple[Carrier, Carrier]
+Carriers = Carrier | tuple[Carrier, Carrier] | tuple[()]
 METRES = ((0, 1, "m"),)  # the parts of a kind that reads one length
 
 

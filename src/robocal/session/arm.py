@@ -6,13 +6,14 @@ import os
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from robocal._record import record, replace
 from robocal.arms.chain import Chain
-from robocal.errors import FileError
+from robocal.arms.joint_loads import load_names, with_loads
+from robocal.errors import FileError, FormatError
 from robocal.files.causes import data_remarks
-from robocal.files.dataset import read_datasets
+from robocal.files.dataset import Reading, read_datasets
 from robocal.files.robot import Robot, describe, open_robot, render_robot
 from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
 from robocal.files.text import InputFile, read_text
@@ -56,11 +57,32 @@ class OpenedArm(Opened[Chain]):
         reading = reading_for(self.file.chain)
         one_frame_per_name(reading)
         reading, undone = without_half_turns(self.file.chain, reading)
+        opened = self._with_loads(reading)
         with computable(self.given, *data):
             remarks = data_remarks(
-                self.file, reading, lambda chain: without_half_turns(chain, reading_for(chain))[0].dataset, watch
+                opened.file, reading, lambda chain: without_half_turns(chain, reading_for(chain))[0].dataset, watch
             )
-        return self.inputs_of(reading, *undone, *remarks)
+        return opened.inputs_of(reading, *undone, *remarks)
+
+    def _with_loads(self, reading: Reading) -> Self:
+        """The arm with masses and friction to be found, where torques of its joints were read. Raises FormatError for other joints."""
+        torques = [o for o in reading.dataset.observations if o.kind == "joint_torque"]
+        n = len(self.file.chain.joints)
+        for obs in torques:
+            found = int(obs.extra["joint"].max()) + 1
+            if found != n:
+                facts = {
+                    "key": "torque.columns",
+                    "found": found,
+                    "expected": f"{n}: {', '.join(self.file.chain.joint_names)}",
+                }
+                raise FormatError("wrong number of columns", file=obs.source, **facts)
+        if not torques:
+            return self
+        arm = with_loads(self.file.chain)
+        if len(torques) == len(reading.dataset.observations):  # of geometry they say nothing
+            arm = arm.with_table(arm.table.with_free(load_names(arm)))
+        return self.with_machine(arm)
 
     def simulator(self, request: Request) -> Simulator[Chain]:
         """An arm before an instrument."""

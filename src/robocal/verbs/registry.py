@@ -45,6 +45,7 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "contact": "Check a given path for contacts and tensions.",
     "require": "Sensors and poses that a calibration needs.",
     "drift": "Which anchor moved between calibrations?",
+    "straightness": "Sag and stretch, and the tension that keeps them small.",
 })  # fmt: skip
 VISION: Mapping[str, str] = MappingProxyType({
     "sheet": "Markers and boards to print, at true scale.",

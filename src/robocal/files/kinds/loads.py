@@ -110,8 +110,7 @@ def read_elongation(model: ElongationModel, table: CsvTable, document: YamlDocum
 
 def elongation_parts(model: ElongationModel, values: Values, around: Around) -> Sequence[Part]:
     """All rows are of one gauge, whose offset nobody knows unless it is stated."""
-    told = scalar(model.offset or ScalarModel(free=True), "m", "offset", around)
-    options = {**{k: v for k, v in told.items() if k != "offset"}, "gauge": told["offset"]}
+    options = scalar(model.offset or ScalarModel(free=True), "m", "offset", around)
     return [Part(np.arange(len(values.value)), values.with_options(options), targeted=False)]
 
 

@@ -278,8 +278,8 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
     highest, _ = highest_order(sweeps, used)
     moments = moments_of_sweeps(sweeps, used, highest)
     if len(np.unique(moments.arc)) < 2:
-        other = check_reading(sweeps[0], 0.0)
-        hint = "" if other is None else f", or other columns or units: {dict(other.numbers)['change']}"
+        reading = check_reading(sweeps[0], 0.0)
+        hint = "" if reading is None else f", or other columns or units: {dict(reading.numbers)['change']}"
         message, found = "the log stays within one arc of 30 degrees", str(logs[fitted[0]].path)
         raise ModelError(message, found=found, expected=f"a sweep over a turn{hint}")
     chosen = choose(moments, o.orders, o.eccentric)
