@@ -1,4 +1,4 @@
-"""Whether the intervals of a motor's orders hold what they say: sweeps of the simulated motor of the seed's chapter 1, identified as a user would.
+"""Whether the intervals of a motor's orders hold what they say, over sweeps of the simulated motor of the seed's chapter 1.
 
     python scripts/drive_coverage.py --seeds 1-200 > lines.jsonl      # a line per seed; 0.6 s each
     python scripts/drive_coverage.py --pool FOLDER                    # all *.jsonl of a folder, and what was asked beside it
@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from robocal.drives.cogging import Cogging
-from robocal.drives.sweep import Sweep, sweep_of
+from robocal.drives.drive_sweep import Sweep, sweep_of
 from robocal.session.drive.drive_fit import choose, fit_motor, highest_order, moments_of_sweeps, prefer_directions
 
 ORDERS, AMPLITUDES = (4, 8, 12, 24), (0.060, 0.030, 0.020, 0.012)  # motor-sim.yaml, N m
@@ -51,7 +51,10 @@ def one(seed: int, phases: str) -> dict[str, object]:
     chosen = choose(moments, 20, eccentric=False)
     words = ("lag", "directions") if phases == "auto" else (phases,)
     tried = {
-        w: fit_motor([sweep], [used], moments, chosen.orders, by_direction=w == "directions", eccentric=False, name="m", slots=None, poles=None, watch=None)
+        w: fit_motor(
+            [sweep], [used], moments, chosen.orders, by_direction=w == "directions", eccentric=False, name="m", slots=None, poles=None,
+            watch=None,
+        )
         for w in words
     }  # fmt: skip
     taken = prefer_directions(tried)
@@ -73,8 +76,8 @@ def one(seed: int, phases: str) -> dict[str, object]:
     noise = sweep.effort[used] - real - COULOMB * direction
     own = 1 - (float(np.mean(noise**2)) + float(np.mean(off**2))) / float(np.mean(noise**2) + np.var(real))
     false = [n for n in c.orders if n not in truth.orders]
-    return {"seed": seed, "false": false, "parts": parts, "held": int(held), "orders": len(c.orders), "share": taken.share, "true": share, "own": own,
-            "by_direction": c.by_direction}  # fmt: skip
+    return {"seed": seed, "false": false, "parts": parts, "held": int(held), "orders": len(c.orders), "share": taken.share, "true": share,
+            "own": own, "by_direction": c.by_direction}  # fmt: skip
 
 
 def pool(lines: list[dict[str, float]]) -> None:
@@ -87,7 +90,7 @@ def pool(lines: list[dict[str, float]]) -> None:
     )
     sure = 196 * np.sqrt(cover * (1 - cover) / parts)
     print(
-        f"asked 93 to 97 %: {100 * cover:.2f} % +- {sure:.2f} of the intervals hold the truth  {'met' if 0.93 <= cover <= 0.97 else 'NOT MET'}"
+        f"asked 93 to 97 %: {100 * cover:.2f} % +- {sure:.2f} hold the truth  {'met' if 0.93 <= cover <= 0.97 else 'NOT MET'}"
     )
     for words, e in (("this sweep", own), ("new sweeps", error)):
         worst, usual = float(np.abs(e).max()), float(np.quantile(np.abs(e), 0.95))

@@ -201,7 +201,7 @@ def numbers(values, digits=6):
     return "[" + ", ".join(f"{v:.{digits}f}" for v in values) + "]"
 
 
-def write(said, folder, rig, rng, camera, case, images=False):
+def write(said, folder, rig, rng, camera, case, images=False, through=True):
     """The files that a user has."""
     folder.mkdir(parents=True, exist_ok=True)
     many = said["poses"]["calibration"]
@@ -236,7 +236,7 @@ def write(said, folder, rig, rng, camera, case, images=False):
         rows += [[f"p{p}", f"m{m}", k, f"{u:.4f}", f"{v:.4f}"] for k, (u, v) in enumerate(uv.tolist())]
     table(folder / "pixels.csv", ["id", "marker", "corner", "u", "v"], rows)
     if images:
-        photograph(rig, rng, folder, camera)
+        photograph(rig, rng, folder, camera, through)
         noise = "{columns: [su, sv]}"
     wide = said["prior_used"]
     px, bend = (1.0, TIGHT) if case == "tight" else (wide["focal_and_centre_px"], wide["distortion"])
@@ -309,10 +309,7 @@ def two_stages(said, rig, folder, camera):
     """The figures of the way in two stages: a map from images alone, with the lens as calibrated; then the robot, with lens and map
     held."""
     resolution = camera["resolution"]
-    words = ", ".join(f"{s}: {v:.8g}" for s, v in zip(SYMBOLS, rig.given_lens, strict=True))
-    (folder / "lens.yaml").write_text(
-        f"robocal: 1\nkind: lens\nmodel: brown\nimage: {resolution}\nnumbers: {{{words}}}\n", encoding="utf-8"
-    )
+    write_lens(rig, folder, resolution)
     with (folder / "pixels.csv").open(encoding="utf-8") as file:
         rows = [[r["id"], r["marker"][1:], r["corner"], r["u"], r["v"]] for r in csv.DictReader(file)]
     table(folder / "corners.csv", ["view", "marker", "corner", "u", "v"], rows)
@@ -339,8 +336,17 @@ def two_stages(said, rig, folder, camera):
     return verify(folder, rig, said, place, "staged")
 
 
-def photograph(rig, rng, folder, camera):
-    """Draws the images, finds their corners, and puts these in the place of pixels.csv."""
+def write_lens(rig, folder, resolution):
+    """The lens as calibrated, as a file; its place."""
+    words = ", ".join(f"{s}: {v:.8g}" for s, v in zip(SYMBOLS, rig.given_lens, strict=True))
+    (folder / "lens.yaml").write_text(
+        f"robocal: 1\nkind: lens\nmodel: brown\nimage: {resolution}\nnumbers: {{{words}}}\n", encoding="utf-8"
+    )
+    return folder / "lens.yaml"
+
+
+def photograph(rig, rng, folder, camera, through=True):
+    """Draws the images, finds their corners, `through` the calibrated lens, and puts these in the place of pixels.csv."""
     import cv2
 
     from robocal.files.images import family_cells
@@ -357,13 +363,16 @@ def photograph(rig, rng, folder, camera):
     ]
     how = Photograph(blur=BLUR, noise=GREY)
     for p in sorted({p for p, _, _ in rig.seen}):
+        if (images / f"p{p}.png").is_file():  # of a run before
+            continue
         back = se3.inverse(rig.poses[p] @ rig.eye)
         near = [(s, back @ t) for s, t in zip(sheets, rig.markers, strict=True) if (back @ t)[2, 3] > 0.1]
         near = [(s, t) for s, t in near if np.hypot(*t[:2, 3]) < 1.5 * t[2, 3]]
         cv2.imwrite(
             str(images / f"p{p}.png"), render(near, rig.lens, size, how, texture(size, int(rng.integers(1 << 30))), rng)
         )
-    rc.camera.detect(images, dictionary=FAMILY, size=1e3 * rig.printed, output=folder / "found.csv", force=True)
+    lens = {"lens": write_lens(rig, folder, list(size))} if through else {}
+    rc.camera.detect(images, dictionary=FAMILY, size=1e3 * rig.printed, output=folder / "found.csv", force=True, **lens)
     with (folder / "found.csv").open(encoding="utf-8") as file:
         head, *rows = list(csv.reader(file))
     view, marker = head.index("view"), head.index("marker")
@@ -422,12 +431,17 @@ def verify(folder, rig, said, known=None, run="run"):
     return judge(rig, markers, anchors, se3.from_vector(vector.astype(float)), sigma, true)
 
 
+def name_of(given):
+    """Of what is run, as results are filed."""
+    return given.case + "-images" * given.images + "-blind" * (given.images and given.without_lens)
+
+
 def one(given, said, seed):
     """A seed: drawn, identified, verified."""
-    case = given.case + "-images" * given.images
-    folder = given.folder / case / str(seed)
+    case = name_of(given)
+    folder = given.folder / (given.case + "-images" * given.images) / str(seed)
     rig, rng, camera = draw(said, seed, given.case)
-    write(said, folder, rig, rng, camera, given.case, given.images)
+    write(said, folder, rig, rng, camera, given.case, given.images, not given.without_lens)
     if given.draw:
         return None
     began = time.process_time()
@@ -451,7 +465,7 @@ def attempt(given, said, seed):
     try:
         return one(given, said, seed)
     except Exception as failure:
-        case = given.case + "-images" * given.images
+        case = name_of(given)
         return {"case": case, "seed": seed, "failed": f"{type(failure).__name__}: {failure}"[:300]}
 
 
@@ -480,6 +494,9 @@ def main():
         "--two-stages", action="store_true", help="beside it the map first, then the robot with the map held"
     )
     words.add_argument("--images", action="store_true", help="corners from drawn images: texture, blur 0.8 px, noise 5")
+    words.add_argument(
+        "--without-lens", action="store_true", help="with --images: corners found without the calibrated lens"
+    )
     words.add_argument("--draw", action="store_true", help="write the files alone")
     given = words.parse_args()
     if given.pool:
@@ -490,7 +507,7 @@ def main():
     said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))
     records = given.rows or given.folder / "rows"
     records.mkdir(parents=True, exist_ok=True)
-    case = given.case + "-images" * given.images
+    case = name_of(given)
     known = {p: json.loads(p.read_text(encoding="utf-8")) for p in records.glob(f"{case}-*.json")}
     done = {r["seed"] for r in known.values() if r["case"] == case and "failed" not in r}
     wanted = [s for s in given.seeds if s not in done]
@@ -542,7 +559,7 @@ BEYOND = 5.0  # sigma at which the lens is named, where its prior is tight
 
 def told_asked(case, middle, worst, rows):
     """Asked against measured, a line each."""
-    if case.endswith("-images"):
+    if "-images" in case:
         half, all_ = FROM_IMAGES
         lines = [("aligned mm", middle["aligned mm"], f"<= {half}", middle["aligned mm"] <= half),
                  ("worst aligned mm", worst["aligned mm"], f"<= {all_}", worst["aligned mm"] <= all_)]  # fmt: skip

@@ -37,7 +37,7 @@ class Moments:
     @property
     def highest(self) -> int:
         """The highest order that they know."""
-        return self.y.shape[1] - 1
+        return int(self.y.shape[1]) - 1
 
     def of(self, direction: float) -> Moments:
         """Those of one direction."""
@@ -155,6 +155,5 @@ def moments_of(angle: Array, effort: Array, direction: Array, arc: Ints, highest
                 if k <= highest:
                     y[g, k] += wave @ value
                 wave *= step
-    return Moments(
-        s, y, np.bincount(group, effort**2, many), np.bincount(group, minlength=many).astype(float), keys[1].astype(float), keys[0]
-    )  # fmt: skip
+    squares, many_rows = np.bincount(group, effort**2, many), np.bincount(group, minlength=many)
+    return Moments(s, y, np.asarray(squares, float), many_rows.astype(float), keys[1].astype(float), keys[0])

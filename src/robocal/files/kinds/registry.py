@@ -20,7 +20,8 @@ SEVERAL = {
     "ranges": ("spherical", "bearing", "range", "distance"),
     "places": ("point", "plane", "sphere"),
 }
-TOGETHER = ("plane_targets",)  # kinds that the file of another one makes
+# Kinds that the file of another one makes, and those of logs of drives, which `files/drive_log.py` reads.
+TOGETHER = ("plane_targets", "current", "torque")
 MODULES = {kind: module for module, kinds in SEVERAL.items() for kind in kinds} | {"pixels": "pixels"}
 # Those of machines that have such parts alone.
 OF_PARTS: dict[str, dict[str, str]] = {

@@ -25,7 +25,7 @@ CLAIMS = "Of the document: position error / 3, effort / 6, peak speed error / 5.
 def trial_summary(made: Any, written: Sequence[Path]) -> Iterator[Section]:
     """The error of the curve, and the ramp controller by controller."""
     share = 100 * made.curve_error / made.peak
-    found = made.identified
+    found = made.identified.motor_file
     words = f"{figure(made.curve_error, 2)} N m, {figure(share, 2)} % of the peak"
     less = min(r.gain.position for r in made.ramps), min(r.gain.effort for r in made.ramps)
     says = "divided by at least" if made.improved else "WORSE at a controller: divided by"
@@ -35,7 +35,7 @@ def trial_summary(made: Any, written: Sequence[Path]) -> Iterator[Section]:
         Text.of((f"{says} {figure(less[0], 2)} and {figure(less[1], 2)}", "strong"), "   position error and effort on the ramp"),
         *quiet(
             f"sweep with {made.sweep_gain:g} N m/rad; lag {figure(math.degrees(found.cogging.lag), 2)} deg, friction "
-            f"{figure(found.friction, 3)} N m"
+            f"{figure(found.coulomb, 3)} N m"
         ),
     )  # fmt: skip
     table = replace(listing_table(made.listing), detail=DETAIL)
@@ -77,8 +77,8 @@ def trial_pictures(made: Any) -> Iterator[Section]:
 
 
 def _by_direction(made: Any, angle: Array) -> list[Array]:
-    found = made.identified
-    return [found.offset + d * found.friction + found.cogging.at(angle, d) for d in (1.0, -1.0)]
+    found = made.identified.motor_file
+    return [found.offset + d * found.coulomb + found.cogging.at(angle, d) for d in (1.0, -1.0)]
 
 
 def _pair(across: Sequence[Array], up: Sequence[Array]) -> list[tuple[Array, Array, str]]:

@@ -5,27 +5,34 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any, TypeAlias
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.drives.cogging import Cogging
+from robocal.drives.drive_sweep import sweep_of
 from robocal.files.display import listing_text
+from robocal.files.drive_log import DriveLog, LogMotor
+from robocal.files.drive_tables import compensation_table
 from robocal.files.motor_simulation import MotorSimulation, read_motor_simulation
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
+from robocal.files.yamlio import quote
 from robocal.progress import Watch, tell
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.report.sections import Section
+from robocal.session.drive.drive_result import IdentifiedDrive, identify_logs
 from robocal.session.verb_base import VerbResult
 from robocal.simulation.motor.procedure import Gain, Tracking, compare, sweep, tracking
-from robocal.simulation.motor.runs import MotorLog, compensation
+from robocal.simulation.motor.runs import Compensation, MotorLog
 
-__all__ = ["Identified", "MotorTrial", "SimulateDriveDocument", "SweepLog", "simulate_procedure"]
+__all__ = ["MotorTrial", "SimulateDriveDocument", "SweepLog", "simulate_procedure", "try_motor"]
 
 GAINS = (("kp", "N m/rad"), ("ki", "N m/(rad s)"), ("kd", "N m s/rad"))
+DECIMALS = 6  # of what a log states, in s, deg and N m
 FINE = 2880  # points of one turn at which curves are compared: eight for each degree
 
 
@@ -36,18 +43,6 @@ class SweepLog:
     direction: int
     log: MotorLog
     torque: Array
-
-
-@record
-class Identified:
-    """What was identified from a sweep: the cogging, the friction of its directions and the sensor's zero (N m)."""
-
-    cogging: Cogging
-    friction: float
-    offset: float
-
-
-Identify: TypeAlias = Callable[[Sequence[SweepLog]], Identified]
 
 
 @record(eq=False)
@@ -95,14 +90,14 @@ class MotorTrial(VerbResult):
     motor: MotorSimulation
     sweep_gain: float
     sweeps: tuple[SweepLog, ...]
-    identified: Identified
+    identified: IdentifiedDrive
     ramps: tuple[RampResult, ...]
 
     @cached_property
     def curves(self) -> tuple[Array, Array, Array]:
         """Angles of one turn (rad), the true cogging and the identified one there, each without its lag (N m)."""
         angle = 2 * math.pi * np.arange(FINE) / FINE
-        return angle, self.motor.plant.cogging.at(angle), self.identified.cogging.at(angle)
+        return angle, self.motor.plant.cogging.at(angle), self.identified.motor_file.cogging.at(angle)
 
     @property
     def peak(self) -> float:
@@ -122,7 +117,7 @@ class MotorTrial(VerbResult):
     @property
     def trusted(self) -> bool:
         """Whether the exit status is 0."""
-        return self.improved and not self.reasons
+        return self.improved and self.identified.trusted
 
     @cached_property
     def listing(self) -> Listing:
@@ -144,26 +139,33 @@ class MotorTrial(VerbResult):
     @property
     def head(self) -> dict[str, Any]:
         """What stands at the head of its page."""
-        facts = (("Sweep gain", f"{self.sweep_gain:g} N m/rad"), ("Orders", f"{len(self.identified.cogging.orders)}"))
+        facts = (
+            ("Sweep gain", f"{self.sweep_gain:g} N m/rad"),
+            ("Orders", f"{len(self.identified.motor_file.cogging.orders)}"),
+        )
         return {"title": f"Simulated {self.motor.name}", "kind": "Simulation", "facts": facts}
 
     @property
     def document(self) -> SimulateDriveDocument:
         """What --json says."""
-        found = self.identified
+        found = self.identified.motor_file
         return self.document_of(
             SimulateDriveDocument, motor=self.motor.name, sweep_gain=UnitValue(self.sweep_gain, "N m/rad"),
             curve_error=UnitValue(self.curve_error, "N m"), peak=UnitValue(self.peak, "N m"),
-            lag=UnitValue(math.degrees(found.cogging.lag), "deg"), friction=UnitValue(found.friction, "N m"),
+            lag=UnitValue(math.degrees(found.cogging.lag), "deg"), friction=UnitValue(found.coulomb, "N m"),
             ramps=self.listing, improved=self.improved,
         )  # fmt: skip
 
     def texts(self) -> Mapping[str, str | bytes]:
         """The document, the log with its description, the truth of one turn, and the ramps."""
         return {
-            "simulate.json": json_text(self.document), "sweep.csv": sweep_text(self.sweeps), "sweep.yaml": SWEEP_YAML,
+            "simulate.json": json_text(self.document), "sweep.csv": sweep_text(self.sweeps), "sweep.yaml": self._description,
             "truth.csv": listing_text(self._truth()), "ramp.csv": listing_text(self._ramps()),
         }  # fmt: skip
+
+    @property
+    def _description(self) -> str:
+        return SWEEP_YAML.format(name=quote(self.motor.name), constant=self.motor.plant.torque_constant)
 
     def _truth(self) -> Listing:
         angle, true, found = self.curves
@@ -200,7 +202,17 @@ class MotorTrial(VerbResult):
 SWEEP_YAML = """robocal: 1
 kind: torque
 file: sweep.csv
+time: {{column: time, unit: s}}
+angle: {{column: angle, unit: deg}}
+torque: {{column: torque, unit: Nm}}
+motor: {{name: {name}, torque_constant: {{value: {constant!r}, unit: Nm/A}}}}
+source: robocal drive simulate
 """
+# How the sweep is identified: as `drive identify` does it unless it is told otherwise.
+SETTINGS = SimpleNamespace(
+    method="harmonics", orders=20, phases="auto", eccentric=False, slots=None, poles=None, degree=2, window=5.0
+)
+CELLS = 3600  # of the compensation's tables: 0.1 deg
 
 
 def sweep_text(sweeps: Sequence[SweepLog]) -> str:
@@ -212,24 +224,37 @@ def sweep_text(sweeps: Sequence[SweepLog]) -> str:
         ("angle", "deg", np.degrees(np.concatenate([s.log.encoder for s in sweeps]))),
         ("torque", "Nm", np.concatenate([s.torque for s in sweeps])),
     ]
-    return listing_text(Listing(tuple(Column(name, unit, v, decimals=6) for name, unit, v in columns)))
+    return listing_text(Listing(tuple(Column(name, unit, v, decimals=DECIMALS) for name, unit, v in columns)))
 
 
-def simulate_procedure(
-    o: Any, watch: Watch | None = None, command: str = "", identify: Identify | None = None
-) -> MotorTrial:
+def drive_log(motor: MotorSimulation, sweeps: Sequence[SweepLog]) -> DriveLog:
+    """The log as `drive identify` has it from sweep.csv: angles and torques are rounded as they are written there."""
+    angle = np.radians(np.concatenate([np.round(np.degrees(s.log.encoder), DECIMALS) for s in sweeps]))
+    torque = np.concatenate([np.round(s.torque, DECIMALS) for s in sweeps])
+    time = np.asarray(sweeps[0].log.period * np.arange(len(angle)), np.float64)
+    read = sweep_of(motor.name, "N m", time, angle, torque)
+    return DriveLog(
+        read, Path("sweep.csv"), (motor.file,), LogMotor(motor.name, None, None, motor.plant.torque_constant)
+    )
+
+
+def simulate_procedure(o: Any, watch: Watch | None = None, command: str = "") -> MotorTrial:
     """Reads the motor, sweeps it, identifies its cogging, and tests the compensation. Raises InputError."""
     motor = read_motor_simulation(o.spec)
-    gain = motor.gains[0] if o.gain is None else o.gain
-    rng = np.random.default_rng(o.seed)
+    return try_motor(motor, motor.gains[0] if o.gain is None else o.gain, o.seed, watch, command)
+
+
+def try_motor(motor: MotorSimulation, gain: float, seed: int, watch: Watch | None, command: str) -> MotorTrial:
+    """The procedure with a proportional gain (N m/rad) in the sweep."""
+    rng = np.random.default_rng(seed)
     tell(watch, "sweep")
     sweeps = tuple(SweepLog(d, *sweep(motor.plant, gain, motor.sweep, d, rng)) for d in (1, -1))
-    tell(watch, "identify")
-    assert identify is not None
-    found = identify(sweeps)
+    found = identify_logs(SETTINGS, (drive_log(motor, sweeps),), watch, command)
     tell(watch, "ramp")
-    full = compensation(found.cogging, found.friction, found.offset)
-    bare = compensation(found.cogging)
+    full, bare = (
+        Compensation(compensation_table(found.motor_file, "csv", CELLS, "Nm", friction, None).values)
+        for friction in (True, False)
+    )
     ramps = []
     for pid in motor.controllers:
         (log, without), (other, with_), (_, no_mean) = (
@@ -237,5 +262,6 @@ def simulate_procedure(
         )
         ramps.append(RampResult(pid, without, with_, no_mean, (log, other)))
     return MotorTrial(
-        motor=motor, sweep_gain=gain, sweeps=sweeps, identified=found, ramps=tuple(ramps), inputs=(motor.file,), command=command
+        motor=motor, sweep_gain=gain, sweeps=sweeps, identified=found, ramps=tuple(ramps), inputs=(motor.file,), command=command,
+        warnings=found.warnings, reasons=found.verdict.remarks if found.verdict.status != "improved" else (),
     )  # fmt: skip

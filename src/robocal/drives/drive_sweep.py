@@ -9,6 +9,8 @@ there says nothing of the arc. Source: seed document, 1.4.2 and figure 1.7.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from robocal._record import record, replace
@@ -57,7 +59,7 @@ class Sweep:
         return replace(self, **{n: v[rows] for n in own if (v := getattr(self, n)) is not None})
 
     @property
-    def pace(self) -> float:
+    def median_speed(self) -> float:
         """The median speed of the rows that move, rad/s."""
         moving = self.used & (self.direction != 0)
         return float(np.median(np.abs(self.speed[moving]))) if moving.any() else 0.0
@@ -66,9 +68,9 @@ class Sweep:
     def ripple(self) -> float:
         """The standard deviation of the speed, as a share of its median."""
         moving = self.used & (self.direction != 0)
-        if not moving.any() or not self.pace:
+        if not moving.any() or not self.median_speed:
             return 0.0
-        return float(np.std(np.abs(self.speed[moving])) / self.pace)
+        return float(np.std(np.abs(self.speed[moving])) / self.median_speed)
 
     @property
     def missing(self) -> dict[int, int]:
@@ -148,7 +150,7 @@ def _led_pace(sweep: Sweep) -> float:
     stands and jumps has a median speed near zero."""
     turned = np.flatnonzero(np.diff(sweep.direction))
     edges = [0, *(turned + 1).tolist(), len(sweep)]
-    runs = [(a, b - 1) for a, b in zip(edges[:-1], edges[1:], strict=True) if sweep.direction[a] and b - a > 1]
+    runs = [(a, b - 1) for a, b in pairwise(edges) if sweep.direction[a] and b - a > 1]
     way = sum(abs(float(sweep.angle[b] - sweep.angle[a])) for a, b in runs)
     took = sum(float(sweep.time[b] - sweep.time[a]) for a, b in runs)
     return way / took if took > 0 else 0.0
