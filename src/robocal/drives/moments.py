@@ -155,6 +155,5 @@ def moments_of(angle: Array, effort: Array, direction: Array, arc: Ints, highest
                 if k <= highest:
                     y[g, k] += wave @ value
                 wave *= step
-    return Moments(
-        s, y, np.asarray(np.bincount(group, effort**2, many), float), np.bincount(group, minlength=many).astype(float), keys[1].astype(float), keys[0]
-    )  # fmt: skip
+    squares, many_rows = np.bincount(group, effort**2, many), np.bincount(group, minlength=many)
+    return Moments(s, y, np.asarray(squares, float), many_rows.astype(float), keys[1].astype(float), keys[0])

@@ -16,6 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from robocal._record import record
+from robocal._types import Array
 from robocal.drives.moments import Moments
 
 __all__ = ["ChosenOrders", "choose_orders", "find_lag"]

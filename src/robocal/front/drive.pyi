@@ -5,10 +5,10 @@ from typing import Any
 
 from robocal.front.arrays import Measurements
 from robocal.front.verb_result import Found
-from robocal.session.drive.compensation import Compensation as _compensate_Compensation
 from robocal.session.drive.drive_result import IdentifiedDrive as _identify_IdentifiedDrive
+from robocal.session.drive.drive_table import DriveTable as _compensate_DriveTable
 from robocal.session.drive.drive_validation import DriveValidation as _validate_DriveValidation
-from robocal.verbs.drive.simulate.result import MotorTrial as _simulate_MotorTrial
+from robocal.verbs.drive.simulate.motor_trial import MotorTrial as _simulate_MotorTrial
 
 _Path = str | os.PathLike[str]
 _Given = _Path | Measurements | Found[Any]
@@ -36,7 +36,7 @@ def identify(
     the current or torque that the drive asks.
 
     logs: data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others held back.
-    columns: Columns of a CSV in words, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
+    columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
     orders: At most so many orders, 1 to 100.
     phases: One lag for both directions, or phases of their own; auto: what held-out arcs prefer.
     eccentric: The encoder may be off its centre: two numbers in place of sidebands.
@@ -53,7 +53,7 @@ def identify(
     """
 
 def validate(
-    run: _Given,
+    motor: _Given,
     log: _Given,
     *,
     columns: str | Sequence[str] = (),
@@ -63,9 +63,9 @@ def validate(
 ) -> Found[_validate_DriveValidation]:
     """Ask what the table of a motor explains of another log, at any speed.
 
-    run: The folder of robocal drive identify, or its motor.yaml.
+    motor: The folder of robocal drive identify, or its motor.yaml.
     log: data.yaml of another log, or a CSV whose headers carry units.
-    columns: Columns of a CSV in words, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
+    columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
     output: Folder for validation.json and report.html.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -74,7 +74,7 @@ def validate(
     """
 
 def compensate(
-    run: _Given,
+    motor: _Given,
     *,
     format: str = 'csv',
     cells: int = 3600,
@@ -84,10 +84,10 @@ def compensate(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found[_compensate_Compensation]:
+) -> Found[_compensate_DriveTable]:
     """Write the table that compensates a motor's cogging, for a controller.
 
-    run: The folder of robocal drive identify, or its motor.yaml.
+    motor: The folder of robocal drive identify, or its motor.yaml.
     format: Form of the table: csv, json, c, c-float, odrive, array.
     cells: Cells of the turn; odrive has 3600, 36 to 65536.
     unit: Unit of the table: A, Nm.  [default: that of the log]

@@ -79,7 +79,6 @@ GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "vision": VerbGroup(
         "Cameras and printed sheets.", "Cameras: sheets to print, images to corners, lenses, maps of markers.", VISION, "camera"
     ),
-    "drive": VerbGroup("Motors and their cogging.", "Motors: cogging and friction from logs, and compensation.", DRIVE, "drive"),
 })  # fmt: skip
 # Where every verb is in `robocal.verbs`.
 PATHS = (*VERBS, *(f"{word}.{name}" for word, group in GROUPS.items() for name in group.verbs))

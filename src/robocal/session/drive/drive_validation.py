@@ -12,8 +12,8 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Bools
 from robocal.diagnose.drive_limits import FLAG_TURNS, OTHER_GAIN, SHIFT_BETTER, SHIFT_LEAST, TABLE_EXPLAINS
+from robocal.drives.drive_sweep import Sweep, escaped_rows
 from robocal.drives.motor import ECCENTRIC, GAIN, LAG, Motor, motor_of, order_names
-from robocal.drives.sweep import Sweep, escaped_rows
 from robocal.errors import ModelError
 from robocal.files.drive_log import DriveLog, read_drive_log
 from robocal.files.motor_file import MotorFile, read_motor
@@ -23,7 +23,7 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
-from robocal.session.drive.explain import Explained, best_shift, compensated_turns, explain
+from robocal.session.drive.table_share import Explained, best_shift, compensated_turns, explain
 from robocal.session.verb_base import VerbResult
 from robocal.session.watching import computable
 
@@ -116,7 +116,7 @@ def motor_from_file(file: MotorFile) -> Motor:
 
 def validate_drive(o: Any, command: str) -> DriveValidation:
     """A log beside a run. Raises InputError."""
-    file = read_motor(Path(o.run))
+    file = read_motor(Path(o.motor))
     log = read_drive_log(o.log, o.columns)
     if log.sweep.unit != file.unit:
         found, expected = ("current" if u == "A" else "torque" for u in (log.sweep.unit, file.unit))

@@ -13,7 +13,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.drives.sweep import sweep_of
+from robocal.drives.drive_sweep import sweep_of
 from robocal.files.display import listing_text
 from robocal.files.drive_log import DriveLog, LogMotor
 from robocal.files.drive_tables import compensation_table
@@ -26,8 +26,8 @@ from robocal.quantities import Column, Listing, UnitValue
 from robocal.report.sections import Section
 from robocal.session.drive.drive_result import IdentifiedDrive, identify_logs
 from robocal.session.verb_base import VerbResult
-from robocal.simulation.motor.procedure import Gain, Tracking, compare, sweep, tracking
-from robocal.simulation.motor.runs import Compensation, MotorLog
+from robocal.simulation.motor.motor_run import LookUp, MotorLog
+from robocal.simulation.motor.procedure import Tracking, TrackingGain, compare, sweep, tracking
 
 __all__ = ["MotorTrial", "SimulateDriveDocument", "SweepLog", "simulate_procedure", "try_motor"]
 
@@ -57,12 +57,12 @@ class RampResult:
     logs: tuple[MotorLog, MotorLog]
 
     @property
-    def gain(self) -> Gain:
+    def gain(self) -> TrackingGain:
         """What compensation divides by."""
         return compare(self.without, self.full)
 
     @property
-    def gain_no_mean(self) -> Gain:
+    def gain_no_mean(self) -> TrackingGain:
         """The same of tables without mean."""
         return compare(self.without, self.no_mean)
 
@@ -194,7 +194,7 @@ class MotorTrial(VerbResult):
 
     def details(self) -> Iterator[Section]:
         """The curves and the ramps as pictures."""
-        from robocal.verbs.drive.simulate.page import trial_pictures
+        from robocal.verbs.drive.simulate.trial_page import trial_pictures
 
         yield from trial_pictures(self)
 
@@ -231,7 +231,7 @@ def drive_log(motor: MotorSimulation, sweeps: Sequence[SweepLog]) -> DriveLog:
     """The log as `drive identify` has it from sweep.csv: angles and torques are rounded as they are written there."""
     angle = np.radians(np.concatenate([np.round(np.degrees(s.log.encoder), DECIMALS) for s in sweeps]))
     torque = np.concatenate([np.round(s.torque, DECIMALS) for s in sweeps])
-    time = sweeps[0].log.period * np.arange(len(angle))
+    time = np.asarray(sweeps[0].log.period * np.arange(len(angle)), np.float64)
     read = sweep_of(motor.name, "N m", time, angle, torque)
     return DriveLog(
         read, Path("sweep.csv"), (motor.file,), LogMotor(motor.name, None, None, motor.plant.torque_constant)
@@ -252,7 +252,7 @@ def try_motor(motor: MotorSimulation, gain: float, seed: int, watch: Watch | Non
     found = identify_logs(SETTINGS, (drive_log(motor, sweeps),), watch, command)
     tell(watch, "ramp")
     full, bare = (
-        Compensation(compensation_table(found.motor_file, "csv", CELLS, "Nm", friction, None).values)
+        LookUp(compensation_table(found.motor_file, "csv", CELLS, "Nm", friction, None).values)
         for friction in (True, False)
     )
     ramps = []

@@ -43,10 +43,7 @@ class Options(BaseOptions):
 
     logs: Annotated[tuple[Path, ...], LOGS]
     columns: tuple[str, ...] = option(
-        (),
-        "Columns of a CSV in words, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag",
-        "WORDS",
-        listed=True,
+        (), "Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag", "WORDS", listed=True
     )
     orders: int = option(20, "At most so many orders", "N", least=1, most=100)
     phases: str = option(

@@ -9,12 +9,14 @@ there says nothing of the arc. Source: seed document, 1.4.2 and figure 1.7.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 
-__all__ = ["ARC", "Sweep", "arc_of", "escaped_rows", "led_directions", "sweep_of", "turns_of"]
+__all__ = ["ARC", "Sweep", "arc_of", "escaped_rows", "led_directions", "lone_rows", "sweep_of", "turns_of"]
 
 ARC = np.pi / 6  # what is held out together: 30 degrees, in both directions
 STEPS = 6.0  # grid: of the encoder, over which a speed is asked
@@ -26,6 +28,8 @@ ESCAPE_SPEED = (
     8.0  # grid: times the speed at which it is led; a rotor that follows its cogging is up to three times as fast
 )
 ESCAPE_STEPS = 4.0  # grid: of the encoder, over which a jump is asked
+AROUND = 7  # grid: rows, by whose median one is judged
+ALONE = 0.1  # grid: of the middle size of efforts; from row to row a curve changes by less
 LANDING = np.radians(0.3)  # grid: so far friction gives way before the rotor turns again
 
 
@@ -57,7 +61,7 @@ class Sweep:
         return replace(self, **{n: v[rows] for n in own if (v := getattr(self, n)) is not None})
 
     @property
-    def pace(self) -> float:
+    def median_speed(self) -> float:
         """The median speed of the rows that move, rad/s."""
         moving = self.used & (self.direction != 0)
         return float(np.median(np.abs(self.speed[moving]))) if moving.any() else 0.0
@@ -66,9 +70,9 @@ class Sweep:
     def ripple(self) -> float:
         """The standard deviation of the speed, as a share of its median."""
         moving = self.used & (self.direction != 0)
-        if not moving.any() or not self.pace:
+        if not moving.any() or not self.median_speed:
             return 0.0
-        return float(np.std(np.abs(self.speed[moving])) / self.pace)
+        return float(np.std(np.abs(self.speed[moving])) / self.median_speed)
 
     @property
     def missing(self) -> dict[int, int]:
@@ -143,12 +147,25 @@ def sweep_of(
     return Sweep(name, unit, time, angle, effort, direction, speed, slope, used, step, flag, lines)
 
 
+def lone_rows(sweep: Sweep, times: float) -> Bools:
+    """Rows (m,) whose effort stands alone: farther than so many robust sigma from the median of the rows around it."""
+    y = sweep.effort
+    if len(y) < AROUND:
+        return np.zeros(len(y), dtype=bool)
+    half = AROUND // 2
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(y, half, mode="edge"), AROUND)
+    off = np.abs(y - np.median(around, axis=1))
+    # Half of what is off is the median of noise; a log without noise has none that is off by chance.
+    sigma = float(np.median(off)) / 0.6745
+    return np.asarray(off > times * max(sigma, ALONE * float(np.median(np.abs(y - np.median(y))))))
+
+
 def _led_pace(sweep: Sweep) -> float:
     """The speed at which the rotor is led (rad/s): the way of each direction by its time. An escape changes it little, while a rotor that
     stands and jumps has a median speed near zero."""
     turned = np.flatnonzero(np.diff(sweep.direction))
     edges = [0, *(turned + 1).tolist(), len(sweep)]
-    runs = [(a, b - 1) for a, b in zip(edges[:-1], edges[1:], strict=True) if sweep.direction[a] and b - a > 1]
+    runs = [(a, b - 1) for a, b in pairwise(edges) if sweep.direction[a] and b - a > 1]
     way = sum(abs(float(sweep.angle[b] - sweep.angle[a])) for a, b in runs)
     took = sum(float(sweep.time[b] - sweep.time[a]) for a, b in runs)
     return way / took if took > 0 else 0.0
