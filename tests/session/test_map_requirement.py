@@ -71,28 +71,8 @@ def test_maps_and_poses_scatter_as_predicted(size, height):
     views, there = cameras(12), plan(size, height)
     told, theory = predict_map(there, views, lens(), NOISE, SIZE), first_order(there, views)
     count = 200 if FULL else 3
-    map_off, camera_off, map_square, camera_square, expected = [], [], [], [], []
-    for seed in range(count):
-        rng = np.random.default_rng(300 + seed)
-        off_by = np.array([rng.normal() * KNOWN.get(s, 0.0) for s in LENS])
-        sights = project_map(there, views, np.array(list(LENS.values())), SIZE)
-        seen = seen_through(there, views, sights, np.array(list(LENS.values())) + off_by)
-        sights = replace(sights, pixels=seen)
-        many = np.bincount(sights.marker, minlength=len(there.names))
-        table = corner_table(told.map, views, sights, many, NOISE, SIZE)
-        first, second = noisy(table, rng), noisy(table, rng)
-        found = fit_map(first, lens(), "none")
-        off, moved = error_of(found.map, told.map)
-        map_off.append(off)
-        map_square.append(off.ravel() @ np.linalg.pinv(told.map.covariance, rcond=1e-9, hermitian=True) @ off.ravel())
-        held = locate_views(second, moved, found.lens)
-        v, w = se3.displacement(held.poses, views[[int(i) - 1 for i in held.ids]])
-        camera_off.append(np.concatenate([v, w], axis=1))
-        camera_square.append(
-            np.einsum("ui,uij,uj->u", camera_off[-1], np.linalg.inv(told.camera), camera_off[-1]).mean()
-        )
-        noise = [t.pixels.value - table.pixels.value for t in (first, second)]
-        expected.append(-theory.errors(-off_by[: len(KNOWN)], *noise))
+    rigs = [rig_errors(there, views, told, theory, seed) for seed in range(count)]
+    map_off, camera_off, expected, map_square, camera_square = zip(*rigs, strict=True)
     share = np.mean(map_square) / (6 * len(told.map.names) - 6), np.mean(camera_square) / 6
     e, p, c, same = told.errors, np.concatenate(map_off), np.concatenate(camera_off), np.concatenate(expected)
     got = [np.sqrt(np.mean(a**2)) for a in (p[:, :2], p[:, 2], c[:, :2], c[:, 2])]
@@ -102,6 +82,28 @@ def test_maps_and_poses_scatter_as_predicted(size, height):
     assert 0.85 < share[0] < 1.15 and 0.6 < share[1] < 1.5
     assert np.abs(ratio[2:] / chance - 1).max() < 0.05 and np.corrcoef(same.ravel(), c.ravel())[0, 1] > 0.99
     assert not FULL or (np.abs(ratio[:2] - 1).max() < 0.1 and np.abs(chance - 1).max() < 0.15)
+
+
+def rig_errors(there, views, told, theory, seed):
+    """A rig that is drawn: errors of its map (M, 6) and of its cameras (n, 6), those of `theory`, and both chi-squares."""
+    rng = np.random.default_rng(300 + seed)
+    off_by = np.array([rng.normal() * KNOWN.get(s, 0.0) for s in LENS])
+    sights = project_map(there, views, np.array(list(LENS.values())), SIZE)
+    seen = seen_through(there, views, sights, np.array(list(LENS.values())) + off_by)
+    sights = replace(sights, pixels=seen)
+    many = np.bincount(sights.marker, minlength=len(there.names))
+    table = corner_table(told.map, views, sights, many, NOISE, SIZE)
+    first, second = noisy(table, rng), noisy(table, rng)
+    found = fit_map(first, lens(), "none")
+    off, moved = error_of(found.map, told.map)
+    square = off.ravel() @ np.linalg.pinv(told.map.covariance, rcond=1e-9, hermitian=True) @ off.ravel()
+    held = locate_views(second, moved, found.lens)
+    v, w = se3.displacement(held.poses, views[[int(i) - 1 for i in held.ids]])
+    camera = np.concatenate([v, w], axis=1)
+    camera_square = np.einsum("ui,uij,uj->u", camera, np.linalg.inv(told.camera), camera).mean()
+    noise = [t.pixels.value - table.pixels.value for t in (first, second)]
+    expected = -theory.errors(-off_by[: len(KNOWN)], *noise) if theory else None
+    return off, camera, expected, square, camera_square
 
 
 def first_order(there, views):
