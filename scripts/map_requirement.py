@@ -1,4 +1,4 @@
-"""What maps and cameras in them are off by, over what `vision require` predicts: `python scripts/map_requirement.py [--rigs 1000] [--jobs 16]`.
+"""Errors of maps and of cameras in them over what `vision require` predicts: `python scripts/map_requirement.py [--rigs 1000] [--jobs 16]`.
 
 Rigs are drawn: a lens from what is known of it, corners with 0.2 px, a map from 12 images, and 12 images in that map. Layouts:
 flat       20 markers of 6 cm on 1.0 x 0.7 m, cameras 0.6 to 1.1 m above
